@@ -1,0 +1,52 @@
+# Two commands: `make run` and `make test`. Everything goes into .venv; nothing needs root.
+
+VENV := .venv
+PIP := $(VENV)/bin/python -m pip --disable-pip-version-check --quiet
+SOURCES := missions behaviours stack tui robots tests
+
+# Python 3.11 exactly: pybullet ships wheels for 3.10 and 3.11 on x86-64 Linux only.
+IS_311 := -c 'import sys; sys.exit(sys.version_info[:2] != (3, 11))'
+PYTHON := $(shell for candidate in python3.11 python3 "$$(uv python find 3.11 2>/dev/null)"; do \
+	command -v "$$candidate" >/dev/null 2>&1 && "$$candidate" $(IS_311) 2>/dev/null && { echo "$$candidate"; break; }; done)
+
+.PHONY: run test check bench pictures clean help
+
+help:
+	@echo "make run     install into .venv and drive missions/02_office_patrol.yaml"
+	@echo "make test    the whole test suite"
+	@echo "make check   ruff, formatting, mypy --strict"
+	@echo "make bench   the measured figures (also written to bench/*.json)"
+
+$(VENV)/bin/python:
+	@if [ -z "$(PYTHON)" ]; then \
+		echo "treepilot needs Python 3.11 (pybullet has wheels for 3.10 and 3.11 on x86-64 Linux only)."; \
+		echo "One command that provides it:  uv python install 3.11   (or: apt install python3.11-venv)"; \
+		exit 2; fi
+	$(PYTHON) -m venv $(VENV)
+
+$(VENV)/.installed: $(VENV)/bin/python pyproject.toml
+	@echo "installing treepilot into $(VENV) (once)"
+	$(PIP) install --editable .
+	@touch $@
+
+$(VENV)/.installed-test: $(VENV)/.installed
+	@echo "installing the test tools into $(VENV) (once)"
+	$(PIP) install --editable '.[test]'
+	@touch $@
+
+run: $(VENV)/.installed
+	@$(VENV)/bin/treepilot run missions/02_office_patrol.yaml
+
+test: $(VENV)/.installed-test
+	$(VENV)/bin/python -m pytest -q -n 2 --dist loadgroup
+
+check: $(VENV)/.installed-test
+	$(VENV)/bin/ruff check $(SOURCES)
+	$(VENV)/bin/ruff format --check $(SOURCES)
+	$(VENV)/bin/mypy
+
+bench: $(VENV)/.installed-test
+	$(VENV)/bin/python -m tests.benchmarks
+
+clean:
+	rm -rf $(VENV) .mypy_cache .pytest_cache .ruff_cache .hypothesis

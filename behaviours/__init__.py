@@ -1,0 +1,1 @@
+"""Behaviours that missions are made of, and the base class to write your own."""

@@ -1,0 +1,172 @@
+"""The base class of every behaviour, and its typed ports.
+
+    class NavigateToPose(RobotBehaviour):
+        '''Drive to a pose in the map frame.'''
+
+        goal: Pose2D = port("where to go")
+        tolerance: float = port("how near counts as there", unit="m", default=0.25, above=0.0)
+        path_length: float = output("length of the path driven", unit="m")
+
+A port holds a literal, or is bound by the compiler to a place the value is read from or written to
+(a blackboard slot, an argument, a loop variable). Private attributes are plain assignments in
+`initialise`, without annotations: an annotated one would become a constructor argument.
+"""
+
+from __future__ import annotations
+
+import typing
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import lru_cache
+from typing import Any, TypeVar, dataclass_transform, overload
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from stack.errors import ParameterError
+from stack.parameters import REQUIRED, Declaration, suggestion
+from stack.robot import Robot, Task
+from stack.types import Failure, FailureCode, TaskStatus
+
+T = TypeVar("T")
+
+_RESERVED = frozenset(dir(Behaviour)) | {
+    "name", "status", "id", "parent", "children", "robot", "logger", "feedback_message",
+    "blackboards", "qualified_name", "iterator", "black_box_level", "failure",
+}  # fmt: skip
+
+
+class Port:
+    """Data descriptor of one port: reads and writes the node's own value or its binding."""
+
+    def __init__(self, declared: Declaration, writes: bool) -> None:
+        self.declared, self.writes, self.name = declared, writes, ""
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        if name in _RESERVED or name.startswith("_"):
+            raise TypeError(f"{owner.__name__}: a port may not be called {name!r}")
+        self.name = name
+
+    def __get__(self, node: Any, owner: type) -> Any:
+        if node is None:
+            return self
+        read = node._readers.get(self.name)
+        return node._values[self.name] if read is None else read()
+
+    def __set__(self, node: Any, value: Any) -> None:
+        node._values[self.name] = value
+        write = node._writers.get(self.name)
+        if write is not None:
+            write(value)
+
+
+@overload
+def port(
+    help: str, *, default: T, unit: str = "", at_least: float | None = None,
+    at_most: float | None = None, above: float | None = None, one_of: tuple[str, ...] = (),
+) -> T: ...  # fmt: skip
+@overload
+def port(
+    help: str, *, unit: str = "", at_least: float | None = None,
+    at_most: float | None = None, above: float | None = None, one_of: tuple[str, ...] = (),
+) -> Any: ...  # fmt: skip
+def port(  # noqa: PLR0913 - the vocabulary of a declaration
+    help: str, *, default: Any = REQUIRED, unit: str = "", at_least: float | None = None,
+    at_most: float | None = None, above: float | None = None, one_of: tuple[str, ...] = (),
+) -> Any:  # fmt: skip
+    """An input of a behaviour; its type is the attribute's annotation."""
+    declared = Declaration("", None, help, unit, default, at_least, at_most, above, one_of)
+    return Port(declared, writes=False)
+
+
+def output(help: str, *, unit: str = "", init: typing.Literal[False] = False) -> Any:
+    """A result of a behaviour: assigning to it writes the bound blackboard key, if any."""
+    return Port(Declaration("", None, help, unit, None), writes=True)
+
+
+@dataclass_transform(kw_only_default=True, field_specifiers=(port, output))
+class RobotBehaviour(Behaviour):
+    """A leaf of the tree with a robot to command.
+
+    The constructor takes settings only; the robot arrives in `setup`, so that a mission can be
+    compiled, checked and drawn where there is no robot.
+    """
+
+    robot: Robot
+    failure: Failure | None
+    uses_wheels: typing.ClassVar[bool] = False
+    """Whether it moves the robot: two such behaviours may not run at the same time."""
+
+    def __init__(self, name: str = "", **ports: Any) -> None:
+        super().__init__(name or type(self).__name__)
+        self.failure = None
+        self._values: dict[str, Any] = {}
+        self._readers: dict[str, Callable[[], Any]] = {}
+        self._writers: dict[str, Callable[[Any], None]] = {}
+        known = self.ports()
+        for key in ports.keys() - known.keys():
+            raise ParameterError(
+                key, f"{type(self).__name__} has no such port", suggestion(key, known)
+            )
+        self._values.update(dict.fromkeys(self.outputs()))
+        for key, declared in known.items():
+            value = ports.get(key, declared.default)
+            if value is REQUIRED:
+                raise ParameterError(key, f"{type(self).__name__} needs this port")
+            self._values[key] = value
+
+    @classmethod
+    def ports(cls) -> Mapping[str, Declaration]:
+        """The inputs by name, with types, in the order they are declared."""
+        return _declared(cls)[0]
+
+    @classmethod
+    def outputs(cls) -> Mapping[str, Declaration]:
+        """The outputs by name, with types."""
+        return _declared(cls)[1]
+
+    def bind_input(self, name: str, read: Callable[[], Any]) -> None:
+        """Read a port from elsewhere from now on."""
+        self._readers[name] = read
+
+    def bind_output(self, name: str, write: Callable[[Any], None]) -> None:
+        """Write an output there as well from now on."""
+        self._writers[name] = write
+
+    def setup(self, **resources: Any) -> None:
+        """Take the robot from the resources that the mission runner hands to the tree."""
+        self.robot = resources["robot"]
+
+    def fail(self, code: str, sentence: str) -> Status:
+        """FAILURE with a reason: `return self.fail(FailureCode.NO_WALL, "no wall within 1 m")`."""
+        self.failure = Failure(code, sentence)
+        self.feedback_message = sentence
+        return Status.FAILURE
+
+    def follow(self, task: Task) -> Status:
+        """The status of a task as this node's own, its feedback and failure passed on."""
+        if task.status is TaskStatus.RUNNING:
+            self.feedback_message = task.feedback
+            return Status.RUNNING
+        if task.status is TaskStatus.SUCCEEDED:
+            self.feedback_message = task.feedback
+            return Status.SUCCESS
+        why = task.failure or Failure(FailureCode.CANCELLED, "cancelled")
+        return self.fail(why.code, why.sentence)
+
+
+@lru_cache(maxsize=512)
+def _declared(cls: type) -> tuple[dict[str, Declaration], dict[str, Declaration]]:
+    hints = typing.get_type_hints(cls)
+    inputs: dict[str, Declaration] = {}
+    outputs: dict[str, Declaration] = {}
+    for owner in reversed(cls.__mro__):
+        for name, item in vars(owner).items():
+            if isinstance(item, Port):
+                if name not in hints:
+                    raise TypeError(f"{cls.__name__}.{name}: a port needs a type annotation")
+                declared = replace(item.declared, name=name, type=hints[name])
+                (outputs if item.writes else inputs)[name] = declared
+    for name in outputs:
+        inputs.pop(name, None)
+    return inputs, outputs

@@ -1,0 +1,1 @@
+"""Missions: the language, the compiler, the runner and the command line."""

@@ -1,0 +1,1 @@
+"""Robot descriptions and the bodies that move them."""

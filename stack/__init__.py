@@ -1,0 +1,1 @@
+"""The navigation stack: how a robot moves, free of missions and screens."""

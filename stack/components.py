@@ -1,0 +1,137 @@
+"""Planners, controllers and costmap layers: chosen by name, replaceable by plugin.
+
+A component class has a class attribute `Parameters` (a frozen dataclass of `parameter(...)` fields)
+and a docstring whose first line says what it is. Its module must not import numba, cv2 or its
+kernels at module level but in `__init__`, so that checking a mission imports none of them.
+Plugins name such a class under the entry-point groups `treepilot.planners`,
+`treepilot.controllers` and `treepilot.costmap_layers`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from importlib import import_module
+from importlib.metadata import entry_points
+from typing import Any, ClassVar, Protocol
+
+from stack.description import RobotDescription
+from stack.errors import InputError
+from stack.parameters import build, suggestion
+from stack.types import CostGrid, Footprint, Path, Pose2D, Twist
+
+BUILT_IN: dict[str, dict[str, str]] = {
+    "planner": {"astar": "stack.planning.astar:Astar"},
+    "controller": {"pure_pursuit": "stack.control.pure_pursuit:PurePursuit"},
+}
+GROUPS = {"planner": "treepilot.planners", "controller": "treepilot.controllers"}
+
+
+class Planner(Protocol):
+    """A global planner."""
+
+    Parameters: ClassVar[type]
+
+    def __init__(self, parameters: Any, robot: RobotDescription) -> None: ...
+
+    def plan(self, costs: CostGrid, start: Pose2D, goal: Pose2D) -> Path:
+        """A path of poses in the map frame from start to goal, smoothed, free of collisions.
+
+        Raises:
+            NavigationError: NO_VALID_PATH, START_OCCUPIED, GOAL_OCCUPIED, START_OUTSIDE_MAP or
+                GOAL_OUTSIDE_MAP.
+        """
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class ControlState:
+    """What a controller may look at in one step.
+
+    Attributes:
+        time: seconds on the robot's clock.
+        pose: map frame.
+        twist: measured velocity.
+        costs: the local costmap, map frame, around the robot.
+    """
+
+    time: float
+    pose: Pose2D
+    twist: Twist
+    costs: CostGrid
+
+
+class Controller(Protocol):
+    """Follows a path."""
+
+    Parameters: ClassVar[type]
+
+    def __init__(self, parameters: Any, robot: RobotDescription, period: float) -> None: ...
+
+    def set_path(self, path: Path) -> None:
+        """A new path to follow, map frame."""
+        ...
+
+    def command(self, state: ControlState) -> Twist:
+        """The velocity to drive now.
+
+        Raises:
+            NavigationError: COLLISION_AHEAD when nothing safe can be commanded.
+        """
+        ...
+
+    @property
+    def local_plan(self) -> Path | None:
+        """What it means to drive next, map frame, for the screen."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """A component by name with its checked parameters."""
+
+    kind: str
+    name: str
+    component: type
+    parameters: Any
+
+
+def available(kind: str) -> dict[str, str]:
+    """Names of a kind's components and where they are defined, built-ins first."""
+    found = dict(BUILT_IN[kind])
+    for entry in entry_points(group=GROUPS[kind]):
+        found.setdefault(entry.name, entry.value)
+    return found
+
+
+def component(kind: str, name: str) -> type:
+    """The class of a component.
+
+    Raises:
+        InputError: there is no such component, or its module cannot be imported.
+    """
+    known = available(kind)
+    if name not in known:
+        raise InputError(f"there is no {kind} {name!r}; {suggestion(name, known)}")
+    module, _, attribute = known[name].partition(":")
+    try:
+        found: type = getattr(import_module(module), attribute)
+    except (ImportError, AttributeError) as error:
+        raise InputError(f"the {kind} {name!r} in {known[name]} cannot be used: {error}") from error
+    return found
+
+
+def choose(kind: str, name: str, values: dict[str, Any]) -> Choice:
+    """A component with its parameters read and checked.
+
+    Raises:
+        InputError: no such component.
+        ParameterError: an unknown parameter or a value that will not do.
+    """
+    cls = component(kind, name)
+    return Choice(kind, name, cls, build(cls.Parameters, values))  # type: ignore[attr-defined]
+
+
+__all__ = [
+    "Choice", "ControlState", "Controller", "Footprint", "Planner", "available", "choose",
+    "component",
+]  # fmt: skip

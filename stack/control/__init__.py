@@ -1,0 +1,1 @@
+"""Controllers: from a path to velocity commands."""

@@ -1,0 +1,1 @@
+"""Costmaps: what each place costs to drive through."""

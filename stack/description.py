@@ -1,0 +1,129 @@
+"""What a robot is: outline, limits, wheels and sensors, as read from its robot.yaml."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path as FilePath
+from typing import Any
+
+from stack.parameters import parameter
+from stack.types import CameraModel, Footprint, Pose2D
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What the drive can do."""
+
+    linear_speed: float = parameter(0.8, "m/s", above=0.0, help="top speed forward")
+    reverse_speed: float = parameter(0.3, "m/s", at_least=0.0, help="top speed backward")
+    angular_speed: float = parameter(1.8, "rad/s", above=0.0, help="top turning speed")
+    linear_acceleration: float = parameter(1.0, "m/s²", above=0.0, help="speeding up")
+    linear_deceleration: float = parameter(1.5, "m/s²", above=0.0, help="slowing down")
+    angular_acceleration: float = parameter(3.2, "rad/s²", above=0.0, help="turning, both ways")
+
+
+@dataclass(frozen=True)
+class Wheels:
+    """A differential drive: names of the URDF joints and the geometry behind the odometry."""
+
+    left: tuple[str, ...]
+    right: tuple[str, ...]
+    radius: float
+    separation: float
+
+
+@dataclass(frozen=True)
+class OdometryNoise:
+    """How wheel odometry errs. All draws are seeded."""
+
+    scale_error: float = parameter(
+        0.01, at_least=0.0, at_most=0.2, help="standard deviation of each wheel's fixed scale error"
+    )
+    slip: float = parameter(
+        0.02,
+        at_least=0.0,
+        at_most=0.5,
+        help="standard deviation of a wheel's slip, per metre rolled",
+    )
+    ticks_per_turn: int = parameter(2048, at_least=16, help="encoder resolution")
+
+
+@dataclass(frozen=True)
+class LidarDescription:
+    """A planar lidar."""
+
+    mount: Pose2D
+    height: float = parameter(0.2, "m", above=0.0, help="above the floor")
+    beams: int = parameter(360, at_least=3, at_most=4096, help="beams per turn")
+    field_of_view: float = parameter(
+        6.283185307179586, "rad", above=0.0, help="360 deg is all round"
+    )
+    rate: float = parameter(10.0, "Hz", above=0.0, help="scans per second")
+    range_min: float = parameter(0.08, "m", at_least=0.0, help="nearer is invalid")
+    range_max: float = parameter(12.0, "m", above=0.0, help="farther is no return")
+    noise: float = parameter(0.01, "m", at_least=0.0, help="standard deviation of a range")
+    dropout: float = parameter(0.005, at_least=0.0, at_most=1.0, help="share of beams lost")
+
+
+@dataclass(frozen=True)
+class CameraDescription:
+    """A colour camera."""
+
+    model: CameraModel
+    rate: float = parameter(5.0, "Hz", above=0.0, help="pictures per second while asked for")
+    latency: float = parameter(0.1, "s", at_least=0.0, help="exposure to delivery")
+    noise: float = parameter(2.0, at_least=0.0, help="standard deviation of a colour value, 0..255")
+    range_max: float = parameter(12.0, "m", above=0.0, help="nothing is drawn beyond")
+
+
+@dataclass(frozen=True)
+class ImuDescription:
+    """A six-axis inertial sensor at the base frame's origin."""
+
+    rate: float = parameter(100.0, "Hz", above=0.0, help="samples per second")
+    gyro_noise: float = parameter(
+        0.004, "rad/s", at_least=0.0, help="standard deviation per sample"
+    )
+    gyro_bias: float = parameter(0.01, "rad/s", at_least=0.0, help="standard deviation of the bias")
+    accelerometer_noise: float = parameter(0.05, "m/s²", at_least=0.0, help="per sample")
+    accelerometer_bias: float = parameter(0.05, "m/s²", at_least=0.0, help="of the bias")
+
+
+@dataclass(frozen=True)
+class BatteryDescription:
+    """A battery that drains at rest and with motion and charges on a dock."""
+
+    capacity: float = parameter(100.0, "Wh", above=0.0, help="energy when full")
+    idle_power: float = parameter(15.0, "W", at_least=0.0, help="drawn at rest")
+    drive_power: float = parameter(60.0, "W", at_least=0.0, help="drawn more at top speed")
+    charge_power: float = parameter(200.0, "W", above=0.0, help="taken in on the dock")
+    voltage_full: float = parameter(25.2, "V", above=0.0, help="when full")
+    voltage_empty: float = parameter(20.0, "V", above=0.0, help="when empty")
+
+
+@dataclass(frozen=True)
+class RobotDescription:
+    """Everything about a robot that is not the world's.
+
+    Attributes:
+        name: e.g. scout.
+        footprint: outline in the base frame.
+        height: metres, for what passes over it.
+        urdf: the file that shapes and masses come from.
+        navigation: component choices and parameters for this robot, as raw values by kind
+            ({"controller": {"use": "pure_pursuit", "cruise_speed": 0.5}}), under the mission's.
+    """
+
+    name: str
+    footprint: Footprint
+    height: float
+    urdf: FilePath
+    wheels: Wheels
+    limits: Limits = field(default_factory=Limits)
+    odometry: OdometryNoise = field(default_factory=OdometryNoise)
+    lidar: LidarDescription | None = None
+    camera: CameraDescription | None = None
+    imu: ImuDescription | None = None
+    battery: BatteryDescription = field(default_factory=BatteryDescription)
+    navigation: dict[str, Any] = field(default_factory=dict)
+    source: FilePath | None = None

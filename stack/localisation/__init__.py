@@ -1,0 +1,1 @@
+"""Where am I: odometry fusion and Monte-Carlo localisation."""

@@ -1,0 +1,1 @@
+"""Maps: occupancy grids from worlds and from ROS map files."""

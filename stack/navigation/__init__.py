@@ -1,0 +1,1 @@
+"""Navigation: plans, follows, checks progress and recovers; the robot that behaviours see."""

@@ -1,0 +1,294 @@
+"""One vocabulary for settings that document themselves: component parameters and behaviour ports.
+
+A declaration carries type, unit, range and a sentence. From it come the checks of mission, world
+and robot files, `treepilot describe`, the documentation tables and live tuning.
+
+    @dataclass(frozen=True)
+    class PurePursuitParameters:
+        cruise_speed: float = parameter(0.5, "m/s", at_least=0.0, help="speed on a clear path")
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+import types
+import typing
+from collections.abc import Mapping
+from dataclasses import dataclass
+from difflib import get_close_matches
+from functools import lru_cache
+from math import isfinite, pi
+from typing import Any, TypeVar
+
+from stack.errors import ParameterError
+from stack.types import Pose2D, wrap_angle
+
+T = TypeVar("T")
+
+
+class _Required:
+    """Stands for a default that does not exist."""
+
+    def __repr__(self) -> str:
+        return "REQUIRED"
+
+
+REQUIRED: Any = _Required()
+"""The default of a declaration that must be given."""
+
+_UNITS: dict[str, tuple[str, float]] = {
+    "m": ("m", 1.0), "cm": ("m", 0.01), "mm": ("m", 0.001), "km": ("m", 1000.0),
+    "s": ("s", 1.0), "ms": ("s", 0.001), "min": ("s", 60.0), "h": ("s", 3600.0),
+    "rad": ("rad", 1.0), "deg": ("rad", pi / 180.0), "turn": ("rad", 2.0 * pi),
+    "m/s": ("m/s", 1.0), "cm/s": ("m/s", 0.01), "km/h": ("m/s", 1.0 / 3.6),
+    "rad/s": ("rad/s", 1.0), "deg/s": ("rad/s", pi / 180.0),
+    "m/s²": ("m/s²", 1.0), "m/s2": ("m/s²", 1.0), "m/s^2": ("m/s²", 1.0),
+    "rad/s²": ("rad/s²", 1.0), "rad/s2": ("rad/s²", 1.0), "deg/s²": ("rad/s²", pi / 180.0),
+    "Hz": ("Hz", 1.0), "kHz": ("Hz", 1000.0), "%": ("", 0.01), "kg": ("kg", 1.0),
+    "g": ("kg", 0.001), "V": ("V", 1.0), "W": ("W", 1.0), "Wh": ("Wh", 1.0),
+    "px": ("px", 1.0), "N": ("N", 1.0),
+}  # fmt: skip
+_QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\d\s].*?)?\s*")
+
+
+@dataclass(frozen=True, slots=True)
+class Declaration:
+    """What may stand for one name: used for parameters, ports, arguments and file keys.
+
+    Attributes:
+        name: as written in files.
+        type: float, int, bool, str, Pose2D, Expression, Assignments, a list of those, X | None.
+        unit: SI unit of a float ("" for a plain number); durations are floats in "s".
+        default: REQUIRED when there is none.
+        help: one sentence.
+    """
+
+    name: str
+    type: Any
+    help: str = ""
+    unit: str = ""
+    default: Any = REQUIRED
+    at_least: float | None = None
+    at_most: float | None = None
+    above: float | None = None
+    one_of: tuple[str, ...] = ()
+
+    @property
+    def required(self) -> bool:
+        """Whether a value must be given."""
+        return self.default is REQUIRED
+
+    def type_name(self) -> str:
+        """The type in the words of mission files: number, list of Pose, text…"""
+        return type_name(self.type, self.unit)
+
+    def range_text(self) -> str:
+        """The allowed values in words; empty when anything of the type will do."""
+        if self.one_of:
+            return " | ".join(self.one_of)
+        parts = []
+        if self.above is not None:
+            parts.append(f"> {self.above:g}")
+        if self.at_least is not None:
+            parts.append(f">= {self.at_least:g}")
+        if self.at_most is not None:
+            parts.append(f"<= {self.at_most:g}")
+        return " and ".join(parts)
+
+    def read(self, raw: Any) -> Any:
+        """The value that `raw` (as it stands in a file) means, checked.
+
+        Raises:
+            ParameterError: wrong type, unit or range; the sentence quotes value and expectation.
+        """
+        value = _convert(self, self.type, raw)
+        self.check(value)
+        return value
+
+    def check(self, value: Any) -> None:
+        """Raise ParameterError if the value is outside the declared range."""
+        if self.one_of and value is not None and value not in self.one_of:
+            raise ParameterError(
+                self.name, f"{value!r} is not one of {', '.join(self.one_of)}",
+                suggestion(str(value), self.one_of),
+            )  # fmt: skip
+        for number in value if isinstance(value, list | tuple) else (value,):
+            if isinstance(number, int | float) and not isinstance(number, bool):
+                self._check_number(number)
+
+    def _check_number(self, number: float) -> None:
+        unit = f" {self.unit}" if self.unit else ""
+        if self.above is not None and not number > self.above:
+            raise ParameterError(self.name, f"{number:g}{unit} must be above {self.above:g}{unit}")
+        if self.at_least is not None and not number >= self.at_least:
+            raise ParameterError(
+                self.name, f"{number:g}{unit} must be at least {self.at_least:g}{unit}"
+            )
+        if self.at_most is not None and not number <= self.at_most:
+            raise ParameterError(
+                self.name, f"{number:g}{unit} must be at most {self.at_most:g}{unit}"
+            )
+
+
+def parameter(  # noqa: PLR0913 - the vocabulary of a declaration
+    default: T, unit: str = "", *, help: str, at_least: float | None = None,
+    at_most: float | None = None, above: float | None = None, one_of: tuple[str, ...] = (),
+) -> T:  # fmt: skip
+    """A dataclass field that carries its own declaration."""
+    declared = Declaration("", None, help, unit, default, at_least, at_most, above, one_of)
+    return dataclasses.field(default=default, metadata={"declaration": declared})
+
+
+@lru_cache(maxsize=256)
+def declarations(parameters: type) -> dict[str, Declaration]:
+    """The declarations of a parameter dataclass, in the order of its fields."""
+    hints = typing.get_type_hints(parameters)
+    return {
+        item.name: dataclasses.replace(
+            item.metadata["declaration"], name=item.name, type=hints[item.name]
+        )
+        for item in dataclasses.fields(parameters)
+        if "declaration" in item.metadata
+    }
+
+
+def build(parameters: type[T], values: Mapping[str, Any]) -> T:
+    """The parameter dataclass with these raw values, each read and checked.
+
+    Raises:
+        ParameterError: an unknown name (with the nearest known one) or a value that will not do.
+    """
+    known = declarations(typing.cast("type", parameters))
+    checked = {}
+    for name, raw in values.items():
+        if name not in known:
+            raise ParameterError(
+                name, f"there is no parameter {name!r} here", suggestion(name, known)
+            )
+        checked[name] = known[name].read(raw)
+    return parameters(**checked)
+
+
+def suggestion(word: str, known: typing.Iterable[str]) -> str:
+    """`did you mean 'x'?` when something is near, else the list of what there is."""
+    names = sorted(known)
+    close = get_close_matches(word, names, n=1, cutoff=0.6)
+    if close:
+        return f"did you mean {close[0]!r}?"
+    return f"there are: {', '.join(names)}" if names else "nothing may stand here"
+
+
+def read_quantity(text: str, unit: str) -> float:
+    """A number with or without a unit, in SI: ("30 cm", "m") is 0.3.
+
+    Raises:
+        ParameterError: not a number, an unknown unit, or a unit of another dimension.
+    """
+    match = _QUANTITY.fullmatch(text)
+    if not match:
+        raise ParameterError("", f"expected {_number_words(unit)}, got {text!r}")
+    number, written = float(match[1]), match[2]
+    if written is None:
+        value = number
+    else:
+        if written not in _UNITS:
+            raise ParameterError("", f"unknown unit {written!r} in {text!r}", _units_hint(unit))
+        dimension, factor = _UNITS[written]
+        if dimension != unit:
+            raise ParameterError(
+                "", f"{text!r} is in {written}, expected {_number_words(unit)}", _units_hint(unit)
+            )
+        value = number * factor
+    if not isfinite(value):
+        raise ParameterError("", f"{text!r} is not a finite number")
+    return value
+
+
+def type_name(kind: Any, unit: str = "") -> str:
+    """A type in the words of mission files."""
+    origin = typing.get_origin(kind)
+    if origin is list or origin is tuple:
+        inner = typing.get_args(kind)
+        return f"list of {type_name(inner[0], unit)}" if inner else "list"
+    if origin in (typing.Union, types.UnionType):
+        return type_name(_without_none(kind), unit)
+    if kind is float:
+        return {"s": "duration", "": "number"}.get(unit, f"number in {unit}")
+    plain = {int: "whole number", bool: "true or false", str: "text", Pose2D: "Pose"}
+    return plain.get(kind) or str(getattr(kind, "__name__", kind))
+
+
+def _without_none(kind: Any) -> Any:
+    return next(arm for arm in typing.get_args(kind) if arm is not type(None))
+
+
+def _number_words(unit: str) -> str:
+    return {"s": "a duration", "": "a number", "rad": "an angle", "m": "a length"}.get(
+        unit, f"a number in {unit}"
+    )
+
+
+def _units_hint(unit: str) -> str:
+    units = [name for name, (dimension, _) in _UNITS.items() if dimension == unit]
+    return f"units here: {', '.join(units)}" if units else "no unit may stand here"
+
+
+def _convert(declared: Declaration, kind: Any, raw: Any) -> Any:
+    """Turn a raw scalar or list into `kind`, or raise ParameterError naming the declaration."""
+    try:
+        return _converted(kind, declared.unit, raw)
+    except ParameterError as error:
+        raise ParameterError(declared.name, error.sentence, error.hint) from None
+
+
+def _converted(kind: Any, unit: str, raw: Any) -> Any:
+    origin = typing.get_origin(kind)
+    if origin in (typing.Union, types.UnionType):
+        return None if raw is None else _converted(_without_none(kind), unit, raw)
+    if isinstance(kind, type) and kind is not object and _is_instance(raw, kind):
+        if kind is float and not isfinite(raw):
+            raise ParameterError("", f"{raw!r} is not a finite number")
+        return raw
+    if kind is float:
+        if isinstance(raw, int) and not isinstance(raw, bool):
+            return float(raw)
+        if isinstance(raw, str):
+            return read_quantity(raw, unit)
+    if kind is Pose2D and isinstance(raw, list | tuple):
+        return _pose(raw)
+    if origin in (list, tuple) and isinstance(raw, list | tuple):
+        inner = typing.get_args(kind)[0]
+        return [_converted(inner, unit, item) for item in raw]
+    if kind is typing.Any or not isinstance(kind, type):
+        return raw
+    words: dict[Any, str] = {
+        bool: "true or false",
+        int: "a whole number",
+        str: "text",
+        float: _number_words(unit),
+        Pose2D: "a pose [x, y, heading]",
+    }
+    expected = words.get(kind, f"a {kind.__name__}")
+    raise ParameterError("", f"expected {expected}, got {_shown(raw)}")
+
+
+def _is_instance(raw: Any, kind: type) -> bool:
+    if isinstance(raw, bool):
+        return kind is bool
+    return isinstance(raw, kind)
+
+
+def _pose(raw: list[Any] | tuple[Any, ...]) -> Pose2D:
+    if len(raw) not in (2, 3):
+        raise ParameterError("", f"a pose is [x, y] or [x, y, heading], got {_shown(raw)}")
+    x, y = (_converted(float, "m", item) for item in raw[:2])
+    heading = _converted(float, "rad", raw[2]) if len(raw) == 3 else 0.0
+    return Pose2D(x, y, wrap_angle(heading))
+
+
+def _shown(raw: Any) -> str:
+    if raw is None:
+        return "nothing"
+    text = {True: "true", False: "false"}[raw] if isinstance(raw, bool) else repr(raw)
+    return text if len(text) <= 60 else text[:57] + "..."

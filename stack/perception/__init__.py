@@ -1,0 +1,1 @@
+"""What the camera tells: fiducial markers and the poses they imply."""

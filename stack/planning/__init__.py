@@ -1,0 +1,1 @@
+"""Global planners and path smoothers."""

@@ -1,0 +1,1 @@
+"""The last stages before the wheels: collision monitor, velocity smoother, emergency stop."""

@@ -1,0 +1,1 @@
+"""What leaves the engine (events, snapshots) and what enters it (commands)."""
