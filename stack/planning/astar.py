@@ -209,7 +209,7 @@ def _in_cells(costs: CostGrid, pose: Pose2D) -> tuple[float, float]:
 
 
 def _number(costs: CostGrid, cell: Cell) -> int:
-    return cell[0] * costs.cells.shape[1] + cell[1]
+    return cell[0] * int(costs.cells.shape[1]) + cell[1]
 
 
 def _text(pose: Pose2D) -> str:
