@@ -15,6 +15,7 @@ from stack.planning.search import StepCosts, Workspace
 from stack.planning.smoothing import Smoother, unsmoothed
 from stack.types import (
     INSCRIBED_COST,
+    LETHAL_COST,
     UNKNOWN_COST,
     CostGrid,
     FailureCode,
@@ -91,28 +92,27 @@ class Astar:
         self._check_start(costs, start, start_cell)
         target = self._free_goal(costs, goal, goal_cell)
         target = self._search(costs, start, start_cell, goal, target)
-        if start_cell == target == goal_cell:
-            return _straight(start, goal)
+        end = goal
+        if target != goal_cell:
+            end = Pose2D(*costs.centre_of(*target), goal.heading)
+        if start_cell == target:
+            return _straight(start, end)
         cells = self._kernels.extract(
             self._workspace.parents, costs.cells.shape[1],
             _number(costs, start_cell), _number(costs, target),
         )  # fmt: skip
-        end = goal
-        if target != goal_cell:
-            end = Pose2D(*costs.centre_of(*target), goal.heading)
         points = _through_centres(costs, cells, start, end)
         if not self._parameters.smooth:
             return unsmoothed(points, end.heading)
         return self._smoother.smooth(costs, points, end.heading)
 
     def _check_start(self, costs: CostGrid, start: Pose2D, cell: Cell) -> None:
-        if self._tables.traverse[costs.cells[cell]] > 0:
+        if costs.cells[cell] != LETHAL_COST:
             return
         if self._nearest_free(costs, start, self._escape_distance) is None:
-            word = _word(int(costs.cells[cell]))
             raise NavigationError(
                 FailureCode.START_OCCUPIED,
-                f"start {_text(start)} lies in {word} cell and no cell within "
+                f"start {_text(start)} lies in an occupied cell and no cell within "
                 f"{self._escape_distance:.2f} m is free; {self._free_place(costs, start)}",
             )
 

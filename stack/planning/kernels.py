@@ -113,11 +113,11 @@ def search(
                 continue
             cost = so_far + step
             neighbour = next_row * columns + next_column
-            if base + cost >= reached[neighbour]:
-                continue
             if cost > limit:
                 status = RANGE_FULL
                 break
+            if base + cost >= reached[neighbour]:
+                continue
             reached[neighbour] = base + cost
             parents[neighbour] = direction
             f = cost + _octile(
@@ -218,14 +218,15 @@ def _line_cost(costs, traverse, x1, y1, x2, y2):
 
 
 @njit(cache=True, nogil=True)
-def straighten(costs, traverse, points, window):
-    """Drop points of (n, 2), in cells, wherever a straight line costs no more than they do.
+def straighten(costs, traverse, points, stride, window):
+    """Replace stretches of a path of points (n, 2), in cells, by straight lines that cost less.
 
-    From each kept point the farthest such line within `window` points is taken, so the path never
-    gets dearer: it stays in the middle of a corridor and cuts across open floor. Returns the
-    indices of the kept points.
+    The cheapest chain of lines between every `stride`-th point, each over at most `window` such
+    stretches, by dynamic programming: it cuts across open floor and stays in the middle of a
+    corridor. Returns the indices of the kept points.
     """
     count = points.shape[0]
+    last = (count - 2) // stride + 1
     along = np.zeros(count)
     for index in range(1, count):
         x1, y1 = points[index - 1, 0], points[index - 1, 1]
@@ -234,21 +235,38 @@ def straighten(costs, traverse, points, window):
         if cost < 0.0:  # leaving a bad start: any free line is better
             cost = 1e6 * np.hypot(x2 - x1, y2 - y1)
         along[index] = along[index - 1] + cost
-    kept = np.empty(count, np.int64)
-    kept[0] = 0
-    used, at = 1, 0
-    while at < count - 1:
-        farthest = at + 1
-        for index in range(at + 2, min(at + window + 1, count)):
-            cost = _line_cost(
-                costs, traverse, points[at, 0], points[at, 1], points[index, 0], points[index, 1]
-            )
-            if 0.0 <= cost <= along[index] - along[at]:
-                farthest = index
-        kept[used] = farthest
-        used += 1
-        at = farthest
-    return kept[:used]
+    best = np.zeros(last + 1)
+    before = np.full(last + 1, -1, np.int64)  # -1: along the path itself from the knot before
+    for knot in range(1, last + 1):
+        end = min(knot * stride, count - 1)
+        x2, y2 = points[end, 0], points[end, 1]
+        best[knot] = best[knot - 1] + along[end] - along[(knot - 1) * stride]
+        for other in range(knot - 1, max(knot - window, 0) - 1, -1):
+            x1, y1 = points[other * stride, 0], points[other * stride, 1]
+            least = best[other] + traverse[0] * np.hypot(x2 - x1, y2 - y1)
+            if least >= best[knot]:
+                continue
+            cost = _line_cost(costs, traverse, x1, y1, x2, y2)
+            if cost >= 0.0 and best[other] + cost < best[knot]:
+                best[knot], before[knot] = best[other] + cost, other
+    keep = np.zeros(count, np.bool_)
+    keep[0] = True
+    knot = last
+    while knot > 0:
+        end = min(knot * stride, count - 1)
+        keep[end] = True
+        if before[knot] < 0:
+            keep[(knot - 1) * stride : end] = True
+            knot -= 1
+        else:
+            knot = before[knot]
+    return np.nonzero(keep)[0]
+
+
+@njit(cache=True, nogil=True)
+def _is_way_between(costs, traverse, x1, y1, x2, y2):
+    """Whether the cell half-way between two points of the grid can be passed."""
+    return traverse[costs[int(np.floor(0.5 * (y1 + y2))), int(np.floor(0.5 * (x1 + x2)))]] > 0
 
 
 @njit(cache=True, nogil=True)
@@ -256,7 +274,8 @@ def round_corners(costs, traverse, points, weight_data, weight_smooth, easy, ite
     """Pull points (n, 2), in cells, towards their neighbours' middle and back to where they were.
 
     The data and smoothness terms of Dolgov et al. (2010), by Gauss-Seidel; the ends stay. A point
-    never moves into a cell that costs more than both its present one and `easy`.
+    never moves into a cell that costs more than both its present one and `easy`, nor to where the
+    cell half-way to a neighbour cannot be passed.
     """
     rows, columns = costs.shape
     moved = points.copy()
@@ -272,7 +291,13 @@ def round_corners(costs, traverse, points, weight_data, weight_smooth, easy, ite
                 continue
             cost = traverse[costs[row, column]]
             here = traverse[costs[int(np.floor(y)), int(np.floor(x))]]
-            if cost > 0 and (cost <= easy or cost <= here):
+            if cost == 0 or (cost > easy and cost > here):
+                continue
+            if _is_way_between(
+                costs, traverse, new_x, new_y, moved[index - 1, 0], moved[index - 1, 1]
+            ) and _is_way_between(
+                costs, traverse, new_x, new_y, moved[index + 1, 0], moved[index + 1, 1]
+            ):
                 moved[index, 0], moved[index, 1] = new_x, new_y
     return moved
 

@@ -12,7 +12,8 @@ from stack.types import CostGrid, FloatArray, Path
 SPACING = 0.05
 """Metres between the poses of a path, to within half a spacing over its whole length."""
 
-_WINDOW = 8.0  # m; the longest shortcut looked for
+_WINDOW = 6.0  # m; the longest shortcut looked for
+_STRIDE = 3  # cells between the places where shortcuts may begin and end
 _ROUNDING = 0.3  # m; a corner is rounded about this far to both sides
 _SMOOTHNESS = 0.3  # of a point's way to its neighbours' middle per iteration: stable below 0.5
 _ITERATIONS = 80
@@ -49,8 +50,9 @@ class Smoother:
         kernels, traverse, cells = self._kernels, self._traverse, costs.cells
         scale, origin = costs.resolution, np.array(costs.origin)
         raw = (points - origin) / scale
-        window = round(_WINDOW / scale)
-        straight = resampled(raw[kernels.straighten(cells, traverse, raw, window)], SPACING / scale)
+        window = max(1, round(_WINDOW / scale / _STRIDE))
+        kept = kernels.straighten(cells, traverse, raw, _STRIDE, window)
+        straight = resampled(raw[kept], SPACING / scale)
         # a kink fades out over sqrt(smoothness / data) points: that many make the rounding
         weight_data = _SMOOTHNESS * (SPACING / _ROUNDING) ** 2
         rounded = kernels.round_corners(
