@@ -18,6 +18,7 @@ ROW_STEP = np.array([0, 1, 0, -1, 1, 1, -1, -1])
 COLUMN_STEP = np.array([1, 0, -1, 0, 1, -1, -1, 1])
 SIDES = np.array([0, 0, 0, 0, 0b0011, 0b0110, 0b1100, 0b1001])
 
+AT_REST = 1e-3  # cells; a pull of less is not worth looking up the cells around
 FOUND, NO_WAY, QUEUE_FULL, RANGE_FULL = 0, 1, 2, 3
 
 
@@ -198,12 +199,13 @@ def nearest_reached(costs, traverse, reached, base, limit, row, column):
 
 
 @njit(cache=True, nogil=True)
-def _line_cost(costs, traverse, x1, y1, x2, y2):
-    """Cost of a straight line, in cells times traverse; -1 where it meets a cell with no way."""
+def _line_cost(costs, traverse, x1, y1, x2, y2, budget):
+    """Cost of a straight line, in cells times traverse; -1 without a way or above the budget."""
     rows, columns = costs.shape
     length = np.hypot(x2 - x1, y2 - y1)
     steps = max(int(np.ceil(2.0 * length)), 1)
     total = 0.0
+    budget *= steps / max(length, 1e-9)
     for step in range(steps + 1):
         share = step / steps
         column = int(np.floor(x1 + share * (x2 - x1)))
@@ -211,9 +213,9 @@ def _line_cost(costs, traverse, x1, y1, x2, y2):
         if not (0 <= row < rows and 0 <= column < columns):
             return -1.0
         value = traverse[costs[row, column]]
-        if value == 0:
-            return -1.0
         total += value * (0.5 if step == 0 or step == steps else 1.0)
+        if value == 0 or total > budget:
+            return -1.0
     return total * length / steps
 
 
@@ -231,7 +233,7 @@ def straighten(costs, traverse, points, stride, window):
     for index in range(1, count):
         x1, y1 = points[index - 1, 0], points[index - 1, 1]
         x2, y2 = points[index, 0], points[index, 1]
-        cost = _line_cost(costs, traverse, x1, y1, x2, y2)
+        cost = _line_cost(costs, traverse, x1, y1, x2, y2, np.inf)
         if cost < 0.0:  # leaving a bad start: any free line is better
             cost = 1e6 * np.hypot(x2 - x1, y2 - y1)
         along[index] = along[index - 1] + cost
@@ -246,7 +248,7 @@ def straighten(costs, traverse, points, stride, window):
             least = best[other] + traverse[0] * np.hypot(x2 - x1, y2 - y1)
             if least >= best[knot]:
                 continue
-            cost = _line_cost(costs, traverse, x1, y1, x2, y2)
+            cost = _line_cost(costs, traverse, x1, y1, x2, y2, best[knot] - best[other])
             if cost >= 0.0 and best[other] + cost < best[knot]:
                 best[knot], before[knot] = best[other] + cost, other
     keep = np.zeros(count, np.bool_)
@@ -282,10 +284,13 @@ def round_corners(costs, traverse, points, weight_data, weight_smooth, easy, ite
     for _ in range(iterations):
         for index in range(1, points.shape[0] - 1):
             x, y = moved[index, 0], moved[index, 1]
-            new_x = x + weight_data * (points[index, 0] - x)
-            new_x += weight_smooth * (moved[index - 1, 0] + moved[index + 1, 0] - 2.0 * x)
-            new_y = y + weight_data * (points[index, 1] - y)
-            new_y += weight_smooth * (moved[index - 1, 1] + moved[index + 1, 1] - 2.0 * y)
+            pull_x = weight_data * (points[index, 0] - x)
+            pull_x += weight_smooth * (moved[index - 1, 0] + moved[index + 1, 0] - 2.0 * x)
+            pull_y = weight_data * (points[index, 1] - y)
+            pull_y += weight_smooth * (moved[index - 1, 1] + moved[index + 1, 1] - 2.0 * y)
+            if abs(pull_x) + abs(pull_y) < AT_REST:
+                continue
+            new_x, new_y = x + pull_x, y + pull_y
             column, row = int(np.floor(new_x)), int(np.floor(new_y))
             if not (0 <= row < rows and 0 <= column < columns):
                 continue
@@ -308,6 +313,7 @@ def blocked_steps(costs, traverse, points):
     blocked = 0
     for index in range(1, points.shape[0]):
         x1, y1 = points[index - 1, 0], points[index - 1, 1]
-        if _line_cost(costs, traverse, x1, y1, points[index, 0], points[index, 1]) < 0.0:
+        x2, y2 = points[index, 0], points[index, 1]
+        if _line_cost(costs, traverse, x1, y1, x2, y2, np.inf) < 0.0:
             blocked += 1
     return blocked

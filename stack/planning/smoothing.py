@@ -12,12 +12,12 @@ from stack.types import CostGrid, FloatArray, Path
 SPACING = 0.05
 """Metres between the poses of a path, to within half a spacing over its whole length."""
 
-_WINDOW = 6.0  # m; the longest shortcut looked for
-_STRIDE = 3  # cells between the places where shortcuts may begin and end
+_WINDOW = 5.0  # m; the longest shortcut looked for
+_STRIDE = 4  # cells between the places where shortcuts may begin and end
 _ROUNDING = 0.3  # m; a corner is rounded about this far to both sides
 _SMOOTHNESS = 0.3  # of a point's way to its neighbours' middle per iteration: stable below 0.5
 _ITERATIONS = 80
-_EASY = 128  # corners may be cut through cells up to this cost (0.17 m beyond inscribed)
+_EASY = 160  # corners may be cut through cells up to this cost (0.11 m beyond inscribed)
 
 
 class Smoother:
