@@ -104,7 +104,7 @@ def search(
             step = traverse[there] if direction < 4 else diagonal[there]
             if step == 0:
                 away = max(abs(next_row - start_row), abs(next_column - start_column))
-                if not stuck or escape[there] > escape[here] or away > escape_reach:
+                if escape[there] > escape[here] or away > escape_reach:
                     continue
                 step = escape[there]
             elif direction < 4:

@@ -170,6 +170,17 @@ def test_denoise_drops_single_cells_and_keeps_pairs():
     assert np.count_nonzero(costmap.grid.cells == LETHAL_COST) == 2
 
 
+def test_denoise_drops_what_becomes_single_when_its_neighbour_fades():
+    costmap = Costmap(replace(ONLY_CELLS, denoise=True, decay=10.0), TINY, room())
+    pose = Pose2D(0.025, 0.025)
+    costmap.update(pose, scan([1.0]), 0.0)
+    costmap.update(pose, scan([1.0], angle_min=0.05), 5.0)
+    assert np.count_nonzero(costmap.grid.cells == LETHAL_COST) == 2
+    costmap.update(pose, None, 11.0)
+    assert np.count_nonzero(costmap.sensed) == 1
+    assert not np.count_nonzero(costmap.grid.cells == LETHAL_COST)
+
+
 def test_the_robots_own_footprint_is_clear():
     costmap = Costmap(CostmapParameters(), ROUND, room())
     costmap.update(Pose2D(0.0, 0.0), scan([1.0]), 0.0)
@@ -217,6 +228,7 @@ def test_a_rolling_window_does_not_smear_what_it_saw(places):
         grid = costmap.grid
         (mark,) = np.argwhere(grid.cells == LETHAL_COST)
         assert grid.centre_of(*mark) == pytest.approx((1.025, 0.025))
+        assert grid.cells[grid.cell_at(0.525, 0.025)] == FREE_COST  # the beam went through
         middle = Pose2D(grid.origin[0] + 4.5, grid.origin[1] + 4.5)
         assert middle.distance_to(Pose2D(x, y)) <= 0.05
 
