@@ -247,6 +247,14 @@ def test_a_start_too_near_to_a_wall_is_left_the_short_way():
     assert blocked == list(range(len(blocked))) and len(blocked) <= 6
 
 
+def test_a_bad_start_is_no_way_through_the_wall_beside_it():
+    costs = costs_of(two_rooms(doors=((150, 168),)))
+    start, goal = Pose2D(2.0, 2.40), Pose2D(2.0, 2.85)  # on both sides of a wall of 0.1 m
+    points = Astar(replace(EXACT, escape_distance=0.6), ROBOT).plan(costs, start, goal).points
+    assert max(costs.cells[costs.cell_at(x, y)] for x, y, _ in points) < LETHAL_COST
+    assert points[:, 0].max() > 7.5  # through the door
+
+
 def test_a_start_in_an_occupied_cell_is_left_when_free_ground_is_near():
     costs = costs_of(two_rooms())
     costs.cells[costs.cell_at(2.0, 1.0)] = LETHAL_COST
