@@ -120,7 +120,9 @@ def _parameters(section: Section | None, kind: type[T], **more: Any) -> T:
     """A parameter dataclass from a section, its other fields given; the defaults without one."""
     if section is None:
         return kind(**more)
-    values = {name: section.value(declared) for name, declared in declarations(cast("type", kind)).items()}
+    values = {
+        name: section.value(declared) for name, declared in declarations(cast("type", kind)).items()
+    }
     section.done()
     return kind(**values, **more)
 

@@ -69,7 +69,7 @@ class Reading:
         first = self.taken.setdefault((kind, name), mark)
         if first is not mark:
             self.findings.error(
-                TWICE, mark, f"there are two {kind}s {name!r}", f"the first is in line {first.line}"
+                TWICE, mark, f"a second {kind} {name!r}", f"the first is in line {first.line}"
             )
 
     def point(self, section: Section, key: str) -> tuple[float, float] | None:
