@@ -93,7 +93,7 @@ def _png(raw: bytes) -> Picture:
     if pixels is None:
         raise ParameterError("", "is a damaged PNG")
     brightest = 65535.0 if pixels.dtype == np.uint16 else 255.0
-    shares = np.atleast_3d(pixels) / brightest
+    shares: FloatArray = np.atleast_3d(np.asarray(pixels, dtype=np.float64)) / brightest
     if shares.shape[2] in (2, 4):
         return Picture(shares[:, :, :-1], shares[:, :, -1])
     return Picture(shares)

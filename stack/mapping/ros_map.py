@@ -123,7 +123,7 @@ def write_ros_map(grid: OccupancyGrid, path: Path) -> None:
     else:
         known = grid.cells != UNKNOWN
         pixels[known] = grid.cells[known]
-    rows, columns = pixels.shape
+    rows, columns = grid.cells.shape
     picture = path.with_suffix(".pgm")
     header = f"P5\n{columns} {rows}\n255\n".encode()
     x, y = float(grid.origin[0]), float(grid.origin[1])

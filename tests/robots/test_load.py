@@ -143,3 +143,30 @@ def test_a_robot_stands_still_and_upright_for_a_second(name):
         assert wheels[joint][1] == pytest.approx(robot.wheels.separation / 2, abs=2e-3)
     for joint, position in wheels.items():
         assert position[2] == pytest.approx(robot.wheels.radius, abs=1e-3), joint
+
+
+@pytest.mark.parametrize("name", robot_names())
+def test_a_robot_s_shapes_stay_inside_its_footprint_and_under_its_lidar(name):
+    import pybullet
+
+    robot = read_robot(find_robot(name, Path()))
+    client = pybullet.connect(pybullet.DIRECT)
+    try:
+        body = pybullet.loadURDF(str(robot.urdf), physicsClientId=client)
+        boxes = [
+            pybullet.getAABB(body, link, physicsClientId=client)
+            for link in range(-1, pybullet.getNumJoints(body, physicsClientId=client))
+        ]
+        mass = sum(
+            pybullet.getDynamicsInfo(body, link, physicsClientId=client)[0]
+            for link in range(-1, pybullet.getNumJoints(body, physicsClientId=client))
+        )
+    finally:
+        pybullet.disconnect(client)
+    reach_x, reach_y = abs(robot.footprint.points).max(axis=0)
+    # Bullet's boxes have a margin of a few millimetres.
+    for low, high in boxes:
+        assert max(-low[0], high[0]) <= reach_x + 6e-3
+        assert max(-low[1], high[1]) <= reach_y + 6e-3
+        assert high[2] < robot.lidar.height
+    assert mass == pytest.approx({"scout": 12.0, "jackal": 17.0}[name], abs=1e-6)
