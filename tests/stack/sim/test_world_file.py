@@ -1,6 +1,7 @@
 """World files: what they mean, and that each mistake is reported where it stands."""
 
 import re
+from dataclasses import replace
 from itertools import pairwise
 from math import pi
 from pathlib import Path
@@ -12,7 +13,7 @@ from hypothesis import strategies as st
 
 from stack.errors import InputError
 from stack.sim.rasterise import rasterise
-from stack.sim.world import Happening, Trigger
+from stack.sim.world import Happening, Trigger, Wall
 from stack.sim.world_file import find_world, read_world
 from stack.types import FREE, OCCUPIED, Pose2D
 
@@ -220,6 +221,11 @@ def test_every_example_in_the_documentation_can_be_read(read):
         read(block)
 
 
+def test_all_the_worlds_in_the_documentation_s_table_are_there():
+    listed = re.findall(r"^\| `(\w+)` \|.*\|.*\|$", (ROOT / "docs" / "worlds.md").read_text(), re.M)
+    assert {file.stem for file in SHIPPED} <= set(listed)
+
+
 def clearance(grid):
     """(rows, columns) metres from each cell's middle to the nearest wall or thing on the map."""
     import cv2
@@ -265,3 +271,45 @@ def test_markers_in_shipped_worlds_hang_on_a_wall_and_face_free_floor(file):
         behind, before = board.compose(Pose2D(-0.03, 0.0)), board.compose(Pose2D(0.5, 0.0))
         assert grid.cells[grid.cell_at(behind.x, behind.y)] == OCCUPIED, marker.number
         assert grid.cells[grid.cell_at(before.x, before.y)] == FREE, marker.number
+
+
+def test_the_twin_rooms_are_alike_on_the_map_and_differ_in_markers():
+    world = read_world(WORLDS / "twin_rooms.yaml")
+    grid = rasterise(world, 0.05)
+    row, west = grid.cell_at(0.025, 2.125)
+    room_a, room_b = grid.cells[row:, west : west + 100], grid.cells[row:, west + 100 : west + 200]
+    assert np.array_equal(room_a[:, :99], room_b[:, :99])
+    assert len({marker.number for marker in world.markers}) == len(world.markers)
+    (lifted,) = world.timeline
+    x, y, _ = lifted.trigger.near
+    # Seen from its room the new place is another one: rooms are 5 m apart.
+    assert lifted.move_robot.distance_to(Pose2D(x + 5.0, y)) - lifted.trigger.near[2] > 1.0
+
+
+def test_with_the_short_cut_shut_there_is_a_longer_way_round():
+    world = read_world(WORLDS / "two_corridors.yaml")
+    (door,) = world.doors
+    shut = Wall(np.array([door.start, door.end]), door.thickness)
+    closed = rasterise(replace(world, walls=(*world.walls, shut)), 0.05)
+    lengths = [
+        steps_between(grid, world.places["west"], world.places["east"])
+        for grid in (rasterise(world, 0.05), closed)
+    ]
+    # 11 m straight ahead; round it is up from y = 2 to y = 7.4 and down again.
+    assert lengths[0] == 11.0 / 0.05
+    assert 20.0 / 0.05 < lengths[1] < 24.0 / 0.05
+
+
+def steps_between(grid, start, goal):
+    """Length of the shortest 4-connected way with 0.3 m to each side, in cells."""
+    import cv2
+
+    free = (clearance(grid) > 0.30).astype(np.uint8)
+    reached = np.zeros_like(free)
+    reached[grid.cell_at(start.x, start.y)] = 1
+    cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
+    for steps in range(free.size):
+        if reached[grid.cell_at(goal.x, goal.y)]:
+            return steps
+        reached = cv2.dilate(reached, cross) & free
+    raise AssertionError("there is no way")
