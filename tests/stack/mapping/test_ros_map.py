@@ -62,6 +62,9 @@ def test_scale_spreads_what_lies_between_the_thresholds(folder):
     grid = read_ros_map(rewrite(folder, "mode: trinary", "mode: scale"))
     # 205: (0.19608 - 0.196) / 0.454 = 0.02 % -> 0; 90: (0.64706 - 0.196) / 0.454 = 99.4 % -> 99.
     assert grid.cells.tolist() == [[99, 100, 0], [100, 0, 0]]
+    # 150: (0.41176 - 0.196) / 0.454 = 47.52 %, rounded to the nearest.
+    grey = Picture(np.full((1, 1, 1), 150 / 255))
+    assert occupancies(grey, Shading("scale", False, 0.65, 0.196)).tolist() == [[48]]
 
 
 def test_raw_takes_bytes_up_to_100_as_they_are(folder):

@@ -48,6 +48,12 @@ def test_a_box_that_overlaps_a_sliver_of_a_cell_covers_it():
     assert picture(boxed) == ["######?", "#....#?", "####.#?", "#....#?", "######?"]
 
 
+def test_a_wall_s_corner_is_filled_and_its_free_ends_stop_at_their_points():
+    bent = Wall(np.array([[1.0, 1.5], [3.5, 1.5], [3.5, 4.0]]), thickness=1.0)
+    world = World("test", (0.0, 0.0, 5.0, 5.0), (bent,), start=Pose2D(0.5, 0.5))
+    assert picture(world) == [".....", "...#.", "...#.", ".###.", "....."]
+
+
 def test_a_turned_box_covers_a_diamond():
     # The square of side sqrt(2) turned by 45 deg has its corners 1 m from its middle, here the
     # corner that four cells share; it overlaps just these four.
