@@ -47,14 +47,14 @@ class Odometry:
         before, self._ticks = self._ticks, ticks
         if before is None:
             return
-        left = self._metres(0, ticks[0] - before[0], draws[0])
-        right = self._metres(1, ticks[1] - before[1], draws[1])
-        period = time - self.reading.stamp
-        self._recent.append((period, left, right))
-        self.reading = OdometryReading(time, self._moved(left, right), self._speed())
+        left = (ticks[0] - before[0]) * self._metres_per_tick[0]
+        right = (ticks[1] - before[1]) * self._metres_per_tick[1]
+        self._recent.append((time - self.reading.stamp, left, right))
+        # Slip goes into the pose alone: an encoder does not feel it, so the speed is smooth.
+        pose = self._moved(self._slipped(left, draws[0]), self._slipped(right, draws[1]))
+        self.reading = OdometryReading(time, pose, self._speed())
 
-    def _metres(self, wheel: int, ticks: int, draw: float) -> float:
-        rolled: float = ticks * self._metres_per_tick[wheel]
+    def _slipped(self, rolled: float, draw: float) -> float:
         return rolled + self._slip * sqrt(abs(rolled)) * draw
 
     def _moved(self, left: float, right: float) -> Pose2D:
