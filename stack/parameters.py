@@ -205,6 +205,11 @@ def read_quantity(text: str, unit: str) -> float:
     return value
 
 
+def units() -> Mapping[str, tuple[str, float]]:
+    """Every unit that may be written in files: the SI unit of its dimension, and the factor."""
+    return types.MappingProxyType(_UNITS)
+
+
 def type_name(kind: Any, unit: str = "") -> str:
     """A type in the words of mission files."""
     origin = typing.get_origin(kind)
@@ -243,10 +248,12 @@ def _convert(declared: Declaration, kind: Any, raw: Any) -> Any:
 
 
 def _converted(kind: Any, unit: str, raw: Any) -> Any:
+    if kind is typing.Any or kind is object:
+        return raw
     origin = typing.get_origin(kind)
     if origin in (typing.Union, types.UnionType):
         return None if raw is None else _converted(_without_none(kind), unit, raw)
-    if isinstance(kind, type) and kind is not object and _is_instance(raw, kind):
+    if isinstance(kind, type) and _is_instance(raw, kind):
         if kind is float and not isfinite(raw):
             raise ParameterError("", f"{raw!r} is not a finite number")
         return raw
@@ -260,7 +267,7 @@ def _converted(kind: Any, unit: str, raw: Any) -> Any:
     if origin in (list, tuple) and isinstance(raw, list | tuple):
         inner = typing.get_args(kind)[0]
         return [_converted(inner, unit, item) for item in raw]
-    if kind is typing.Any or not isinstance(kind, type):
+    if not isinstance(kind, type):
         return raw
     words: dict[Any, str] = {
         bool: "true or false",

@@ -1,0 +1,161 @@
+"""Reads a mission file into a checked model; every finding comes in one go."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+
+from missions.language.declarations import DeclarationReader, Layer
+from missions.language.expressions import Surroundings
+from missions.language.flow import OrderCheck, check_recursion, warn_of_wheels
+from missions.language.header import HeaderReader
+from missions.language.model import Catalogue, Mission, Resources, Step, Tree
+from missions.language.nodes import NodeReader
+from missions.language.scope import Role, Scope, Symbol
+from missions.language.values import ValueReader
+from stack.documents import Findings, Node, Section, read_file
+from stack.errors import InputError
+from stack.types import Pose2D
+
+CatalogueFor = Callable[[list[Node], Path, Findings], Catalogue]
+"""From the nodes under `plugins`, the mission's folder and where to report: the catalogue."""
+
+
+def read_mission(
+    path: Path, catalogue_for: CatalogueFor, resources: Resources | None = None,
+    overrides: Mapping[str, str] | None = None,
+) -> Mission:  # fmt: skip
+    """The mission in a file, checked against what is installed.
+
+    Args:
+        path: the mission file; what it names is relative to its folder.
+        catalogue_for: makes the catalogue, plugins included.
+        resources: worlds, robots, maps and components; by default nothing outside is looked at.
+        overrides: argument -> value as text, from `--set`.
+
+    Raises:
+        InputError: with every error found.
+    """
+    top = Section(read_file(path, "mission"), Findings(), "the mission", "E101")
+    return _Reading(top, path, resources or Resources()).mission(catalogue_for, overrides or {})
+
+
+class _Reading:
+    def __init__(self, top: Section, path: Path, resources: Resources) -> None:
+        self.top, self.path, self.findings = top, path, top.findings
+        self.header = HeaderReader(top, path.parent, resources)
+        self.values = ValueReader(self.findings)
+        self.declarations = DeclarationReader(self.values)
+
+    def mission(self, catalogue_for: CatalogueFor, overrides: Mapping[str, str]) -> Mission:
+        header, top = self.header, self.top
+        name, doc = header.text("mission"), header.text("doc", "")
+        robot, world = header.text("robot"), header.text("world")
+        header.unsupported()
+        header.check_robot(robot)
+        places, keys, arguments = self._names(world, overrides)
+        start = header.pose("start", places, ())
+        belief = header.pose("initial_pose", places, ("start", "unknown"))
+        files, plugins = header.texts("parameters"), header.texts("plugins")
+        navigation, chart = header.navigation(files), header.map()
+        scope = Scope((places, keys, arguments))
+        catalogue = self._catalogue(catalogue_for, plugins)
+        root, trees = self._nodes(catalogue, scope)
+        top.done()
+        self._flow(root, trees, scope)
+        self.findings.raise_errors()
+        assert root is not None
+        warnings = sorted(
+            (item for item in self.findings.items if item.severity == "warning"),
+            key=lambda item: item.mark,
+        )
+        return Mission(
+            name=name, source=self.path, root=root, robot=robot, world=world, doc=doc,
+            start=start if isinstance(start, Pose2D) else None, map=chart,
+            initial_pose=belief or "start", navigation=navigation,
+            parameter_files=tuple(item.value for item in files),
+            plugins=tuple(item.value for item in plugins),
+            places={key: symbol.value for key, symbol in places.items()},
+            arguments={key: symbol.value for key, symbol in arguments.items()},
+            blackboard=keys, trees=trees, warnings=tuple(warnings),
+        )  # fmt: skip
+
+    def _names(self, world: str, overrides: Mapping[str, str]) -> tuple[Layer, Layer, Layer]:
+        node = self.top.node
+        at = node.get("world")
+        known = self.header.world_places(world)
+        places = self.declarations.places(
+            self.top.node_of("places"), known, at.mark if at else node.mark
+        )
+        given = Scope((places,))
+        keys = self.declarations.blackboard(self.top.node_of("blackboard"), given)
+        arguments = self.declarations.arguments(self.top.node_of("arguments"), given, overrides)
+        scope = Scope((places, keys, arguments))
+        for symbol in (*keys.values(), *arguments.values()):
+            front = scope.lookup(symbol.name)
+            if front is not None and front is not symbol:
+                sentence = f"the {front.role} {symbol.name!r} hides this {symbol.role}"
+                self.findings.warning("W101", symbol.mark, sentence)
+        return places, keys, arguments
+
+    def _catalogue(self, catalogue_for: CatalogueFor, plugins: list[Node]) -> Catalogue:
+        try:
+            return catalogue_for(plugins, self.path.parent, self.findings)
+        except InputError as error:
+            mark = plugins[0].mark if plugins else self.top.node.mark
+            if not error.findings:
+                self.findings.error("E110", mark, str(error))
+            self.findings.items += error.findings
+            # Without its plugins a mission's nodes cannot be judged.
+            raise InputError(self.findings.errors) from error
+
+    def _nodes(self, catalogue: Catalogue, scope: Scope) -> tuple[Step | None, dict[str, Tree]]:
+        section = self.top.node_of("trees")
+        if section is not None and not section.is_mapping and section.value is not None:
+            self.findings.error("E101", section.mark, f"trees is a mapping, got {section.words()}")
+        entries = section.entries if section else []
+        trees = {str(key.value): self.declarations.tree(key, node) for key, node in entries}
+        reader = NodeReader(self.values, catalogue, trees)
+        for key, node in entries:
+            tree = trees[str(key.value)]
+            outer, layer = Surroundings(scope), {**tree.inputs, **tree.outputs}
+            for symbol in layer.values():
+                reader.warn_of_hiding(symbol, outer)
+            body = node.get("do")
+            if body is not None:
+                root = reader.read(body, Surroundings(scope.inside(layer)))
+                trees[tree.name] = replace(tree, root=root)
+        run = self.top.node_of("run", required=True)
+        return (reader.read(run, Surroundings(scope)) if run else None), trees
+
+    def _flow(self, root: Step | None, trees: dict[str, Tree], scope: Scope) -> None:
+        """What can be said only once every node is known to be right."""
+        if root is None or self.findings.errors:
+            return
+        reached = check_recursion(trees, root, self.findings)
+        for name, tree in trees.items():
+            if name not in reached:
+                self.findings.warning("W103", tree.mark, f"the tree {name!r} is never used")
+        if self.findings.errors:
+            return
+        OrderCheck(trees, self.findings).step(root, {})
+        for step in (root, *(tree.root for tree in trees.values())):
+            if step is not None:
+                warn_of_wheels(step, trees, self.findings)
+        self._unused(trees, scope)
+
+    def _unused(self, trees: dict[str, Tree], scope: Scope) -> None:
+        declared: list[Symbol] = [
+            symbol for symbol in scope.symbols() if symbol.role is not Role.PLACE
+        ]
+        for tree in trees.values():
+            declared += [*tree.inputs.values(), *tree.outputs.values()]
+        for symbol in declared:
+            touched = self.values.used
+            if symbol.role is Role.OUTPUT:
+                touched = self.values.written
+            if symbol not in touched:
+                verb = "never written" if symbol.role is Role.OUTPUT else "never used"
+                sentence = f"the {symbol.role} {symbol.name!r} is {verb}"
+                self.findings.warning("W102", symbol.mark, sentence)

@@ -1,0 +1,86 @@
+"""Words of an expression: `battery.charge < 20 % and not $done` and where each begins."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from stack.parameters import units
+
+MAX_LENGTH = 1000
+
+
+class ExpressionError(Exception):
+    """Something is wrong at an offset of an expression's text; the reader makes it a finding."""
+
+    def __init__(self, at: int, sentence: str, hint: str = "", code: str = "E150") -> None:
+        self.at, self.sentence, self.hint, self.code = at, sentence, hint, code
+        super().__init__(sentence)
+
+
+@dataclass(frozen=True, slots=True)
+class Token:
+    """A word.
+
+    Attributes:
+        kind: number | text | name | reference | operator | end.
+        text: as written; of a text what stands between the quotes, of a reference without `$`.
+        at: offset in the source.
+        end: offset behind it.
+        unit: of a number, "" without one.
+    """
+
+    kind: str
+    text: str
+    at: int
+    end: int
+    unit: str = ""
+
+
+_UNIT = "|".join(re.escape(unit) for unit in sorted(units(), key=len, reverse=True))
+_PATTERN = re.compile(
+    rf"""\s*(?:
+      (?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)(?:\s*(?P<unit>{_UNIT})(?![\w²^]))?
+    | (?P<text>'[^']*'|"[^"]*")
+    | \$(?P<reference>[A-Za-z_]\w*)
+    | (?P<name>[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*)
+    | (?P<operator>==|!=|<=|>=|[-+*/<>().,])
+    )""",
+    re.VERBOSE,
+)
+_HINTS = {
+    "=": "compare with ==", "&": "write `and`", "|": "write `or`", "!": "write `not`",
+    "$": "a name follows the $ at once", "'": "the text is not closed",
+    '"': "the text is not closed",
+}  # fmt: skip
+
+
+def tokens(source: str) -> list[Token]:
+    """The words of an expression, closed by an `end` token.
+
+    Raises:
+        ExpressionError: a character that has no meaning here, or far too long a text.
+    """
+    if len(source) > MAX_LENGTH:
+        raise ExpressionError(0, f"an expression of {len(source)} characters; at most {MAX_LENGTH}")
+    found: list[Token] = []
+    position, end = 0, len(source.rstrip())
+    while position < end:
+        match = _PATTERN.match(source, position)
+        if match is None:
+            at = position + len(source[position:]) - len(source[position:].lstrip())
+            character = source[at]
+            raise ExpressionError(
+                at, f"{character!r} has no meaning in an expression", _HINTS.get(character, "")
+            )
+        found.append(_token(match))
+        position = match.end()
+    found.append(Token("end", "", end, end))
+    return found
+
+
+def _token(match: re.Match[str]) -> Token:
+    kind = next(kind for kind in ("number", "text", "reference", "name", "operator") if match[kind])
+    at = match.start(kind) - (kind == "reference")
+    text = match[kind][1:-1] if kind == "text" else match[kind]
+    return Token(kind, text, at, match.end(), match["unit"] or "")

@@ -1,0 +1,118 @@
+"""The types that values have in mission files, and which fits where."""
+
+from __future__ import annotations
+
+import re
+import types
+import typing
+from dataclasses import dataclass
+from typing import Any
+
+from stack.parameters import Declaration, suggestion, type_name
+from stack.types import Assignments, Expression, Path, Pose2D
+
+
+@dataclass(frozen=True, slots=True)
+class ValueType:
+    """A type with its unit.
+
+    Attributes:
+        of: the Python class; `object` is anything, `list` comes with `item`.
+        unit: SI unit of a float; "" for a plain number, which fits every unit.
+        item: type of the items of a list.
+    """
+
+    of: Any
+    unit: str = ""
+    item: ValueType | None = None
+
+    def __str__(self) -> str:
+        if self.of is object:
+            return "anything"
+        return type_name(self.annotation, self.unit if self.item is None else self.item.unit)
+
+    @property
+    def annotation(self) -> Any:
+        """The Python annotation, as ports carry it."""
+        if self.item:
+            return list[self.item.annotation]  # type: ignore[name-defined]
+        return Any if self.of is object else self.of
+
+    @property
+    def is_number(self) -> bool:
+        """Whether one can calculate with it; anything counts."""
+        return self.of in (int, float, object)
+
+    def accepts(self, other: ValueType) -> bool:
+        """Whether a value of the other type may stand where this one is wanted."""
+        if object in (self.of, other.of):
+            return True
+        if self.item and other.item:
+            return self.item.accepts(other.item)
+        if not self.agrees_on_unit(other):
+            return False
+        if self.of is float:
+            return other.of in (int, float)
+        return bool(self.of is other.of or (self.of is not int and issubclass(other.of, self.of)))
+
+    def agrees_on_unit(self, other: ValueType) -> bool:
+        """Whether both are in the same unit; a plain number goes with every unit."""
+        return not (self.unit and other.unit) or self.unit == other.unit
+
+    def declaration(self, name: str, **limits: Any) -> Declaration:
+        """A declaration of this type, for reading literals."""
+        unit = self.item.unit if self.item else self.unit
+        return Declaration(name, self.annotation, unit=unit, **limits)
+
+
+ANYTHING = ValueType(object)
+BOOL, INT, NUMBER, TEXT = ValueType(bool), ValueType(int), ValueType(float), ValueType(str)
+POSE, DURATION = ValueType(Pose2D), ValueType(float, "s")
+EXPRESSION, ASSIGNMENTS = ValueType(Expression), ValueType(Assignments)
+
+NAMED: dict[str, ValueType] = {
+    "bool": BOOL,
+    "int": INT,
+    "float": NUMBER,
+    "text": TEXT,
+    "path": TEXT,
+    "duration": DURATION,
+    "length": ValueType(float, "m"),
+    "angle": ValueType(float, "rad"),
+    "speed": ValueType(float, "m/s"),
+    "Pose": POSE,
+    "Path": ValueType(Path),
+}
+"""The words for types in mission files; each may follow `list of`."""
+
+_LIST = re.compile(r"list\s+of\s+(.+)")
+
+
+def named_type(text: str) -> ValueType | str:
+    """The type that a mission file names; a suggestion when there is no such type."""
+    found = _LIST.fullmatch(text.strip())
+    if found:
+        item = named_type(found[1])
+        return item if isinstance(item, str) else ValueType(list, item=item)
+    return NAMED.get(text.strip()) or suggestion(text, NAMED)
+
+
+def type_of_annotation(kind: Any, unit: str = "") -> ValueType:
+    """The type of a port from its Python annotation; `X | None` is X, the unknown is anything."""
+    origin = typing.get_origin(kind)
+    if origin in (typing.Union, types.UnionType):
+        arms = [arm for arm in typing.get_args(kind) if arm is not type(None)]
+        return type_of_annotation(arms[0], unit) if len(arms) == 1 else ANYTHING
+    if origin in (list, tuple):
+        inner = typing.get_args(kind)
+        return ValueType(list, item=type_of_annotation(inner[0], unit) if inner else ANYTHING)
+    if kind in (list, tuple):
+        return ValueType(list, item=ANYTHING)
+    if kind is Any or not isinstance(kind, type):
+        return ANYTHING
+    return ValueType(kind, unit if kind is float else "")
+
+
+def type_of(declared: Declaration) -> ValueType:
+    """The type of a declared port."""
+    return type_of_annotation(declared.type, declared.unit)

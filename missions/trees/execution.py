@@ -1,0 +1,153 @@
+"""What the nodes of one running tree share: the robot, failures and their paths, status changes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from missions.language.terms import shown
+from stack.documents import Mark
+from stack.robot import Robot
+from stack.telemetry.records import TreeRow
+from stack.types import Failure, FailureCode, Pose2D
+
+WORDS = {
+    Status.RUNNING: "running",
+    Status.SUCCESS: "success",
+    Status.FAILURE: "failure",
+    Status.INVALID: "idle",
+}
+"""py_trees' statuses in the words of events and rows."""
+
+
+@dataclass(frozen=True, slots=True)
+class Trail:
+    """A failure and the labels of the nodes from the one that reports it down to the cause."""
+
+    failure: Failure
+    path: tuple[str, ...]
+
+
+@dataclass(slots=True)
+class Record:
+    """One node as the screen and the event log know it.
+
+    Attributes:
+        label: what a failure's path calls it; "" leaves it out (decorators, unnamed composites).
+        detail: its ports as written, for drawings.
+        mark: where it stands in the mission file.
+    """
+
+    node: Behaviour
+    kind: str
+    label: str
+    detail: str
+    mark: Mark
+    id: int = -1
+    parent: int = -1
+    status: Status = Status.INVALID
+    since: float = 0.0
+    row: TreeRow | None = None
+
+
+def _nobody(*_: Any, **__: Any) -> None:
+    """Stands for a listener until `setup`."""
+
+
+@dataclass(slots=True)
+class Execution:
+    """Shared by the nodes of one tree; a process may run many.
+
+    Attributes:
+        robot: from `setup` on.
+        emit: takes level, kind, text and fields of an event.
+        log: takes tracebacks; they are not part of the hashed event log.
+        error: code of the last failure that a recover or a fallback dealt with.
+        recoveries: how many recoveries have been run.
+        standing_by: running children of reactive composites while an earlier child is looked at;
+            they are halted before a behaviour that moves the robot starts.
+        place_names: for showing poses by name.
+    """
+
+    robot: Robot = field(init=False)
+    emit: Callable[..., None] = _nobody
+    log: Callable[[str], None] = _nobody
+    error: str = ""
+    recoveries: int = 0
+    standing_by: list[Behaviour] = field(default_factory=list)
+    place_names: dict[Pose2D, str] = field(default_factory=dict)
+    records: dict[int, Record] = field(default_factory=dict)
+    trails: dict[int, Trail] = field(default_factory=dict)
+
+    def record(self, node: Behaviour) -> Record:
+        """The record of a node of this tree."""
+        return self.records[id(node)]
+
+    def fail(self, node: Behaviour, failure: Failure) -> Status:
+        """FAILURE of a node for a reason of its own."""
+        record = self.record(node)
+        node.feedback_message = failure.sentence
+        # A cause always has a name, or the path would end in the air.
+        self.trails[id(node)] = Trail(failure, (record.label or node.name,))
+        return Status.FAILURE
+
+    def pass_on(self, node: Behaviour, child: Behaviour, note: str = "") -> Status:
+        """FAILURE of a node because a child failed; `note` goes behind its label in the path."""
+        trail = self.trail(child)
+        label = self.record(node).label or (node.name if note else "")
+        here = (f"{label} ({note})" if note else label,) if label else ()
+        self.trails[id(node)] = Trail(trail.failure, here + trail.path)
+        return Status.FAILURE
+
+    def trail(self, node: Behaviour) -> Trail:
+        """Why a node failed."""
+        unknown = Failure(FailureCode.FAILED, node.feedback_message or "failed")
+        return self.trails.get(id(node)) or Trail(unknown, (node.name,))
+
+    def deal_with(self, child: Behaviour) -> None:
+        """A failure that the mission goes on from: what `error` is from now on."""
+        self.error = str(self.trail(child).failure.code)
+
+    def pass_over(self, node: Behaviour, child: Behaviour, note: str = "") -> None:
+        """Say that a failure was passed over because of `on_failure: continue`."""
+        trail = self.trail(child)
+        self.deal_with(child)
+        path = " > ".join((*((note,) if note else ()), *trail.path))
+        self.emit(
+            level="warning", kind="failure_passed_over",
+            text=f"{path}: {trail.failure.code} {trail.failure.sentence}",
+            fields={"node": self.record(node).id, "code": str(trail.failure.code)},
+        )  # fmt: skip
+
+    def became(self, node: Behaviour, status: Status) -> None:
+        """Emit a change of status; called in the order in which nodes answer or are halted."""
+        record = self.records.get(id(node))
+        if record is None or record.status is status:
+            return
+        before, record.status = WORDS[record.status], status
+        record.since, record.row = self.robot.time, None
+        self.emit(
+            level="info", kind="node_status", text=f"{node.name}: {before} > {WORDS[status]}",
+            fields={"node": record.id, "name": node.name, "from": before, "to": WORDS[status]},
+        )  # fmt: skip
+
+    def free_the_wheels(self) -> None:
+        """Halt what would be pre-empted anyway, before a behaviour that moves the robot starts."""
+        while self.standing_by:
+            halt(self.standing_by.pop())
+
+    def describe(self, value: Any) -> str:
+        """A value for people: a place by its name."""
+        if isinstance(value, Pose2D) and value in self.place_names:
+            return self.place_names[value]
+        return shown(value)
+
+
+def halt(node: Behaviour) -> None:
+    """Bring a node and all below it to rest; a finished one forgets its outcome."""
+    if node.status is not Status.INVALID:
+        node.stop(Status.INVALID)

@@ -1,0 +1,48 @@
+"""How steps and values read in drawings and rows: as they stand in the mission file."""
+
+from __future__ import annotations
+
+from missions.language.model import (
+    Composite,
+    Constant,
+    ForEach,
+    Formula,
+    Leaf,
+    Listing,
+    Reference,
+    Step,
+    Use,
+    Value,
+    Writes,
+)
+from missions.language.terms import shown
+
+
+def value_text(value: Value) -> str:
+    """A value in one line."""
+    if isinstance(value, Constant):
+        return value.text or shown(value.value)
+    if isinstance(value, Reference):
+        return f"${value.symbol.name}"
+    if isinstance(value, Listing):
+        return f"[{', '.join(value_text(item) for item in value.items)}]"
+    if isinstance(value, Formula):
+        return value.expression.source
+    return ", ".join(f"{symbol.name} = {item.source}" for symbol, item in value.assignments)
+
+
+def detail_of(step: Step) -> str:
+    """What a node was given, in one line."""
+    if isinstance(step, ForEach):
+        return f"{step.variable.name} in {value_text(step.items)}"
+    if isinstance(step, Composite):
+        return f"{step.needed} of {len(step.children)}" if step.kind == "parallel" else ""
+    if not isinstance(step, Leaf | Use):
+        return ""
+    ports = step.ports if isinstance(step, Leaf) else step.inputs
+    parts = [
+        value_text(value) if isinstance(value, Formula | Writes) else f"{name} {value_text(value)}"
+        for name, value in ports.items()
+    ]
+    parts += [f"{name} -> ${symbol.name}" for name, symbol in step.outputs.items()]
+    return ", ".join(parts)

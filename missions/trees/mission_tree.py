@@ -1,0 +1,138 @@
+"""A compiled mission: what the runner sets up, ticks, watches and halts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from missions.language.scope import UNSET
+from missions.trees.execution import WORDS, Execution, Record, halt
+from missions.trees.slots import Slot
+from stack.documents import Finding
+from stack.errors import InputError
+from stack.robot import Robot
+from stack.telemetry.records import TreeRow
+from stack.types import Failure
+
+
+class MissionTree:
+    """A tree of py_trees nodes with its blackboard.
+
+    Attributes:
+        root: the py_trees node at the top.
+        ticks: how often it has been ticked.
+    """
+
+    def __init__(
+        self, name: str, root: Behaviour, execution: Execution, slots: Mapping[str, Slot]
+    ) -> None:
+        self.name, self.root, self.ticks = name, root, 0
+        self._execution, self._slots = execution, slots
+        self._records: list[Record] = []
+        for number, (node, parent) in enumerate(_depth_first(root, None)):
+            record = execution.record(node)
+            record.id = number
+            record.parent = -1 if parent is None else execution.record(parent).id
+            self._records.append(record)
+        self._rows: tuple[TreeRow, ...] = ()
+
+    def setup(
+        self, robot: Robot, emit: Callable[..., None], log: Callable[[str], None] | None = None
+    ) -> None:
+        """Hand the robot to every node.
+
+        Args:
+            robot: what behaviours and expressions see.
+            emit: called as emit(level=…, kind=…, text=…, fields=…) for node_status, recovery,
+                failure_passed_over and exception.
+            log: takes tracebacks, which are not part of the hashed event log.
+
+        Raises:
+            InputError: a behaviour's setup raises; nothing has moved.
+        """
+        self._execution.robot, self._execution.emit = robot, emit
+        if log is not None:
+            self._execution.log = log
+        findings = []
+        for record in self._records:
+            try:
+                record.node.setup(robot=robot)
+            except Exception as error:
+                sentence = f"{record.kind}: setup failed: {type(error).__name__}: {error}"
+                findings.append(Finding(record.mark, "E127", sentence))
+        if findings:
+            raise InputError(findings)
+
+    def tick(self) -> None:
+        """Let every node that has a turn take it. Does nothing once the mission is over."""
+        if self.ticks and self.status in (Status.SUCCESS, Status.FAILURE):
+            return
+        self.ticks += 1
+        self._execution.standing_by.clear()
+        for node in self.root.tick():
+            self._execution.became(node, node.status)
+
+    @property
+    def status(self) -> Status:
+        """RUNNING, SUCCESS or FAILURE; INVALID before the first tick and after a halt."""
+        return self.root.status
+
+    def halt(self) -> None:
+        """Bring every node to rest, the deepest first."""
+        halt(self.root)
+
+    @property
+    def failure(self) -> Failure | None:
+        """The first cause, once the mission has failed."""
+        if self.status is not Status.FAILURE:
+            return None
+        return self._execution.trail(self.root).failure
+
+    @property
+    def reason(self) -> str:
+        """The names from the root to the first cause, and what that says; empty before."""
+        if self.status is not Status.FAILURE:
+            return ""
+        trail = self._execution.trail(self.root)
+        path = " > ".join((self.name, *trail.path))
+        return f"{path}: {trail.failure.code} {trail.failure.sentence}"
+
+    @property
+    def recoveries(self) -> int:
+        """How many recoveries have been run."""
+        return self._execution.recoveries
+
+    def blackboard(self) -> dict[str, str]:
+        """Every declared key with its value as text."""
+        return {
+            name: "not set" if slot.value is UNSET else self._execution.describe(slot.value)
+            for name, slot in self._slots.items()
+        }
+
+    def rows(self) -> tuple[TreeRow, ...]:
+        """Every node in drawing order; the same tuple as long as nothing has changed."""
+        changed = len(self._rows) != len(self._records)
+        for record in self._records:
+            message = record.node.feedback_message
+            if not message and record.status is Status.INVALID:
+                message = record.detail
+            row = record.row
+            if row is None or row.message != message:
+                changed = True
+                record.row = TreeRow(
+                    record.id, record.parent, record.node.name, record.kind,
+                    WORDS[record.status], message, record.since,
+                )  # fmt: skip
+        if changed:
+            self._rows = tuple(record.row for record in self._records if record.row)
+        return self._rows
+
+
+def _depth_first(
+    node: Behaviour, parent: Behaviour | None
+) -> Iterator[tuple[Behaviour, Behaviour | None]]:
+    yield node, parent
+    for child in node.children:
+        yield from _depth_first(child, node)

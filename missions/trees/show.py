@@ -1,0 +1,88 @@
+"""Drawings of a compiled tree, decorators included: as text, for Graphviz and for Mermaid."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from missions.trees.mission_tree import MissionTree
+from stack.telemetry.records import TreeRow
+
+_MARKS = {"running": "▶", "success": "✓", "failure": "✗", "idle": "·"}
+_COLOURS = {"running": "33", "success": "32", "failure": "31", "idle": "0"}
+_DIM, _RESET = "\x1b[2m", "\x1b[0m"
+_FILLS = {"running": "khaki", "success": "palegreen", "failure": "salmon", "idle": "white"}
+_SHAPES = {
+    "sequence": "box", "reactive": "box", "fallback": "octagon", "reactive_fallback": "octagon",
+    "parallel": "parallelogram", "round_robin": "octagon", "recover": "octagon",
+    "use": "folder",
+}  # fmt: skip
+_DECORATORS = ("when", "while", "on_failure", "repeat", "retry", "timeout", "for_each")
+
+
+def text(tree: MissionTree, *, colour: bool = False) -> str:
+    """The tree with one line per node, as box drawing; colours are ANSI escapes."""
+    return "\n".join([tree.name, *_lines(tree.rows(), colour)])
+
+
+def _lines(rows: tuple[TreeRow, ...], colour: bool) -> Iterable[str]:
+    by_parent: dict[int, list[TreeRow]] = {}
+    for row in rows:
+        by_parent.setdefault(row.parent, []).append(row)
+
+    def below(parent: int, indent: str) -> Iterable[str]:
+        children = by_parent.get(parent, [])
+        for row in children:
+            last = row is children[-1]
+            yield indent + ("└─ " if last else "├─ ") + _line(row, colour)
+            yield from below(row.id, indent + ("   " if last else "│  "))
+
+    return below(-1, "")
+
+
+def _line(row: TreeRow, colour: bool) -> str:
+    kind = "" if row.name.startswith(row.kind) else f" [{row.kind}]"
+    message = f"  {row.message}" if row.message else ""
+    if not colour:
+        return f"{_MARKS[row.status]} {row.name}{kind}{message}"
+    status = f"\x1b[{_COLOURS[row.status]}m"
+    return f"{status}{_MARKS[row.status]} {row.name}{_RESET}{_DIM}{kind}{message}{_RESET}"
+
+
+def dot(tree: MissionTree, *, colour: bool = False) -> str:
+    """The tree in Graphviz' language; colours fill nodes by their status."""
+    lines = [f"digraph {_quoted(tree.name)} {{", '  node [fontname="sans-serif", fontsize=10];']
+    for row in tree.rows():
+        shape = _SHAPES.get(row.kind, "ellipse")
+        if row.kind in _DECORATORS:
+            shape = "hexagon"
+        fill = f', style=filled, fillcolor="{_FILLS[row.status]}"' if colour else ""
+        lines.append(f"  n{row.id} [label={_quoted(_label(row))}, shape={shape}{fill}];")
+        if row.parent >= 0:
+            lines.append(f"  n{row.parent} -> n{row.id};")
+    return "\n".join([*lines, "}"])
+
+
+def mermaid(tree: MissionTree, *, colour: bool = False) -> str:
+    """The tree as a Mermaid flowchart; colours fill nodes by their status."""
+    lines = ["flowchart TD"]
+    for row in tree.rows():
+        opened, closed = ("{{", "}}") if row.kind in _DECORATORS else ("[", "]")
+        if row.kind not in _SHAPES and row.kind not in _DECORATORS:
+            opened, closed = "([", "])"
+        label = _label(row).replace('"', "#quot;").replace("\n", "<br/>")
+        lines.append(f'  n{row.id}{opened}"{label}"{closed}')
+        if row.parent >= 0:
+            lines.append(f"  n{row.parent} --> n{row.id}")
+        if colour:
+            lines.append(f"  style n{row.id} fill:{_FILLS[row.status]}")
+    return "\n".join(lines)
+
+
+def _label(row: TreeRow) -> str:
+    kind = "" if row.name.startswith(row.kind) else f"\n{row.kind}"
+    return f"{row.name}{kind}" + (f"\n{row.message}" if row.message else "")
+
+
+def _quoted(words: str) -> str:
+    escaped = words.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
+    return f'"{escaped}"'
