@@ -54,3 +54,20 @@ class ProgressChecker:
                 return time - began >= self.seconds
         self._since = (time, pose)
         return False
+
+
+class LostChecker:
+    """The localisation is lost when its quality stays below a bound for some time."""
+
+    def __init__(self, quality: float = 0.3, seconds: float = 1.5) -> None:
+        self.quality, self.seconds = quality, seconds
+        self._since: float | None = None
+
+    def lost(self, time: float, quality: float) -> bool:
+        """Whether the quality has been too low for too long."""
+        if quality >= self.quality:
+            self._since = None
+            return False
+        if self._since is None:
+            self._since = time
+        return time - self._since >= self.seconds

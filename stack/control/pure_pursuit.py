@@ -159,7 +159,7 @@ class PurePursuit:
 
     def _pursue(self, track: Track, state: ControlState) -> Twist | None:
         """Along the path: the first clear arc, a turn in place, or None when neither is safe."""
-        lookahead = self._lookahead_distance(state.twist.linear)
+        lookahead = self._lookahead_distance(state.twist.linear, track.remaining)
         arc = self._arc(track, state, lookahead)
         if abs(arc.bearing) > self._turn_threshold(track, state):
             self._turning = True
@@ -180,20 +180,25 @@ class PurePursuit:
     def _at_end(self, arc: _Arc, track: Track) -> bool:
         return arc.free >= track.remaining
 
-    def _lookahead_distance(self, speed: float) -> float:
+    def _lookahead_distance(self, speed: float, remaining: float) -> float:
+        """Longer when faster; on the last bit as far as the goal, so that it is hit."""
         p = self.parameters
-        return min(max(speed * p.lookahead_time, p.min_lookahead), p.max_lookahead)
+        usual = min(max(speed * p.lookahead_time, p.min_lookahead), p.max_lookahead)
+        return min(usual, max(remaining, 0.5 * p.min_lookahead))
 
     def _turn_threshold(self, track: Track, state: ControlState) -> float:
         """How far off the path may lie before the robot turns in place, radians.
 
-        Less for a short path begun from a stand, which leaves no room to swing in; and a turn
-        begun goes on until the path lies nearly ahead.
+        More while it drives, so that it swings through corners up to 110 degrees without a stop.
+        Less for a short path begun from a stand, which leaves no room to swing in. A turn begun
+        goes on until the path lies nearly ahead.
         """
         p = self.parameters
         if self._turning:
             return min(0.1, p.turn_angle)
-        if abs(state.twist.linear) < p.creep_speed and track.travelled < 0.05:
+        if abs(state.twist.linear) >= p.min_speed:
+            return 1.5 * p.turn_angle
+        if track.travelled < 0.05:
             return p.turn_angle * min(1.0, max(0.15, track.remaining))
         return p.turn_angle
 
