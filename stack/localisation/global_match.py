@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stack.errors import NavigationError
-from stack.localisation.field import SurfaceField, as_pose
-from stack.localisation.quality import FitJudge, spread
+from stack.localisation.field import SurfaceField, as_pose, as_row
+from stack.localisation.quality import JUDGED_BEAMS, FitJudge, spread
 from stack.types import FailureCode, FloatArray, Pose2D, Scan, wrap_angle
 
 SPACING, HEADINGS = 0.15, 72
@@ -26,11 +26,15 @@ SPACING, HEADINGS = 0.15, 72
 BLUR = 0.2
 """Metres: standard deviation of a hit as seen from the nearest lattice pose."""
 
-LATTICE_BEAMS = 40
+LATTICE_BEAMS = 60
 DISTINCT_DISTANCE, DISTINCT_ANGLE = 0.5, pi / 6
 """Metres, radians: candidates nearer than both are the same place."""
 
-_FINALISTS = 60
+_FINALISTS, _POLISHED = 80, 20
+_NO_PRIOR = np.zeros((3, 3))
+
+Views = Sequence[tuple[Pose2D, Scan]]
+"""Scans with the base's pose when each was taken, in the base's frame of now."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,9 +81,7 @@ class GlobalMatcher:
         centres = self._field.centres(np.column_stack([self._rows[at], self._columns[at]]))
         return np.column_stack([centres, self._headings[heading]])
 
-    def candidates(
-        self, scan: Scan, earlier: Sequence[tuple[Pose2D, Scan]] = ()
-    ) -> list[GlobalMatch]:
+    def candidates(self, scan: Scan, earlier: Views = ()) -> list[GlobalMatch]:
         """Distinct poses that explain the scans, best first.
 
         Args:
@@ -87,13 +89,15 @@ class GlobalMatcher:
             earlier: scans from before, each with the base's pose when it was taken, given in the
                 base's frame of now (from odometry).
         """
-        views = [(Pose2D(0.0, 0.0), scan), *earlier]
+        views: Views = [(Pose2D(0.0, 0.0), scan), *earlier]
         points = np.concatenate([at.transform(scan_points(s, LATTICE_BEAMS)) for at, s in views])
         if self.size == 0 or points.shape[0] == 0:
             return []
         coarse = self._distinct_best(self.scores(points))
-        matches = [self._finished(row, views, points) for row in coarse]
+        matches = [self._aligned(row, views, points) for row in coarse]
         matches.sort(key=lambda match: -match.fit)
+        polished = [self._polished(match, views) for match in matches[:_POLISHED]]
+        matches = sorted([*polished, *matches[_POLISHED:]], key=lambda match: -match.fit)
         kept: list[GlobalMatch] = []
         for match in matches:
             if all(is_distinct(match.pose, other.pose) for other in kept):
@@ -116,17 +120,25 @@ class GlobalMatcher:
             remaining = remaining[far | (off > pi / 9)]
         return np.array(kept)
 
-    def _finished(
-        self, row: FloatArray, views: Sequence[tuple[Pose2D, Scan]], points: FloatArray
-    ) -> GlobalMatch:
-        unknown = np.zeros((3, 3))
+    def _aligned(self, row: FloatArray, views: Views, points: FloatArray) -> GlobalMatch:
         for deviation in (0.3, 0.1):
             row = self._kernels.refine_pose(
-                self._field.distances, *self._field.placement, row, unknown, points, deviation
+                self._field.distances, *self._field.placement, row, _NO_PRIOR, points, deviation
             )
         pose = as_pose(row)
         fits = [self._judge.fit(pose.compose(at), scan) for at, scan in views]
         return GlobalMatch(pose, sum(fits) / len(fits))
+
+    def _polished(self, match: GlobalMatch, views: Views) -> GlobalMatch:
+        """Aligned once more, by more beams and only those that nothing unmapped has cut short."""
+        explained = []
+        for at, scan in views:
+            beams = returned_beams(scan, JUDGED_BEAMS)
+            kinds = self._judge.judge(match.pose.compose(at), scan, beams)
+            kept = beams[kinds == self._kernels.MATCHED]
+            explained.append(at.transform(beam_points(scan, kept)))
+        again = self._aligned(as_row(match.pose), views, np.concatenate(explained))
+        return again if again.fit > match.fit else match
 
 
 def is_distinct(one: Pose2D, other: Pose2D) -> bool:
@@ -159,10 +171,16 @@ def decide(candidates: Sequence[GlobalMatch], least_fit: float, ratio: float) ->
     return best
 
 
-def scan_points(scan: Scan, wanted: int) -> FloatArray:
-    """(m, 2) end points, base frame, of at most `wanted` evenly chosen beams that returned."""
+def returned_beams(scan: Scan, wanted: int) -> NDArray[np.int64]:
+    """Indices of at most `wanted` beams that returned, evenly chosen among those."""
     returned = np.flatnonzero(np.isfinite(scan.ranges))
-    return beam_points(scan, returned[spread(returned.size, wanted)])
+    chosen: NDArray[np.int64] = returned[spread(returned.size, wanted)]
+    return chosen
+
+
+def scan_points(scan: Scan, wanted: int) -> FloatArray:
+    """(m, 2) end points, base frame, of at most `wanted` beams that returned."""
+    return beam_points(scan, returned_beams(scan, wanted))
 
 
 def beam_points(scan: Scan, beams: NDArray[np.int64]) -> FloatArray:

@@ -20,7 +20,7 @@ Cells = NDArray[np.uint8]
 NOTHING, WALL, UNSEEN = 0, 1, 2
 """What a ray meets within its limit: nothing, an occupied cell, a cell the map does not know."""
 
-IGNORED, MATCHED, SHORT, LONG, MISSING, SILENT = 0, 1, 2, 3, 4, 5
+IGNORED, MATCHED, SHORT, LONG, MISSING, SILENT, BEYOND = 0, 1, 2, 3, 4, 5, 6
 """What a beam is to the map: see judge_beams."""
 
 
@@ -166,8 +166,8 @@ def judge_beams(
 
     MATCHED ends at a wall; its credit is exp(-d²/(2 deviation²)) with the distance d to it. SHORT
     ends before one: something the map does not have. LONG has passed a wall. MISSING did not
-    return though there is a wall. SILENT did not return and there is none. IGNORED ends where the
-    map knows nothing, or is invalid.
+    return though there is a wall. SILENT did not return and there is none. BEYOND ends where the
+    map knows nothing. IGNORED is invalid, or did not return from there.
 
     Args:
         occupancy: 0 free, 1 occupied, 2 unknown.
@@ -213,6 +213,8 @@ def judge_beams(
             credits[i] = credit
         elif kind != UNSEEN or reach < distance:
             kinds[i] = SHORT
+        else:
+            kinds[i] = BEYOND
     return kinds, credits
 
 

@@ -8,7 +8,6 @@ where it is, says so by its quality, and leaves finding the place to the global 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from math import pi
 
 import numpy as np
@@ -21,12 +20,14 @@ from stack.localisation.global_match import (
     SPACING,
     GlobalMatch,
     GlobalMatcher,
+    Views,
     beam_points,
     decide,
+    returned_beams,
     scan_points,
 )
 from stack.localisation.parameters import LocaliserParameters
-from stack.localisation.quality import FitJudge, FitScale, RecentMedian, calibrate, spread
+from stack.localisation.quality import FitJudge, FitScale, RecentMedian, calibrate
 from stack.streams import stream
 from stack.types import FloatArray, OccupancyGrid, Pose2D, PoseEstimate, Scan
 
@@ -35,6 +36,9 @@ _HEADING_OF_METRE = 0.6
 
 _POINT_VARIANCE = 0.05**2
 """m² of a return about the map's surface, for aligning a scan; its beams are not independent."""
+
+_HOPELESS = 0.5
+"""Share of the fit at quality 0.3 below which a scan tells nothing about a pose near by."""
 
 _STILL_UPDATES = 2
 """Scans weighed without moving while unsure: the same view again is hardly new evidence."""
@@ -63,6 +67,7 @@ class Localiser:
             parameters.alpha_1, parameters.alpha_2, parameters.alpha_3, parameters.alpha_4
         )
         self._odometry: Pose2D | None = None
+        self._fit: float | None = None
         self.scatter()
 
     def start(self, pose: Pose2D, position_deviation: float, heading_deviation: float) -> None:
@@ -101,9 +106,10 @@ class Localiser:
         if self._scattered:
             self._seed(scan)
         elif self._due():
-            self._weigh(scan)
+            self._drift() if self._carried_off(scan) else self._weigh(scan)
+        self._fit = self._judge.fit(self._pose, scan)
+        self._fits.add(scan.stamp, self._fit)
         self._scaled(scan)
-        self._fits.add(scan.stamp, self._judge.fit(self._pose, scan))
 
     @property
     def estimate(self) -> PoseEstimate:
@@ -129,9 +135,7 @@ class Localiser:
         """The quality in [0, 1] that this one scan has at another pose."""
         return self._scaled(scan).quality(self._judge.fit(pose, scan))
 
-    def match_globally(
-        self, scan: Scan, earlier: Sequence[tuple[Pose2D, Scan]] = ()
-    ) -> list[GlobalMatch]:
+    def match_globally(self, scan: Scan, earlier: Views = ()) -> list[GlobalMatch]:
         """Distinct poses anywhere on the map that explain the scans, best first.
 
         Args:
@@ -141,9 +145,7 @@ class Localiser:
         """
         return self._matcher.candidates(scan, earlier)
 
-    def relocalise_globally(
-        self, scan: Scan, earlier: Sequence[tuple[Pose2D, Scan]] = ()
-    ) -> GlobalMatch:
+    def relocalise_globally(self, scan: Scan, earlier: Views = ()) -> GlobalMatch:
         """Start anew at the one place on the map that explains the scans.
 
         Args:
@@ -180,6 +182,7 @@ class Localiser:
         self._stills = 0
         self._scattered = False
         self._fits.clear()
+        self._fit = None
         self._conclude()
 
     def _settled(self) -> bool:
@@ -199,19 +202,36 @@ class Localiser:
         self._stills += 1
         return self._stills <= 1 or (self._stills <= _STILL_UPDATES and not self._settled())
 
+    def _carried_off(self, scan: Scan) -> bool:
+        """Whether it was sure of a pose where the last scan did not fit at all.
+
+        Scans from elsewhere must not drag the cloud to where they happen to fit a little.
+        """
+        hopeless = _HOPELESS * self._scaled(scan).low
+        return self._fit is not None and self._fit < hopeless and self._settled()
+
+    def _drift(self) -> None:
+        """Follow odometry alone; the cloud grows until it is unsure and weighs again."""
+        self._move()
+        _, self._covariance = summarise(self._cloud)
+
+    def _move(self) -> None:
+        poses = self._noise.sample(self._cloud.poses, self._moved, self._generator)
+        self._cloud = Cloud(poses, self._cloud.weights)
+        self._reference = self._odometry or self._reference
+
     def _weigh(self, scan: Scan) -> None:
         """One round of the filter: move, weigh by the scan, conclude, resample."""
         settled = self._settled()
         points = self._evidence(scan, settled)
-        poses = self._noise.sample(self._cloud.poses, self._moved, self._generator)
-        self._reference = self._odometry or self._reference
+        self._move()
         scores = self._kernels.score_poses(
-            self._table, self._field.occupancy, *self._field.placement, poses, points,
+            self._table, self._field.occupancy, *self._field.placement, self._cloud.poses, points,
             float(self._table.min()),
         )  # fmt: skip
         logs = np.log(self._cloud.weights) + self.parameters.trust * scores
         weights = np.exp(logs - logs.max())
-        self._cloud = Cloud(poses, weights / weights.sum())
+        self._cloud = Cloud(self._cloud.poses, weights / weights.sum())
         self._conclude()
         if self._settled():
             self._refine(points)
@@ -240,8 +260,7 @@ class Localiser:
 
         Once the pose is known, beams that something unmapped has cut short are left out.
         """
-        returned = np.flatnonzero(np.isfinite(scan.ranges))
-        beams = returned[spread(returned.size, self.parameters.beams)]
+        beams = returned_beams(scan, self.parameters.beams)
         if settled and beams.size:
             kinds = self._judge.judge(self._pose, scan, beams)
             explained = beams[kinds != self._kernels.SHORT]
