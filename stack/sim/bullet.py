@@ -18,24 +18,33 @@ def load() -> Any:
     """
     if "pybullet" in sys.modules:
         return sys.modules["pybullet"]
-    with _silent(1), _silent(2):
-        import pybullet
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    try:
+        with _redirected(1, nowhere), _redirected(2, nowhere):
+            import pybullet
+    finally:
+        os.close(nowhere)
     return pybullet
 
 
 @contextmanager
-def _silent(descriptor: int) -> Iterator[None]:
-    """Send what C code writes to a file descriptor nowhere, its buffers included."""
+def stdout_as_stderr() -> Iterator[None]:
+    """Let C code that prints to stdout print to stderr for a while."""
+    with _redirected(1, 2):
+        yield
+
+
+@contextmanager
+def _redirected(descriptor: int, target: int) -> Iterator[None]:
+    """Send what C code writes to one file descriptor to another, its buffers included."""
     libc = ctypes.CDLL(None)
     libc.fflush(None)
     try:
         saved = os.dup(descriptor)
+        os.dup2(target, descriptor)
     except OSError:  # closed: nothing to keep clean
         yield
         return
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nowhere, descriptor)
-    os.close(nowhere)
     try:
         yield
     finally:

@@ -65,14 +65,18 @@ def merged(meshes: dict[Colour, Mesh]) -> Mesh:
     return Mesh(np.concatenate([mesh.corners for mesh in meshes.values()]))
 
 
+def box_outline(pose: Pose2D, length: float, width: float) -> FloatArray:
+    """Corners (4, 2) of a rectangle about a pose, anticlockwise."""
+    half = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * (length / 2.0, width / 2.0)
+    return pose.transform(half)
+
+
 def box_prism(pose: Pose2D, size: tuple[float, float, float]) -> FloatArray:
     """Triangles (12, 3, 3) of an upright box whose middle stands on the floor at a pose."""
-    length, width, height = size
-    half = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * (length / 2.0, width / 2.0)
-    return _prism(pose.transform(half), height)
+    return _prism(box_outline(pose, size[0], size[1]), size[2])
 
 
-def slab(start: FloatArray, end: FloatArray, thickness: float) -> tuple[Pose2D, float]:
+def slab(start: FloatArray, end: FloatArray) -> tuple[Pose2D, float]:
     """Pose of the middle of an upright slab from start to end, and its length, metres."""
     along = end - start
     middle = (start + end) / 2.0
@@ -80,16 +84,24 @@ def slab(start: FloatArray, end: FloatArray, thickness: float) -> tuple[Pose2D, 
     return Pose2D(float(middle[0]), float(middle[1]), heading), float(np.hypot(*along))
 
 
-def _wall(wall: Wall) -> Iterator[FloatArray]:
+def wall_slabs(wall: Wall) -> list[tuple[Pose2D, float]]:
+    """Pose and length of each of a wall's slabs, in order; none of a corner given twice."""
+    slabs = [slab(start, end) for start, end in pairwise(np.asarray(wall.points, dtype=float))]
+    return [(pose, length) for pose, length in slabs if length > 0.0]
+
+
+def wall_pillars(wall: Wall) -> FloatArray:
+    """(n, 2) where slabs meet, the wall's own beginning included if it ends there."""
     points = np.asarray(wall.points, dtype=np.float64)
-    for start, end in pairwise(points):
-        pose, length = slab(start, end, wall.thickness)
-        if length > 0.0:
-            yield box_prism(pose, (length, wall.thickness, wall.height))
     closed = len(points) > 2 and bool(np.allclose(points[0], points[-1]))
-    for x, y in points[1:] if closed else points[1:-1]:
-        outline = _circle(float(x), float(y), wall.thickness / 2.0, PILLAR_SIDES)
-        yield _prism(outline, wall.height)
+    return points[1:] if closed else points[1:-1]
+
+
+def _wall(wall: Wall) -> Iterator[FloatArray]:
+    for pose, length in wall_slabs(wall):
+        yield box_prism(pose, (length, wall.thickness, wall.height))
+    for x, y in wall_pillars(wall).tolist():
+        yield _prism(_circle(x, y, wall.thickness / 2.0, PILLAR_SIDES), wall.height)
 
 
 def _cylinder(cylinder: Cylinder) -> FloatArray:

@@ -1,4 +1,4 @@
-"""The PyBullet world with one robot in it: step, wheels, true pose, rays and contacts.
+"""The PyBullet world with one robot in it: step, wheels, true pose and contacts.
 
 E. Coumans and Y. Bai, PyBullet, 2016-2021. All of PyBullet's conventions stay in here; outside
 there are base-frame poses and wheel angles.
@@ -25,9 +25,6 @@ from stack.types import FloatArray, Pose2D, Twist
 GRAVITY = 9.81
 
 Vector = tuple[float, float, float]
-STATIC_GROUP = 2
-"""Bullet's collision group of bodies without mass: all of the world, never the robot."""
-
 CASTER_TRAVEL = 0.002
 """Metres that a caster gives way under the robot's whole weight."""
 
@@ -122,7 +119,12 @@ class Physics:
         self.set_wheel_speeds(0.0, 0.0)
 
     def set_wheel_speeds(self, left: float, right: float) -> None:
-        """Tell the wheel motors their speeds, rad/s."""
+        """Tell the wheel motors their speeds, rad/s. At rest they are parked."""
+        if left == right == 0.0:
+            self._park()
+            return
+        if self._parked:
+            self._anchor(False)
         self._bullet.setJointMotorControlArray(
             self.robot,
             self.joints,
@@ -182,14 +184,6 @@ class Physics:
         )
         return origin, self._bullet.getMatrixFromQuaternion(turn), moved, spin
 
-    def cast(self, starts: FloatArray, ends: FloatArray) -> FloatArray:
-        """Share of each ray (n, 3) -> (n, 3) up to the first thing but the robot; 1 without."""
-        hits = self._bullet.rayTestBatch(
-            starts, ends, numThreads=1, collisionFilterMask=STATIC_GROUP,
-            physicsClientId=self.client,
-        )  # fmt: skip
-        return np.array([hit[2] for hit in hits])
-
     def touching(self) -> list[tuple[int, float, float]]:
         """What the robot touches but the floor: body number and x, y of the contact."""
         floor = self.scene.floor
@@ -213,6 +207,29 @@ class Physics:
         states = self._bullet.getJointStates(self.robot, self.joints, physicsClientId=self.client)
         return [state[0] for state in states]
 
+    def _park(self) -> None:
+        """Hold the wheels' angles and let their contacts stick.
+
+        With a speed of nothing the solver's remainder lets a standing robot creep 0.1 mm and turn
+        2e-4 rad a second.
+        """
+        self._bullet.setJointMotorControlArray(
+            self.robot,
+            self.joints,
+            self._bullet.POSITION_CONTROL,
+            targetPositions=self._joint_angles(),
+            forces=self._torques,
+            physicsClientId=self.client,
+        )
+        self._anchor(True)
+
+    def _anchor(self, parked: bool) -> None:
+        self._parked = parked
+        for joint in self.joints:
+            self._bullet.changeDynamics(
+                self.robot, joint, frictionAnchor=int(parked), physicsClientId=self.client
+            )
+
     def _prepare_robot(self, description: RobotDescription, friction: float) -> None:
         bullet, client, robot = self._bullet, self.client, self.robot
         wheels = description.wheels
@@ -225,6 +242,7 @@ class Physics:
             )
         self.joints = [links[name] for name in wheels.left + wheels.right]
         self._left = len(wheels.left)
+        self._parked = False
         self._inertial = bullet.getDynamicsInfo(robot, -1, physicsClientId=client)[3:5]
         self._from_inertial = bullet.invertTransform(*self._inertial)
         every = range(-1, len(links))
@@ -262,9 +280,10 @@ def load_robot(bullet: Any, client: int, urdf: FilePath) -> int:
     if not urdf.is_file():
         raise BodyError(f"there is no robot shape {urdf.name}; looked in {urdf.parent.name}/")
     try:
-        robot: int = bullet.loadURDF(
-            str(urdf), flags=bullet.URDF_USE_INERTIA_FROM_FILE, physicsClientId=client
-        )
+        with loader.stdout_as_stderr():  # where PyBullet's warnings about the file belong
+            robot: int = bullet.loadURDF(
+                str(urdf), flags=bullet.URDF_USE_INERTIA_FROM_FILE, physicsClientId=client
+            )
     except bullet.error as error:
         raise BodyError(f"{urdf.name} cannot be read as a URDF: {error}") from error
     return robot

@@ -139,7 +139,7 @@ class Scene:
         return self._visible_mesh(self._write(floor), FLOOR_COLOUR)
 
     def _add_door(self, door: Door, *, visible: bool) -> int:
-        pose, length = slab(np.array(door.start), np.array(door.end), door.thickness)
+        pose, length = slab(np.array(door.start), np.array(door.end))
         half = (length / 2.0, door.thickness / 2.0, door.height / 2.0)
         body = self._shaped(visible, door.colour, self._bullet.GEOM_BOX, halfExtents=half)
         self._doors[door.name] = (body, pose, door.height)

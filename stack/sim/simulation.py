@@ -47,7 +47,7 @@ class Simulation:
 
         self.drive = Drive(description.limits, description.wheels, self._period)
         self._odometry = Odometry(description.wheels, description.odometry, seed)
-        self._lidar = Lidar(description.lidar, seed) if description.lidar else None
+        self._lidar = Lidar(description.lidar, world, seed) if description.lidar else None
         self._imu = Imu(description.imu, seed) if description.imu else None
         self._battery = Battery(
             description.battery, description.limits, world.docks, settings.battery_charge
@@ -161,7 +161,9 @@ class Simulation:
 
     def _take_scan(self) -> None:
         assert self._lidar is not None
-        self._scan = self._lidar.scan(self._physics, self.time, self._step)
+        self._scan = self._lidar.scan(
+            self.truth.pose, self.people.places, self.doors, self._step, self.time
+        )
 
     def _measure_clearance(self) -> None:
         self.clearance = self._physics.distance(self.clearance)

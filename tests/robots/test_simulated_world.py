@@ -55,8 +55,8 @@ def walking(*points, **more):
     return Person("Ada", np.array(points), **more)
 
 
-def test_a_person_pushing_into_a_standing_robot_is_not_the_robots_contact(build):
-    # The person's loop turns round behind the robot: it comes in sideways, where it does not look.
+def test_a_person_who_turns_towards_a_standing_robot_never_touches_it(build):
+    # The last corner of the loop is inside the robot, which comes into view with the turn.
     person = walking([-0.2, -0.75], [0.2, -0.75], [0.0, 0.2], speed=1.0)
     body = build(replace(EMPTY, people=(person,)))
     waiting = drive(body, Twist(), 1.0)

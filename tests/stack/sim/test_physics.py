@@ -72,6 +72,23 @@ def test_wheels_carry_the_robot_beside_its_casters(build):
     assert load[physics.joints[0]] + load[physics.joints[1]] == pytest.approx(90.2, rel=0.02)
 
 
+def test_a_parked_robot_does_not_creep(build):
+    physics = build()
+    physics.set_wheel_speeds(5.0, 6.0)
+    for _ in range(200):
+        physics.step()
+    physics.set_wheel_speeds(0.0, 0.0)
+    for _ in range(500):
+        physics.step()
+    before = physics.truth().pose
+    for _ in range(1000):
+        physics.step()
+    after = physics.truth().pose
+    # Two seconds; with the wheels' speed held at nothing it was 0.25 mm and 4e-4 rad.
+    assert before.distance_to(after) < 1e-6
+    assert abs(after.heading - before.heading) < 1e-6
+
+
 def test_a_robot_put_elsewhere_comes_to_rest_without_a_bounce(build):
     physics = build()
     physics.set_wheel_speeds(6.0, 6.0)
