@@ -46,7 +46,8 @@ def run(  # noqa: PLR0913 - what a run is made of, all by keyword
     Raises:
         InputError: the mission, robot or world is wrong; nothing has moved.
     """
-    from missions.runner import RunOptions, run_mission
+    from missions.assembly import RunOptions
+    from missions.runner import run_mission
 
     options = RunOptions(
         seed=seed, arguments=dict(arguments or {}), robot=robot, world=world, start=start,

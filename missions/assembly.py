@@ -4,16 +4,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
-from behaviours.catalogue import Catalogue, find_behaviours
-
+from missions.choices import all_chosen
 from missions.language.model import Mission
-from missions.language.read import read_mission
-from missions.resources import Resources, find_mission, load_robot, load_world
-from stack.components import Choice, choose
+from missions.language.reading import read_mission
+from missions.resources import (
+    catalogue_of,
+    find_mission,
+    load_map,
+    load_robot,
+    load_world,
+    resources,
+)
+from stack.components import Choice
 from stack.description import RobotDescription
-from stack.documents import Finding, Mark
 from stack.errors import InputError, ParameterError
 from stack.parameters import read_quantity
 from stack.sim.world import World
@@ -53,7 +57,6 @@ class Plan:
     """A mission that was read and checked with everything it names. Nothing has moved."""
 
     mission: Mission
-    catalogue: Catalogue
     robot: RobotDescription
     world: World
     grid: OccupancyGrid
@@ -70,7 +73,7 @@ def prepare(name: str | Path, options: RunOptions) -> Plan:
         InputError: with every finding; nothing has been started.
     """
     path = find_mission(name)
-    mission = read_mission(path, find_behaviours, Resources(), options.arguments or {})
+    mission = read_mission(path, catalogue_of, resources(), options.arguments or {})
     beside = path.parent
     robot = load_robot(options.robot or mission.robot, _beside(options.robot, beside))
     world = load_world(options.world or mission.world, _beside(options.world, beside))
@@ -80,13 +83,14 @@ def prepare(name: str | Path, options: RunOptions) -> Plan:
     grid = _map_of(mission, world, beside)
     return Plan(
         mission=mission,
-        catalogue=mission.catalogue,
         robot=robot,
         world=world,
         grid=grid,
         start=start,
         belief=_belief(mission, start),
-        choices=_components(mission, robot),
+        choices=all_chosen(
+            robot, {kind: (part.use, part.values) for kind, part in mission.navigation.items()}
+        ),
         text=path.read_text("utf-8"),
     )
 
@@ -125,29 +129,8 @@ def _map_of(mission: Mission, world: World, beside: Path) -> OccupancyGrid:
         from stack.sim.rasterise import rasterise
 
         return rasterise(world)
-    from stack.mapping.ros_map import read_ros_map
-
-    return read_ros_map(beside / mission.map)
-
-
-DEFAULT_COMPONENTS = {"planner": "astar", "controller": "pure_pursuit"}
-
-
-def _components(mission: Mission, robot: RobotDescription) -> dict[str, Choice]:
-    """Components by kind: the robot's settings under the mission's."""
-    choices = {}
-    for kind, default in DEFAULT_COMPONENTS.items():
-        wanted: dict[str, Any] = {"use": default}
-        for layer in (robot.navigation.get(kind, {}), mission.navigation.get(kind, {})):
-            settings = {"use": layer} if isinstance(layer, str) else dict(layer)
-            if settings.get("use", wanted["use"]) != wanted["use"]:
-                wanted = {}  # another component: the old one's parameters mean nothing to it
-            wanted.update(settings)
-        name = wanted.pop("use")
-        try:
-            choices[kind] = choose(kind, name, wanted)
-        except ParameterError as error:
-            mark = mission.marks.get(f"navigation.{kind}", Mark(str(mission.path)))
-            sentence = f"{name}.{error.name}: {error.sentence}"
-            raise InputError([Finding(mark, "E401", sentence, error.hint)]) from None
-    return choices
+    if mission.map == "none":
+        raise InputError(
+            "map: none (driving without a map) is not supported yet; use from_world or a map.yaml"
+        )
+    return load_map(mission.map, beside)

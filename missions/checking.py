@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib.metadata import packages_distributions
 from pathlib import Path
 
-from behaviours.catalogue import find_behaviours
-from stack.sim.world_file import read_world
-
 from missions.assembly import RunOptions, prepare
-from missions.language.read import read_mission
+from missions.language.reading import read_mission
 from missions.language.rendering import render
-from missions.resources import Resources, find_mission
+from missions.resources import catalogue_of, find_mission, resources
 from missions.trees.compiler import compile_mission
-from missions.trees.show import draw
+from missions.trees import show
 from stack.documents import Finding, read_file
 from stack.errors import InputError
+from stack.sim.world_file import read_world
 
 OUR_PACKAGES = ("missions", "behaviours", "stack", "tui", "robots")
 
@@ -44,8 +43,8 @@ def _check(name: str) -> list[CheckLine]:
     except InputError as error:
         if not error.findings:
             return [CheckLine(f"{name}: {error}", True)]
-        return [_line(finding) for finding in error.findings]
-    return [_line(warning) for warning in plan.mission.warnings]
+        return _lines(error.findings)
+    return _lines(plan.mission.warnings)
 
 
 def _is_world(path: Path) -> bool:
@@ -54,8 +53,17 @@ def _is_world(path: Path) -> bool:
     return "world" in keys and "mission" not in keys and "run" not in keys
 
 
-def _line(finding: Finding) -> CheckLine:
-    return CheckLine(render(finding), finding.severity == "error")
+def _lines(findings: Iterable[Finding]) -> list[CheckLine]:
+    found = list(findings)
+    sources = {file: _text(Path(file)) for file in sorted({item.mark.file for item in found})}
+    return [CheckLine(render([item], sources), item.severity == "error") for item in found]
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text("utf-8", errors="replace")
+    except OSError:
+        return ""
 
 
 def check_install() -> list[CheckLine]:
@@ -70,5 +78,6 @@ def check_install() -> list[CheckLine]:
 
 def drawing(name: str, style: str, *, colours: bool) -> str:
     """The compiled tree of a mission as text, Graphviz or Mermaid."""
-    mission = read_mission(find_mission(name), find_behaviours, Resources(), {})
-    return draw(compile_mission(mission, mission.catalogue), style, colours=colours)
+    mission = read_mission(find_mission(name), catalogue_of, resources(), {})
+    draw = {"text": show.text, "dot": show.dot, "mermaid": show.mermaid}[style]
+    return draw(compile_mission(mission), colour=colours)

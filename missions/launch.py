@@ -14,14 +14,13 @@ from datetime import datetime
 from pathlib import Path
 from time import monotonic, sleep  # noqa: TID251 - waiting for another process
 
-from stack.telemetry.rendezvous import RunHandle, live_runs
-
 from missions.assembly import RunOptions, prepare
 from missions.progress import ProgressLines
 from missions.resources import find_mission
 from missions.runner import execute
 from stack.errors import InputError, TelemetryError
 from stack.telemetry.records import Command
+from stack.telemetry.rendezvous import RunHandle, live_runs
 
 ENGINE_LOST = 3
 START_PATIENCE, STOP_PATIENCE = 60.0, 20.0
@@ -183,7 +182,6 @@ def _await_engine(
 def _dashboard(run: RunHandle) -> str:
     """Show a run until the operator leaves: over | leave | abort."""
     from stack.telemetry.client import TelemetryClient
-
     from tui.app import Dashboard
 
     return Dashboard(TelemetryClient(run.address)).run() or "over"

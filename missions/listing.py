@@ -6,9 +6,8 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from behaviours.catalogue import find_behaviours
-from robots.load import robot_names
-
 from missions.resources import load_robot, mission_files, world_files
+from robots.load import robot_names
 from stack.components import available, component
 from stack.documents import read_file
 from stack.errors import InputError

@@ -26,7 +26,7 @@ class ProgressLines:
 
     def event(self, event: Event) -> None:
         """One line for each event worth a person's time."""
-        if event.level == "debug" or (event.kind in SILENT and event.level == "info"):
+        if event.kind in SILENT and event.level == "info":
             return
         mark = {"warning": "! ", "error": "!! "}.get(event.level, "")
         self._write(f"{event.time:7.1f} s  {mark}{event.source}: {event.text}")

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from stack.telemetry.recorder import RunFolder
-
 from missions.assembly import Plan, RunOptions
 from missions.report import Report
 from missions.resources import versions
 from missions.wiring import Wiring
+from stack.telemetry.recorder import RunFolder
 from stack.telemetry.records import StageTiming
 from stack.types import Pose2D
 

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from functools import lru_cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from robots.load import find_robot, read_robot
-from stack.sim.world_file import find_world, read_world
-
 from stack.description import RobotDescription
 from stack.documents import Finding, Mark
 from stack.errors import InputError
 from stack.parameters import suggestion
 from stack.sim.world import World
-from stack.types import Pose2D
+from stack.sim.world_file import find_world, read_world
+from stack.types import OccupancyGrid
 
 MISSIONS = Path(__file__).parent
 WORLDS = MISSIONS / "worlds"
@@ -63,16 +61,43 @@ def load_robot(name_or_path: str, beside: Path) -> RobotDescription:
     return read_robot(find_robot(name_or_path, beside))
 
 
-class Resources:
-    """What reading a mission needs to know of the world and robot it names."""
+def resources() -> Resources:
+    """What reading a mission needs to know of the world, robot, map and components it names."""
+    return Resources(
+        world_places=lambda name, beside: load_world(name, beside).places,
+        check_robot=lambda name, beside: _ignored(load_robot(name, beside)),
+        check_map=lambda name, beside: _ignored(load_map(name, beside)),
+        check_component=lambda kind, use, values: _ignored(
+            chosen(kind, {**values, **({"use": use} if use else {})})
+        ),
+    )
 
-    def world_places(self, name: str, beside: Path) -> Mapping[str, Pose2D]:
-        """The named poses of a world."""
-        return load_world(name, beside).places
 
-    def check_robot(self, name: str, beside: Path) -> None:
-        """Raise InputError unless the robot can be read."""
-        load_robot(name, beside)
+def catalogue_of(plugins: list[Node], beside: Path, findings: Findings) -> Catalogue:
+    """The catalogue with a mission's plugins; what is wrong with them is found at their place."""
+    catalogue = find_behaviours([str(node.value) for node in plugins], beside)
+    mark = plugins[0].mark if plugins else Mark(str(beside))
+    for file, sentence in catalogue.problems:
+        if plugins:
+            findings.error("E110", mark, f"{_shown(file, beside)}: {sentence}")
+    return catalogue
+
+
+def load_map(name: str, beside: Path) -> OccupancyGrid:
+    """A ROS map.yaml; the path is relative to the mission's folder."""
+    from stack.mapping.ros_map import read_ros_map
+
+    return read_ros_map(beside / name)
+
+
+def _ignored(_: object) -> None:
+    """A check needs no answer."""
+
+
+def _shown(file: str, beside: Path) -> str:
+    """A path as short as it can be said from the mission's folder."""
+    path = Path(file)
+    return str(path.relative_to(beside)) if path.is_relative_to(beside) else file
 
 
 def versions() -> dict[str, str]:

@@ -10,13 +10,13 @@ from datetime import datetime
 from pathlib import Path
 from time import perf_counter
 
-from stack.telemetry.recorder import Recorder, RunFolder
-
 from missions.assembly import Plan, RunOptions, prepare
 from missions.report import Report
 from missions.reporting import compose_report
 from missions.wiring import Wiring, run_info, wire
 from stack.errors import BodyError
+from stack.snapshots import compose_snapshot
+from stack.telemetry.recorder import Recorder, RunFolder
 from stack.telemetry.records import MissionState, Sink
 
 MAX_SIMULATED_SECONDS = 24 * 3600.0
@@ -69,13 +69,16 @@ def execute(
         return report
     finally:
         wiring.body.close()
-        wiring.telemetry.close(report.plain() if report is not None else None)
+        wiring.telemetry.close(
+            report.plain() if report is not None else None,
+            lambda: compose_snapshot(wiring.runtime),
+        )
 
 
 def default_run_name(plan: Plan) -> str:
     """`<mission>-<date>-<time>`, for folders and for `watch`."""
     now = datetime.now().strftime("%Y%m%d-%H%M%S")
-    return f"{plan.mission.path.stem}-{now}"
+    return f"{plan.mission.source.stem}-{now}"
 
 
 def _run(
@@ -130,7 +133,7 @@ def _add_late_sinks(wiring: Wiring, options: RunOptions, folder: RunFolder | Non
     if options.rerun and folder is not None:
         from stack.telemetry.rerun_sink import RerunSink
 
-        wiring.telemetry.add(RerunSink(folder.path / "mission.rrd"))
+        wiring.telemetry.attach(RerunSink(folder.path / "mission.rrd"))
 
 
 def _nowhere(text: str) -> None:

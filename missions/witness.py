@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from robots.simulated import SimulatedBody
-
 from missions.scene import scene_of
+from robots.simulated import SimulatedBody
 from stack.sim.world import World
 from stack.telemetry.records import Layer
 from stack.types import FloatArray, Pose2D, PoseEstimate

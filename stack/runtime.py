@@ -6,7 +6,7 @@ stage that would have overrun the control period on hardware is counted.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from time import perf_counter
@@ -181,8 +181,17 @@ class Stages:
 class Runtime:
     """Runs a mission step by step. Nothing here reads a clock but the body's."""
 
-    def __init__(self, parts: Parts, rates: Rates) -> None:
-        self.parts = parts
+    def __init__(
+        self, parts: Parts, rates: Rates, idle: Callable[[], None] = lambda: None
+    ) -> None:
+        """Ready to step.
+
+        Args:
+            parts: what to run.
+            rates: how often.
+            idle: called instead of a step while the robot is held and stands.
+        """
+        self.parts, self._idle = parts, idle
         self.period = 1.0 / rates.control
         self.steps = 0
         self.state = MissionState.STARTING
@@ -198,8 +207,9 @@ class Runtime:
     def step(self) -> None:
         """One control period, or nothing but service to the operator while the robot is held."""
         if self._held_and_standing():
-            self.parts.telemetry.idle()
+            self._idle()
             self._apply_commands()
+            self.parts.telemetry.publish(lambda: compose_snapshot(self))
             return
         measure = self.stages.measure
         self.parts.telemetry.advance(self.steps, self.parts.body.time)
@@ -312,7 +322,7 @@ class Runtime:
         if self.steps % round(1.0 / self.period) == 0:
             pose = self.parts.localiser.estimate.pose
             self.parts.telemetry.emit(
-                "pose", f"at ({pose.x:.2f}, {pose.y:.2f})", source="localisation", level="debug",
+                "pose", f"at ({pose.x:.2f}, {pose.y:.2f})", source="localisation",
                 x=pose.x, y=pose.y, heading=pose.heading,
                 quality=self.parts.localiser.estimate.quality,
                 charge=self.parts.pilot.battery.charge,
