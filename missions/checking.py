@@ -11,8 +11,8 @@ from missions.assembly import RunOptions, prepare
 from missions.language.reading import read_mission
 from missions.language.rendering import render
 from missions.resources import catalogue_of, find_mission, resources
-from missions.trees.compiler import compile_mission
 from missions.trees import show
+from missions.trees.compiler import compile_mission
 from stack.documents import Finding, read_file
 from stack.errors import InputError
 from stack.sim.world_file import read_world
@@ -67,7 +67,7 @@ def _text(path: Path) -> str:
 
 
 def check_install() -> list[CheckLine]:
-    """Another distribution that ships one of our package names would shadow ours, or be shadowed."""
+    """Other distributions that ship one of our package names: one would hide the other."""
     owners = packages_distributions()
     return [
         CheckLine(f"the package {package!r} is also shipped by {other}; uninstall it", True)

@@ -108,6 +108,10 @@ def _robot_sentence(name: str) -> str:
     )
 
 
+def _declared(part: object) -> list[Declaration]:
+    return list(declarations(type(part)).values())
+
+
 def _describe_robot(name: str) -> str:
     robot = load_robot(name, HERE)
     lines = [f"{name}: {_robot_sentence(name)}"]
@@ -118,7 +122,7 @@ def _describe_robot(name: str) -> str:
         if part is None:
             lines.append(f"{title}: none")
             continue
-        values = ((item, getattr(part, item.name)) for item in declarations(type(part)).values())
+        values = ((item, getattr(part, item.name)) for item in _declared(part))
         lines.append(f"{title}:")
         lines += [
             f"  {item.name} = {value:g} {item.unit}".rstrip() + f"  ({item.help})"

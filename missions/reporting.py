@@ -15,7 +15,7 @@ from stack.types import Pose2D
 
 def compose_report(  # noqa: PLR0913 - the measured figures, by keyword
     plan: Plan, options: RunOptions, wiring: Wiring, *, wall_seconds: float, first_tick: float,
-    peak_memory_mb: float, folder: RunFolder | None,
+    peak_memory_mb: float, folder: RunFolder | None, relocalisations: list[dict[str, Any]],
 ) -> Report:  # fmt: skip
     """The report. `wall_seconds` is first to last step, `first_tick` from start to first tick."""
     runtime, witness = wiring.runtime, wiring.witness
@@ -46,8 +46,8 @@ def compose_report(  # noqa: PLR0913 - the measured figures, by keyword
             "mean": witness.mean_error,
             "max": counters["localisation_error_max"],
         },
-        relocalised_by=pilot.relocalisations[-1]["source"] if pilot.relocalisations else "",
-        relocalisations=list(pilot.relocalisations),
+        relocalised_by=relocalisations[-1]["source"] if relocalisations else "",
+        relocalisations=relocalisations,
         battery=pilot.battery.charge,
         stages={name: _timing(stage) for name, stage in runtime.stages.timings().items()},
         final_pose={
@@ -64,10 +64,10 @@ def compose_report(  # noqa: PLR0913 - the measured figures, by keyword
 
 def cpu_features() -> str:
     """The instruction sets numpy dispatches to: results are bit-identical per such set."""
-    from numpy._core._multiarray_umath import __cpu_features__ as features
+    import numpy as np
 
-    wide = ("AVX512_SKX", "AVX512F", "AVX2", "FMA3", "SSE42", "ASIMD")
-    return " ".join(name for name in wide if features.get(name))
+    extensions = dict(np.show_config(mode="dicts") or {}).get("SIMD Extensions", {})
+    return " ".join([*extensions.get("baseline", ()), *extensions.get("found", ())])
 
 
 def _pose(pose: Pose2D) -> dict[str, float]:

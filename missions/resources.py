@@ -6,9 +6,12 @@ from functools import lru_cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
+from behaviours.catalogue import Catalogue, find_behaviours
+from missions.choices import chosen
+from missions.language.model import Resources
 from robots.load import find_robot, read_robot
 from stack.description import RobotDescription
-from stack.documents import Finding, Mark
+from stack.documents import Finding, Findings, Mark, Node
 from stack.errors import InputError
 from stack.parameters import suggestion
 from stack.sim.world import World

@@ -11,6 +11,7 @@ from pathlib import Path
 from time import perf_counter
 
 from missions.assembly import Plan, RunOptions, prepare
+from missions.milestones import Milestones
 from missions.report import Report
 from missions.reporting import compose_report
 from missions.wiring import Wiring, run_info, wire
@@ -56,7 +57,8 @@ def execute(
     run_id = folder.path.name if folder is not None else default_run_name(plan)
     info = run_info(plan, run_id, options.seed)
     consumers = [*sinks, *_own_sinks(options, folder)]
-    wiring = wire(plan, options, info, consumers, log)
+    milestones = Milestones()
+    wiring = wire(plan, options, info, [milestones, *consumers], folder)
     report: Report | None = None
     try:
         first_tick, loop_began = _run(wiring, options, folder, interrupted, log)
@@ -64,15 +66,17 @@ def execute(
             plan, options, wiring,
             wall_seconds=perf_counter() - loop_began, first_tick=first_tick - began,
             peak_memory_mb=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
-            folder=folder,
+            folder=folder, relocalisations=milestones.relocalisations,
         )  # fmt: skip
         return report
     finally:
-        wiring.body.close()
-        wiring.telemetry.close(
-            report.plain() if report is not None else None,
-            lambda: compose_snapshot(wiring.runtime),
-        )
+        try:
+            wiring.telemetry.close(
+                report.plain() if report is not None else None,
+                lambda: compose_snapshot(wiring.runtime),
+            )
+        finally:
+            wiring.body.close()
 
 
 def default_run_name(plan: Plan) -> str:

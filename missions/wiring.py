@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from time import sleep  # noqa: TID251 - only while the simulation is held
 from typing import Any
 
 from missions.assembly import Plan, RunOptions
+from missions.pictures import PictureStore
 from missions.resources import versions
 from missions.trees.compiler import compile_mission
 from missions.trees.mission_tree import MissionTree
@@ -19,11 +19,14 @@ from stack.localisation.localiser import Localiser
 from stack.localisation.odometry import OdometryFusion
 from stack.localisation.parameters import LocaliserParameters
 from stack.navigation.navigation import Navigation
+from stack.navigation.pilot import Parts as PilotParts
 from stack.navigation.pilot import Pilot
+from stack.navigation.tuning import Tunable
 from stack.perception.markers import MarkerDetector
 from stack.runtime import Parts, Rates, Runtime
 from stack.safety.safety import Safety, SafetyParameters
 from stack.telemetry.hub import Telemetry
+from stack.telemetry.recorder import RunFolder
 from stack.telemetry.records import Layer, RunInfo, Sink
 
 IDLE_SECONDS = 0.02
@@ -66,10 +69,11 @@ def wire(
     options: RunOptions,
     info: RunInfo,
     sinks: Sequence[Sink],
-    log: Callable[[str], None],
+    folder: RunFolder | None,
 ) -> Wiring:
     """Build everything and connect it; the first step may follow."""
     seed, robot = options.seed, plan.robot
+    log = folder.log if folder is not None else _nowhere
     body = SimulatedBody(robot, plan.world, start=plan.start, seed=seed)
     body.pace = options.speed
     telemetry = Telemetry(info, sinks, log)
@@ -78,22 +82,46 @@ def wire(
     costs = plan.choices["costmap"].parameters
     local = Costmap(costs, robot.footprint, plan.grid, window=LOCAL_WINDOW)
     whole = Costmap(costs, robot.footprint, plan.grid)
+    safety = Safety(robot, SafetyParameters(), period)
     navigation = _navigation(plan, period, local, whole, telemetry)
     localiser = _localiser(plan, seed)
+    controller = navigation.controller
     pilot = Pilot(
-        body=body, navigation=navigation, estimator=localiser,
-        detector=MarkerDetector(plan.world.markers), local_costmap=local, global_costmap=whole,
-        emit=partial(telemetry.emit, source="navigation"), folder=options.out,
-    )  # fmt: skip
+        PilotParts(
+            body=body,
+            navigation=navigation,
+            estimator=localiser,
+            local_costmap=local,
+            global_costmap=whole,
+            store=PictureStore(folder),
+            emit=_emitter(telemetry, "navigation"),
+            markers=plan.world.markers,
+            detector=MarkerDetector(plan.world.markers) if robot.camera else None,
+            tunables={
+                "controller": Tunable.of(controller),
+                "navigator": Tunable.of(navigation),
+                "safety": Tunable.of(safety),
+                "local_costmap": Tunable.of(local),
+                "global_costmap": Tunable.of(whole),
+            },
+        )
+    )
     tree = compile_mission(plan.mission)
     tree.setup(pilot, _tree_emitter(telemetry), log)
     witness = SimulationWitness(body, plan.world)
     parts = Parts(
         body=body, fusion=OdometryFusion(), localiser=localiser, local_costmap=local,
-        global_costmap=whole, pilot=pilot, safety=Safety(robot, SafetyParameters(), period),
+        global_costmap=whole, navigation=navigation, pilot=pilot, safety=safety,
         tree=tree, telemetry=telemetry, map_layer=Layer(1, plan.grid), witness=witness,
     )  # fmt: skip
     return Wiring(Runtime(parts, rates, _idle), body, tree, telemetry, witness)
+
+
+def _emitter(telemetry: Telemetry, source: str) -> Callable[..., None]:
+    def emit(kind: str, text: str, level: str = "info", **fields: Any) -> None:
+        telemetry.emit(kind, text, source=source, level=level, **fields)
+
+    return emit
 
 
 def _tree_emitter(telemetry: Telemetry) -> Callable[..., None]:
@@ -114,9 +142,13 @@ def _navigation(
         parameters=plan.choices["navigator"].parameters,
         local_costmap=local,
         global_costmap=whole,
-        emit=partial(telemetry.emit, source="navigation"),
+        emit=_emitter(telemetry, "navigation"),
         period=period,
     )
+
+
+def _nowhere(text: str) -> None:
+    """Where log lines go without a run folder."""
 
 
 def _idle() -> None:

@@ -247,7 +247,7 @@ def _convert(declared: Declaration, kind: Any, raw: Any) -> Any:
         raise ParameterError(declared.name, error.sentence, error.hint) from None
 
 
-def _converted(kind: Any, unit: str, raw: Any) -> Any:
+def _converted(kind: Any, unit: str, raw: Any) -> Any:  # noqa: C901 - a branch a type
     if kind is typing.Any or kind is object:
         return raw
     origin = typing.get_origin(kind)

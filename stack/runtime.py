@@ -17,6 +17,7 @@ from stack.costmap.costmap import Costmap
 from stack.errors import InputError, ParameterError
 from stack.localisation.localiser import Localiser
 from stack.localisation.odometry import OdometryFusion
+from stack.navigation.navigation import Navigation
 from stack.navigation.pilot import Pilot
 from stack.parameters import parameter
 from stack.safety.safety import Safety
@@ -26,6 +27,7 @@ from stack.telemetry.records import Ack, Command, Layer, MissionState, StageTimi
 from stack.types import (
     STANDSTILL,
     FloatArray,
+    Image,
     Observation,
     Odometry,
     Pose2D,
@@ -133,6 +135,7 @@ class Parts:
     localiser: Localiser
     local_costmap: Costmap
     global_costmap: Costmap
+    navigation: Navigation
     pilot: Pilot
     safety: Safety
     tree: MissionTree
@@ -181,9 +184,7 @@ class Stages:
 class Runtime:
     """Runs a mission step by step. Nothing here reads a clock but the body's."""
 
-    def __init__(
-        self, parts: Parts, rates: Rates, idle: Callable[[], None] = lambda: None
-    ) -> None:
+    def __init__(self, parts: Parts, rates: Rates, idle: Callable[[], None] = lambda: None) -> None:
         """Ready to step.
 
         Args:
@@ -201,6 +202,7 @@ class Runtime:
         self.commanded = STANDSTILL
         self.distance = 0.0
         self._began = perf_counter()
+        self._image: Image | None = None
         self._ticks_every = rates.every(rates.tree, "tree")
         self._resume_to = MissionState.RUNNING
 
@@ -217,6 +219,7 @@ class Runtime:
             self._apply_commands()
         with measure("sense"):
             observation = self.parts.body.sense()
+            self._image = observation.image or self._image
         with measure("estimate"):
             self._estimate(observation)
         with measure("costmap"):
@@ -263,12 +266,17 @@ class Runtime:
         """Simulated seconds per wall second since the run began; for the screen only."""
         return self.parts.body.time / max(1e-6, perf_counter() - self._began)
 
+    def fresh_image(self) -> Image | None:
+        """The newest picture that no snapshot has shown yet."""
+        image, self._image = self._image, None
+        return image
+
     def counters(self) -> dict[str, float]:
         """Figures for the screen and the report."""
         own = {
             "distance": self.distance,
             "recoveries": float(self.parts.tree.recoveries),
-            **self.parts.pilot.counters,
+            "replans": self.parts.navigation.counters["replans"],
         }
         return own if self.parts.witness is None else {**own, **self.parts.witness.counters()}
 

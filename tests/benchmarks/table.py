@@ -21,7 +21,9 @@ def show(title: str, rows: Rows) -> None:
         max(len(column), *(len(line[n]) for line in cells)) for n, column in enumerate(columns)
     ]
     for line in [columns, ["-" * width for width in widths], *cells]:
-        print("  " + "  ".join(f"{cell:<{width}}" for cell, width in zip(line, widths, strict=True)))
+        print(
+            "  " + "  ".join(f"{cell:<{width}}" for cell, width in zip(line, widths, strict=True))
+        )
 
 
 def keep(name: str, rows: Rows, folder: Path = Path("bench")) -> None:

@@ -257,7 +257,9 @@ def read_text(folder, text, resources=None, **overrides):
     missing = [line for line in HEAD.splitlines() if f"{line.split(':')[0]}:" not in body]
     file.write_text("\n".join([body.rstrip("\n"), *missing, ""]))
     resources = resources or Resources(world_places=lambda name, beside: PLACES)
-    return read_mission(file, lambda plugins, beside, findings: FakeCatalogue(), resources, overrides)
+    return read_mission(
+        file, lambda plugins, beside, findings: FakeCatalogue(), resources, overrides
+    )
 
 
 class Ran:
