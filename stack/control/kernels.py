@@ -48,13 +48,13 @@ def project(
 
 
 @njit(cache=True, nogil=True)
-def point_at_distance(
+def length_at_distance(
     points: FloatArray, lengths: FloatArray, x: float, y: float, length: float, distance: float
-) -> tuple[float, float]:
-    """First point of a polyline after `length` that is `distance` away from (x, y).
+) -> float:
+    """Length up to the first point of a polyline after `length` that is `distance` from (x, y).
 
-    The end of the polyline when none is. Where the polyline is already farther away, the point at
-    `length` itself plus `distance` along the line.
+    The whole length when there is none. Where the polyline is farther away already, `length` plus
+    `distance`.
 
     Args:
         points: (n, 2) vertices, metres.
@@ -66,20 +66,13 @@ def point_at_distance(
     """
     n = points.shape[0]
     i = min(np.searchsorted(lengths, length, side="right"), n - 1)
-    previous = i - 1
-    span = lengths[i] - lengths[previous]
-    share = (length - lengths[previous]) / span if span > 0.0 else 0.0
-    ax = points[previous, 0] + share * (points[i, 0] - points[previous, 0])
-    ay = points[previous, 1] + share * (points[i, 1] - points[previous, 1])
+    span = lengths[i] - lengths[i - 1]
+    share = (length - lengths[i - 1]) / span if span > 0.0 else 0.0
+    ax = points[i - 1, 0] + share * (points[i, 0] - points[i - 1, 0])
+    ay = points[i - 1, 1] + share * (points[i, 1] - points[i - 1, 1])
     if hypot(ax - x, ay - y) >= distance:
-        wanted = min(length + distance, lengths[n - 1])
-        j = min(np.searchsorted(lengths, wanted, side="right"), n - 1)
-        span = lengths[j] - lengths[j - 1]
-        share = (wanted - lengths[j - 1]) / span if span > 0.0 else 0.0
-        return (
-            points[j - 1, 0] + share * (points[j, 0] - points[j - 1, 0]),
-            points[j - 1, 1] + share * (points[j, 1] - points[j - 1, 1]),
-        )
+        return min(length + distance, float(lengths[n - 1]))
+    begin = length
     for j in range(i, n):
         bx, by = points[j, 0], points[j, 1]
         if hypot(bx - x, by - y) >= distance:
@@ -89,9 +82,9 @@ def point_at_distance(
             b = fx * dx + fy * dy
             c = fx * fx + fy * fy - distance * distance
             share = (-b + sqrt(max(0.0, b * b - a * c))) / a
-            return ax + share * dx, ay + share * dy
-        ax, ay = bx, by
-    return points[n - 1, 0], points[n - 1, 1]
+            return float(begin + share * (lengths[j] - begin))
+        ax, ay, begin = bx, by, float(lengths[j])
+    return float(lengths[n - 1])
 
 
 @njit(cache=True, nogil=True)

@@ -45,7 +45,7 @@ class PurePursuitParameters:
     creep_speed: float = parameter(
         0.05, "m/s", above=0.0, help="slowest speed, near the goal or something in the way"
     )
-    lookahead_time: float = parameter(1.2, "s", above=0.0, help="lookahead distance over speed")
+    lookahead_time: float = parameter(1.0, "s", above=0.0, help="lookahead distance over speed")
     min_lookahead: float = parameter(0.3, "m", above=0.0, help="shortest lookahead distance")
     max_lookahead: float = parameter(0.9, "m", above=0.0, help="longest lookahead distance")
     min_radius: float = parameter(
@@ -160,7 +160,7 @@ class PurePursuit:
     def _pursue(self, track: Track, state: ControlState) -> Twist | None:
         """Along the path: the first clear arc, a turn in place, or None when neither is safe."""
         lookahead = self._lookahead_distance(state.twist.linear, track.remaining)
-        arc = self._arc(track, state, lookahead)
+        arc = self._arc(track, state, track.lookahead_point(state.pose, lookahead))
         if abs(arc.bearing) > self._turn_threshold(track, state):
             self._turning = True
             return self._turn(state, arc.bearing)
@@ -169,12 +169,13 @@ class PurePursuit:
         for share in SHORTER[1:]:
             if arc.free >= wanted * self.parameters.time_to_collision or self._at_end(arc, track):
                 break
-            other = self._arc(track, state, share * lookahead)
+            other = self._arc(track, state, track.nearer_point(state.pose, share * lookahead))
             if other.free > arc.free and abs(other.bearing) < self.parameters.turn_angle:
                 arc = other
         if arc.free > self.parameters.clearance:
             return self._drive(arc, track.remaining)
-        nearest = self._arc(track, state, SHORTER[-1] * lookahead)
+        near = track.nearer_point(state.pose, SHORTER[-1] * lookahead)
+        nearest = self._arc(track, state, near)
         return self._turn(state, nearest.bearing) if abs(nearest.bearing) > 0.15 else None
 
     def _at_end(self, arc: _Arc, track: Track) -> bool:
@@ -202,9 +203,9 @@ class PurePursuit:
             return p.turn_angle * min(1.0, max(0.15, track.remaining))
         return p.turn_angle
 
-    def _arc(self, track: Track, state: ControlState, lookahead: float) -> _Arc:
-        pose, p = state.pose, self.parameters
-        x, y = track.lookahead_point(pose, lookahead)
+    def _arc(self, track: Track, state: ControlState, point: tuple[float, float]) -> _Arc:
+        """The arc through a point of the map frame, and what lies on it."""
+        (x, y), pose, p = point, state.pose, self.parameters
         dx, dy = x - pose.x, y - pose.y
         c, s = cos(pose.heading), sin(pose.heading)
         forward, left = c * dx + s * dy, c * dy - s * dx

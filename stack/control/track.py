@@ -45,7 +45,7 @@ class Track:
         self._points = _prolonged(path, self.length)
         steps = np.linalg.norm(np.diff(self._points, axis=0), axis=1)
         self._lengths = np.concatenate([[0.0], np.cumsum(steps)])
-        self._segment, self._reach = 0, FIRST_REACH
+        self._segment, self._reach, self._aimed = 0, FIRST_REACH, 0.0
         self.travelled, self.offset = 0.0, 0.0
 
     @property
@@ -62,10 +62,27 @@ class Track:
         self.travelled, self.offset = max(self.travelled, travelled), offset
 
     def lookahead_point(self, pose: Pose2D, distance: float) -> tuple[float, float]:
-        """The first point ahead on the path at a straight-line distance, map frame."""
-        x, y = self._kernels.point_at_distance(
+        """The first point ahead on the path at a straight-line distance, map frame.
+
+        Never behind one that was aimed at before, short of the goal: in a corner a robot that
+        slows down would else look less far, turn back to the leg it has cut and stop there.
+        """
+        length = self._ahead_by(pose, distance)
+        self._aimed = max(length, min(self._aimed, self.length))
+        return self._point(self._aimed)
+
+    def nearer_point(self, pose: Pose2D, distance: float) -> tuple[float, float]:
+        """The first point ahead at a distance, wherever was aimed before."""
+        return self._point(self._ahead_by(pose, distance))
+
+    def _ahead_by(self, pose: Pose2D, distance: float) -> float:
+        length: float = self._kernels.length_at_distance(
             self._points, self._lengths, pose.x, pose.y, self.travelled, distance
         )
+        return length
+
+    def _point(self, length: float) -> tuple[float, float]:
+        x, y = (float(np.interp(length, self._lengths, axis)) for axis in self._points.T)
         return x, y
 
     def ahead(self, distance: float) -> FloatArray:

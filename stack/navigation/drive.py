@@ -19,6 +19,9 @@ HOPELESS = frozenset({FailureCode.GOAL_OUTSIDE_MAP, FailureCode.START_OUTSIDE_MA
 IDLE_BEFORE_REPLAN = 0.5
 """Seconds of standing short of the goal after which a new path is asked for."""
 
+RECEDING = 0.02
+"""Metres by which a pose on the way must have come farther again to lie behind."""
+
 ROUTINE = ""
 """The reason of a plan made only to see whether there is a better path."""
 
@@ -45,6 +48,7 @@ class GoalDrive:
         self._asked_at = -inf
         self._failing_since: float | None = None
         self._leg_ends: tuple[float, ...] = ()
+        self._nearest = inf
         self._seen_version, self._blocked = -1, False
 
     def advance(self, moment: Moment) -> Twist:
@@ -72,17 +76,24 @@ class GoalDrive:
         return f"there, {pose.distance_to(self.goal):.2f} m from the goal"
 
     def _pass_goals(self, pose: Pose2D) -> None:
-        """Strike out the goals on the way that are near enough or lie behind on the path."""
+        """Strike out the goals on the way that lie behind.
+
+        One is behind when the robot was near enough and moves away from it again, or cannot come
+        nearer, or when it has driven that much of the path.
+        """
         track = self._follower.track
         if track is None:
             return
         track.advance(pose)
-        radius = self._tools.parameters.via_radius
         while len(self._goals) > 1 and len(self._leg_ends) == len(self._goals):
-            near = pose.distance_to(self._goals[0]) <= radius
-            if not near and track.travelled < self._leg_ends[0]:
+            distance = pose.distance_to(self._goals[0])
+            self._nearest = min(self._nearest, distance)
+            receding = distance > self._nearest + RECEDING or self._follower.waiting
+            near = self._nearest <= self._tools.parameters.via_radius
+            if not (near and receding) and track.travelled < self._leg_ends[0]:
                 break
             self._goals, self._leg_ends = self._goals[1:], self._leg_ends[1:]
+            self._nearest = inf
 
     def _ask_if_needed(self, moment: Moment) -> None:
         """Ask for a plan when there is a reason to, no more often than the interval allows."""

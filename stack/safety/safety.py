@@ -163,5 +163,5 @@ class Safety:
 def _where(contact: Contact) -> str:
     side = atan2(contact.y, contact.x)
     words = ("ahead", "to the left", "behind", "to the right")
-    place = words[int(((side + 0.25 * pi) % (2.0 * pi)) // (0.5 * pi))]
+    place = words[round(side / (0.5 * pi)) % 4]
     return f"{hypot(contact.x, contact.y):.1f} m {place}, contact in {contact.time:.1f} s"

@@ -184,6 +184,19 @@ def test_something_that_is_no_velocity_stops_the_robot():
     assert "not a velocity" in safety.reason
 
 
+@pytest.mark.parametrize(
+    ("bearing", "side"),
+    [(0.0, "ahead"), (pi / 2, "to the left"), (pi, "behind"), (-pi, "behind"), (-2.0, "to the r")],
+)
+def test_it_says_on_which_side_something_is(bearing, side):
+    ranges = np.full(1, 0.3, np.float32)
+    scan = Scan(0.0, ranges, bearing, 0.1, 0.05, 12.0)
+    safety = Safety(robot(Footprint.circle(0.25)), SafetyParameters(), PERIOD)
+    towards = Twist(0.5 * np.cos(bearing), 0.0, 0.5 * np.sin(bearing))
+    safety.limit(towards, scan=scan, time=0.0, measured=STANDSTILL)
+    assert f"0.3 m {side}" in safety.reason
+
+
 def test_beams_without_return_stand_for_nothing():
     ranges = np.full(360, np.inf, np.float32)
     ranges[::2] = np.nan
