@@ -1,0 +1,255 @@
+"""From a lidar scan to the curve that runs along a wall at a set distance. Arrays in, arrays out.
+
+A scan becomes a contour: chains of neighbouring returns, each return pulled onto the line through
+its neighbours (total least squares; moving least squares of Levin, 1998), doorways bridged. The
+curve to drive is the way of a disc's centre that rolls along the contour: it rounds outer corners
+on an arc, turns before a wall ahead, and passes over what is too narrow for the disc.
+
+All points are (n, 2) float64, metres, in the base frame, in the order of the beams.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import radians
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stack.types import FloatArray
+
+LINK = 0.3
+"""Metres; neighbouring returns nearer than this belong to the same chain."""
+FEWEST = 3
+"""Returns; a shorter chain is a stray return, or dust."""
+SMOOTHING_RADIUS = 0.2
+SMOOTHING_BEAMS = 14
+SPACING = 0.03
+"""Metres between the points of a contour; the error of a distance to it is under 1 mm at 0.2 m."""
+JAMB = 0.15
+"""Metres; walls end in a face about this wide, which says nothing about where they lead."""
+FIT_LENGTH = 0.6
+LINE_TOLERANCE = 0.12
+STEP = 0.05
+
+Chains = list[FloatArray]
+
+
+def chains_of(points: FloatArray) -> Chains:
+    """Runs of neighbouring returns, strays left out; a run may go on from the last to the first."""
+    if len(points) < FEWEST:
+        return []
+    cuts = np.flatnonzero(np.linalg.norm(np.diff(points, axis=0), axis=1) > LINK) + 1
+    chains = np.split(points, cuts)
+    if len(chains) > 1 and np.linalg.norm(points[0] - points[-1]) <= LINK:
+        chains = [np.vstack([chains[-1], chains[0]]), *chains[1:-1]]
+    return [chain for chain in chains if len(chain) >= FEWEST]
+
+
+def smoothed(chain: FloatArray) -> FloatArray:
+    """Each point moved onto the total-least-squares line through its neighbours in the chain."""
+    count = len(chain)
+    offsets = np.arange(-SMOOTHING_BEAMS, SMOOTHING_BEAMS + 1)
+    index = np.arange(count)[:, None] + offsets
+    inside = (index >= 0) & (index < count)
+    near = chain[np.clip(index, 0, count - 1)]
+    squares = ((near - chain[:, None, :]) ** 2).sum(axis=2)
+    weights = np.where(inside, np.exp(-squares / (0.5 * SMOOTHING_RADIUS**2)), 0.0)
+    total = weights.sum(axis=1)
+    centre = np.einsum("nk,nkd->nd", weights, near) / total[:, None]
+    spread = near - centre[:, None, :]
+    xx, yy, xy = (
+        np.einsum("nk,nk->n", weights, spread[:, :, a] * spread[:, :, b])
+        for a, b in ((0, 0), (1, 1), (0, 1))
+    )
+    angle = 0.5 * np.arctan2(2.0 * xy, xx - yy)
+    line = np.column_stack([np.cos(angle), np.sin(angle)])
+    share = np.einsum("nd,nd->n", chain - centre, line)
+    moved: FloatArray = centre + share[:, None] * line
+    return moved
+
+
+def filled(chain: FloatArray) -> FloatArray:
+    """The chain with points put in between, at most SPACING apart."""
+    if len(chain) < 2:
+        return chain
+    steps = np.diff(chain, axis=0)
+    counts = np.maximum(1, np.ceil(np.linalg.norm(steps, axis=1) / SPACING).astype(int))
+    starts, steps = np.repeat(chain[:-1], counts, axis=0), np.repeat(steps, counts, axis=0)
+    first = np.repeat(np.cumsum(counts) - counts, counts)
+    share = (np.arange(len(starts)) - first) / np.repeat(counts, counts)
+    return np.vstack([starts + share[:, None] * steps, chain[-1:]])
+
+
+def bridges(chains: Chains, gap: float) -> Chains:
+    """Straight pieces over the gaps, at most `gap` wide, after which a wall goes on in line."""
+    found = []
+    for chain in chains:
+        for inwards in (chain, chain[::-1]):
+            bridge = _bridge_from(inwards, np.vstack(chains), gap)
+            if bridge is not None:
+                found.append(bridge)
+    return found
+
+
+def _bridge_from(chain: FloatArray, everything: FloatArray, gap: float) -> FloatArray | None:
+    """From the first point of a chain on, away from the chain; None when no wall goes on there."""
+    end = chain[0]
+    distances = np.linalg.norm(chain - end, axis=1)
+    wall = chain[(distances >= JAMB) & (distances <= FIT_LENGTH)]
+    if len(wall) < FEWEST:
+        return None
+    centre = wall.mean(axis=0)
+    outwards = np.linalg.svd(wall - centre, full_matrices=False)[2][0]
+    if outwards @ (end - centre) < 0.0:
+        outwards = -outwards
+    relative = everything - centre
+    along = relative @ outwards
+    across = outwards[0] * relative[:, 1] - outwards[1] * relative[:, 0]
+    start = float((end - centre) @ outwards)
+    ahead = along[(np.abs(across) <= LINE_TOLERANCE) & (along > start + SPACING)]
+    if not ahead.size or ahead.min() > start + gap:
+        return None
+    goes_on = ahead[ahead <= ahead.min() + FIT_LENGTH]
+    if goes_on.max() - goes_on.min() < JAMB:
+        return None
+    bridge: FloatArray = centre + np.array([[start], [goes_on.min()]]) * outwards
+    return bridge
+
+
+def contour_of(points: FloatArray, gap: float) -> FloatArray:
+    """(n, 2) dense points of everything the scan saw, smoothed, gaps in line bridged."""
+    chains = [smoothed(chain) for chain in chains_of(points)]
+    pieces = [filled(chain) for chain in chains + bridges(chains, gap)]
+    return np.vstack(pieces) if pieces else np.empty((0, 2))
+
+
+_BEHIND = radians(160.0)
+_OTHER_SIDE = radians(20.0)
+_BESIDE = radians(45.0)
+_REACH = 0.4
+"""Metres ahead in which a passage is looked at before it is entered."""
+
+
+@dataclass(frozen=True, slots=True)
+class Course:
+    """How a wall is to be followed.
+
+    Attributes:
+        side: sign of the side the wall is on: +1 left, -1 right.
+        distance: from the wall, metres.
+        closest: least distance from anything, metres; a passage narrower than twice this is taken
+            for closed, one narrower than twice the distance is driven in its middle.
+    """
+
+    side: int
+    distance: float
+    closest: float
+
+    def along(self, towards_wall: FloatArray) -> FloatArray:
+        """(2,) direction of travel that has a wall in direction `towards_wall` (2,) beside it."""
+        x, y = towards_wall
+        return np.array([y, -x]) * self.side
+
+
+@dataclass(frozen=True, slots=True)
+class OffsetCurve:
+    """The way ahead along the wall.
+
+    Attributes:
+        points: (n, 2), the first beside the robot, STEP metres apart on straight wall.
+        tangent: (2,) unit direction of travel at the first point.
+        wall_distance: metres from the robot to the wall.
+        error: metres by which that is more than wanted; in a narrow passage its middle is wanted.
+    """
+
+    points: FloatArray
+    tangent: FloatArray
+    wall_distance: float
+    error: float
+
+
+@dataclass(frozen=True, slots=True)
+class _Contact:
+    """A point of the wall (2,) that the disc touches next, and at which distance."""
+
+    point: FloatArray
+    distance: float
+
+
+def _contact(
+    contour: FloatArray, position: FloatArray, tangent: FloatArray, course: Course
+) -> _Contact | None:
+    """The nearest point ahead or on the wall's side, or what closes the passage; None if neither.
+
+    What lies on the other side is not the wall that is followed, but may leave less room.
+    """
+    relative = contour - position
+    along = relative @ tangent
+    across = course.side * (tangent[0] * relative[:, 1] - tangent[1] * relative[:, 0])
+    bearing = np.arctan2(across, along)
+    squares = (relative**2).sum(axis=1)
+    wall = _nearest(squares, (bearing > -_OTHER_SIDE) & (bearing < _BEHIND))
+    if wall is None:
+        return None
+    away = float(np.sqrt(squares[wall]))
+    other = (bearing < -_OTHER_SIDE) & (bearing > -_BEHIND)
+    opposite = _nearest(squares, other)
+    if opposite is None:
+        return _Contact(contour[wall], course.distance)
+    closing = other & (along > SPACING) & (along <= _REACH) & (away - across < 2 * course.closest)
+    beside = bearing[wall] > _BESIDE
+    closed_by = _nearest(squares, closing) if beside else None
+    if closed_by is not None:
+        return _Contact(contour[closed_by], course.distance)
+    middle = 0.5 * (away + float(np.sqrt(squares[opposite])))
+    return _Contact(contour[wall], min(course.distance, max(middle, course.closest)))
+
+
+def _nearest(squares: FloatArray, eligible: NDArray[np.bool_]) -> int | None:
+    """Index of the smallest among the eligible; None when there is none."""
+    if not eligible.any():
+        return None
+    return int(np.argmin(np.where(eligible, squares, np.inf)))
+
+
+def offset_curve(
+    contour: FloatArray, course: Course, tangent: FloatArray, length: float = 1.2
+) -> OffsetCurve | None:
+    """The way ahead from beside the robot (the origin).
+
+    Args:
+        contour: dense points, from `contour_of`.
+        course: side and distances.
+        tangent: (2,) about the present direction of travel, for telling the wall from others.
+        length: of the curve, metres.
+
+    Returns:
+        None when no wall is on that side.
+    """
+    position, direction = np.zeros(2), tangent
+    points: list[FloatArray] = []
+    first: tuple[FloatArray, float, float] | None = None
+    for _ in range(round(length / STEP)):
+        contact = _contact(contour, position, direction, course)
+        if contact is None:
+            break
+        towards = contact.point - position
+        away = float(np.linalg.norm(towards))
+        if away < 1e-6:
+            break
+        towards = towards / away
+        direction = course.along(towards)
+        position = position + (away - contact.distance) * towards
+        points.append(position)
+        first = first or (direction, away, away - contact.distance)
+        position = position + STEP * direction
+    if first is None:
+        return None
+    return OffsetCurve(np.array(points), *first)
+
+
+def room_ahead(points: FloatArray, half_width: float) -> float:
+    """Metres straight ahead of the base to the first return in a lane; inf if none."""
+    lane = points[(points[:, 0] > 0.0) & (np.abs(points[:, 1]) <= half_width)]
+    return float(lane[:, 0].min()) if len(lane) else float("inf")
