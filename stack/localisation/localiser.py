@@ -115,11 +115,13 @@ class Localiser:
     def estimate(self) -> PoseEstimate:
         """The best pose, carried on by odometry since the last scan, its spread and quality.
 
-        The quality is 0 until a scan came in after the last start.
+        Until the first scan after a start its pose is believed (quality 0.8, that of an ordinary
+        true pose), so that starting raises no alarm; scattered particles have quality 0.
         """
         fit = self._fits.value
-        quality = 0.0 if fit is None or self._scale is None else self._scale.quality(fit)
-        return PoseEstimate(self._pose, self._covariance, quality)
+        if fit is None or self._scale is None:
+            return PoseEstimate(self._pose, self._covariance, 0.0 if self._scattered else 0.8)
+        return PoseEstimate(self._pose, self._covariance, self._scale.quality(fit))
 
     @property
     def map_from_odom(self) -> Pose2D:

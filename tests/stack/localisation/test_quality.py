@@ -143,10 +143,25 @@ def test_fit_at_judges_other_poses():
     assert localiser.fit_at(Pose2D(9.0, 2.8, 0.3), scan) < 0.3
 
 
-def test_quality_is_zero_until_a_scan_says_otherwise():
-    localiser = Localiser(office().grid, LocaliserParameters(), 0)
+def test_a_start_is_believed_until_a_scan_says_otherwise():
+    place, generator = office(), np.random.default_rng(0)
+    localiser = Localiser(place.grid, LocaliserParameters(), 0)
+    assert localiser.estimate.quality == 0.0, "scattered"
     localiser.start(Pose2D(5.75, 2.0), 0.1, 0.1)
-    assert localiser.estimate.quality == 0.0
+    assert localiser.estimate.quality == 0.8
+    localiser.update(HERE, place.scan(Pose2D(9.0, 6.3, 2.0), 0.0, generator))
+    assert localiser.estimate.quality < 0.3
+
+
+@pytest.mark.parametrize("value", [np.inf, np.nan])
+def test_a_scan_without_a_single_return_moves_nothing(value):
+    localiser = Localiser(office().grid, LocaliserParameters(), 0)
+    pose = Pose2D(5.75, 2.0, 0.5)
+    localiser.start(pose, 0.02, 0.02)
+    ranges = np.full(360, value, dtype=np.float32)
+    localiser.update(HERE, Scan(0.0, ranges, -pi, 2 * pi / 360, 0.08, 12.0))
+    assert localiser.estimate.pose.distance_to(pose) < 0.02
+    assert localiser.estimate.quality < 0.3
 
 
 def test_the_scale_passes_through_its_percentiles():

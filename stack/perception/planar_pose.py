@@ -1,0 +1,85 @@
+"""Poses on the floor from pictures of upright squares.
+
+A mount that is known and a base that stands on the floor leave three unknowns of the camera's six:
+x, y and heading. Starting from a pose of the unconstrained solution, Gauss-Newton on the
+reprojection errors finds the pose on the floor that explains the corners best. A fourth unknown
+moves all corners up or down together, so that a pitching base does not bend the other three.
+"""
+
+from __future__ import annotations
+
+from math import cos, sin
+
+import numpy as np
+
+from stack.types import CameraModel, FloatArray, Pose2D
+
+_ITERATIONS = 15
+
+
+def align_on_floor(
+    start: Pose2D, camera: CameraModel, corners: FloatArray, pixels: FloatArray
+) -> tuple[Pose2D, float] | None:
+    """The base pose in the map frame near `start` that explains the corners best, and its error.
+
+    Args:
+        start: map frame.
+        camera: intrinsics and mount.
+        corners: (4, 3) in the map frame, metres.
+        pixels: (4, 2) where they were seen, from the image's corner.
+
+    Returns:
+        The pose and its root mean square reprojection error in pixels; None if a corner comes to
+        lie behind the camera or the corners leave the pose undetermined.
+    """
+    optical_from_base = np.asarray(np.linalg.inv(camera.base_from_optical()), dtype=np.float64)
+    unknowns = np.array([start.x, start.y, start.heading, 0.0])
+    for _ in range(_ITERATIONS):
+        projected = _project(unknowns, optical_from_base, camera, corners)
+        if projected is None:
+            return None
+        expected, jacobian = projected
+        normal = jacobian.T @ jacobian
+        if np.linalg.cond(normal) > 1e14:
+            return None
+        step = np.linalg.solve(normal, jacobian.T @ (pixels - expected).ravel())
+        unknowns += step
+        if np.abs(step).max() < 1e-7:
+            break
+    projected = _project(unknowns, optical_from_base, camera, corners)
+    if projected is None:
+        return None
+    error = float(np.sqrt(((pixels - projected[0]) ** 2).sum(axis=1).mean()))
+    x, y, heading = (float(value) for value in unknowns[:3])
+    return Pose2D(0.0, 0.0).compose(Pose2D(x, y, heading)), error
+
+
+def _project(
+    unknowns: FloatArray, optical_from_base: FloatArray, camera: CameraModel, corners: FloatArray
+) -> tuple[FloatArray, FloatArray] | None:
+    """Pixels (4, 2) of map points seen from x, y, heading, and their (8, 4) Jacobian."""
+    x, y, heading, lift = unknowns
+    c, s = cos(heading), sin(heading)
+    base_from_map = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+    turning = np.array([[-s, c, 0.0], [-c, -s, 0.0], [0.0, 0.0, 0.0]])
+    off = corners - np.array([x, y, 0.0])
+    rotation = optical_from_base[:3, :3]
+    points = off @ (rotation @ base_from_map).T + optical_from_base[:3, 3]
+    if (points[:, 2] < 0.05).any():
+        return None
+    depth = points[:, 2]
+    focal = camera.focal_length
+    expected = focal * points[:, :2] / depth[:, None]
+    expected += (camera.width / 2.0, camera.height / 2.0)
+    expected[:, 1] += lift
+    jacobian = np.zeros((corners.shape[0], 2, 4))
+    by_x = -(rotation @ base_from_map)[:, 0]
+    by_y = -(rotation @ base_from_map)[:, 1]
+    moved = [np.broadcast_to(by_x, points.shape), np.broadcast_to(by_y, points.shape)]
+    moved.append(off @ (rotation @ turning).T)
+    for column, change in enumerate(moved):
+        for axis in range(2):
+            slope = change[:, axis] - points[:, axis] / depth * change[:, 2]
+            jacobian[:, axis, column] = focal * slope / depth
+    jacobian[:, 1, 3] = 1.0
+    return expected, jacobian.reshape(-1, 4)
