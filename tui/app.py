@@ -11,34 +11,50 @@ from uuid import uuid4
 from textual.app import App, ComposeResult
 from textual.binding import BindingType
 from textual.containers import Horizontal, Vertical
+from textual.screen import Screen
 from textual.widgets import Footer
 
+from stack.errors import TelemetryError
 from stack.telemetry.records import Command, MissionState, Snapshot
 from tui import palette
+from tui.banner import Banner, Link, notice
 from tui.chart import Chart
 from tui.events_pane import EventsPane
 from tui.keys import KEYS
 from tui.map_pane import MapPane
 from tui.screens import Help, Question
 from tui.source import Source
-from tui.status_bar import StatusBar
+from tui.status_bar import STALE_AFTER, StatusBar
 from tui.tree_pane import TreePane
 from tui.vitals_pane import VitalsPane
 
 REFRESH = 0.1
-PANES = ("tree", "map", "vitals", "events")
+PANES = ("tree", "map", "vitals", "events", "charts")
+
+WIDTHS = [(0, "-tiny"), (62, "-small"), (90, "-narrow"), (116, "-wide"), (160, "-huge")]
+HEIGHTS = [(0, "-short"), (32, "-tall"), (46, "-high")]
+"""Terminal columns and lines from which a class of the style sheet applies."""
+
+CONFIRM_WITHIN = 10
+"""Refreshes after which an unanswered emergency stop is shouted about: a second."""
+
+
+class Charts(Vertical, can_focus=True):
+    """The column of charts."""
 
 
 class Dashboard(App[str]):
-    """Shows a run until the operator leaves; returns `over`, `leave` or `abort`."""
+    """Shows a run until the operator leaves.
+
+    Returns `over` (the run was over), `leave` (it goes on), `abort` (it was told to end) or
+    `lost` (the engine did not answer any more).
+    """
 
     CSS_PATH = "app.tcss"
     TITLE = "treepilot"
     ENABLE_COMMAND_PALETTE = False
-    HORIZONTAL_BREAKPOINTS: ClassVar[list[tuple[int, str]] | None] = [
-        (0, "-small"), (96, "-narrow"), (124, "-wide"),
-    ]  # fmt: skip
-    VERTICAL_BREAKPOINTS: ClassVar[list[tuple[int, str]] | None] = [(0, "-short"), (34, "-tall")]
+    HORIZONTAL_BREAKPOINTS = WIDTHS
+    VERTICAL_BREAKPOINTS = HEIGHTS
     BINDINGS: ClassVar[list[BindingType]] = [key.binding() for key in KEYS]
 
     def __init__(self, source: Source, *, live: bool = True) -> None:
@@ -52,26 +68,30 @@ class Dashboard(App[str]):
         self.source, self._live = source, live
         self.snapshot: Snapshot | None = None
         self._speed_factor = 1.0
+        self._stop_id, self._stop_age = "", 0
+        self._trouble = ""
 
     def compose(self) -> ComposeResult:
         """Panes from left to right, the log below."""
         yield StatusBar()
+        yield Banner()
         with Horizontal(id="body"):
             with Vertical(id="left"):
                 yield TreePane()
                 yield VitalsPane()
             yield MapPane()
-            with Vertical(id="right"):
-                speeds = {"wanted": palette.LOCAL_PLAN, "driven": palette.PATH}
+            with Charts(id="charts"):
+                speeds = {"wanted": palette.BUSY, "driven": palette.PATH}
                 yield Chart("Speed", "m/s", speeds, 0.0, 0.2)
-                yield Chart("Localisation", "", {"fit": palette.PARTICLE}, 0.0, 1.0)
-                yield Chart("Error", "m", {"error": palette.PERSON}, 0.0, 0.05)
+                yield Chart("Scan fit", "", {"fit": palette.PARTICLE}, 0.0, 1.0)
+                yield Chart("Pose error", "m", {"off by": palette.PERSON}, 0.0, 0.05)
         yield EventsPane()
         yield Footer(compact=True, show_command_palette=False)
 
     def on_mount(self) -> None:
         """Begin to watch."""
         self.query_one(MapPane).focus()
+        self.refresh_now()
         if self._live:
             self.set_interval(REFRESH, self.refresh_now)
 
@@ -79,43 +99,81 @@ class Dashboard(App[str]):
         """Let go of the run."""
         self.source.close()
 
+    @property
+    def is_over(self) -> bool:
+        """Whether the run has ended."""
+        snapshot, source = self.snapshot, self.source
+        ended = source.is_over or source.report is not None
+        return ended or (snapshot is not None and snapshot.state.is_over)
+
     def refresh_now(self) -> None:
         """Take what is new and show it."""
-        snapshot, events = self.source.poll(), self.source.events()
-        for ack in self.source.acks():
-            if not ack.done:
-                self.notify(ack.reason, severity="warning", title="refused")
-        if events:
-            self._panes().query_one(EventsPane).add(events)
-        base = self._panes()
-        shown = snapshot or self.snapshot
-        base.query_one(StatusBar).show(shown, self.source.info, self.source.silent_for)
-        if snapshot is not None:
-            self.snapshot = snapshot
-            self._show(snapshot)
+        fresh = self._receive()
+        link = self._link()
+        panes = self._panes
+        panes.query_one(Banner).show(notice(self.snapshot, link))
+        panes.query_one(StatusBar).show(self.snapshot, self.source.info, link.silent_for)
+        panes.set_class(not self.is_over and link.silent_for > STALE_AFTER, "stale")
+        if fresh is not None:
+            self._show(fresh)
 
-    def _panes(self):  # type: ignore[no-untyped-def]
+    @property
+    def _panes(self) -> Screen[object]:
         """The screen with the panes, whatever lies over it."""
         return self.screen_stack[0]
 
-    def _show(self, snapshot: Snapshot) -> None:
-        base = self._panes()
-        base.query_one(TreePane).show(snapshot)
-        base.query_one(MapPane).show(snapshot, self.source.info)
-        base.query_one(VitalsPane).show(snapshot)
-        speed, fit, error = base.query(Chart)
-        speed.add(wanted=snapshot.commanded.linear, driven=snapshot.measured.linear)
-        fit.add(fit=snapshot.quality)
-        if snapshot.truth is not None:
-            error.add(error=snapshot.pose.distance_to(snapshot.truth))
-        base.set_class(snapshot.state is MissionState.EMERGENCY_STOP, "stopped")
+    def _receive(self) -> Snapshot | None:
+        try:
+            fresh, events, acks = self.source.poll(), self.source.events(), self.source.acks()
+        except TelemetryError as error:
+            self._trouble = str(error)
+            return None
+        self.snapshot = fresh or self.snapshot
+        for ack in acks:
+            if ack.id == self._stop_id:
+                self._stop_id = ""
+            if not ack.done:
+                self.notify(ack.reason, severity="warning", title="refused", markup=False)
+        if events:
+            self._panes.query_one(EventsPane).add(events)
+        return fresh
 
-    def _send(self, kind: str, **arguments: object) -> None:
-        self.source.send(Command(uuid4().hex, kind, arguments))
+    def _link(self) -> Link:
+        self._stop_age = self._stop_age + 1 if self._stop_id else 0
+        source = self.source
+        return Link(
+            source.silent_for, source.is_over or source.report is not None,
+            source.report is not None, self._trouble, self._stop_age > CONFIRM_WITHIN,
+        )  # fmt: skip
+
+    def _show(self, snapshot: Snapshot) -> None:
+        panes = self._panes
+        panes.query_one(TreePane).show(snapshot)
+        panes.query_one(MapPane).show(snapshot, self.source.info)
+        panes.query_one(VitalsPane).show(snapshot)
+        speed, fit, error = panes.query(Chart)
+        now = snapshot.time
+        speed.add(now, wanted=snapshot.commanded.linear, driven=snapshot.measured.linear)
+        fit.add(now, fit=snapshot.quality)
+        error.display = snapshot.truth is not None
+        if snapshot.truth is not None:
+            error.add(now, **{"off by": snapshot.pose.distance_to(snapshot.truth)})
+        panes.set_class(snapshot.state is MissionState.EMERGENCY_STOP, "stopped")
+        panes.set_class(snapshot.state is MissionState.PAUSED, "paused")
+
+    def _send(self, kind: str, **arguments: object) -> str:
+        """Send a command; its id, empty when it could not leave."""
+        command = Command(uuid4().hex, kind, arguments)
+        try:
+            self.source.send(command)
+        except TelemetryError as error:
+            self.notify(str(error), severity="error", title="not sent", markup=False)
+            return ""
+        return command.id
 
     def action_estop(self) -> None:
         """Stop at once."""
-        self._send("estop", reason="operator")
+        self._stop_id, self._stop_age = self._send("estop", reason="operator"), 0
 
     def action_release(self) -> None:
         """Release the emergency stop."""
@@ -128,29 +186,29 @@ class Dashboard(App[str]):
 
     def action_abort(self) -> None:
         """Ask, then end the mission."""
-        answers = {"": "No, go on", "abort": "Yes, abort it: the robot stops, the report says so"}
+        answers = {"": "No, go on", "abort": "Yes: the robot stops, the mission ends as aborted"}
         self.push_screen(Question("Abort the mission?", answers), self._abort_answered)
 
     def _abort_answered(self, answer: str | None) -> None:
         if answer == "abort":
-            self._send("abort", reason="by the operator")
+            self._send("abort", reason="operator")
 
     def action_leave(self) -> None:
         """Leave; while the mission runs, ask whether to leave it running."""
-        if self.snapshot is None or self.snapshot.state.is_over or self.source.report is not None:
+        if self.is_over:
             self.exit("over")
-            return
-        answers = {
-            "leave": "Leave it running (treepilot watch comes back to it)",
-            "abort": "Abort the mission",
-            "": "Stay here",
-        }
-        self.push_screen(Question("The mission is still running.", answers), self._leave_answered)
+        elif self._trouble or self._link().is_lost(self.snapshot):
+            self.exit("lost")
+        elif not isinstance(self.screen, Question):
+            answers = {
+                "": "Stay here",
+                "leave": "Leave it running; `treepilot watch` comes back to it",
+                "abort": "Abort it and leave",
+            }
+            self.push_screen(Question("The mission is still running.", answers), self._left)
 
-    def _leave_answered(self, answer: str | None) -> None:
-        if answer == "abort":
-            self._send("abort", reason="by the operator")
-        if answer:
+    def _left(self, answer: str | None) -> None:
+        if answer == "leave" or (answer == "abort" and self._send("abort", reason="operator")):
             self.exit(answer)
 
     def action_help(self) -> None:
@@ -166,18 +224,16 @@ class Dashboard(App[str]):
         self.query_one(MapPane).fit()
 
     def action_pan(self, right: int, up: int) -> None:
-        """Move the map, or scroll the tree when it has the focus."""
+        """Move the map, or choose a node when the tree has the focus."""
         tree = self.query_one(TreePane)
         if tree.has_focus and up:
-            tree.scroll_by(-up * 3)
+            tree.choose(-up)
         else:
             self.query_one(MapPane).pan(right, up)
 
     def action_costs(self) -> None:
         """Costmap on or off."""
-        pane = self.query_one(MapPane)
-        pane.costs_shown = not pane.costs_shown
-        pane.fit() if pane.view is None else pane.zoom(1.0)
+        self.query_one(MapPane).toggle_costs()
 
     def action_follow_tree(self) -> None:
         """Let the tree follow what runs."""
@@ -185,36 +241,36 @@ class Dashboard(App[str]):
 
     def action_level(self) -> None:
         """Next level of the event log."""
-        self.notify(f"events: {self.query_one(EventsPane).next_level()}", timeout=1.5)
+        self.query_one(EventsPane).next_filter()
+
+    def action_focus_pane(self, name: str) -> None:
+        """Give a pane the focus; one that has no room here comes over the whole screen."""
+        pane = self.screen.query_one(f"#{name}")
+        full = any(self.screen.has_class(f"full-{other}") for other in PANES)
+        hidden = any(not node.display for node in (pane, pane.parent) if node is not None)
+        if full or hidden:
+            self._fill_with(name)
+        pane.focus()
 
     def action_zoom_pane(self) -> None:
         """The focused pane over the whole screen, and back."""
         name = self.focused.id if self.focused is not None else None
         if name in PANES:
-            wanted = f"full-{name}"
-            full = self.screen.has_class(wanted)
-            for pane in PANES:
-                self.screen.remove_class(f"full-{pane}")
-            self.screen.set_class(not full, wanted)
+            self._fill_with("" if self.screen.has_class(f"full-{name}") else name)
 
-    def key_1(self) -> None:
-        """To the tree."""
-        self.query_one(TreePane).focus()
+    def action_all_panes(self) -> None:
+        """Back to all panes."""
+        self._fill_with("")
+        if self.focused is None or not self.focused.display:
+            self.query_one(MapPane).focus()
 
-    def key_2(self) -> None:
-        """To the map."""
-        self.query_one(MapPane).focus()
-
-    def key_3(self) -> None:
-        """To the vitals."""
-        self.query_one(VitalsPane).focus()
-
-    def key_4(self) -> None:
-        """To the events."""
-        self.query_one(EventsPane).focus()
+    def _fill_with(self, name: str) -> None:
+        for pane in PANES:
+            self.screen.set_class(pane == name, f"full-{pane}")
 
     def action_speed(self, factor: float) -> None:
         """Simulate faster or slower."""
-        self._speed_factor = min(64.0, max(0.25, self._speed_factor * factor))
-        self._send("speed", factor=self._speed_factor)
-        self.notify(f"speed {self._speed_factor:g}×", timeout=1.5)
+        wanted = min(64.0, max(0.25, self._speed_factor * factor))
+        if self._send("speed", factor=wanted):
+            self._speed_factor = wanted
+            self.notify(f"simulating at up to {wanted:g}×", timeout=1.5)

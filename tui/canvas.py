@@ -10,7 +10,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.types import CostGrid, FloatArray, OccupancyGrid, Pose2D
+from stack.types import (
+    FREE,
+    FREE_COST,
+    LETHAL_COST,
+    OCCUPIED,
+    UNKNOWN,
+    UNKNOWN_COST,
+    CostGrid,
+    FloatArray,
+    OccupancyGrid,
+    Pose2D,
+)
 from tui import palette
 
 QUADRANTS = np.array([ord(glyph) for glyph in " ▘▝▀▖▌▞▛▗▚▐▜▄▙▟█"], dtype=np.uint32)
@@ -37,11 +48,20 @@ class View:
         scale = max(width / max(1, columns * 2 - 4), height / max(1, rows * 4 - 4), 0.005)
         return View(grid.origin[0] + width / 2, grid.origin[1] + height / 2, scale)
 
+    @staticmethod
+    def around(pose: Pose2D, columns: int, span: float = 12.0) -> View:
+        """So many metres from left to right, the pose in the middle."""
+        return View(0.0, 0.0, span / max(1, columns * 2)).centred(pose)
+
+    def centred(self, pose: Pose2D) -> View:
+        """Moved to the pose by whole characters, so that walls keep their shape as it moves."""
+        across, down = 2 * self.metres_per_dot, 4 * self.metres_per_dot
+        return replace(self, x=round(pose.x / across) * across, y=round(pose.y / down) * down)
+
     def zoomed(self, factor: float) -> View:
         """Nearer by a factor."""
-        return replace(
-            self, metres_per_dot=float(np.clip(self.metres_per_dot / factor, 0.005, 1.0))
-        )
+        scale = min(1.0, max(0.005, self.metres_per_dot / factor))
+        return replace(self, metres_per_dot=scale)
 
     def dots(self, points: FloatArray, columns: int, rows: int) -> NDArray[np.int64]:
         """Braille dot (column, row) of map points (n, 2); may lie outside."""
@@ -52,7 +72,7 @@ class View:
 
 
 class Canvas:
-    """A frame of characters being drawn."""
+    """A frame of characters being drawn: code points and two packed colours per cell."""
 
     def __init__(self, view: View, columns: int, rows: int) -> None:
         self.view, self.columns, self.rows = view, columns, rows
@@ -61,34 +81,37 @@ class Canvas:
         self.foreground = np.full(shape, palette.UNKNOWN, dtype=np.uint32)
         self.background = np.full(shape, palette.UNKNOWN, dtype=np.uint32)
         self._walls = np.zeros(shape, dtype=bool)
+        self._words = np.zeros(shape, dtype=bool)
         self._dots = np.zeros(shape, dtype=np.uint32)
 
     def copy(self) -> Canvas:
-        """The same frame, to draw overlays on."""
-        other = Canvas.__new__(Canvas)
-        other.view, other.columns, other.rows = self.view, self.columns, self.rows
-        other.glyphs, other.foreground = self.glyphs.copy(), self.foreground.copy()
-        other.background, other._walls = self.background.copy(), self._walls
-        other._dots = np.zeros_like(self._dots)
+        """The same frame, to draw overlays on; it keeps where the walls are."""
+        other = Canvas(self.view, self.columns, self.rows)
+        other.glyphs[:], other.foreground[:] = self.glyphs, self.foreground
+        other.background[:], other._walls = self.background, self._walls
         return other
 
-    def draw_costs(self, grid: OccupancyGrid, costs: CostGrid | None) -> None:
+    def draw_costs(self, grid: OccupancyGrid | None, costs: CostGrid | None) -> None:
         """Free, unknown and costly floor, two samples a character."""
         x, y = self._sample_points(1, 2)
-        occupancy = _look_up(grid, x, y, -1)
-        colours = np.where(occupancy < 0, palette.UNKNOWN, palette.FREE).astype(np.uint32)
+        unknown = np.zeros((self.rows * 2, self.columns), dtype=bool)
+        occupied = np.zeros_like(unknown)
+        if grid is not None:
+            occupancy = _look_up(grid, x, y, UNKNOWN)
+            unknown, occupied = occupancy == UNKNOWN, occupancy == OCCUPIED
+        colours = np.where(unknown, palette.UNKNOWN, palette.FREE).astype(np.uint32)
         if costs is not None:
-            value = _look_up(costs, x, y, 0)
-            costly = (value > 0) & (value < 255) & (occupancy >= 0)
-            colours[costly] = RAMP[np.minimum(value[costly].astype(np.int64) // 17, 15)]
-            colours[(value == 254) & (occupancy == 0)] = palette.SENSED
+            value = _look_up(costs, x, y, FREE_COST)
+            costly = (value > FREE_COST) & (value < UNKNOWN_COST) & ~unknown
+            colours[costly] = RAMP[np.minimum(value[costly] // 17, 15)]
+            colours[(value == LETHAL_COST) & ~occupied & ~unknown] = palette.SENSED
         self.foreground[:], self.background[:] = colours[0::2], colours[1::2]
 
     def draw_walls(self, grid: OccupancyGrid) -> None:
         """Occupied cells as quadrants, pooled so that thin walls survive any zoom."""
         x, y = self._sample_points(2, 2)
-        filled = _look_up(grid, x, y, 0) == 100
-        row, column = np.nonzero(grid.cells == 100)
+        filled = _look_up(grid, x, y, FREE) == OCCUPIED
+        row, column = np.nonzero(grid.cells == OCCUPIED)
         centres = np.column_stack([column, row]) + 0.5
         points = centres * grid.resolution + np.array(grid.origin)
         dots = self.view.dots(points, self.columns, self.rows)
@@ -103,24 +126,32 @@ class Canvas:
             | filled[1::2, 0::2] << 2 | filled[1::2, 1::2] << 3
         )  # fmt: skip
         self._walls = mask > 0
-        floor = self.background[self._walls]
         self.glyphs[self._walls] = QUADRANTS[mask[self._walls]]
         self.foreground[self._walls] = palette.WALL
-        self.background[self._walls] = floor
+        self.foreground[_surrounded(mask == 15)] = palette.WALL_INSIDE
 
     def draw_points(self, points: FloatArray, colour: int) -> None:
-        """Map points (n, 2) as braille dots; later colours win a character."""
-        dots = self.view.dots(points, self.columns, self.rows)
-        column, row = dots[:, 0], dots[:, 1]
-        inside = (column >= 0) & (column < self.columns * 2) & (row >= 0) & (row < self.rows * 4)
-        column, row = column[inside], row[inside]
-        cell_row, cell_column = row // 4, column // 2
-        np.bitwise_or.at(self._dots, (cell_row, cell_column), BRAILLE[row % 4, column % 2])
+        """Map points (n, 2) as braille dots. A later colour takes the whole character."""
+        cell_row, cell_column, bits = self._cells_of(points)
         at = (cell_row, cell_column)
-        wall = self._walls[at]
-        self.background[at] = np.where(wall, palette.WALL_DIM, self.background[at])
+        other = self.foreground[at] != colour
+        self._dots[cell_row[other], cell_column[other]] = 0
+        np.bitwise_or.at(self._dots, at, bits)
+        self.background[at] = np.where(self._walls[at], palette.WALL_DIM, self.background[at])
         self.glyphs[at] = 0x2800 + self._dots[at]
         self.foreground[at] = colour
+
+    def draw_hits(self, points: FloatArray, colour: int, wall_colour: int) -> None:
+        """Scan end points (n, 2): walls that explain them glow, the others become dots."""
+        cell_row, cell_column, _ = self._cells_of(points)
+        explained = self._walls[cell_row, cell_column]
+        glowing = (cell_row[explained], cell_column[explained])
+        self.foreground[glowing] = np.where(
+            self.glyphs[glowing] < 0x2800, wall_colour, self.foreground[glowing]
+        )
+        dots = self.view.dots(points, self.columns, self.rows)
+        inside = self._inside(dots)
+        self.draw_points(points[inside][~explained], colour)
 
     def draw_line(self, points: FloatArray, colour: int) -> None:
         """A polyline (n, 2) as braille dots, densely enough to have no holes."""
@@ -128,46 +159,87 @@ class Canvas:
             return
         steps = np.diff(points, axis=0)
         counts = np.ceil(np.abs(steps).max(axis=1) / self.view.metres_per_dot).astype(int) + 1
-        pieces = [
-            start + step * np.linspace(0.0, 1.0, count)[:, None]
-            for start, step, count in zip(points[:-1], steps, counts, strict=True)
-        ]
-        self.draw_points(np.vstack(pieces), colour)
+        piece = np.repeat(np.arange(len(steps)), counts)
+        first = np.repeat(np.cumsum(counts) - counts, counts)
+        share = (np.arange(len(piece)) - first) / np.maximum(counts[piece] - 1, 1)
+        self.draw_points(points[:-1][piece] + steps[piece] * share[:, None], colour)
 
     def draw_text(
         self, x: float, y: float, text: str, colour: int, back: int | None = None
     ) -> None:
-        """A word whose first character sits at a map point; walls under it stay dimmed."""
-        dot_column, dot_row = self.view.dots(np.array([[x, y]]), self.columns, self.rows)[0]
-        row, column = int(dot_row // 4), int(dot_column // 2)
-        if not 0 <= row < self.rows:
+        """A word whose first character sits at a map point."""
+        row, column = self._cell_at(x, y)
+        if 0 <= row < self.rows:
+            self._write(row, column, text, colour, back)
+
+    def draw_place(self, x: float, y: float, name: str, colour: int) -> None:
+        """A ring at a map point and its name beside, above or below, where nothing is covered."""
+        row, column = self._cell_at(x, y)
+        if not self._is_free(row, column, 1):
             return
+        self._write(row, column, "◦", colour, None)
+        middle = column - len(name) // 2
+        for at_row, at_column in (
+            (row, column + 1), (row, column - len(name)), (row + 1, middle), (row - 1, middle),
+        ):  # fmt: skip
+            if self._is_free(at_row, at_column, len(name)):
+                self._write(at_row, at_column, name, colour, None)
+                return
+
+    def _write(self, row: int, column: int, text: str, colour: int, back: int | None) -> None:
         for offset, glyph in enumerate(text):
             if 0 <= column + offset < self.columns:
                 at = (row, column + offset)
-                if self._walls[at] and back is None:
-                    self.background[at] = palette.WALL_DIM
-                elif back is not None:
+                if back is not None:
                     self.background[at] = back
+                elif self._walls[at]:
+                    self.background[at] = palette.WALL_DIM
                 self.glyphs[at], self.foreground[at] = ord(glyph), colour
+                self._words[at] = True
 
-    def is_free(self, x: float, y: float, length: int) -> bool:
-        """Whether a word of this length at a map point would cover no wall and no drawing."""
-        dot_column, dot_row = self.view.dots(np.array([[x, y]]), self.columns, self.rows)[0]
-        row, column = int(dot_row // 4), int(dot_column // 2)
+    def _is_free(self, row: int, column: int, length: int) -> bool:
         if not (0 <= row < self.rows and 0 <= column and column + length <= self.columns):
             return False
         cells = (row, slice(column, column + length))
-        return not self._walls[cells].any()
+        return not (self._walls[cells].any() or self._words[cells].any())
+
+    def _cell_at(self, x: float, y: float) -> tuple[int, int]:
+        column, row = self.view.dots(np.array([[x, y]]), self.columns, self.rows)[0]
+        return int(row) // 4, int(column) // 2
+
+    def _inside(self, dots: NDArray[np.int64]) -> NDArray[np.bool_]:
+        column, row = dots[:, 0], dots[:, 1]
+        within: NDArray[np.bool_] = (
+            (column >= 0) & (column < self.columns * 2) & (row >= 0) & (row < self.rows * 4)
+        )
+        return within
+
+    def _cells_of(
+        self, points: FloatArray
+    ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.uint32]]:
+        """Row, column and braille bit of the points that are in the picture."""
+        dots = self.view.dots(points, self.columns, self.rows)
+        dots = dots[self._inside(dots)]
+        column, row = dots[:, 0], dots[:, 1]
+        return row // 4, column // 2, BRAILLE[row % 4, column % 2]
 
     def _sample_points(self, across: int, down: int) -> tuple[FloatArray, FloatArray]:
         """Map x (1, n) and y (m, 1) of the middles of across × down samples a character."""
         dot = self.view.metres_per_dot
-        column = (np.arange(self.columns * across) + 0.5) * (2 / across)
-        row = (np.arange(self.rows * down) + 0.5) * (4 / down)
-        x = self.view.x + (column - self.columns) * dot
-        y = self.view.y - (row - self.rows * 2) * dot
+        column = (np.arange(self.columns * across, dtype=np.float64) + 0.5) * (2 / across)
+        row = (np.arange(self.rows * down, dtype=np.float64) + 0.5) * (4 / down)
+        x: FloatArray = self.view.x + (column - self.columns) * dot
+        y: FloatArray = self.view.y - (row - self.rows * 2) * dot
         return x[None, :], y[:, None]
+
+
+def scale_bar(view: View, at_most: int) -> tuple[int, float]:
+    """Characters and metres of the longest bar of a round length; (0, 0.0) when none fits."""
+    for metres in (50.0, 20.0, 10.0, 5.0, 2.0, 1.0, 0.5, 0.2, 0.1):
+        characters = round(metres / (2 * view.metres_per_dot))
+        if 2 <= characters <= at_most:
+            return characters, metres
+    return 0, 0.0
 
 
 def circle(x: float, y: float, radius: float) -> FloatArray:
@@ -179,6 +251,15 @@ def circle(x: float, y: float, radius: float) -> FloatArray:
 def arrow(pose: Pose2D) -> str:
     """The arrow glyph nearest to a heading."""
     return "→↗↑↖←↙↓↘"[round(pose.heading / (np.pi / 4)) % 8]
+
+
+def _surrounded(full: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Full characters whose four neighbours are full too."""
+    inner = np.zeros_like(full)
+    inner[1:-1, 1:-1] = (
+        full[1:-1, 1:-1] & full[:-2, 1:-1] & full[2:, 1:-1] & full[1:-1, :-2] & full[1:-1, 2:]
+    )
+    return inner
 
 
 def _look_up(

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from collections import deque
+
 from rich.text import Text
 from textual.widgets import RichLog
 
 from stack.telemetry.records import Event
 from tui.palette import BAD, DIM, GOOD, TEXT, WARN, css
 
-LEVELS = ("debug", "info", "warning", "error")
-LEVEL_COLOUR = {"debug": DIM, "info": GOOD, "warning": WARN, "error": BAD}
+LEVELS = {"everything": -1, "info and up": 0, "warnings and errors": 1, "errors": 2}
+RANK = {"info": 0, "warning": 1, "error": 2}
+LOOK = {"info": ("·", GOOD), "warning": ("▲", WARN), "error": ("✘", BAD)}
 QUIET = frozenset({"pose", "node_status"})
+"""Kinds that come many times a second; shown only with everything."""
+
+KEPT = 2000
 
 
 class EventsPane(RichLog):
@@ -19,38 +25,55 @@ class EventsPane(RichLog):
     BORDER_TITLE = "Events"
 
     def __init__(self) -> None:
-        super().__init__(id="events", max_lines=2000, wrap=False, markup=False, min_width=20)
-        self._events: list[Event] = []
-        self._level = "info"
+        super().__init__(id="events", max_lines=KEPT, wrap=False, markup=False, min_width=20)
+        self._events: deque[Event] = deque(maxlen=KEPT)
+        self._filter = "info and up"
+        self._counts = {"warning": 0, "error": 0}
+
+    def on_mount(self) -> None:
+        """Say what is shown."""
+        self._label()
 
     def add(self, events: list[Event]) -> None:
         """Append events, in order."""
         self._events.extend(events)
         for event in events:
+            if event.level in self._counts:
+                self._counts[event.level] += 1
             if self._passes(event):
-                self.write(self._line(event))
+                self.write(line_of(event))
+        self._label()
 
-    def next_level(self) -> str:
-        """Show more or less: info, warning, error, everything, and round again."""
-        self._level = LEVELS[(LEVELS.index(self._level) + 1) % len(LEVELS)]
+    def next_filter(self) -> str:
+        """Show less, then everything, and round again; the name of what is shown now."""
+        names = list(LEVELS)
+        self._filter = names[(names.index(self._filter) + 1) % len(names)]
         self.clear()
-        for event in self._events[-2000:]:
+        for event in self._events:
             if self._passes(event):
-                self.write(self._line(event))
-        self.border_subtitle = "everything" if self._level == "debug" else f"{self._level} and up"
-        return self._level
+                self.write(line_of(event))
+        self._label()
+        return self._filter
+
+    def _label(self) -> None:
+        warnings, errors = self._counts["warning"], self._counts["error"]
+        self.border_subtitle = (
+            f"{self._filter}  [{css(WARN)}]▲[/] {warnings}  [{css(BAD)}]✘[/] {errors}"
+        )
 
     def _passes(self, event: Event) -> bool:
-        if self._level == "debug":
-            return True
-        if event.kind in QUIET and event.level in ("debug", "info"):
-            return False
-        return LEVELS.index(event.level) >= LEVELS.index(self._level)
+        lowest = LEVELS[self._filter]
+        if event.kind in QUIET and event.level == "info":
+            return lowest < 0
+        return RANK.get(event.level, 2) >= lowest
 
-    def _line(self, event: Event) -> Text:
-        minutes, seconds = divmod(event.time, 60.0)
-        line = Text(f"{int(minutes):02d}:{seconds:04.1f} ", style=css(DIM))
-        line.append(f"{event.level.upper():<8}", style=css(LEVEL_COLOUR.get(event.level, TEXT)))
-        line.append(f"{event.source:<13}", style=css(DIM))
-        line.append(event.text, style=css(TEXT))
-        return line
+
+def line_of(event: Event) -> Text:
+    """An event as a line: time, glyph, source, sentence."""
+    minutes, seconds = divmod(event.time, 60.0)
+    glyph, colour = LOOK.get(event.level, ("?", TEXT))
+    line = Text(f"{int(minutes):02d}:{seconds:04.1f} ", style=css(DIM))
+    line.append(f"{glyph} ", style=f"bold {css(colour)}")
+    line.append(f"{event.source:<13}", style=css(DIM))
+    line.append(event.text, style=css(TEXT if event.level == "info" else colour))
+    return line

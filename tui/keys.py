@@ -1,4 +1,4 @@
-"""Every key in one table: the footer, the help screen and the tests all read it."""
+"""Every key in one table: the bindings, the footer, the help screen and the tests all read it."""
 
 from __future__ import annotations
 
@@ -7,53 +7,64 @@ from dataclasses import dataclass
 from textual.binding import Binding
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Key:
-    """One key: what it does, in the footer's word and in a sentence."""
+    """One key: what it does, in the footer's word and in a sentence.
+
+    Attributes:
+        keys: Textual's names, separated by commas.
+        action: method of the dashboard, with arguments, as Textual writes it.
+        label: word in the footer; empty keeps it out of the footer.
+        sentence: line on the help screen; empty when the line of another key covers it.
+        shown_as: how people write the key, where that is not its name.
+        everywhere: works whatever screen or widget has the focus.
+    """
 
     keys: str
     action: str
-    label: str
-    sentence: str
-    footer: bool = True
-    priority: bool = False
+    label: str = ""
+    sentence: str = ""
     shown_as: str = ""
+    everywhere: bool = False
+
+    @property
+    def shown(self) -> str:
+        """How people write the key."""
+        return self.shown_as or self.keys
 
     def binding(self) -> Binding:
         """As Textual wants it."""
         return Binding(
-            self.keys, self.action, self.label, show=self.footer, priority=self.priority,
-            key_display=self.shown_as or None,
+            self.keys, self.action, self.label or self.sentence, show=bool(self.label),
+            key_display=self.shown, priority=self.everywhere,
         )  # fmt: skip
 
 
 KEYS = (
-    Key("space", "estop", "E-STOP", "stop at once, from any screen; nothing is asked", True, True),
-    Key("R", "release", "Release", "release the emergency stop", False, shown_as="R"),
+    Key("space", "estop", "E-STOP", "stop at once, on any screen; nothing is asked", "space", True),
+    Key("R", "release", "", "release the emergency stop"),
     Key("p", "pause", "Pause", "pause, and again to go on; the robot stands meanwhile"),
     Key("a", "abort", "Abort…", "end the mission; asks first"),
-    Key("plus,equals_sign", "zoom(1.4)", "Zoom", "map nearer, following the robot", shown_as="+"),
-    Key("minus", "zoom(0.714)", "Zoom out", "map farther", False, shown_as="-"),
+    Key("less_than_sign,comma", "speed(0.5)", "", "simulate slower or faster", "< >"),
+    Key("greater_than_sign,full_stop", "speed(2.0)"),
+    Key("plus,equals_sign", "zoom(1.4)", "Zoom", "map nearer, following the robot", "+"),
+    Key("minus", "zoom(0.714)", "", "map farther", "-"),
     Key("f", "fit", "Fit", "the whole map"),
-    Key("left", "pan(-1,0)", "Left", "move the map", False, shown_as="←"),
-    Key("right", "pan(1,0)", "Right", "move the map", False, shown_as="→"),
-    Key("up", "pan(0,1)", "Up", "move the map, or scroll the tree", False, shown_as="↑"),
-    Key("down", "pan(0,-1)", "Down", "move the map, or scroll the tree", False, shown_as="↓"),
+    Key("left", "pan(-1,0)", "", "move the map, or choose a node in the tree", "←↑↓→"),
+    Key("right", "pan(1,0)"),
+    Key("up", "pan(0,1)"),
+    Key("down", "pan(0,-1)"),
     Key("c", "costs", "Costs", "costmap on or off"),
-    Key("t", "follow_tree", "Tree", "let the tree follow what runs", False),
+    Key("t", "follow_tree", "", "let the tree follow what runs"),
     Key("l", "level", "Log", "event log: info, warnings, errors, everything"),
-    Key("z", "zoom_pane", "Full pane", "the focused pane over the whole screen, and back"),
-    Key("1,2,3,4", "focus_pane", "Panes", "go to tree, map, vitals, events", False, shown_as="1-4"),
-    Key("less_than_sign", "speed(0.5)", "Slower", "simulate at half the speed", False, False, "<"),
-    Key(
-        "greater_than_sign",
-        "speed(2.0)",
-        "Faster",
-        "simulate at twice the speed",
-        False,
-        False,
-        ">",
-    ),
-    Key("question_mark", "help", "Help", "this page", shown_as="?"),
-    Key("q,ctrl+c", "leave", "Quit", "leave; while the mission runs it asks", True, shown_as="q"),
+    Key("1", "focus_pane('tree')", "", "tree, map, vitals, events, charts", "1-5"),
+    Key("2", "focus_pane('map')"),
+    Key("3", "focus_pane('vitals')"),
+    Key("4", "focus_pane('events')"),
+    Key("5", "focus_pane('charts')"),
+    Key("z", "zoom_pane", "Full", "the focused pane over the whole screen, and back"),
+    Key("escape", "all_panes", "", "back to all panes", "esc"),
+    Key("question_mark", "help", "Help", "this page", "?"),
+    Key("q", "leave", "Quit", "leave; asks while the mission runs"),
+    Key("ctrl+c,ctrl+q", "leave", everywhere=True),
 )

@@ -5,21 +5,36 @@ from __future__ import annotations
 from collections import deque
 
 import numpy as np
+from rich.segment import Segment
 from textual.strip import Strip
 from textual.widget import Widget
 
-from stack.telemetry.records import RunInfo, Snapshot
+from stack.telemetry.records import Layer, RunInfo, Snapshot
 from stack.types import CostGrid, OccupancyGrid
 from tui import palette
-from tui.canvas import Canvas, View, arrow, circle
-from tui.strips import to_strips
+from tui.canvas import Canvas, View, arrow, circle, scale_bar
+from tui.strips import ink, to_strips
 
 TRAIL_LENGTH, TRAIL_SPACING = 4000, 0.05
 PAN_SHARE = 0.25
 
+JUMP = 1.0
+"""Metres between two snapshots beyond which the trail starts afresh: the belief has jumped."""
+
+OUTLINE_FROM = 5.0
+"""Braille dots of the robot's radius from which its footprint is drawn."""
+
+LEGEND = " ".join(
+    f"[{palette.css(colour)}]{glyph}[/]{word}"
+    for glyph, word, colour in (
+        ("━", "plan", palette.PATH), ("•", "scan", palette.SCAN), ("•", "belief", palette.PARTICLE),
+        ("○", "people", palette.PERSON),
+    )
+)  # fmt: skip
+
 
 class MapPane(Widget, can_focus=True):
-    """Draws the newest snapshot; the background is kept until map, costs, view or size change."""
+    """Draws the newest snapshot; the ground is kept until map, costs, view or size change."""
 
     BORDER_TITLE = "Map"
 
@@ -38,19 +53,15 @@ class MapPane(Widget, can_focus=True):
     def show(self, snapshot: Snapshot, info: RunInfo | None) -> None:
         """Draw a snapshot."""
         self.snapshot, self.info = snapshot, info
-        pose = snapshot.pose
-        if (
-            not self._trail
-            or np.hypot(pose.x - self._trail[-1][0], pose.y - self._trail[-1][1]) >= TRAIL_SPACING
-        ):
-            self._trail.append((pose.x, pose.y))
+        self._lay_trail(snapshot)
         self._redraw()
 
     def render_line(self, y: int) -> Strip:
         """One line of the picture."""
-        if y < len(self._strips):
-            return self._strips[y]
-        return Strip.blank(self.size.width)
+        if self.snapshot is None and y == self.size.height // 2:
+            text = "waiting for the map".center(self.size.width)
+            return Strip([Segment(text, ink(palette.DIM, italic=True))])
+        return self._strips[y] if y < len(self._strips) else Strip.blank(self.size.width)
 
     def on_resize(self) -> None:
         """Fit the map to the new size unless the operator chose a view."""
@@ -58,11 +69,18 @@ class MapPane(Widget, can_focus=True):
             self.view = None
         self._redraw()
 
+    def on_mouse_scroll_up(self) -> None:
+        """The wheel zooms."""
+        self.zoom(1.25)
+
+    def on_mouse_scroll_down(self) -> None:
+        """The wheel zooms."""
+        self.zoom(0.8)
+
     def zoom(self, factor: float) -> None:
-        """Nearer (above 1) or farther, following the robot once near."""
+        """Nearer (above 1) or farther, following the robot."""
         if self.view is not None:
-            self.view = self.view.zoomed(factor)
-            self.following = True
+            self.view, self.following = self.view.zoomed(factor), True
             self._redraw()
 
     def fit(self) -> None:
@@ -73,95 +91,113 @@ class MapPane(Widget, can_focus=True):
     def pan(self, right: int, up: int) -> None:
         """Move the view by a quarter of the pane."""
         if self.view is not None:
-            step_x = self.size.width * 2 * self.view.metres_per_dot * PAN_SHARE
-            step_y = self.size.height * 4 * self.view.metres_per_dot * PAN_SHARE
             dot = self.view.metres_per_dot
-            self.view = View(self.view.x + right * step_x, self.view.y + up * step_y, dot)
+            across = round(self.size.width * PAN_SHARE) * 2 * dot
+            down = round(self.size.height * PAN_SHARE) * 4 * dot
+            self.view = View(self.view.x + right * across, self.view.y + up * down, dot)
             self.following = False
             self._redraw()
 
+    def toggle_costs(self) -> None:
+        """Costmap on or off."""
+        self.costs_shown = not self.costs_shown
+        self._redraw()
+
+    def _lay_trail(self, snapshot: Snapshot) -> None:
+        here = (snapshot.pose.x, snapshot.pose.y)
+        if self._trail:
+            moved = float(np.hypot(here[0] - self._trail[-1][0], here[1] - self._trail[-1][1]))
+            if moved < TRAIL_SPACING:
+                return
+            if moved > JUMP * max(1.0, snapshot.speed):
+                self._trail.clear()
+        self._trail.append(here)
+
     def _redraw(self) -> None:
-        grid = self._grid()
         columns, rows = self.size.width, self.size.height
-        if self.snapshot is None or grid is None or columns < 4 or rows < 2:
-            self._strips = self._waiting(columns, rows)
-            self.refresh()
+        self.refresh()
+        if self.snapshot is None or columns < 4 or rows < 2:
+            self._strips = []
             return
-        self._place_view(grid, columns, rows)
-        canvas = self._background(grid, columns, rows).copy()
+        view = self.view = self._placed_view(self.snapshot, columns, rows)
+        canvas = self._background(self.snapshot, view, columns, rows).copy()
         self._overlays(canvas, self.snapshot)
         self._strips = to_strips(canvas.glyphs, canvas.foreground, canvas.background)
-        self._label()
-        self.refresh()
+        self._label(self.snapshot, view)
 
-    def _waiting(self, columns: int, rows: int) -> list[Strip]:
-        from rich.segment import Segment
+    def _placed_view(self, snapshot: Snapshot, columns: int, rows: int) -> View:
+        grid = _occupancy(snapshot.layers.get("map"))
+        view = self.view
+        if view is None:
+            # Without a map there is nothing to fit: keep the robot in the middle.
+            self.following = grid is None
+            view = (
+                View.around(snapshot.pose, columns)
+                if grid is None
+                else View.fitting(grid, columns, rows)
+            )
+        return view.centred(snapshot.pose) if self.following else view
 
-        from tui.strips import ink
-
-        text = "waiting for the map" if self.snapshot is None else "this run has no map"
-        lines = [Strip.blank(columns)] * (rows // 2)
-        return [*lines, Strip([Segment(text.center(columns), ink(palette.DIM, italic=True))])]
-
-    def _grid(self) -> OccupancyGrid | None:
-        layer = self.snapshot.layers.get("map") if self.snapshot is not None else None
-        return layer.content if layer and isinstance(layer.content, OccupancyGrid) else None
-
-    def _place_view(self, grid: OccupancyGrid, columns: int, rows: int) -> None:
-        assert self.snapshot is not None
-        if self.view is None:
-            self.view = View.fitting(grid, columns, rows)
-        if self.following:
-            pose = self.snapshot.pose
-            self.view = View(pose.x, pose.y, self.view.metres_per_dot)
-
-    def _background(self, grid: OccupancyGrid, columns: int, rows: int) -> Canvas:
-        assert self.snapshot is not None and self.view is not None
-        costs = self.snapshot.layers.get("global_costmap") if self.costs_shown else None
-        version = costs.version if costs is not None else 0
-        key = (self.view, columns, rows, self.snapshot.layers["map"].version, version)
+    def _background(self, snapshot: Snapshot, view: View, columns: int, rows: int) -> Canvas:
+        layers = snapshot.layers
+        plan = layers.get("map")
+        costs = layers.get("global_costmap") or layers.get("local_costmap")
+        costs = costs if self.costs_shown else None
+        versions = tuple(layer.version if layer is not None else None for layer in (plan, costs))
+        places = len(self.info.places) if self.info is not None else 0
+        key = (view, columns, rows, versions, places)
         if self._ground is None or key != self._ground_key:
-            self._ground = Canvas(self.view, columns, rows)
-            content = costs.content if costs is not None else None
-            self._ground.draw_costs(grid, content if isinstance(content, CostGrid) else None)
-            self._ground.draw_walls(grid)
-            self._ground_key = key
+            self._ground, self._ground_key = Canvas(view, columns, rows), key
+            grid = _occupancy(plan)
+            self._ground.draw_costs(grid, _costs(costs))
+            if grid is not None:
+                self._ground.draw_walls(grid)
+            for name, pose in (self.info.places if self.info is not None else {}).items():
+                self._ground.draw_place(pose.x, pose.y, name, palette.PLACE)
         return self._ground
 
     def _overlays(self, canvas: Canvas, snapshot: Snapshot) -> None:
-        if len(self._trail) > 1:
-            canvas.draw_line(np.array(self._trail), palette.TRAIL)
-        if snapshot.particles is not None and len(snapshot.particles):
-            canvas.draw_points(snapshot.particles[:, :2].astype(float), palette.PARTICLE)
-        if snapshot.scan is not None:
-            canvas.draw_points(snapshot.pose.transform(snapshot.scan.points()), palette.SCAN)
+        canvas.draw_line(np.array(self._trail).reshape(-1, 2), palette.TRAIL)
+        if snapshot.particles is not None:
+            canvas.draw_points(snapshot.particles[:, :2].astype(np.float64), palette.PARTICLE)
         if snapshot.path is not None:
             canvas.draw_line(snapshot.path.points[:, :2], palette.PATH)
         if snapshot.local_plan is not None:
             canvas.draw_line(snapshot.local_plan.points[:, :2], palette.LOCAL_PLAN)
+        if snapshot.scan is not None:
+            hits = snapshot.pose.transform(snapshot.scan.points())
+            canvas.draw_hits(hits, palette.SCAN, palette.WALL_SEEN)
         if snapshot.people is not None:
             for x, y, radius in snapshot.people:
                 canvas.draw_line(circle(x, y, radius), palette.PERSON)
-        self._labels(canvas, snapshot)
+        self._figures(canvas, snapshot)
 
-    def _labels(self, canvas: Canvas, snapshot: Snapshot) -> None:
-        for name, pose in (self.info.places if self.info else {}).items():
-            if canvas.is_free(pose.x, pose.y, len(name) + 1):
-                canvas.draw_text(pose.x, pose.y, f"◦{name}", palette.PLACE)
-        for marker in self.info.markers if self.info else ():
+    def _figures(self, canvas: Canvas, snapshot: Snapshot) -> None:
+        for marker in self.info.markers if self.info is not None else ():
             canvas.draw_text(marker.position[0], marker.position[1], "▪", palette.MARKER)
         if snapshot.goal is not None:
             canvas.draw_text(snapshot.goal.x, snapshot.goal.y, "⚑", palette.GOAL)
         pose = snapshot.pose
+        if self.info is not None:
+            footprint = self.info.footprint
+            if footprint.circumscribed_radius / canvas.view.metres_per_dot >= OUTLINE_FROM:
+                outline = pose.transform(footprint.points)
+                canvas.draw_line(np.vstack([outline, outline[:1]]), palette.ROBOT)
         canvas.draw_text(pose.x, pose.y, arrow(pose), palette.ROBOT_TEXT, palette.ROBOT)
 
-    def _label(self) -> None:
-        assert self.snapshot is not None
-        pose = self.snapshot.pose
-        where = f"x {pose.x:5.2f}  y {pose.y:5.2f}  θ {np.degrees(pose.heading):4.0f}°"
-        legend = (
-            f"[{palette.css(palette.PATH)}]━[/]plan [{palette.css(palette.SCAN)}]•[/]scan "
-            f"[{palette.css(palette.PARTICLE)}]•[/]belief [{palette.css(palette.PERSON)}]○[/]people"
-        )
-        self.border_subtitle = f"{where}   {legend}" if self.size.width >= 64 else where
-        self.border_title = "Map · following" if self.following else "Map"
+    def _label(self, snapshot: Snapshot, view: View) -> None:
+        width, pose = self.size.width, snapshot.pose
+        mode = "Map · following" if self.following else "Map"
+        where = f"x {pose.x:.2f}  y {pose.y:.2f}  θ {np.degrees(pose.heading):.0f}°"
+        self.border_title = f"{mode}  [dim not bold]{where}[/]" if width >= 44 else mode
+        characters, metres = scale_bar(view, width // 5)
+        scale = f"├{'─' * (characters - 2)}┤ {metres:g} m" if characters else ""
+        self.border_subtitle = f"{LEGEND}  {scale}" if width >= 50 else scale
+
+
+def _occupancy(layer: Layer | None) -> OccupancyGrid | None:
+    return layer.content if layer and isinstance(layer.content, OccupancyGrid) else None
+
+
+def _costs(layer: Layer | None) -> CostGrid | None:
+    return layer.content if layer and isinstance(layer.content, CostGrid) else None

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-FREE, UNKNOWN, WALL, WALL_DIM = 0x0D1522, 0x070A10, 0x93A5C1, 0x3A475C
-COST_LOW, COST_HIGH = 0x101828, 0x52234A
+BACKDROP, PANEL, RAISED = 0x070A10, 0x0B111C, 0x0F1A2B
+ACTIVE_ROW, CHOSEN_ROW = 0x101F37, 0x24395C
+FREE, UNKNOWN = 0x0D1522, BACKDROP
+WALL, WALL_INSIDE, WALL_DIM, WALL_SEEN = 0x8DA0BD, 0x4E5F7B, 0x3A475C, 0xE08A86
+COST_LOW, COST_HIGH = 0x111827, 0x4A2144
 SENSED = 0xB45A6B
 PATH, LOCAL_PLAN, TRAIL = 0x3DDC97, 0x7DE3F4, 0x1F6F56
 SCAN, PARTICLE, PERSON = 0xFF7B6B, 0xB39DFF, 0xFFB454
@@ -11,12 +14,18 @@ ROBOT, ROBOT_TEXT, GOAL, MARKER, PLACE = 0x4C8DFF, 0xFFFFFF, 0xFFC64D, 0xE6EDF7,
 TEXT, DIM, FAINT = 0xC9D6EA, 0x7B8CA8, 0x3B4961
 GOOD, BAD, BUSY, WARN = 0x3DDC97, 0xFF6B6B, 0x5AA2FF, 0xFFC64D
 
+FAILED_WORDS = 0xC98A92
+
 STATUS_COLOUR = {"success": GOOD, "failure": BAD, "running": BUSY, "idle": FAINT}
 STATUS_GLYPH = {"success": "✔", "failure": "✘", "running": "▶", "idle": "·"}
 
 STATE_COLOUR = {
     "starting": BUSY, "running": BUSY, "paused": WARN, "emergency stop": BAD, "success": GOOD,
     "failure": BAD, "aborted": WARN, "interrupted": WARN, "error": BAD,
+}  # fmt: skip
+STATE_GLYPH = {
+    "starting": "◌", "running": "▶", "paused": "‖", "emergency stop": "■", "success": "✔",
+    "failure": "✘", "aborted": "⊘", "interrupted": "⊘", "error": "✘",
 }  # fmt: skip
 
 

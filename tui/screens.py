@@ -7,33 +7,48 @@ from typing import ClassVar
 from rich.text import Text
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
-from textual.containers import Vertical
+from textual.containers import Vertical, VerticalScroll
 from textual.screen import ModalScreen
 from textual.widgets import Label, OptionList, Static
 from textual.widgets.option_list import Option
 
+from tui import palette
 from tui.keys import KEYS
-from tui.palette import BUSY, TEXT, css
+from tui.palette import BUSY, DIM, TEXT, css
+
+MEANINGS = (
+    ("✔", "success", palette.GOOD), ("✘", "failure", palette.BAD), ("▶", "running", palette.BUSY),
+    ("·", "not yet", palette.DIM), ("━", "plan", palette.PATH), ("━", "next", palette.LOCAL_PLAN),
+    ("━", "driven", palette.TRAIL), ("•", "scan", palette.SCAN), ("•", "belief", palette.PARTICLE),
+    ("○", "people", palette.PERSON), ("⚑", "goal", palette.GOAL), ("▪", "marker", palette.MARKER),
+)  # fmt: skip
 
 
 class Question(ModalScreen[str]):
-    """A question with a few answers; escape answers nothing."""
+    """A question with a few answers; escape gives the empty answer."""
 
     BINDINGS: ClassVar[list[BindingType]] = [Binding("escape", "cancel", "Back")]
 
     def __init__(self, question: str, answers: dict[str, str]) -> None:
+        """Ask.
+
+        Args:
+            question: one line.
+            answers: text by the word that the screen returns; the harmless one first.
+        """
         super().__init__()
         self._question, self._answers = question, answers
 
     def compose(self) -> ComposeResult:
-        """The question and its answers; the harmless one is first."""
+        """The question and its answers."""
         with Vertical(classes="dialog"):
             yield Label(self._question)
             yield OptionList(*(Option(text, id=key) for key, text in self._answers.items()))
+            yield Static(f"[{css(DIM)}]enter chooses · esc goes back · space still stops[/]")
 
     def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
         """An answer was chosen."""
-        self.dismiss(event.option.id or "")
+        self.dismiss(event.option.id)
 
     def action_cancel(self) -> None:
         """No answer."""
@@ -43,18 +58,28 @@ class Question(ModalScreen[str]):
 class Help(ModalScreen[None]):
     """All keys, from the one table, and what the glyphs mean."""
 
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("escape,question_mark,q", "dismiss", "Back"),
-    ]
+    BINDINGS: ClassVar[list[BindingType]] = [Binding("escape,question_mark,q", "close", "Back")]
 
     def compose(self) -> ComposeResult:
-        """One line a key."""
-        text = Text()
-        for key in KEYS:
-            shown = key.shown_as or key.keys
-            text.append(f"{shown:>7}  ", style=f"bold {css(BUSY)}")
+        """One line a key, then the glyphs."""
+        with VerticalScroll(classes="dialog wide") as dialog:
+            dialog.border_title = "Keys"
+            dialog.border_subtitle = "esc goes back"
+            yield Static(_keys())
+
+    def action_close(self) -> None:
+        """Back to the dashboard."""
+        self.dismiss(None)
+
+
+def _keys() -> Text:
+    text = Text()
+    for key in KEYS:
+        if key.sentence:
+            text.append(f"{key.shown:>6}  ", style=f"bold {css(BUSY)}")
             text.append(f"{key.sentence}\n", style=css(TEXT))
-        text.append("\n  ✔ success   ✘ failure   ▶ running   · not yet\n", style=css(TEXT))
-        with Vertical(classes="dialog wide"):
-            yield Label("Keys")
-            yield Static(text)
+    for number, (glyph, word, colour) in enumerate(MEANINGS):
+        text.append("\n     " if number % 6 == 0 else "", style=css(TEXT))
+        text.append(f" {glyph} ", style=f"bold {css(colour)}")
+        text.append(f"{word:<8}", style=css(TEXT))
+    return text

@@ -22,12 +22,21 @@ class Source(Protocol):
         ...
 
     @property
+    def is_over(self) -> bool:
+        """Whether the engine has said that the run ended."""
+        ...
+
+    @property
     def report(self) -> Mapping[str, Any] | None:
-        """The report once the run is over."""
+        """The report once the run is over; None until then, and after a crash."""
         ...
 
     def poll(self) -> Snapshot | None:
-        """The newest snapshot since the last call, layers merged in; None when there is none."""
+        """The newest snapshot since the last call, layers merged in; None when there is none.
+
+        Raises:
+            TelemetryError: the engine speaks another version.
+        """
         ...
 
     def events(self) -> list[Event]:
@@ -35,7 +44,11 @@ class Source(Protocol):
         ...
 
     def send(self, command: Command) -> None:
-        """Give an order; the answer comes with `acks`."""
+        """Give an order; the answer comes with `acks`.
+
+        Raises:
+            TelemetryError: the order cannot leave.
+        """
         ...
 
     def acks(self) -> list[Ack]:

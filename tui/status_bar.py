@@ -1,12 +1,23 @@
-"""The top line: mission, state in one word and why, time, battery, speed."""
+"""The top line: mission, state in one word, time, what runs; fit, battery, speed at the right."""
 
 from __future__ import annotations
 
 from rich.text import Text
 from textual.widgets import Static
 
-from stack.telemetry.records import RunInfo, Snapshot
-from tui.palette import BAD, DIM, GOOD, STATE_COLOUR, TEXT, WARN, css
+from stack.telemetry.records import RunInfo, Snapshot, TreeRow
+from tui.palette import (
+    BAD,
+    BUSY,
+    DIM,
+    GOOD,
+    PANEL,
+    STATE_COLOUR,
+    STATE_GLYPH,
+    TEXT,
+    WARN,
+    css,
+)
 
 STALE_AFTER = 2.0
 """Wall seconds of silence after which the picture is said to be old."""
@@ -20,27 +31,46 @@ class StatusBar(Static):
 
     def show(self, snapshot: Snapshot | None, info: RunInfo | None, silent_for: float) -> None:
         """Show a snapshot's state, or what is waited for."""
-        text = Text(no_wrap=True, overflow="ellipsis")
-        text.append(f" ◆ {info.title if info else 'treepilot'}  ", style=f"bold {css(TEXT)}")
+        left = Text(f" ◆ {info.title if info else 'treepilot'}  ", style=f"bold {css(TEXT)}")
+        right = Text()
         if snapshot is None:
-            text.append(f"waiting for the engine, {silent_for:.0f} s", style=css(DIM))
+            left.append(f"waiting for the engine, {silent_for:.0f} s", style=f"not bold {css(DIM)}")
         else:
-            self._state(text, snapshot, silent_for)
-        self.update(text)
+            self._state(left, snapshot, silent_for)
+            self._figures(right, snapshot)
+        room = max(0, self.size.width - right.cell_len - 1)
+        left.truncate(room, overflow="ellipsis", pad=True)
+        self.update(left.append_text(right))
 
     def _state(self, text: Text, snapshot: Snapshot, silent_for: float) -> None:
-        colour = STATE_COLOUR.get(str(snapshot.state), DIM)
-        text.append(f" {str(snapshot.state).upper()} ", style=f"bold #0b111c on {css(colour)}")
+        state = str(snapshot.state)
+        colour = css(STATE_COLOUR[state])
+        text.append(f" {STATE_GLYPH[state]} {state.upper()} ", style=f"{css(PANEL)} on {colour}")
         minutes, seconds = divmod(snapshot.time, 60)
         text.append(f"  {int(minutes):02d}:{seconds:04.1f}", style=css(TEXT))
-        text.append(f"  {snapshot.speed:.1f}×", style=css(DIM))
-        charge = snapshot.battery.charge
-        battery = GOOD if charge > 0.4 else WARN if charge > 0.2 else BAD
-        text.append("  bat ", style=css(DIM))
-        text.append(f"{charge:.0%}", style=css(battery))
         if silent_for > STALE_AFTER and not snapshot.state.is_over:
-            text.append(f"  no news for {silent_for:.0f} s", style=f"bold {css(WARN)}")
-        if snapshot.reason:
-            text.append(f"  {snapshot.reason}", style=css(colour))
-        elif running := [row for row in snapshot.tree if row.status == "running"]:
-            text.append(f"  {running[-1].name} {running[-1].message}", style=css(DIM))
+            text.append(f"  no news for {silent_for:.0f} s", style=css(WARN))
+        elif not snapshot.state.is_over and (row := deepest_running(snapshot.tree)) is not None:
+            text.append(f"  {row.name}", style=f"not bold {css(BUSY)}")
+            text.append(f"  {row.message}", style=f"not bold {css(DIM)}")
+
+    def _figures(self, text: Text, snapshot: Snapshot) -> None:
+        fit, charge = snapshot.quality, snapshot.battery.charge
+        for label, value, colour in (
+            ("fit", f"{fit:.2f}", GOOD if fit > 0.5 else WARN if fit >= 0.3 else BAD),
+            ("bat", f"{charge:.0%}", GOOD if charge > 0.4 else WARN if charge > 0.2 else BAD),
+        ):
+            text.append(f"  {label} ", style=css(DIM))
+            text.append(value, style=css(colour))
+        text.append(f"  {snapshot.speed:.1f}×", style=css(TEXT))
+
+
+def deepest_running(tree: tuple[TreeRow, ...]) -> TreeRow | None:
+    """The running node with the most ancestors; the first of them when several have as many."""
+    depth_of: dict[int, int] = {-1: -1}
+    deepest: tuple[int, TreeRow] | None = None
+    for row in tree:
+        depth = depth_of[row.id] = depth_of.get(row.parent, -1) + 1
+        if row.status == "running" and (deepest is None or depth > deepest[0]):
+            deepest = depth, row
+    return deepest[1] if deepest is not None else None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,7 +46,7 @@ def to_strips(
             Segment(
                 text[begin:end], style(int(foreground[row, begin]), int(background[row, begin]))
             )
-            for begin, end in zip(bounds[:-1], bounds[1:], strict=True)
+            for begin, end in pairwise(bounds)
         ]
         strips.append(Strip(segments, glyphs.shape[1]))
     return strips

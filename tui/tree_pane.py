@@ -1,8 +1,12 @@
-"""The behaviour tree, a line a node, following what runs."""
+"""The behaviour tree, a line a node, following what runs; the chosen node in full below."""
 
 from __future__ import annotations
 
+from textwrap import wrap
+
+from rich.cells import cell_len, set_cell_size
 from rich.segment import Segment
+from rich.style import Style
 from textual.strip import Strip
 from textual.widget import Widget
 
@@ -16,96 +20,182 @@ KIND_GLYPH = {
     "repeat": "⟳", "when": "⊳", "while": "⊚", "on_failure": "⊘", "check": "◇", "wait_until": "◇",
 }  # fmt: skip
 
+DETAIL_LINES, DETAIL_FROM = 4, 12
+"""Lines for the chosen node, in panes of at least so many lines."""
+
+SHOWN_FROM = 1.0
+"""Seconds after which a running node's age is worth a word."""
+
 
 class TreePane(Widget, can_focus=True):
-    """Draws the rows of a snapshot. Scrolls by itself until the operator scrolls."""
+    """Draws the rows of a snapshot; follows what runs until the operator chooses a node."""
 
     BORDER_TITLE = "Mission tree"
 
     def __init__(self) -> None:
         super().__init__(id="tree")
+        self.chosen = 0
+        self.top = 0
+        self.held = False
         self._rows: tuple[TreeRow, ...] = ()
-        self._depths: list[int] = []
+        self._stems: list[str] = []
         self._time = 0.0
-        self._top = 0
-        self._held = False
 
     def show(self, snapshot: Snapshot) -> None:
         """Draw the tree of a snapshot."""
-        if snapshot.tree is not self._rows:
+        if snapshot.tree != self._rows:
             self._rows = snapshot.tree
-            self._depths = _depths(self._rows)
+            self._stems = stems(self._rows)
         self._time = snapshot.time
-        if not self._held:
-            self._follow()
-        running = sum(row.status == "running" for row in self._rows)
-        self.border_subtitle = f"{running} of {len(self._rows)} running"
+        self._settle()
+        self.border_subtitle = self._counts()
         self.refresh()
 
-    def scroll_by(self, lines: int) -> None:
-        """Scroll by hand; `follow` gives the view back."""
-        self._held = True
-        self._top = max(0, min(self._top + lines, len(self._rows) - self.size.height))
+    def choose(self, lines: int) -> None:
+        """Choose the node so many lines farther down; `follow` gives the choice back."""
+        self.held = True
+        self.chosen = max(0, min(self.chosen + lines, len(self._rows) - 1))
+        self._settle()
         self.refresh()
 
     def follow(self) -> None:
         """Follow what runs again."""
-        self._held = False
-        self._follow()
+        self.held = False
+        self._settle()
         self.refresh()
 
+    def on_resize(self) -> None:
+        """Keep the chosen node in sight."""
+        self._settle()
+
     def on_mouse_scroll_down(self) -> None:
-        """The wheel scrolls."""
-        self.scroll_by(3)
+        """The wheel moves on."""
+        self.choose(3)
 
     def on_mouse_scroll_up(self) -> None:
-        """The wheel scrolls."""
-        self.scroll_by(-3)
+        """The wheel moves back."""
+        self.choose(-3)
+
+    @property
+    def list_height(self) -> int:
+        """Lines for the nodes."""
+        height = self.size.height
+        return height - DETAIL_LINES if height >= DETAIL_FROM else height
 
     def render_line(self, y: int) -> Strip:
-        """One node."""
-        width, index = self.size.width, self._top + y
-        if not self._rows and y == self.size.height // 2:
-            text = "waiting for the mission"
+        """One node, or a line about the chosen one."""
+        width = self.size.width
+        if not self._rows:
+            text = "waiting for the mission" if y == self.size.height // 2 else ""
             return Strip([Segment(text.center(width), ink(palette.DIM, italic=True))])
-        if index >= len(self._rows):
-            return Strip.blank(width)
+        if y >= self.list_height:
+            return self._detail(y - self.list_height, width)
+        index = self.top + y
+        return self._line(index, width) if index < len(self._rows) else Strip.blank(width)
+
+    def _line(self, index: int, width: int) -> Strip:
         row = self._rows[index]
-        segments = [*self._line(row, self._depths[index])]
-        return Strip(segments).crop(0, width).extend_cell_length(width)
-
-    def _line(self, row: TreeRow, depth: int) -> list[Segment]:
         active = row.status == "running"
-        colour = palette.STATUS_COLOUR[row.status]
-        words = palette.TEXT if row.status != "idle" else palette.DIM
-        message = self._message(row)
-        return [
-            Segment("│ " * depth, ink(palette.FAINT)),
-            Segment(f"{palette.STATUS_GLYPH[row.status]} ", ink(colour, bold=True)),
+        words = palette.FAINT + 0x1C1C1C if row.status == "idle" else palette.TEXT
+        age = self._age(row)
+        head = f"{palette.STATUS_GLYPH[row.status]} "
+        room = width - cell_len(self._stems[index]) - 4 - len(age)
+        name = _fitted(row.name, room)
+        room -= cell_len(name)
+        said = f"  {_fitted(row.message, room - 2)}" if self._speaks(row) and room > 6 else ""
+        segments = [
+            Segment(self._stems[index], ink(palette.FAINT)),
+            Segment(head, ink(palette.STATUS_COLOUR[row.status], bold=True)),
             Segment(f"{KIND_GLYPH.get(row.kind, '⚙')} ", ink(palette.DIM)),
-            Segment(row.name, ink(palette.BUSY if active else words, bold=active)),
-            Segment(f"  {message}" if message else "", ink(palette.DIM, italic=True)),
+            Segment(name, ink(palette.BUSY if active else words, bold=active)),
+            Segment(set_cell_size(said, room), self._message_style(row)),
+            Segment(age, ink(palette.DIM)),
         ]
+        back = palette.ACTIVE_ROW if active else None
+        if index == self.chosen and (self.held or self.has_focus):
+            back = palette.CHOSEN_ROW
+        strip = Strip(segments).crop(0, width)
+        return strip if back is None else strip.apply_style(Style(bgcolor=palette.css(back)))
 
-    def _message(self, row: TreeRow) -> str:
-        if row.status == "running" and self._time - row.since >= 1.0:
-            took = f"{self._time - row.since:.0f} s"
-            return f"{took}  {row.message}" if row.message else took
-        return row.message if row.status != "idle" else ""
+    def _detail(self, line: int, width: int) -> Strip:
+        row = self._rows[min(self.chosen, len(self._rows) - 1)]
+        if line == 0:
+            title = _fitted(f"╴{row.name} · {row.kind}╶", width - 2)
+            return Strip([Segment(f"─{title}".ljust(width, "─"), ink(palette.FAINT))])
+        took = f" for {self._time - row.since:.0f} s" if row.status == "running" else ""
+        words = row.message or f"{'not yet' if row.status == 'idle' else row.status}{took}"
+        lines = wrap(words, max(8, width - 2), max_lines=DETAIL_LINES - 1, placeholder="…")
+        text = f" {lines[line - 1]}" if line <= len(lines) else ""
+        return Strip([Segment(set_cell_size(text, width), self._message_style(row))])
 
-    def _follow(self) -> None:
-        height = self.size.height
-        running = [n for n, row in enumerate(self._rows) if row.status == "running"]
-        if len(self._rows) <= height or not running:
-            self._top = 0 if len(self._rows) <= height else self._top
-            return
-        deepest = running[-1]
-        if not self._top + 2 <= deepest < self._top + height - 2:
-            self._top = max(0, min(deepest - height // 2, len(self._rows) - height))
+    def _message_style(self, row: TreeRow) -> Style:
+        failed = row.status == "failure"
+        return ink(palette.FAILED_WORDS if failed else palette.DIM, italic=True)
+
+    def _speaks(self, row: TreeRow) -> bool:
+        return bool(row.message) and row.status != "idle"
+
+    def _age(self, row: TreeRow) -> str:
+        age = self._time - row.since
+        return f" {age:.0f} s " if row.status == "running" and age >= SHOWN_FROM else ""
+
+    def _counts(self) -> str:
+        counted = {status: 0 for status in ("success", "failure", "running")}
+        for row in self._rows:
+            if row.status in counted:
+                counted[row.status] += 1
+        shown = "  ".join(
+            f"[{palette.css(palette.STATUS_COLOUR[status])}]{palette.STATUS_GLYPH[status]}[/] {n}"
+            for status, n in counted.items()
+        )
+        return f"{shown}  of {len(self._rows)}"
+
+    def _settle(self) -> None:
+        """Choose what runs unless held; scroll as little as keeps the chosen node in sight."""
+        if not self.held:
+            self.chosen = of_interest(self._rows)
+        height = max(1, self.list_height)
+        margin = min(2, (height - 1) // 2)
+        lowest = max(0, len(self._rows) - height)
+        if self.chosen < self.top + margin:
+            self.top = self.chosen - margin
+        elif self.chosen >= self.top + height - margin:
+            self.top = self.chosen - height + margin + 1
+        self.top = max(0, min(self.top, lowest))
 
 
-def _depths(rows: tuple[TreeRow, ...]) -> list[int]:
-    depth_of: dict[int, int] = {-1: -1}
+def stems(rows: tuple[TreeRow, ...]) -> list[str]:
+    """The lines that join each row to its parent, two characters a level."""
+    last_child = {row.parent: row.id for row in rows}
+    below: dict[int, str] = {}
+    drawn = []
     for row in rows:
-        depth_of[row.id] = depth_of.get(row.parent, -1) + 1
-    return [depth_of[row.id] for row in rows]
+        if row.parent not in below:
+            drawn.append("")
+            below[row.id] = ""
+            continue
+        is_last = last_child[row.parent] == row.id
+        drawn.append(below[row.parent] + ("└─" if is_last else "├─"))
+        below[row.id] = below[row.parent] + ("  " if is_last else "│ ")
+    return drawn
+
+
+def of_interest(rows: tuple[TreeRow, ...]) -> int:
+    """Index of the deepest running node; when none runs, of the failure that failed the root."""
+    for status in ("running", "failure"):
+        depth_of: dict[int, int] = {-1: 0}
+        best, deepest = 0, 0
+        for index, row in enumerate(rows):
+            if row.status == status and row.parent in depth_of:
+                depth_of[row.id] = depth_of[row.parent] + 1
+                if depth_of[row.id] > deepest:
+                    best, deepest = index, depth_of[row.id]
+        if deepest:
+            return best
+    return 0
+
+
+def _fitted(text: str, room: int) -> str:
+    if cell_len(text) <= room:
+        return text
+    return f"{set_cell_size(text, max(0, room - 1))}…" if room > 0 else ""
