@@ -264,9 +264,8 @@ def _converted(kind: Any, unit: str, raw: Any) -> Any:
             return read_quantity(raw, unit)
     if kind is Pose2D and isinstance(raw, list | tuple):
         return _pose(raw)
-    if origin in (list, tuple) and isinstance(raw, list | tuple):
-        inner = typing.get_args(kind)[0]
-        return [_converted(inner, unit, item) for item in raw]
+    if origin in (list, tuple):
+        return _items(typing.get_args(kind)[0], unit, raw)
     if not isinstance(kind, type):
         return raw
     words: dict[Any, str] = {
@@ -278,6 +277,12 @@ def _converted(kind: Any, unit: str, raw: Any) -> Any:
     }
     expected = words.get(kind, f"a {kind.__name__}")
     raise ParameterError("", f"expected {expected}, got {_shown(raw)}")
+
+
+def _items(inner: Any, unit: str, raw: Any) -> list[Any]:
+    if not isinstance(raw, list | tuple):
+        raise ParameterError("", f"expected a list, got {_shown(raw)}")
+    return [_converted(inner, unit, item) for item in raw]
 
 
 def _is_instance(raw: Any, kind: type) -> bool:

@@ -21,7 +21,7 @@ class ScriptedRobot:
     """What a mission may look at; tests set it."""
 
     time: float = 0.0
-    battery: Battery = Battery(1.0)
+    battery: Battery = field(default_factory=lambda: Battery(1.0))
     speed: Twist = Twist()
     localisation_quality: float = 1.0
     pose: Pose2D = Pose2D(0.0, 0.0)
@@ -257,7 +257,9 @@ def read_text(folder, text, resources=None, **overrides):
     missing = [line for line in HEAD.splitlines() if f"{line.split(':')[0]}:" not in body]
     file.write_text("\n".join([body.rstrip("\n"), *missing, ""]))
     resources = resources or Resources(world_places=lambda name, beside: PLACES)
-    return read_mission(file, lambda plugins, beside, findings: FakeCatalogue(), resources, overrides)
+    return read_mission(
+        file, lambda plugins, beside, findings: FakeCatalogue(), resources, overrides
+    )
 
 
 class Ran:
