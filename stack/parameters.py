@@ -248,11 +248,12 @@ def _convert(declared: Declaration, kind: Any, raw: Any) -> Any:
 
 
 def _converted(kind: Any, unit: str, raw: Any) -> Any:
-    if kind is typing.Any or kind is object:
-        return raw
     origin = typing.get_origin(kind)
     if origin in (typing.Union, types.UnionType):
         return None if raw is None else _converted(_without_none(kind), unit, raw)
+    unchecked = not isinstance(kind, type) and origin not in (list, tuple)
+    if unchecked or kind in (typing.Any, object):
+        return raw
     if isinstance(kind, type) and _is_instance(raw, kind):
         if kind is float and not isfinite(raw):
             raise ParameterError("", f"{raw!r} is not a finite number")
@@ -266,8 +267,6 @@ def _converted(kind: Any, unit: str, raw: Any) -> Any:
         return _pose(raw)
     if origin in (list, tuple):
         return _items(typing.get_args(kind)[0], unit, raw)
-    if not isinstance(kind, type):
-        return raw
     words: dict[Any, str] = {
         bool: "true or false",
         int: "a whole number",
@@ -275,7 +274,7 @@ def _converted(kind: Any, unit: str, raw: Any) -> Any:
         float: _number_words(unit),
         Pose2D: "a pose [x, y, heading]",
     }
-    expected = words.get(kind, f"a {kind.__name__}")
+    expected = words.get(kind, f"a {getattr(kind, '__name__', kind)}")
     raise ParameterError("", f"expected {expected}, got {_shown(raw)}")
 
 
