@@ -100,6 +100,7 @@ class RobotBehaviour(Behaviour):
     def __init__(self, name: str = "", **ports: Any) -> None:
         super().__init__(name or type(self).__name__)
         self.failure = None
+        self._followed: Task | None = None
         self._values: dict[str, Any] = {}
         self._readers: dict[str, Callable[[], Any]] = {}
         self._writers: dict[str, Callable[[Any], None]] = {}
@@ -144,7 +145,11 @@ class RobotBehaviour(Behaviour):
         return Status.FAILURE
 
     def follow(self, task: Task) -> Status:
-        """The status of a task as this node's own, its feedback and failure passed on."""
+        """The status of a task as this node's own, its feedback and failure passed on.
+
+        The task is cancelled, and so the robot stopped, when the tree ends this node early.
+        """
+        self._followed = task
         if task.status is TaskStatus.RUNNING:
             self.feedback_message = task.feedback
             return Status.RUNNING
@@ -153,6 +158,12 @@ class RobotBehaviour(Behaviour):
             return Status.SUCCESS
         why = task.failure or Failure(FailureCode.CANCELLED, "cancelled")
         return self.fail(why.code, why.sentence)
+
+    def terminate(self, new_status: Status) -> None:
+        """Cancel the task followed last. Whoever overrides this calls it too."""
+        if self._followed is not None:
+            self._followed.cancel()
+            self._followed = None
 
 
 @lru_cache(maxsize=512)

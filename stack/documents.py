@@ -11,7 +11,7 @@ components.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
@@ -263,6 +263,21 @@ class Section:
         if not node.is_sequence:
             self.findings.error(self.code, node.mark, f"{key} is a list, got {node.words()}")
         return node.items
+
+    def parts(
+        self, name: str, node: Node, declared: Sequence[Declaration]
+    ) -> tuple[Any, ...] | None:
+        """The items of a list, each read under its own declaration and reported at its own place.
+
+        None, with everything noted, when the list has another length or an item is wrong.
+        """
+        wanted = f"[{', '.join(part.name for part in declared)}]"
+        if not node.is_sequence or len(node.items) != len(declared):
+            got = f"a list of {len(node.items)}" if node.is_sequence else node.words()
+            self.findings.error(self.code, node.mark, f"{name}: expected {wanted}, got {got}")
+            return None
+        values = [self.read(part, item) for part, item in zip(declared, node.items, strict=True)]
+        return None if any(value is None for value in values) else tuple(values)
 
     def done(self) -> None:
         """Report every key that nobody asked for, with the nearest one that exists."""

@@ -301,6 +301,17 @@ class Marker:
     dictionary: str = "DICT_4X4_50"
 
 
+class _Grid(Protocol):
+    """What the geometry of a grid needs; shared by OccupancyGrid and CostGrid."""
+
+    @property
+    def cells(self) -> NDArray[Any]: ...
+    @property
+    def resolution(self) -> float: ...
+    @property
+    def origin(self) -> tuple[float, float]: ...
+
+
 @dataclass(frozen=True, slots=True)
 class OccupancyGrid:
     """A map of free, occupied and unknown cells, in the map frame.
@@ -315,21 +326,21 @@ class OccupancyGrid:
     resolution: float
     origin: tuple[float, float] = (0.0, 0.0)
 
-    def cell_at(self, x: float, y: float) -> tuple[int, int]:
+    def cell_at(self: _Grid, x: float, y: float) -> tuple[int, int]:
         """(row, column) of the cell that holds the point; may lie outside the grid."""
         return (
             int((y - self.origin[1]) // self.resolution),
             int((x - self.origin[0]) // self.resolution),
         )
 
-    def centre_of(self, row: int, column: int) -> tuple[float, float]:
+    def centre_of(self: _Grid, row: int, column: int) -> tuple[float, float]:
         """(x, y) in metres of the middle of a cell."""
         return (
             self.origin[0] + (column + 0.5) * self.resolution,
             self.origin[1] + (row + 0.5) * self.resolution,
         )
 
-    def contains(self, row: int, column: int) -> bool:
+    def contains(self: _Grid, row: int, column: int) -> bool:
         """Whether the cell lies on the grid."""
         rows, columns = self.cells.shape
         return bool(0 <= row < rows and 0 <= column < columns)

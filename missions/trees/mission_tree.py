@@ -79,6 +79,11 @@ class MissionTree:
         """RUNNING, SUCCESS or FAILURE; INVALID before the first tick and after a halt."""
         return self.root.status
 
+    @property
+    def outcome(self) -> str:
+        """running | success | failure, for those who do not know py_trees."""
+        return WORDS[self.status]
+
     def halt(self) -> None:
         """Bring every node to rest, the deepest first."""
         halt(self.root)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 from stack.types import (
     STANDSTILL,
@@ -264,4 +264,21 @@ class Sink(Protocol):
 
     def close(self, report: Mapping[str, Any] | None) -> None:
         """The run is over; `report` is what goes into report.json (None after a crash)."""
+        ...
+
+
+@runtime_checkable
+class CommandSource(Protocol):
+    """A sink that also listens to operators."""
+
+    def service(self) -> None:
+        """Answer who is connected; called often while nothing else happens. Never blocks."""
+        ...
+
+    def commands(self) -> list[Command]:
+        """What came in since the last call, in order."""
+        ...
+
+    def acknowledge(self, ack: Ack) -> None:
+        """Tell the sender of a command what became of it."""
         ...

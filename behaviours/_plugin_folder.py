@@ -1,0 +1,74 @@
+"""Loads the files of a plugin folder as modules of their own, sys.path left alone.
+
+Each folder becomes a package with a name made from its path, so that its files may import each
+other (`from ._shelf import Shelf`) and two folders may hold files of the same name.
+"""
+
+from __future__ import annotations
+
+import importlib
+import sys
+import traceback
+from hashlib import sha256
+from importlib.machinery import ModuleSpec
+from importlib.util import module_from_spec
+from pathlib import Path
+from types import ModuleType
+
+
+def is_path(plugin: str) -> bool:
+    """Whether a plugin is written as a folder or file, not as a dotted module."""
+    return plugin.startswith((".", "~")) or "/" in plugin or plugin.endswith(".py")
+
+
+def plugin_files(path: Path) -> list[Path]:
+    """The files of a folder that may define behaviours, by name: no tests, nothing private."""
+    if path.is_file():
+        return [path]
+    return [
+        file
+        for file in sorted(path.glob("*.py"))
+        if not file.name.startswith(("_", "test_")) and file.name != "conftest.py"
+    ]
+
+
+class FolderLoader:
+    """Imports the files of one folder, afresh for each loader."""
+
+    def __init__(self, folder: Path) -> None:
+        digest = sha256(str(folder.resolve()).encode()).hexdigest()[:12]
+        self._package = f"treepilot_plugin_{digest}"
+        for name in [n for n in sys.modules if n.partition(".")[0] == self._package]:
+            del sys.modules[name]
+        spec = ModuleSpec(self._package, None, is_package=True)
+        spec.submodule_search_locations = [str(folder.resolve())]
+        sys.modules[self._package] = module_from_spec(spec)
+        importlib.invalidate_caches()
+
+    def load(self, file: Path) -> ModuleType:
+        """The module of a file in the folder.
+
+        Raises:
+            Exception: whatever the file raises.
+        """
+        return importlib.import_module(f"{self._package}.{file.stem}")
+
+
+def sentence_for(error: BaseException) -> str:
+    """What went wrong in foreign code and in which line, without a traceback."""
+    if isinstance(error, SyntaxError):
+        return f"line {error.lineno}: {error.msg}"
+    frames = traceback.extract_tb(error.__traceback__)
+    own = [
+        frame.lineno
+        for frame in frames
+        if not frame.filename.startswith("<")
+        and "importlib" not in frame.filename
+        and Path(frame.filename).parent != Path(__file__).parent
+    ]
+    line = f"line {own[-1]}: " if own else ""
+    if isinstance(error.__cause__, TypeError):  # Python 3.11 wraps what __set_name__ raises
+        error = error.__cause__
+    if isinstance(error, ImportError):
+        return f"{line}cannot import: {error}"
+    return f"{line}{type(error).__name__}: {error}"

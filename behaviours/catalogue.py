@@ -1,0 +1,294 @@
+"""Finds behaviours: the built-in ones, plugins by folder or module, and installed packages'.
+
+NavigateToPose is written navigate_to_pose in a mission. Any py_trees leaf may also be used by its
+dotted name, e.g. py_trees.behaviours.Success. A plugin that is broken is reported with its file
+and a sentence; the others go on working.
+"""
+
+from __future__ import annotations
+
+import inspect
+import pkgutil
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from importlib import import_module
+from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from py_trees.behaviour import Behaviour
+from py_trees.composites import Composite
+from py_trees.decorators import Decorator
+
+from behaviours import _plain_leaf, _plugin_folder
+from behaviours._port_types import check_ports
+from behaviours.base import RobotBehaviour
+from stack.errors import ParameterError
+from stack.parameters import Declaration, suggestion
+from stack.types import Assignments, Expression
+
+GROUP = "treepilot.behaviours"
+"""Entry-point group; a value is a module, or module:Class."""
+
+MISSION_WORDS = frozenset({
+    "sequence", "reactive", "fallback", "reactive_fallback", "parallel", "round_robin",
+    "for_each", "use", "with", "do", "in", "out", "name", "when", "while", "timeout", "retry",
+    "repeat", "recover", "every", "on_failure", "attempts", "unless", "then", "hold", "doc",
+})  # fmt: skip
+"""Words that mean something else beside a node in a mission file."""
+
+
+@dataclass(frozen=True)
+class BehaviourKind:
+    """A behaviour that a mission may name.
+
+    Attributes:
+        name: as written in missions.
+        ports: inputs by name.
+        outputs: results by name; none for a plain py_trees leaf.
+        doc: its docstring, unindented.
+        summary: the docstring's first line.
+        source: the file it is defined in.
+        uses_wheels: it moves the robot.
+    """
+
+    name: str
+    cls: type[Behaviour]
+    ports: Mapping[str, Declaration]
+    outputs: Mapping[str, Declaration]
+    doc: str
+    summary: str
+    source: str
+    uses_wheels: bool
+
+    @property
+    def bindable(self) -> bool:
+        """Whether ports can follow a `$key`; those of a plain py_trees leaf are constants."""
+        return issubclass(self.cls, RobotBehaviour)
+
+
+@dataclass(frozen=True)
+class Catalogue:
+    """Every behaviour that was found.
+
+    Attributes:
+        kinds: by name, the built-in ones first.
+        problems: (file, sentence) of each plugin, or part of one, that cannot be used.
+    """
+
+    kinds: Mapping[str, BehaviourKind]
+    problems: tuple[tuple[str, str], ...] = ()
+
+    def names(self) -> list[str]:
+        """What a mission may write, in alphabetical order; dotted names not included."""
+        return sorted(self.kinds)
+
+    def get(self, name: str) -> BehaviourKind | None:
+        """The kind of that name, or of the py_trees leaf with that dotted name; else None."""
+        found = self._look_up(name)
+        return found if isinstance(found, BehaviourKind) else None
+
+    def why_not(self, name: str) -> str:
+        """Why `get` answers None, in a sentence; empty when it does not."""
+        found = self._look_up(name)
+        return found if isinstance(found, str) else ""
+
+    def _look_up(self, name: str) -> BehaviourKind | str:
+        if name in self.kinds:
+            return self.kinds[name]
+        if "." not in name:
+            return f"there is no behaviour {name!r}; {suggestion(name, self.kinds)}"
+        try:
+            return _kind_of(name, _class_named(name))
+        except _Unusable as error:
+            return f"{name!r} cannot be used: {error}"
+
+
+def find_behaviours(plugins: Sequence[str] = (), beside: Path | None = None) -> Catalogue:
+    """Every behaviour there is: built in, installed, and of these plugins.
+
+    Args:
+        plugins: folders or files (with a slash, or ending in .py), or dotted modules.
+        beside: the folder that relative paths start from; the current one when None.
+    """
+    search = _Search()
+    search.add_dotted("behaviours")
+    for entry in sorted(entry_points(group=GROUP), key=lambda entry: (entry.name, entry.value)):
+        search.attempt(_entry_label(entry), partial(search.add_entry, entry))
+    for plugin in plugins:
+        if _plugin_folder.is_path(plugin):
+            path = (beside or Path()) / Path(plugin).expanduser()
+            search.add_path(path)
+        else:
+            search.attempt(plugin, partial(search.add_dotted, plugin))
+    return Catalogue(search.kinds, tuple(search.problems))
+
+
+def build(kind: BehaviourKind, name: str, ports: Mapping[str, Any]) -> Behaviour:
+    """Make one node.
+
+    Args:
+        kind: from the catalogue.
+        name: its label.
+        ports: raw or checked values; None stands for one that is bound later.
+
+    Raises:
+        ParameterError: a port that does not exist, is missing, or has a value that will not do.
+    """
+    for port in ports:
+        if port not in kind.ports:
+            sentence = f"{kind.name} has no port {port!r}"
+            raise ParameterError(port, sentence, suggestion(port, kind.ports))
+    for port, declared in kind.ports.items():
+        if declared.required and port not in ports:
+            raise ParameterError(port, f"{kind.name} needs this port: {declared.help}".rstrip(": "))
+    values = {port: _value(kind.ports[port], raw) for port, raw in ports.items()}
+    if issubclass(kind.cls, RobotBehaviour):
+        return kind.cls(name=name, **values)
+    return _plain_leaf.build(kind.cls, name, values)
+
+
+def _value(declared: Declaration, raw: Any) -> Any:
+    """What `raw` means; expressions arrive compiled."""
+    if raw is None or declared.type in (Expression, Assignments):
+        return raw
+    return declared.read(raw)
+
+
+def name_of(cls: type) -> str:
+    """NavigateToPose -> navigate_to_pose, HTTPGet -> http_get."""
+    pattern = r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])"
+    return re.sub(pattern, "_", cls.__name__).lower()
+
+
+class _Unusable(Exception):
+    """A class or module that cannot stand in a mission; the message says why."""
+
+
+@dataclass
+class _Search:
+    """What was found so far."""
+
+    kinds: dict[str, BehaviourKind] = field(default_factory=dict)
+    problems: list[tuple[str, str]] = field(default_factory=list)
+
+    def attempt(self, label: str, action: Callable[[], None]) -> None:
+        """Run an action on foreign code; whatever it raises becomes a problem of `label`."""
+        try:
+            action()
+        except (Exception, SystemExit) as error:
+            self.problems.append((label, _plugin_folder.sentence_for(error)))
+
+    def add_path(self, path: Path) -> None:
+        if not path.exists():
+            what = "file" if path.suffix == ".py" else "folder"
+            self.problems.append((str(path), f"there is no such plugin {what}"))
+            return
+        files = _plugin_folder.plugin_files(path)
+        if not files:
+            self.problems.append((str(path), "there is no plugin file (*.py) in this folder"))
+        loader = _plugin_folder.FolderLoader(path if path.is_dir() else path.parent)
+        for file in files:
+            self.attempt(str(file), partial(self._add_file, loader, file))
+
+    def _add_file(self, loader: _plugin_folder.FolderLoader, file: Path) -> None:
+        self.add_module(loader.load(file), str(file))
+
+    def add_dotted(self, name: str) -> None:
+        for module in _module_names(name):
+            self.attempt(module, partial(self._add_dotted_module, module))
+
+    def _add_dotted_module(self, name: str) -> None:
+        self.add_module(import_module(name))
+
+    def add_entry(self, entry: EntryPoint) -> None:
+        if entry.attr:
+            self.add(entry.load(), _entry_label(entry))
+        else:
+            self.add_dotted(entry.module)
+
+    def add_module(self, module: ModuleType, label: str = "") -> None:
+        """Every leaf that the module itself defines; names with an underscore are private."""
+        for item in vars(module).copy().values():
+            if inspect.isclass(item) and item.__module__ == module.__name__ and _is_leaf(item):
+                self.add(item, label or str(module.__file__))
+
+    def add(self, cls: type, label: str) -> None:
+        name = name_of(cls)
+        try:
+            kind = _kind_of(name, cls)
+            if name in MISSION_WORDS:
+                raise _Unusable(f"{name!r} is a word of the mission language; rename the class")
+            other = self.kinds.get(name)
+            if other is not None and other.cls is not cls:
+                raise _Unusable(f"{name!r} is already defined in {other.source}; rename the class")
+        except _Unusable as error:
+            self.problems.append((label, f"{cls.__name__}: {error}"))
+        else:
+            self.kinds.setdefault(name, kind)
+
+
+def _is_leaf(cls: type) -> bool:
+    return (
+        issubclass(cls, Behaviour)
+        and not issubclass(cls, Composite | Decorator)
+        and cls is not RobotBehaviour
+        and not cls.__name__.startswith("_")
+    )
+
+
+def _kind_of(name: str, cls: type) -> BehaviourKind:
+    if not (inspect.isclass(cls) and issubclass(cls, Behaviour)):
+        raise _Unusable("it is not a py_trees Behaviour class")
+    if not _is_leaf(cls):
+        raise _Unusable("only leaves can be used this way, not composites and decorators")
+    if inspect.isabstract(cls):
+        raise _Unusable("it is abstract")
+    if cls.__module__.split(".")[:2] == ["py_trees", "timers"]:
+        raise _Unusable("py_trees' timers read wall time; use `wait`")
+    try:
+        if issubclass(cls, RobotBehaviour):
+            ports, outputs = cls.ports(), cls.outputs()
+            check_ports(ports)
+        else:
+            ports, outputs = _plain_leaf.ports(cls), {}
+    except (ParameterError, TypeError, NameError) as error:
+        raise _Unusable(str(error)) from error
+    doc = inspect.cleandoc(cls.__doc__ or "")
+    return BehaviourKind(
+        name=name,
+        cls=cls,
+        ports=ports,
+        outputs=outputs,
+        doc=doc,
+        summary=doc.partition("\n")[0],
+        source=inspect.getfile(cls),
+        uses_wheels=bool(getattr(cls, "uses_wheels", False)),
+    )
+
+
+def _class_named(dotted: str) -> type:
+    module, _, attribute = dotted.rpartition(".")
+    try:
+        found: type = getattr(import_module(module), attribute)
+    except AttributeError:
+        raise _Unusable(f"the module {module} has no {attribute!r}") from None
+    except (Exception, SystemExit) as error:
+        raise _Unusable(_plugin_folder.sentence_for(error)) from error
+    return found
+
+
+def _module_names(name: str) -> list[str]:
+    """The module; of a package also the modules in it that are not private."""
+    package = import_module(name)
+    inside = pkgutil.iter_modules(getattr(package, "__path__", ()), f"{name}.")
+    names = sorted(info.name for info in inside)
+    return [name, *(n for n in names if not n.rpartition(".")[2].startswith(("_", "test_")))]
+
+
+def _entry_label(entry: EntryPoint) -> str:
+    package = f" of {entry.dist.name}" if entry.dist is not None else ""
+    return f"entry point {entry.name} = {entry.value}{package}"

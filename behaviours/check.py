@@ -1,0 +1,20 @@
+"""Ask whether something is true."""
+
+from __future__ import annotations
+
+from py_trees.common import Status
+
+from behaviours.base import RobotBehaviour, port
+from stack.types import Expression, FailureCode
+
+
+class Check(RobotBehaviour):
+    """Succeed if a condition holds at this moment, else fail with CHECK_FAILED and its values."""
+
+    condition: Expression = port("what must be true")
+
+    def update(self) -> Status:
+        """Evaluate the condition once."""
+        if self.condition():
+            return Status.SUCCESS
+        return self.fail(FailureCode.CHECK_FAILED, f"not true: {self.condition.explain()}")

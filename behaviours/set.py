@@ -1,0 +1,25 @@
+"""Write to the blackboard."""
+
+from __future__ import annotations
+
+from py_trees.common import Status
+
+from behaviours.base import RobotBehaviour, port
+from stack.types import Assignments
+
+
+class Set(RobotBehaviour):
+    """Write blackboard keys; every value is worked out before the first is written."""
+
+    assignments: Assignments = port("keys and the expressions for their new values")
+
+    def update(self) -> Status:
+        """Evaluate all, then write all, so that `{a: $b, b: $a}` swaps."""
+        writes = self.assignments.writes
+        values = [value() for _, value, _ in writes]
+        for (_, _, write), value in zip(writes, values, strict=True):
+            write(value)
+        self.feedback_message = ", ".join(
+            f"{key} = {value}" for (key, _, _), value in zip(writes, values, strict=True)
+        )
+        return Status.SUCCESS

@@ -1,0 +1,136 @@
+"""Wires a checked mission to a robot, a world and the stack: the one place where parts meet."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from missions.choices import all_chosen
+from missions.language.model import Mission
+from missions.language.reading import read_mission
+from missions.resources import (
+    catalogue_of,
+    find_mission,
+    load_map,
+    load_robot,
+    load_world,
+    resources,
+)
+from stack.components import Choice
+from stack.description import RobotDescription
+from stack.errors import InputError, ParameterError
+from stack.parameters import read_quantity
+from stack.sim.world import World
+from stack.types import OccupancyGrid, Pose2D
+
+__all__ = ["Plan", "RunOptions", "prepare"]
+
+
+@dataclass(frozen=True)
+class RunOptions:
+    """How a mission is run; what `treepilot run` takes.
+
+    Attributes:
+        speed: simulated seconds per wall second; 0 is as fast as the machine can.
+        out: the run's folder; None keeps no records.
+        serve: let dashboards attach.
+        mavlink: address to send MAVLink telemetry to, or None.
+        camera: "asked" renders when the mission looks; "off" is a robot whose camera is dead;
+            "on" keeps it running for the recording.
+    """
+
+    seed: int = 0
+    arguments: dict[str, str] | None = None
+    robot: str | None = None
+    world: str | None = None
+    start: str | None = None
+    out: Path | None = None
+    speed: float = 0.0
+    rerun: bool = False
+    serve: bool = True
+    mavlink: str | None = None
+    camera: str = "asked"
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A mission that was read and checked with everything it names. Nothing has moved."""
+
+    mission: Mission
+    robot: RobotDescription
+    world: World
+    grid: OccupancyGrid
+    start: Pose2D
+    belief: Pose2D | None
+    choices: dict[str, Choice]
+    text: str
+
+
+def prepare(name: str | Path, options: RunOptions) -> Plan:
+    """Read and check a mission and everything it names.
+
+    Raises:
+        InputError: with every finding; nothing has been started.
+    """
+    path = find_mission(name)
+    mission = read_mission(path, catalogue_of, resources(), options.arguments or {})
+    beside = path.parent
+    robot = load_robot(options.robot or mission.robot, _beside(options.robot, beside))
+    world = load_world(options.world or mission.world, _beside(options.world, beside))
+    if options.camera == "off":
+        robot = replace(robot, camera=None)
+    start = _start_pose(options.start, mission, world)
+    grid = _map_of(mission, world, beside)
+    return Plan(
+        mission=mission,
+        robot=robot,
+        world=world,
+        grid=grid,
+        start=start,
+        belief=_belief(mission, start),
+        choices=all_chosen(
+            robot, {kind: (part.use, part.values) for kind, part in mission.navigation.items()}
+        ),
+        text=path.read_text("utf-8"),
+    )
+
+
+def _beside(given: str | None, mission_folder: Path) -> Path:
+    """Paths on the command line are relative to the current folder, others to the mission's."""
+    return Path.cwd() if given else mission_folder
+
+
+def _start_pose(given: str | None, mission: Mission, world: World) -> Pose2D:
+    if given is None:
+        return mission.start if mission.start is not None else world.start
+    places = {**world.places, **mission.places}
+    if given in places:
+        return places[given]
+    parts = given.split(",")
+    if len(parts) not in (2, 3):
+        raise InputError(f"--start {given}: expected x,y,heading or one of {', '.join(places)}")
+    try:
+        units = ("m", "m", "rad")
+        numbers = [read_quantity(part, unit) for part, unit in zip(parts, units, strict=False)]
+    except ParameterError as error:
+        raise InputError(f"--start {given}: {error.sentence}") from None
+    return Pose2D(*numbers)
+
+
+def _belief(mission: Mission, start: Pose2D) -> Pose2D | None:
+    """Where the robot believes it begins; None when it has no idea."""
+    if mission.initial_pose == "start":
+        return start
+    return mission.initial_pose if isinstance(mission.initial_pose, Pose2D) else None
+
+
+def _map_of(mission: Mission, world: World, beside: Path) -> OccupancyGrid:
+    if mission.map == "from_world":
+        from stack.sim.rasterise import rasterise
+
+        return rasterise(world)
+    if mission.map == "none":
+        raise InputError(
+            "map: none (driving without a map) is not supported yet; use from_world or a map.yaml"
+        )
+    return load_map(mission.map, beside)

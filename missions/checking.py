@@ -1,0 +1,83 @@
+"""`treepilot check` and `treepilot show`: everything about a mission but running it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from importlib.metadata import packages_distributions
+from pathlib import Path
+
+from missions.assembly import RunOptions, prepare
+from missions.language.reading import read_mission
+from missions.language.rendering import render
+from missions.resources import catalogue_of, find_mission, resources
+from missions.trees.compiler import compile_mission
+from missions.trees import show
+from stack.documents import Finding, read_file
+from stack.errors import InputError
+from stack.sim.world_file import read_world
+
+OUR_PACKAGES = ("missions", "behaviours", "stack", "tui", "robots")
+
+
+@dataclass(frozen=True)
+class CheckLine:
+    """One finding as text to print."""
+
+    text: str
+    is_error: bool
+
+
+def check_files(names: list[str]) -> list[CheckLine]:
+    """The findings of every mission or world file, errors and warnings."""
+    return [line for name in names for line in _check(name)]
+
+
+def _check(name: str) -> list[CheckLine]:
+    try:
+        path = find_mission(name)
+        if _is_world(path):
+            read_world(path)
+            return []
+        plan = prepare(path, RunOptions())
+    except InputError as error:
+        if not error.findings:
+            return [CheckLine(f"{name}: {error}", True)]
+        return _lines(error.findings)
+    return _lines(plan.mission.warnings)
+
+
+def _is_world(path: Path) -> bool:
+    """Whether the file's first key says that it is a world."""
+    keys = [key.value for key, _ in read_file(path, "mission").entries]
+    return "world" in keys and "mission" not in keys and "run" not in keys
+
+
+def _lines(findings: Iterable[Finding]) -> list[CheckLine]:
+    found = list(findings)
+    sources = {file: _text(Path(file)) for file in sorted({item.mark.file for item in found})}
+    return [CheckLine(render([item], sources), item.severity == "error") for item in found]
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text("utf-8", errors="replace")
+    except OSError:
+        return ""
+
+
+def check_install() -> list[CheckLine]:
+    """Another distribution that ships one of our package names would shadow ours, or be shadowed."""
+    owners = packages_distributions()
+    return [
+        CheckLine(f"the package {package!r} is also shipped by {other}; uninstall it", True)
+        for package in OUR_PACKAGES
+        for other in sorted(set(owners.get(package, ())) - {"treepilot"})
+    ]
+
+
+def drawing(name: str, style: str, *, colours: bool) -> str:
+    """The compiled tree of a mission as text, Graphviz or Mermaid."""
+    mission = read_mission(find_mission(name), catalogue_of, resources(), {})
+    draw = {"text": show.text, "dot": show.dot, "mermaid": show.mermaid}[style]
+    return draw(compile_mission(mission), colour=colours)

@@ -1,0 +1,58 @@
+"""Components and settings under `navigation`, chosen by name and checked.
+
+`planner` and `controller` are components, replaceable by plugin; `costmap` and `navigator` are
+settings of parts that there is one of.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from stack.components import Choice, choose
+from stack.costmap.parameters import CostmapParameters
+from stack.description import RobotDescription
+from stack.errors import InputError, ParameterError
+from stack.navigation.parameters import NavigationParameters
+from stack.parameters import build, suggestion
+
+DEFAULTS = {"planner": "astar", "controller": "pure_pursuit"}
+SETTINGS: dict[str, type] = {"costmap": CostmapParameters, "navigator": NavigationParameters}
+
+
+def chosen(kind: str, wanted: Mapping[str, Any]) -> Choice:
+    """The component or settings of a kind: `{"use": name, parameter: value}`.
+
+    Raises:
+        InputError: no such kind or component.
+        ParameterError: an unknown parameter or a value that will not do.
+    """
+    values = {key: value for key, value in wanted.items() if key != "use"}
+    if kind in SETTINGS:
+        if "use" in wanted:
+            raise ParameterError("use", f"{kind} has settings but no alternatives to choose from")
+        return Choice(kind, kind, SETTINGS[kind], build(SETTINGS[kind], values))
+    if kind not in DEFAULTS:
+        raise InputError(f"navigation has no {kind!r}; {suggestion(kind, [*DEFAULTS, *SETTINGS])}")
+    return choose(kind, wanted.get("use", DEFAULTS[kind]), values)
+
+
+def all_chosen(
+    robot: RobotDescription, mission: Mapping[str, tuple[str | None, Mapping[str, Any]]]
+) -> dict[str, Choice]:
+    """Every kind: defaults, under the robot's own settings, under the mission's.
+
+    A layer that names another component drops the parameters below it: they mean nothing to it.
+    """
+    choices = {}
+    for kind in (*DEFAULTS, *SETTINGS):
+        wanted: dict[str, Any] = {}
+        use, values = mission.get(kind, (None, {}))
+        layers = (robot.navigation.get(kind) or {}, {**values, **({"use": use} if use else {})})
+        for layer in layers:
+            before = wanted.get("use", DEFAULTS.get(kind))
+            if layer.get("use", before) != before:
+                wanted = {}
+            wanted.update(layer)
+        choices[kind] = chosen(kind, wanted)
+    return choices

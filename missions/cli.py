@@ -1,0 +1,237 @@
+"""The `treepilot` command. Only here are things printed and processes exited.
+
+Exit codes: 0 success · 1 the mission failed or was aborted · 2 the input is wrong ·
+3 internal error · 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # halves numpy's import time; before numpy
+
+import typer
+
+from stack.errors import BodyError, InputError, ParameterError, TelemetryError
+
+HELP = """Run behaviour-tree missions on a simulated or a real robot.
+
+Start with: treepilot run missions/02_office_patrol.yaml
+"""
+
+app = typer.Typer(
+    help=HELP, no_args_is_help=True, add_completion=False, rich_markup_mode=None,
+    pretty_exceptions_enable=False, context_settings={"help_option_names": ["-h", "--help"]},
+)  # fmt: skip
+
+
+class Kind(StrEnum):
+    """What `treepilot list` lists."""
+
+    BEHAVIOURS = "behaviours"
+    ROBOTS = "robots"
+    WORLDS = "worlds"
+    MISSIONS = "missions"
+    PLANNERS = "planners"
+    CONTROLLERS = "controllers"
+
+
+class Camera(StrEnum):
+    """When the camera renders."""
+
+    ASKED = "asked"
+    ON = "on"
+    OFF = "off"
+
+
+MissionArgument = Annotated[str, typer.Argument(help="mission file, or a shipped mission's name")]
+
+
+@app.command()
+def run(  # noqa: PLR0913 - each is an option of the command
+    mission: MissionArgument,
+    headless: Annotated[
+        bool, typer.Option("--headless", help="no dashboard: progress lines and a summary")
+    ] = False,
+    speed: Annotated[
+        str, typer.Option(help="1, N times real time, or max [default: 1 on a screen, else max]")
+    ] = "",
+    seed: Annotated[int, typer.Option(min=0, help="the same seed gives the same run")] = 0,
+    set_: Annotated[
+        list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="a mission argument")
+    ] = None,
+    robot: Annotated[str | None, typer.Option(help="another robot: a name or a robot.yaml")] = None,
+    world: Annotated[str | None, typer.Option(help="another world: a name or a file")] = None,
+    start: Annotated[
+        str | None, typer.Option(metavar="X,Y,HEADING", help="another start: a pose or a place")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="the run's folder [default: runs/<mission>-<time>]")
+    ] = None,
+    no_rerun: Annotated[bool, typer.Option("--no-rerun", help="do not record mission.rrd")] = False,
+    mavlink: Annotated[
+        str | None,
+        typer.Option(metavar="ADDRESS", help="send MAVLink, e.g. udpout:127.0.0.1:14550"),
+    ] = None,
+    camera: Annotated[Camera, typer.Option(help="render when asked, always, or never")] = (
+        Camera.ASKED
+    ),
+    json: Annotated[bool, typer.Option("--json", help="print the report as JSON, nothing else")] = (
+        False
+    ),
+) -> None:
+    """Run a mission: in the dashboard on a terminal, else with progress lines."""
+    from missions.launch import LaunchOptions, launch
+
+    options = LaunchOptions(
+        mission=mission, headless=headless or json or not _on_a_terminal(), json=json, seed=seed,
+        speed=speed, arguments=_assignments(set_ or []), robot=robot, world=world, start=start,
+        out=out, rerun=not no_rerun, mavlink=mavlink, camera=camera.value,
+    )  # fmt: skip
+    raise typer.Exit(launch(options))
+
+
+@app.command()
+def check(
+    missions: Annotated[list[str], typer.Argument(help="mission or world files")],
+    strict: Annotated[bool, typer.Option("--strict", help="warnings count as errors")] = False,
+    install: Annotated[
+        bool, typer.Option("--install", help="also check that no other package shadows ours")
+    ] = False,
+) -> None:
+    """Report everything wrong with mission files, as file:line:column; nothing moves."""
+    from missions.checking import check_files, check_install
+
+    findings = check_install() if install else []
+    findings += check_files(missions)
+    for finding in findings:
+        typer.echo(finding.text, err=finding.is_error)
+    errors = sum(finding.is_error or strict for finding in findings)
+    typer.echo(f"{len(missions)} checked, {errors} with errors" if errors else "all good", err=True)
+    raise typer.Exit(2 if errors else 0)
+
+
+@app.command()
+def show(
+    mission: MissionArgument,
+    dot: Annotated[bool, typer.Option("--dot", help="as Graphviz")] = False,
+    mermaid: Annotated[bool, typer.Option("--mermaid", help="as Mermaid")] = False,
+) -> None:
+    """Draw the compiled tree: exactly what runs."""
+    from missions.checking import drawing
+
+    style = "dot" if dot else "mermaid" if mermaid else "text"
+    typer.echo(
+        drawing(mission, style, colours=sys.stdout.isatty() and "NO_COLOR" not in os.environ)
+    )
+
+
+@app.command("list")
+def list_(kind: Annotated[Kind, typer.Argument(help="what to list")]) -> None:
+    """List what missions may name."""
+    from missions.listing import rows_of
+
+    rows = rows_of(kind.value)
+    width = max((len(name) for name, _ in rows), default=0)
+    for name, sentence in rows:
+        typer.echo(f"{name:<{width}}  {sentence}")
+
+
+@app.command()
+def describe(
+    name: Annotated[str, typer.Argument(help="a behaviour, planner, controller, robot or world")],
+) -> None:
+    """Ports or parameters with type, unit, default, range and a sentence."""
+    from missions.listing import description_of
+
+    typer.echo(description_of(name))
+
+
+@app.command()
+def watch(
+    run: Annotated[str, typer.Argument(help="a run's name or folder [default: the newest]")] = "",
+) -> None:
+    """Attach the dashboard to a running mission; closing it stops nothing."""
+    from missions.launch import watch_run
+
+    raise typer.Exit(watch_run(run))
+
+
+new_app = typer.Typer(no_args_is_help=True, help="Write a working example to start from.")
+app.add_typer(new_app, name="new")
+
+
+@new_app.command("behaviour")
+def new_behaviour(
+    name: Annotated[str, typer.Argument(help="in snake_case, e.g. ring_bell")],
+) -> None:
+    """A plugin behaviour with its test and a mission, in the current folder."""
+    from behaviours.scaffold import new_behaviour as write
+
+    for path in write(name, Path.cwd()):
+        typer.echo(f"wrote {path.name}")
+
+
+@new_app.callback()
+def _new() -> None:
+    """Write a working example to start from."""
+
+
+@app.callback(invoke_without_command=True)
+def _root(
+    context: typer.Context,
+    version: Annotated[bool, typer.Option("--version", help="print the version")] = False,
+) -> None:
+    if version:
+        from importlib.metadata import version as installed
+
+        typer.echo(f"treepilot {installed('treepilot')}")
+        raise typer.Exit
+    if context.invoked_subcommand is None:
+        typer.echo(context.get_help())
+        raise typer.Exit
+
+
+def _on_a_terminal() -> bool:
+    return sys.stdin.isatty() and sys.stdout.isatty() and os.environ.get("TERM", "dumb") != "dumb"
+
+
+def _assignments(pairs: list[str]) -> dict[str, str]:
+    values = {}
+    for pair in pairs:
+        name, equals, value = pair.partition("=")
+        if not equals or not name.strip():
+            raise InputError(f"--set {pair}: expected NAME=VALUE, such as --set dwell=5s")
+        values[name.strip()] = value.strip()
+    return values
+
+
+def main() -> None:
+    """The entry point: errors become sentences and exit codes."""
+    try:
+        app()
+    except (InputError, ParameterError, TelemetryError) as error:
+        typer.echo(str(error), err=True)
+        raise SystemExit(2) from None
+    except BodyError as error:
+        typer.echo(f"the robot gave up: {error}", err=True)
+        raise SystemExit(3) from None
+    except KeyboardInterrupt:
+        raise SystemExit(130) from None
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise SystemExit(0) from None
+    except Exception:
+        import traceback
+
+        traceback.print_exc()
+        typer.echo("internal error: this is a fault of treepilot, not of your mission", err=True)
+        raise SystemExit(3) from None
+
+
+if __name__ == "__main__":
+    main()

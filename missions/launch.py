@@ -1,0 +1,208 @@
+"""Starts runs: in this process without a dashboard, in an engine process with one."""
+
+from __future__ import annotations
+
+import json as json_format
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, field
+from datetime import datetime
+from pathlib import Path
+from time import monotonic, sleep  # noqa: TID251 - waiting for another process
+
+from missions.assembly import RunOptions, prepare
+from missions.progress import ProgressLines
+from missions.resources import find_mission
+from missions.runner import execute
+from stack.errors import InputError, TelemetryError
+from stack.telemetry.records import Command
+from stack.telemetry.rendezvous import RunHandle, live_runs
+
+ENGINE_LOST = 3
+START_PATIENCE, STOP_PATIENCE = 60.0, 20.0
+"""Wall seconds to wait for an engine to answer, and to stop after it was told to."""
+
+
+@dataclass(frozen=True)
+class LaunchOptions:
+    """What `treepilot run` was given."""
+
+    mission: str
+    headless: bool = True
+    json: bool = False
+    speed: str = ""
+    seed: int = 0
+    arguments: dict[str, str] = field(default_factory=dict)
+    robot: str | None = None
+    world: str | None = None
+    start: str | None = None
+    out: Path | None = None
+    rerun: bool = True
+    mavlink: str | None = None
+    camera: str = "asked"
+
+    def run_options(self) -> RunOptions:
+        """The engine's share, with the folder and speed decided."""
+        return RunOptions(
+            seed=self.seed, arguments=self.arguments, robot=self.robot, world=self.world,
+            start=self.start, out=self.out or default_folder(self.mission),
+            speed=_speed(self.speed or ("max" if self.headless else "1")), rerun=self.rerun,
+            mavlink=self.mavlink, camera=self.camera,
+        )  # fmt: skip
+
+
+def launch(options: LaunchOptions) -> int:
+    """Run a mission as asked; the exit code."""
+    return _run_here(options) if options.headless else _run_with_dashboard(options)
+
+
+def default_folder(mission: str) -> Path:
+    """`runs/<mission>-<date>-<time>` in the current folder."""
+    stamp = datetime.now().strftime("%Y%m%d-%H%M%S")
+    base = Path("runs") / f"{find_mission(mission).stem}-{stamp}"
+    folder, count = base, 1
+    while folder.exists():
+        count += 1
+        folder = base.with_name(f"{base.name}-{count}")
+    return folder
+
+
+def watch_run(name: str) -> int:
+    """Attach the dashboard to a live run; the newest when no name is given."""
+    runs = live_runs()
+    wanted = Path(name).name
+    matching = [run for run in runs if not name or run.run_id == wanted]
+    if not matching:
+        live = ", ".join(run.run_id for run in runs) or "none is"
+        raise TelemetryError(
+            f"no run {name!r} is live; live runs: {live}" if name else "no mission is running"
+        )
+    outcome = _dashboard(matching[-1])
+    if outcome == "abort":
+        print(f"aborted {matching[-1].run_id}", file=sys.stderr)
+    return 0
+
+
+def _speed(text: str) -> float:
+    """0 for max, else the factor."""
+    if text == "max":
+        return 0.0
+    try:
+        factor = float(text)
+    except ValueError:
+        factor = -1.0
+    if not 0.0 < factor <= 1000.0:
+        raise InputError(f"--speed {text}: expected max, or a number above 0 up to 1000")
+    return factor
+
+
+@contextmanager
+def _interrupts() -> Iterator[list[int]]:
+    """SIGINT and SIGTERM noted in the list instead of raised; a second SIGINT raises as usual."""
+    caught: list[int] = []
+
+    def note(number: int, _: object) -> None:
+        caught.append(number)
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+    before = {number: signal.signal(number, note) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield caught
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _run_here(options: LaunchOptions) -> int:
+    run_options = options.run_options()
+    plan = prepare(options.mission, run_options)
+    _say_when_kernels_compile()
+    for warning in plan.mission.warnings:
+        print(warning, file=sys.stderr)
+    sinks = [] if options.json else [ProgressLines(lambda line: print(line, file=sys.stderr))]
+    with _interrupts() as caught:
+        report = execute(plan, run_options, sinks, lambda: bool(caught))
+    print(report.to_json() if options.json else report.summary())
+    return report.exit_code
+
+
+def _say_when_kernels_compile() -> None:
+    from missions.kernels_cache import first_run_notice
+
+    notice = first_run_notice()
+    if notice:
+        print(notice, file=sys.stderr, flush=True)
+
+
+def _run_with_dashboard(options: LaunchOptions) -> int:
+    """Engine in its own session; this process shows it, passes signals on and waits."""
+    run_options = options.run_options()
+    prepare(options.mission, run_options)  # findings belong on this terminal, before it changes
+    _say_when_kernels_compile()
+    assert run_options.out is not None
+    engine = _spawn_engine(options.mission, run_options)
+    with _interrupts() as caught:
+        run = _await_engine(engine, run_options.out.name, caught)
+        outcome = _dashboard(run) if run is not None else "over"
+        if outcome == "leave" and engine.poll() is None:
+            print(f"the mission goes on; treepilot watch {run_options.out.name}")
+            return 0
+        if caught and engine.poll() is None:
+            engine.send_signal(signal.SIGINT)
+        return _await_end(engine, run_options.out)
+
+
+def _spawn_engine(mission: str, options: RunOptions) -> subprocess.Popen[bytes]:
+    assert options.out is not None
+    settings = {**asdict(options), "out": str(options.out)}
+    message = json_format.dumps({"mission": mission, "options": settings})
+    return subprocess.Popen(
+        [sys.executable, "-m", "missions.engine", message],
+        stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+        start_new_session=True, env={**os.environ, "PYTHONUNBUFFERED": "1"},
+    )  # fmt: skip
+
+
+def _await_engine(
+    engine: subprocess.Popen[bytes], run_id: str, caught: list[int]
+) -> RunHandle | None:
+    deadline = monotonic() + START_PATIENCE
+    while monotonic() < deadline and engine.poll() is None and not caught:
+        for run in live_runs():
+            if run.run_id == run_id:
+                return run
+        sleep(0.02)
+    return None
+
+
+def _dashboard(run: RunHandle) -> str:
+    """Show a run until the operator leaves: over | leave | abort."""
+    from stack.telemetry.client import TelemetryClient
+    from tui.app import Dashboard
+
+    return Dashboard(TelemetryClient(run.address)).run() or "over"
+
+
+def _await_end(engine: subprocess.Popen[bytes], folder: Path) -> int:
+    try:
+        _, errors = engine.communicate(timeout=STOP_PATIENCE)
+    except subprocess.TimeoutExpired:
+        engine.kill()
+        _, errors = engine.communicate()
+    report_file = folder / "report.json"
+    if not report_file.exists():
+        text = errors.decode(errors="replace").strip() if errors else "it left no message"
+        print(f"the engine was lost: {text}\nrecords so far are in {folder}", file=sys.stderr)
+        return ENGINE_LOST if engine.returncode not in (2,) else 2
+    from missions.report import Report
+
+    report = Report(**json_format.loads(report_file.read_text("utf-8")))
+    print(report.summary())
+    return report.exit_code
+
+
+__all__ = ["Command", "LaunchOptions", "default_folder", "launch", "watch_run"]

@@ -1,0 +1,127 @@
+"""`treepilot list` and `treepilot describe`: what missions may name, from its own declarations."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from behaviours.catalogue import find_behaviours
+from missions.resources import load_robot, mission_files, world_files
+from robots.load import robot_names
+from stack.components import available, component
+from stack.documents import read_file
+from stack.errors import InputError
+from stack.parameters import Declaration, declarations, suggestion
+
+HERE = Path()
+
+
+def rows_of(kind: str) -> list[tuple[str, str]]:
+    """Name and one sentence of everything of a kind."""
+    if kind == "behaviours":
+        catalogue = find_behaviours()
+        return [(name, _kind_summary(catalogue, name)) for name in catalogue.names()]
+    if kind == "robots":
+        return [(name, _robot_sentence(name)) for name in robot_names()]
+    if kind in ("planners", "controllers"):
+        single = kind[:-1]
+        return [(name, _first_line(component(single, name))) for name in available(single)]
+    files = world_files() if kind == "worlds" else mission_files()
+    return [(file.stem, _doc_of(file)) for file in files]
+
+
+def description_of(name: str) -> str:
+    """Everything that can be set about one named thing.
+
+    Raises:
+        InputError: nothing has that name; the message names the nearest.
+    """
+    catalogue = find_behaviours()
+    kind = catalogue.get(name)
+    if kind is not None:
+        parts = [f"{name}: {kind.doc}", _table("ports", kind.ports.values())]
+        return "\n".join(filter(None, [*parts, _table("outputs", kind.outputs.values())]))
+    for single in ("planner", "controller"):
+        if name in available(single):
+            cls = component(single, name)
+            fields = declarations(cls.Parameters)  # type: ignore[attr-defined]
+            return f"{name}: {(cls.__doc__ or '').strip()}\n{_table('parameters', fields.values())}"
+    if name in robot_names():
+        return _describe_robot(name)
+    for file in world_files():
+        if file.stem == name:
+            return f"{name}: {_doc_of(file)}\n  file: {file.name}"
+    known = [*catalogue.names(), *available("planner"), *available("controller"), *robot_names()]
+    raise InputError(f"nothing is called {name!r}; {suggestion(name, known)}")
+
+
+def _table(title: str, declared: Iterable[Declaration]) -> str:
+    rows = [
+        (
+            item.name,
+            item.type_name(),
+            "required" if item.required else f"default {_shown(item)}",
+            item.range_text(),
+            item.help,
+        )
+        for item in declared
+    ]
+    if not rows:
+        return ""
+    widths = [max(len(row[column]) for row in rows) for column in range(4)]
+    lines = [
+        "  " + "  ".join(f"{cell:<{width}}" for cell, width in zip(row, [*widths, 0], strict=True))
+        for row in rows
+    ]
+    return "\n".join([f"{title}:", *(line.rstrip() for line in lines)])
+
+
+def _shown(item: Declaration) -> str:
+    if isinstance(item.default, float):
+        return f"{item.default:g}{' ' + item.unit if item.unit else ''}"
+    return {None: "none", True: "true", False: "false"}.get(item.default, str(item.default))
+
+
+def _kind_summary(catalogue: object, name: str) -> str:
+    kind = catalogue.get(name)  # type: ignore[attr-defined]
+    return str(kind.summary) if kind is not None else ""
+
+
+def _first_line(cls: type) -> str:
+    return (cls.__doc__ or "").strip().partition("\n")[0]
+
+
+def _doc_of(file: Path) -> str:
+    try:
+        doc = read_file(file).get("doc")
+    except InputError as error:
+        return f"cannot be read: {error}"
+    return " ".join(str(doc.value).split()) if doc is not None else ""
+
+
+def _robot_sentence(name: str) -> str:
+    robot = load_robot(name, HERE)
+    limits = robot.limits
+    return (
+        f"radius {robot.footprint.circumscribed_radius:.2f} m, {limits.linear_speed:g} m/s,"
+        f" {limits.angular_speed:g} rad/s"
+    )
+
+
+def _describe_robot(name: str) -> str:
+    robot = load_robot(name, HERE)
+    lines = [f"{name}: {_robot_sentence(name)}"]
+    for title, part in (
+        ("limits", robot.limits), ("lidar", robot.lidar), ("camera", robot.camera),
+        ("imu", robot.imu), ("odometry", robot.odometry), ("battery", robot.battery),
+    ):  # fmt: skip
+        if part is None:
+            lines.append(f"{title}: none")
+            continue
+        values = ((item, getattr(part, item.name)) for item in declarations(type(part)).values())
+        lines.append(f"{title}:")
+        lines += [
+            f"  {item.name} = {value:g} {item.unit}".rstrip() + f"  ({item.help})"
+            for item, value in values
+        ]
+    return "\n".join(lines)

@@ -1,0 +1,31 @@
+"""A behaviour of your own: finds the most open place that the lidar sees."""
+
+import numpy as np
+from py_trees.common import Status
+
+from behaviours.base import RobotBehaviour, output, port
+from stack.types import Pose2D
+
+
+class FindOpenSpace(RobotBehaviour):
+    """Point half-way along the longest view; fails when everything is nearer than `at_least`."""
+
+    at_least: float = port("shortest view worth driving to", unit="m", default=1.0, above=0.0)
+    place: Pose2D = output("the open place, map frame")
+    reach: float = output("how far the lidar sees there", unit="m")
+
+    def update(self) -> Status:
+        """One look at the newest scan."""
+        scan = self.robot.scan
+        if scan is None:
+            return Status.RUNNING
+        ranges = np.where(np.isfinite(scan.ranges), scan.ranges, 0.0)
+        wide = np.minimum.reduce([np.roll(ranges, shift) for shift in range(-9, 10)])
+        best = int(np.argmax(wide))  # the widest view, not one beam through a gap
+        if wide[best] < self.at_least:
+            return self.fail("NO_SPACE", f"nothing open within view: {wide[best]:.2f} m at best")
+        angle, reach = float(scan.angles[best]), float(wide[best])
+        ahead = Pose2D(reach / 2 * np.cos(angle), reach / 2 * np.sin(angle), angle)
+        self.place, self.reach = self.robot.pose.compose(ahead), reach
+        self.feedback_message = f"{reach:.1f} m of space"
+        return Status.SUCCESS

@@ -1,0 +1,97 @@
+"""The report of a finished run: what report.json holds and what `--json` prints."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from dataclasses import dataclass, field
+from typing import Any
+
+EXIT_CODES = {"success": 0, "failure": 1, "aborted": 1, "error": 3, "interrupted": 130}
+
+
+@dataclass(frozen=True)
+class Report:
+    """How a mission went.
+
+    Attributes:
+        status: success | failure | aborted | interrupted | error.
+        reason: path of nodes from the root to the first cause; empty after a success.
+        simulated_seconds: on the robot's clock. wall_seconds: first to last step.
+        time_to_first_tick: wall seconds from building the run to its first tick.
+        min_clearance_m: smallest true distance to anything but the floor.
+        collisions: contacts of the moving robot; pushed_into: contacts while it stood.
+        localisation_error: mean and max distance between estimate and truth, metres.
+        relocalised_by: what found the pose again (marker, lidar, operator); empty if nothing did.
+        stages: compute time by stage of the loop, wall seconds.
+        final_pose: estimate and truth at the end.
+        log_sha256: hash of the event log: equal for equal runs.
+    """
+
+    mission: str
+    status: str
+    reason: str
+    seed: int
+    robot: str
+    world: str
+    versions: dict[str, str]
+    cpu_features: str
+    simulated_seconds: float
+    wall_seconds: float
+    real_time_factor: float
+    time_to_first_tick: float
+    ticks: int
+    distance_m: float
+    recoveries: int
+    replans: int
+    collisions: int
+    pushed_into: int
+    min_clearance_m: float | None
+    localisation_error: dict[str, float] | None
+    relocalised_by: str
+    relocalisations: list[dict[str, Any]]
+    battery: float
+    stages: dict[str, dict[str, float]]
+    final_pose: dict[str, Any]
+    blackboard: dict[str, str]
+    peak_memory_mb: float
+    log_sha256: str
+    folder: str = ""
+    arguments: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def exit_code(self) -> int:
+        """What the process should end with."""
+        return EXIT_CODES[self.status]
+
+    def plain(self) -> dict[str, Any]:
+        """JSON-compatible values."""
+        return dataclasses.asdict(self)
+
+    def to_json(self) -> str:
+        """One JSON object, indented; no NaN or infinity in it."""
+        return json.dumps(self.plain(), indent=2, allow_nan=False, ensure_ascii=False)
+
+    def summary(self) -> str:
+        """A few lines for the terminal."""
+        error = self.localisation_error
+        lines = [
+            f"{self.mission}: {self.status}" + (f"; {self.reason}" if self.reason else ""),
+            f"  {self.simulated_seconds:.1f} s simulated in {self.wall_seconds:.1f} s"
+            f" ({self.real_time_factor:.1f} x real time), {self.distance_m:.1f} m driven,"
+            f" seed {self.seed}",
+            f"  recoveries {self.recoveries}, replans {self.replans},"
+            f" collisions {self.collisions}"
+            + (f", clearance {self.min_clearance_m:.2f} m" if self.min_clearance_m else "")
+            + (
+                f", localisation error {error['mean']:.3f} m (max {error['max']:.3f} m)"
+                if error
+                else ""
+            ),
+        ]
+        if self.relocalised_by:
+            lines.append(f"  relocalised by {self.relocalised_by}")
+        lines.append(f"  log {self.log_sha256[:16]}")
+        if self.folder:
+            lines.append(f"  records in {self.folder}")
+        return "\n".join(lines)

@@ -1,0 +1,140 @@
+"""Runs a prepared mission to its end and writes the report. Used by every way to run one."""
+
+from __future__ import annotations
+
+import resource
+import traceback
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from datetime import datetime
+from pathlib import Path
+from time import perf_counter
+
+from missions.assembly import Plan, RunOptions, prepare
+from missions.report import Report
+from missions.reporting import compose_report
+from missions.wiring import Wiring, run_info, wire
+from stack.errors import BodyError
+from stack.snapshots import compose_snapshot
+from stack.telemetry.recorder import Recorder, RunFolder
+from stack.telemetry.records import MissionState, Sink
+
+MAX_SIMULATED_SECONDS = 24 * 3600.0
+"""A mission that runs longer is taken for one that never ends."""
+
+
+def run_mission(
+    mission: str | Path,
+    options: RunOptions,
+    sinks: Sequence[Sink] = (),
+    interrupted: Callable[[], bool] = lambda: False,
+) -> Report:
+    """Prepare a mission and run it to its end in this process.
+
+    Args:
+        mission: a path, or a shipped mission's name.
+        options: seed, arguments, folder…
+        sinks: further consumers of events and snapshots, beside those the options ask for.
+        interrupted: looked at between steps; True ends the run as interrupted.
+
+    Raises:
+        InputError: the mission or something it names is wrong; nothing has moved.
+    """
+    return execute(prepare(mission, options), options, sinks, interrupted)
+
+
+def execute(
+    plan: Plan,
+    options: RunOptions,
+    sinks: Sequence[Sink] = (),
+    interrupted: Callable[[], bool] = lambda: False,
+) -> Report:
+    """Run a plan to its end. Whatever happens, the robot stands and the records are closed."""
+    began = perf_counter()
+    folder = RunFolder.create(options.out, plan.text) if options.out is not None else None
+    log = folder.log if folder is not None else _nowhere
+    run_id = folder.path.name if folder is not None else default_run_name(plan)
+    info = run_info(plan, run_id, options.seed)
+    consumers = [*sinks, *_own_sinks(options, folder)]
+    wiring = wire(plan, options, info, consumers, log)
+    report: Report | None = None
+    try:
+        first_tick, loop_began = _run(wiring, options, folder, interrupted, log)
+        report = compose_report(
+            plan, options, wiring,
+            wall_seconds=perf_counter() - loop_began, first_tick=first_tick - began,
+            peak_memory_mb=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
+            folder=folder,
+        )  # fmt: skip
+        return report
+    finally:
+        wiring.body.close()
+        wiring.telemetry.close(
+            report.plain() if report is not None else None,
+            lambda: compose_snapshot(wiring.runtime),
+        )
+
+
+def default_run_name(plan: Plan) -> str:
+    """`<mission>-<date>-<time>`, for folders and for `watch`."""
+    now = datetime.now().strftime("%Y%m%d-%H%M%S")
+    return f"{plan.mission.source.stem}-{now}"
+
+
+def _run(
+    wiring: Wiring,
+    options: RunOptions,
+    folder: RunFolder | None,
+    interrupted: Callable[[], bool],
+    log: Callable[[str], None],
+) -> tuple[float, float]:
+    """Step until the mission is over; wall times of the first tick and of the loop's beginning."""
+    runtime = wiring.runtime
+    loop_began = perf_counter()
+    first_tick = 0.0
+    try:
+        while not runtime.state.is_over:
+            runtime.step()
+            if not first_tick:
+                first_tick = perf_counter()
+                _add_late_sinks(wiring, options, folder)
+            if interrupted():
+                runtime.end(MissionState.INTERRUPTED, "by a signal")
+            elif wiring.body.time > MAX_SIMULATED_SECONDS:
+                runtime.end(MissionState.FAILURE, "TIMED_OUT: ran for 24 hours of robot time")
+        runtime.stand_still()
+    except BodyError as error:
+        runtime.end(MissionState.ERROR, f"the robot gave up: {error}")
+    except Exception as error:
+        log(traceback.format_exc())
+        runtime.end(MissionState.ERROR, f"{type(error).__name__}: {error}")
+        with suppress(Exception):
+            runtime.stand_still()
+    return first_tick or perf_counter(), loop_began
+
+
+def _own_sinks(options: RunOptions, folder: RunFolder | None) -> list[Sink]:
+    sinks: list[Sink] = []
+    if folder is not None:
+        sinks.append(Recorder(folder))
+    if options.serve:
+        from stack.telemetry.server import TelemetryServer
+
+        sinks.append(TelemetryServer())
+    if options.mavlink:
+        from stack.telemetry.mavlink_sink import MavlinkSink
+
+        sinks.append(MavlinkSink(options.mavlink))
+    return sinks
+
+
+def _add_late_sinks(wiring: Wiring, options: RunOptions, folder: RunFolder | None) -> None:
+    """Rerun takes half a second to import: after the first tick, so that the robot starts soon."""
+    if options.rerun and folder is not None:
+        from stack.telemetry.rerun_sink import RerunSink
+
+        wiring.telemetry.attach(RerunSink(folder.path / "mission.rrd"))
+
+
+def _nowhere(text: str) -> None:
+    """Where log lines go without a run folder."""

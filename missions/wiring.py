@@ -1,0 +1,133 @@
+"""Builds the running parts of a plan: body, estimator, costmaps, navigation, tree, telemetry."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from time import sleep  # noqa: TID251 - only while the simulation is held
+from typing import Any
+
+from missions.assembly import Plan, RunOptions
+from missions.resources import versions
+from missions.trees.compiler import compile_mission
+from missions.trees.mission_tree import MissionTree
+from missions.witness import SimulationWitness
+from robots.simulated import SimulatedBody
+from stack.costmap.costmap import Costmap
+from stack.localisation.localiser import Localiser
+from stack.localisation.odometry import OdometryFusion
+from stack.localisation.parameters import LocaliserParameters
+from stack.navigation.navigation import Navigation
+from stack.navigation.pilot import Pilot
+from stack.perception.markers import MarkerDetector
+from stack.runtime import Parts, Rates, Runtime
+from stack.safety.safety import Safety, SafetyParameters
+from stack.telemetry.hub import Telemetry
+from stack.telemetry.records import Layer, RunInfo, Sink
+
+IDLE_SECONDS = 0.02
+"""Wall seconds between two looks for commands while the robot is held."""
+
+LOCAL_WINDOW = 5.0
+"""Side of the rolling local costmap, metres."""
+
+
+@dataclass
+class Wiring:
+    """A runtime ready to step, and what has to be closed after it."""
+
+    runtime: Runtime
+    body: SimulatedBody
+    tree: MissionTree
+    telemetry: Telemetry
+    witness: SimulationWitness
+
+
+def run_info(plan: Plan, run_id: str, seed: int) -> RunInfo:
+    """What every sink is told when it opens."""
+    return RunInfo(
+        run_id=run_id,
+        mission=plan.mission.source.stem,
+        title=plan.mission.name,
+        robot=plan.robot.name,
+        world=plan.world.name,
+        seed=seed,
+        footprint=plan.robot.footprint,
+        markers=plan.world.markers,
+        urdf=plan.robot.urdf.read_text("utf-8"),
+        versions=versions(),
+        places=dict(plan.mission.places),
+    )
+
+
+def wire(
+    plan: Plan,
+    options: RunOptions,
+    info: RunInfo,
+    sinks: Sequence[Sink],
+    log: Callable[[str], None],
+) -> Wiring:
+    """Build everything and connect it; the first step may follow."""
+    seed, robot = options.seed, plan.robot
+    body = SimulatedBody(robot, plan.world, start=plan.start, seed=seed)
+    body.pace = options.speed
+    telemetry = Telemetry(info, sinks, log)
+    rates = Rates()
+    period = 1.0 / rates.control
+    costs = plan.choices["costmap"].parameters
+    local = Costmap(costs, robot.footprint, plan.grid, window=LOCAL_WINDOW)
+    whole = Costmap(costs, robot.footprint, plan.grid)
+    navigation = _navigation(plan, period, local, whole, telemetry)
+    localiser = _localiser(plan, seed)
+    pilot = Pilot(
+        body=body, navigation=navigation, estimator=localiser,
+        detector=MarkerDetector(plan.world.markers), local_costmap=local, global_costmap=whole,
+        emit=partial(telemetry.emit, source="navigation"), folder=options.out,
+    )  # fmt: skip
+    tree = compile_mission(plan.mission)
+    tree.setup(pilot, _tree_emitter(telemetry), log)
+    witness = SimulationWitness(body, plan.world)
+    parts = Parts(
+        body=body, fusion=OdometryFusion(), localiser=localiser, local_costmap=local,
+        global_costmap=whole, pilot=pilot, safety=Safety(robot, SafetyParameters(), period),
+        tree=tree, telemetry=telemetry, map_layer=Layer(1, plan.grid), witness=witness,
+    )  # fmt: skip
+    return Wiring(Runtime(parts, rates, _idle), body, tree, telemetry, witness)
+
+
+def _tree_emitter(telemetry: Telemetry) -> Callable[..., None]:
+    def emit(level: str, kind: str, text: str, fields: Mapping[str, Any]) -> None:
+        telemetry.emit(kind, text, source="tree", level=level, **fields)
+
+    return emit
+
+
+def _navigation(
+    plan: Plan, period: float, local: Costmap, whole: Costmap, telemetry: Telemetry
+) -> Navigation:
+    planner, controller = plan.choices["planner"], plan.choices["controller"]
+    return Navigation(
+        robot=plan.robot,
+        planner=planner.component(planner.parameters, plan.robot),
+        controller=controller.component(controller.parameters, plan.robot, period),
+        parameters=plan.choices["navigator"].parameters,
+        local_costmap=local,
+        global_costmap=whole,
+        emit=partial(telemetry.emit, source="navigation"),
+        period=period,
+    )
+
+
+def _idle() -> None:
+    """While the robot is held nothing moves; do not spin on the processor."""
+    sleep(IDLE_SECONDS)
+
+
+def _localiser(plan: Plan, seed: int) -> Localiser:
+    localiser = Localiser(plan.grid, LocaliserParameters(), seed)
+    if plan.belief is None:
+        localiser.scatter()
+    else:
+        localiser.start(plan.belief, position_deviation=0.1, heading_deviation=0.05)
+    return localiser

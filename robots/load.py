@@ -1,0 +1,289 @@
+"""Reads a robot.yaml and the URDF beside it, and reports everything wrong in one go.
+
+Codes: E301 shape and values · E302 the URDF · E303 the footprint.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from math import pi, tan
+from pathlib import Path
+from typing import Any, TypeVar, cast
+from xml.etree import ElementTree
+
+import numpy as np
+
+from stack.description import (
+    BatteryDescription,
+    CameraDescription,
+    ImuDescription,
+    LidarDescription,
+    Limits,
+    OdometryNoise,
+    RobotDescription,
+    Wheels,
+)
+from stack.documents import Findings, Node, Section, read_file
+from stack.errors import InputError
+from stack.parameters import Declaration, declarations, suggestion
+from stack.types import CameraModel, FloatArray, Footprint, Pose2D
+
+SHAPE = "E301"
+URDF = "E302"
+FOOTPRINT = "E303"
+
+HERE = Path(__file__).parent
+FARTHEST = 10.0
+T = TypeVar("T")
+
+
+def _coordinate(name: str) -> Declaration:
+    return Declaration(name, float, "base frame", "m", at_least=-FARTHEST, at_most=FARTHEST)
+
+
+def _length(name: str, help: str) -> Declaration:
+    return Declaration(name, float, help, "m", above=0.0, at_most=FARTHEST)
+
+
+X, Y, Z = _coordinate("x"), _coordinate("y"), _coordinate("z")
+RADIUS = _length("radius", "of a circle")
+JOINTS = Declaration("joints", list[str], "URDF joints that turn together")
+YAW = Declaration("yaw", float, "to the left", "rad", 0.0, at_least=-pi, at_most=2 * pi)
+PITCH = Declaration("pitch", float, "looking down", "rad", 0.0, at_least=-pi / 2, at_most=pi / 2)
+PIXELS = tuple(
+    Declaration(name, int, "of the picture", default=default, at_least=16, at_most=4096)
+    for name, default in (("width", 320), ("height", 240))
+)
+FIELD_OF_VIEW = Declaration(
+    "field_of_view", float, "from left to right", "rad", pi * 70 / 180, above=0.0, at_most=2.8
+)
+
+
+def robot_names() -> list[str]:
+    """The robots that come with treepilot."""
+    return sorted(file.parent.name for file in HERE.glob("*/robot.yaml"))
+
+
+def find_robot(name_or_path: str, beside: Path) -> Path:
+    """The robot.yaml of a robot.
+
+    Args:
+        name_or_path: a name such as `scout`, or the path of a robot.yaml or of its folder (with a
+            slash or an ending), relative to the file that mentions it.
+        beside: the folder of that file, or the file itself.
+
+    Raises:
+        InputError: there is no robot of that name. Paths are not looked at; reading them is.
+    """
+    if "/" in name_or_path or "\\" in name_or_path or Path(name_or_path).suffix:
+        folder = beside.parent if beside.is_file() else beside
+        path = folder / Path(name_or_path).expanduser()
+        return path / "robot.yaml" if path.is_dir() else path
+    if name_or_path not in robot_names():
+        hint = f"{suggestion(name_or_path, robot_names())}; a path has a slash: ./{name_or_path}"
+        raise InputError(f"there is no robot {name_or_path!r}; {hint}")
+    return HERE / name_or_path / "robot.yaml"
+
+
+def read_robot(path: Path) -> RobotDescription:
+    """The robot in a robot.yaml.
+
+    Raises:
+        InputError: every finding, each with its position.
+    """
+    findings = Findings()
+    top = Section(read_file(path, "robot file"), findings, "a robot file", SHAPE)
+    name = top.value(Declaration("robot", str, "its name"))
+    top.value(Declaration("format", int, "of this file", default=1, at_least=1, at_most=1))
+    top.value(Declaration("doc", str, "what it is", default=""))
+    footprint = _footprint(top)
+    height = top.value(_length("height", "of everything on it"))
+    wheels = _wheels(top)
+    urdf = _urdf(top, path, wheels)
+    limits = _parameters(top.section("limits"), Limits)
+    odometry = _parameters(top.section("odometry"), OdometryNoise)
+    lidar, camera = _lidar(top.section("lidar")), _camera(top.section("camera"))
+    imu_section = top.section("imu")
+    imu = None if imu_section is None else _parameters(imu_section, ImuDescription)
+    battery = _parameters(top.section("battery"), BatteryDescription)
+    navigation = _navigation(top)
+    top.done()
+    findings.raise_errors()
+    assert footprint is not None and wheels is not None and urdf is not None
+    return RobotDescription(
+        name, footprint, height, urdf, wheels, limits, odometry, lidar, camera, imu, battery,
+        navigation, path,
+    )  # fmt: skip
+
+
+def _parameters(section: Section | None, kind: type[T], **more: Any) -> T:
+    """A parameter dataclass from a section, its other fields given; the defaults without one."""
+    if section is None:
+        return kind(**more)
+    values = {
+        name: section.value(declared) for name, declared in declarations(cast("type", kind)).items()
+    }
+    section.done()
+    return kind(**values, **more)
+
+
+def _footprint(top: Section) -> Footprint | None:
+    """A circle given by its radius, or the corners of a polygon; made anticlockwise."""
+    node = top.node_of("footprint", required=True)
+    if node is None:
+        return None
+    if node.is_mapping:
+        section = Section(node, top.findings, "`footprint`", SHAPE)
+        radius = section.value(RADIUS)
+        section.done()
+        return None if radius is None else Footprint.circle(radius)
+    if not node.is_sequence:
+        sentence = f"footprint: expected {{radius: 22 cm}} or corners, got {node.words()}"
+        top.findings.error(FOOTPRINT, node.mark, sentence)
+        return None
+    corners = [top.parts(f"footprint[{n}]", item, (X, Y)) for n, item in enumerate(node.items)]
+    if any(corner is None for corner in corners):
+        return None
+    return _polygon(top, node, np.array(corners, dtype=np.float64).reshape(-1, 2))
+
+
+def _polygon(top: Section, node: Node, points: FloatArray) -> Footprint | None:
+    if len(points) < 3:
+        sentence = f"footprint: a polygon has at least 3 corners, got {len(points)}"
+        top.findings.error(FOOTPRINT, node.mark, sentence)
+        return None
+    following = np.roll(points, -1, axis=0)
+    crosses = points[:, 0] * following[:, 1] - points[:, 1] * following[:, 0]
+    area = float(crosses.sum()) / 2
+    if abs(area) < 1e-6:
+        sentence = f"footprint: these {len(points)} corners enclose nothing"
+        top.findings.error(FOOTPRINT, node.mark, sentence)
+        return None
+    if not _holds_origin(points):
+        sentence = "footprint: the base frame's origin [0, 0] is not inside"
+        hint = "give corners relative to the point midway between the drive wheels"
+        top.findings.error(FOOTPRINT, node.mark, sentence, hint)
+        return None
+    return Footprint(points if area > 0 else points[::-1].copy())
+
+
+def _holds_origin(points: FloatArray) -> bool:
+    """Whether a ray from the origin along x leaves the polygon an odd number of times."""
+    following = np.roll(points, -1, axis=0)
+    straddles = (points[:, 1] > 0) != (following[:, 1] > 0)
+    starts, ends = points[straddles], following[straddles]
+    share = -starts[:, 1] / (ends[:, 1] - starts[:, 1])
+    crossings = starts[:, 0] + share * (ends[:, 0] - starts[:, 0])
+    return bool(np.count_nonzero(crossings > 0) % 2)
+
+
+def _wheels(top: Section) -> Wheels | None:
+    section = top.section("wheels", required=True)
+    if section is None:
+        return None
+    left, right = (
+        section.value(dataclasses.replace(JOINTS, name=side)) for side in ("left", "right")
+    )
+    radius = section.value(RADIUS)
+    separation = section.value(_length("separation", "between the middles of left and right"))
+    section.done()
+    for side, joints in (("left", left), ("right", right)):
+        if joints == []:
+            sentence = f"wheels: {side} names no joint"
+            top.findings.error(SHAPE, section.node.mark, sentence, f"{side}: [{side}_wheel]")
+    if left is None or right is None or radius is None or separation is None:
+        return None
+    return Wheels(tuple(left), tuple(right), radius, separation)
+
+
+def _urdf(top: Section, path: Path, wheels: Wheels | None) -> Path | None:
+    """The URDF's path, once it parses and has the named wheel joints."""
+    node = top.node_of("urdf", required=True)
+    if node is None:
+        return None
+    if not isinstance(node.value, str):
+        top.findings.error(SHAPE, node.mark, f"urdf: expected a file name, got {node.words()}")
+        return None
+    urdf = path.parent / node.value
+    try:
+        root = ElementTree.parse(urdf).getroot()
+    except FileNotFoundError:
+        near = [file.name for file in path.parent.glob("*.urdf")]
+        sentence = f"urdf: there is no file {node.value!r} beside this one"
+        top.findings.error(URDF, node.mark, sentence, suggestion(node.value, near))
+        return None
+    except (OSError, UnicodeDecodeError) as error:
+        top.findings.error(URDF, node.mark, f"urdf: {node.value!r} cannot be read: {error}")
+        return None
+    except ElementTree.ParseError as error:
+        top.findings.error(URDF, node.mark, f"urdf: {node.value!r} is not XML: {error}")
+        return None
+    if root.tag != "robot":
+        sentence = f"urdf: {node.value!r} holds a <{root.tag}>, expected a <robot>"
+        top.findings.error(URDF, node.mark, sentence)
+        return None
+    if wheels is not None:
+        _check_joints(top, root, wheels)
+    return urdf
+
+
+def _check_joints(top: Section, root: ElementTree.Element, wheels: Wheels) -> None:
+    """Every wheel is a continuous joint of the URDF."""
+    kinds = {str(joint.get("name")): str(joint.get("type")) for joint in root.iter("joint")}
+    listed = top.node.get("wheels")
+    for side, joints in (("left", wheels.left), ("right", wheels.right)):
+        node = listed.get(side) if listed is not None else None
+        for item, joint in zip(node.items if node else (), joints, strict=True):
+            if joint not in kinds:
+                sentence = f"wheels: the URDF has no joint {joint!r}"
+                top.findings.error(URDF, item.mark, sentence, suggestion(joint, kinds))
+            elif kinds[joint] != "continuous":
+                sentence = f"wheels: the URDF's joint {joint!r} is {kinds[joint]}"
+                top.findings.error(URDF, item.mark, sentence, "a wheel's joint is continuous")
+
+
+def _lidar(section: Section | None) -> LidarDescription | None:
+    if section is None:
+        return None
+    node = section.node_of("position")
+    position = None if node is None else section.parts("position", node, (X, Y))
+    x, y = position or (0.0, 0.0)
+    mount = Pose2D(x, y, section.value(YAW))
+    lidar = _parameters(section, LidarDescription, mount=mount)
+    for key, worst, limit in (
+        ("range_min", lidar.range_min, lidar.range_max),
+        ("field_of_view", lidar.field_of_view, 2 * pi + 1e-9),
+    ):
+        if worst >= limit:
+            mark = (section.node.get(key) or section.node).mark
+            section.findings.error(SHAPE, mark, f"{key}: {worst:g} must be below {limit:g}")
+    return lidar
+
+
+def _camera(section: Section | None) -> CameraDescription | None:
+    if section is None:
+        return None
+    width, height = (section.value(declared) for declared in PIXELS)
+    focal_length = width / 2 / tan(section.value(FIELD_OF_VIEW) / 2)
+    node = section.node_of("position", required=True)
+    position = None if node is None else section.parts("position", node, (X, Y, Z))
+    x, y, z = position or (0.0, 0.0, 0.0)
+    model = CameraModel(
+        width, height, focal_length, (x, y, z), section.value(PITCH), section.value(YAW)
+    )
+    return _parameters(section, CameraDescription, model=model)
+
+
+def _navigation(top: Section) -> dict[str, Any]:
+    """Component choices by kind, raw: the mission checks them together with its own."""
+    section = top.section("navigation")
+    found: dict[str, Any] = {}
+    for key, node in section.node.entries if section is not None else ():
+        if isinstance(node.value, str):
+            found[str(key.value)] = {"use": node.value}
+        elif node.is_mapping:
+            found[str(key.value)] = node.plain()
+        else:
+            sentence = f"navigation: {key.value} is a name or a mapping, got {node.words()}"
+            top.findings.error(SHAPE, node.mark, sentence)
+    return found

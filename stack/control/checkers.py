@@ -1,0 +1,73 @@
+"""When a goal counts as reached and when a drive counts as stuck."""
+
+from __future__ import annotations
+
+from stack.types import Pose2D, wrap_angle
+
+
+class GoalChecker:
+    """Position and heading within tolerances, and nothing more to be gained.
+
+    A controller that is still improving inside the tolerances is left to finish: the goal counts
+    once the robot stands there, or after `settle` seconds within. Position is remembered while
+    turning to the final heading, up to twice its tolerance.
+    """
+
+    def __init__(
+        self, goal: Pose2D, position: float = 0.15, heading: float = 0.15, settle: float = 2.0
+    ) -> None:
+        self.goal, self.position, self.heading, self.settle = goal, position, heading, settle
+        self.at_position = False
+        self._within_since: float | None = None
+
+    def reached(self, time: float, pose: Pose2D, *, standing: bool) -> bool:
+        """Whether the goal is reached at this time and pose (map frame)."""
+        distance = pose.distance_to(self.goal)
+        self.at_position = distance <= self.position * (2.0 if self.at_position else 1.0)
+        turned = abs(wrap_angle(self.goal.heading - pose.heading)) <= self.heading
+        if not (self.at_position and turned):
+            self._within_since = None
+            return False
+        if self._within_since is None:
+            self._within_since = time
+        return standing or time - self._within_since >= self.settle
+
+
+class ProgressChecker:
+    """A drive is stuck when neither position nor heading has changed enough for some time."""
+
+    def __init__(self, distance: float = 0.3, angle: float = 0.4, seconds: float = 8.0) -> None:
+        self.distance, self.angle, self.seconds = distance, angle, seconds
+        self._since: tuple[float, Pose2D] | None = None
+
+    def reset(self) -> None:
+        """Begin anew with the next pose: the robot waited on purpose."""
+        self._since = None
+
+    def stuck(self, time: float, pose: Pose2D) -> bool:
+        """Whether the robot has been around this pose for too long."""
+        if self._since is not None:
+            began, place = self._since
+            moved = place.distance_to(pose) >= self.distance
+            turned = abs(wrap_angle(pose.heading - place.heading)) >= self.angle
+            if not (moved or turned):
+                return time - began >= self.seconds
+        self._since = (time, pose)
+        return False
+
+
+class LostChecker:
+    """The localisation is lost when its quality stays below a bound for some time."""
+
+    def __init__(self, quality: float = 0.3, seconds: float = 1.5) -> None:
+        self.quality, self.seconds = quality, seconds
+        self._since: float | None = None
+
+    def lost(self, time: float, quality: float) -> bool:
+        """Whether the quality has been too low for too long."""
+        if quality >= self.quality:
+            self._since = None
+            return False
+        if self._since is None:
+            self._since = time
+        return time - self._since >= self.seconds

@@ -1,0 +1,190 @@
+"""Compiled inner loops of path following: projection, lookahead point, swept footprint."""
+
+from __future__ import annotations
+
+from math import cos, floor, hypot, inf, sin, sqrt
+
+import numpy as np
+from numba import njit
+
+from stack.types import FloatArray
+
+LETHAL = 254
+HIGHEST_PASSABLE = 252
+
+
+@njit(cache=True, nogil=True)
+def project(
+    points: FloatArray, lengths: FloatArray, x: float, y: float, first: int, reach: float
+) -> tuple[int, float, float]:
+    """Nearest place on a polyline within `reach` metres of length after vertex `first`.
+
+    Args:
+        points: (n, 2) vertices, metres, n >= 2.
+        lengths: (n,) length of the polyline up to each vertex, metres.
+        x: of the place to project, in the frame of the points.
+        y: likewise.
+        first: vertex to begin at.
+        reach: metres beyond that vertex to search.
+
+    Returns:
+        Vertex that begins the nearest segment, length up to the foot, distance to it.
+    """
+    best, best_segment, best_length = inf, first, lengths[first]
+    for i in range(first, points.shape[0] - 1):
+        if lengths[i] > lengths[first] + reach:
+            break
+        dx, dy = points[i + 1, 0] - points[i, 0], points[i + 1, 1] - points[i, 1]
+        square = dx * dx + dy * dy
+        share = 0.0
+        if square > 0.0:
+            share = ((x - points[i, 0]) * dx + (y - points[i, 1]) * dy) / square
+            share = min(1.0, max(0.0, share))
+        distance = hypot(points[i, 0] + share * dx - x, points[i, 1] + share * dy - y)
+        if distance < best:
+            best, best_segment = distance, i
+            best_length = lengths[i] + share * sqrt(square)
+    return best_segment, best_length, best
+
+
+@njit(cache=True, nogil=True)
+def point_at_distance(
+    points: FloatArray, lengths: FloatArray, x: float, y: float, length: float, distance: float
+) -> tuple[float, float]:
+    """First point of a polyline after `length` that is `distance` away from (x, y).
+
+    The end of the polyline when none is. Where the polyline is already farther away, the point at
+    `length` itself plus `distance` along the line.
+
+    Args:
+        points: (n, 2) vertices, metres.
+        lengths: (n,) length of the polyline up to each vertex, metres.
+        x: of the place to measure from.
+        y: likewise.
+        length: where on the polyline to begin, metres.
+        distance: straight-line distance wanted, metres.
+    """
+    n = points.shape[0]
+    i = min(np.searchsorted(lengths, length, side="right"), n - 1)
+    previous = i - 1
+    span = lengths[i] - lengths[previous]
+    share = (length - lengths[previous]) / span if span > 0.0 else 0.0
+    ax = points[previous, 0] + share * (points[i, 0] - points[previous, 0])
+    ay = points[previous, 1] + share * (points[i, 1] - points[previous, 1])
+    if hypot(ax - x, ay - y) >= distance:
+        wanted = min(length + distance, lengths[n - 1])
+        j = min(np.searchsorted(lengths, wanted, side="right"), n - 1)
+        span = lengths[j] - lengths[j - 1]
+        share = (wanted - lengths[j - 1]) / span if span > 0.0 else 0.0
+        return (
+            points[j - 1, 0] + share * (points[j, 0] - points[j - 1, 0]),
+            points[j - 1, 1] + share * (points[j, 1] - points[j - 1, 1]),
+        )
+    for j in range(i, n):
+        bx, by = points[j, 0], points[j, 1]
+        if hypot(bx - x, by - y) >= distance:
+            dx, dy = bx - ax, by - ay
+            fx, fy = ax - x, ay - y
+            a = dx * dx + dy * dy
+            b = fx * dx + fy * dy
+            c = fx * fx + fy * fy - distance * distance
+            share = (-b + sqrt(max(0.0, b * b - a * c))) / a
+            return ax + share * dx, ay + share * dy
+        ax, ay = bx, by
+    return points[n - 1, 0], points[n - 1, 1]
+
+
+@njit(cache=True, nogil=True)
+def _first_lethal(
+    cells: np.ndarray, resolution: float, origin_x: float, origin_y: float,
+    body: FloatArray, x: float, y: float, heading: float, known: np.ndarray, count: int, first: int,
+) -> tuple[int, int]:  # fmt: skip
+    """Index of the first footprint point from `first` on over a lethal cell not yet known.
+
+    Returns:
+        That index (-1: none), and the cell's number.
+    """
+    c, s = cos(heading), sin(heading)
+    rows, columns = cells.shape
+    for i in range(first, body.shape[0]):
+        px = x + c * body[i, 0] - s * body[i, 1]
+        py = y + s * body[i, 0] + c * body[i, 1]
+        row = floor((py - origin_y) / resolution)
+        column = floor((px - origin_x) / resolution)
+        if 0 <= row < rows and 0 <= column < columns and cells[row, column] == LETHAL:
+            number = row * columns + column
+            new = True
+            for j in range(count):
+                if known[j] == number:
+                    new = False
+                    break
+            if new:
+                return i, number
+    return -1, -1
+
+
+@njit(cache=True, nogil=True)
+def sweep(
+    cells: np.ndarray, resolution: float, origin_x: float, origin_y: float, body: FloatArray,
+    x: float, y: float, heading: float, linear: float, angular: float, horizon: float, step: float,
+) -> tuple[float, int]:  # fmt: skip
+    """How long a constant twist can be driven before the footprint covers lethal cells.
+
+    Cells that it covers already (a mark that came late, a pose that is off) do not count, so that
+    a robot can always leave.
+
+    Args:
+        cells: (rows, columns) uint8 costs, Nav2's values; off the grid is free.
+        resolution: side of a cell, metres.
+        origin_x: outer corner of cell (0, 0), map frame, metres.
+        origin_y: likewise.
+        body: (m, 2) points that fill the footprint, 0.7 cells apart at most (a coarser lattice
+            can straddle a cell), base frame, metres.
+        x: pose of the base in the map frame.
+        y: likewise.
+        heading: likewise.
+        linear: m/s forward.
+        angular: rad/s to the left.
+        horizon: seconds to look ahead.
+        step: seconds between the poses looked at.
+
+    Returns:
+        Seconds up to the last pose before the collision (inf: none within the horizon), and the
+        highest passable cost under the base on the way.
+    """
+    rows, columns = cells.shape
+    known = np.empty(body.shape[0], np.int64)
+    count = 0
+    place, cell = _first_lethal(
+        cells, resolution, origin_x, origin_y, body, x, y, heading, known, count, 0
+    )
+    while place >= 0:
+        known[count] = cell
+        count += 1
+        place, cell = _first_lethal(
+            cells, resolution, origin_x, origin_y, body, x, y, heading, known, count, place + 1
+        )
+    worst = 0
+    time = 0.0
+    while True:
+        row = floor((y - origin_y) / resolution)
+        column = floor((x - origin_x) / resolution)
+        if 0 <= row < rows and 0 <= column < columns:
+            cost = int(cells[row, column])
+            if cost <= LETHAL:
+                worst = max(worst, min(cost, HIGHEST_PASSABLE))
+        if time >= horizon:
+            return inf, worst
+        span = min(step, horizon - time)
+        middle = heading + 0.5 * span * angular
+        x += span * linear * cos(middle)
+        y += span * linear * sin(middle)
+        heading += span * angular
+        place, cell = _first_lethal(
+            cells, resolution, origin_x, origin_y, body, x, y, heading, known, count, 0
+        )
+        if place >= 0:
+            return time, worst
+        time += span
+        if horizon - time < 1e-9:
+            time = horizon

@@ -1,0 +1,346 @@
+"""Regulated pure pursuit.
+
+S. Macenski, S. Singh, F. Martín, J. Ginés, "Regulated Pure Pursuit for Robot Path Tracking",
+Autonomous Robots 47, 2023; pure pursuit itself: R. C. Coulter, CMU-RI-TR-92-01, 1992.
+
+The robot drives the arc through a lookahead point on the path: curvature 2 y / d² for a point at
+distance d and lateral offset y. Speed is regulated by curvature, by the cost of what lies ahead,
+by the way left to the goal and by the time to a collision. Added here: the path is prolonged
+beyond the goal for steering (see `Track`), shorter lookaheads are tried when an arc would touch
+something that the path itself avoids, and all speeds follow the robot's accelerations.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import ceil, copysign, cos, hypot, inf, pi, sin, sqrt
+
+import numpy as np
+
+from stack.components import ControlState
+from stack.control.track import Track
+from stack.description import RobotDescription
+from stack.errors import NavigationError
+from stack.parameters import parameter
+from stack.types import STANDSTILL, FailureCode, FloatArray, Footprint, Path, Pose2D, Twist
+from stack.types import wrap_angle as wrap
+
+SHORTER = (1.0, 0.6, 0.35)
+"""Shares of the lookahead distance tried in turn while the arc ahead is not clear."""
+
+NOT_ARRIVED_BEYOND = 0.06
+"""Metres to the goal within which a new path to it does not send the robot off again."""
+
+
+@dataclass(frozen=True)
+class PurePursuitParameters:
+    """Settings of `PurePursuit`."""
+
+    cruise_speed: float = parameter(
+        0.8, "m/s", above=0.0, at_most=5.0, help="speed on a clear path; the robot's limit holds"
+    )
+    min_speed: float = parameter(
+        0.15, "m/s", above=0.0, help="curvature and cost slow down no further than this"
+    )
+    creep_speed: float = parameter(
+        0.05, "m/s", above=0.0, help="slowest speed, near the goal or something in the way"
+    )
+    lookahead_time: float = parameter(1.2, "s", above=0.0, help="lookahead distance over speed")
+    min_lookahead: float = parameter(0.3, "m", above=0.0, help="shortest lookahead distance")
+    max_lookahead: float = parameter(0.9, "m", above=0.0, help="longest lookahead distance")
+    min_radius: float = parameter(
+        0.9, "m", at_least=0.0, help="arcs tighter than this are driven slower in proportion"
+    )
+    cost_slowdown: float = parameter(
+        0.5, at_least=0.0, at_most=1.0, help="share of speed lost where an obstacle is nearest"
+    )
+    turn_angle: float = parameter(
+        0.785, "rad", above=0.0, help="turn in place when the path lies farther off than this"
+    )
+    turn_speed: float = parameter(1.4, "rad/s", above=0.0, help="top speed of turns in place")
+    brake_share: float = parameter(
+        0.5, above=0.0, at_most=1.0, help="share of the robot's deceleration used on approach"
+    )
+    response_time: float = parameter(
+        0.1, "s", at_least=0.0, help="from a command to the robot's answer"
+    )
+    goal_position: float = parameter(
+        0.01, "m", above=0.0, help="way left at which it stops and turns to the goal's heading"
+    )
+    goal_heading: float = parameter(0.02, "rad", above=0.0, help="error at which it stops turning")
+    time_to_collision: float = parameter(
+        1.0, "s", above=0.0, help="slower when something would be touched sooner"
+    )
+    clearance: float = parameter(
+        0.06, "m", at_least=0.0, help="what stays free before something on the arc"
+    )
+    patience: float = parameter(
+        1.0, "s", at_least=0.0, help="waits this long for the way to clear before it gives up"
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Arc:
+    """An arc to drive: curvature (1/m), metres that are free along it, worst cost under it."""
+
+    curvature: float
+    bearing: float
+    free: float
+    cost: int
+
+
+class PurePursuit:
+    """Regulated pure pursuit with rotation towards the path and collision look-ahead."""
+
+    Parameters = PurePursuitParameters
+
+    def __init__(
+        self, parameters: PurePursuitParameters, robot: RobotDescription, period: float
+    ) -> None:
+        from stack.control import kernels
+
+        self._kernels = kernels
+        self.parameters, self._limits, self._period = parameters, robot.limits, period
+        self._footprint = robot.footprint
+        self._radius = robot.footprint.circumscribed_radius
+        self._body: tuple[float, FloatArray] = (0.0, np.empty((0, 2)))
+        self._track: Track | None = None
+        self._arrived = self._turning = False
+        self._last = STANDSTILL
+        self._blocked_since: float | None = None
+        self._state: ControlState | None = None
+
+    def set_path(self, path: Path) -> None:
+        """A new path to follow, map frame."""
+        self._track = Track(path)
+        self._arrived = self._turning = False
+
+    def command(self, state: ControlState) -> Twist:
+        """The velocity to drive now.
+
+        Raises:
+            NavigationError: COLLISION_AHEAD when nothing safe could be commanded for `patience`.
+        """
+        track, self._state = self._track, state
+        if track is None:
+            return STANDSTILL
+        fresh = track.travelled == 0.0
+        track.advance(state.pose)
+        self._last = self._rebased(state.twist)
+        if self._has_arrived(track, state.pose, fresh):
+            chosen = self._turn(state, wrap(track.path.goal.heading - state.pose.heading))
+        else:
+            chosen = self._pursue(track, state)
+        self._last = self._patiently(chosen, state.time)
+        return self._last
+
+    @property
+    def local_plan(self) -> Path | None:
+        """The arc commanded last, driven for the time it looks ahead, map frame."""
+        if self._state is None or self._track is None:
+            return None
+        pose, twist = self._state.pose, self._last
+        time = np.linspace(0.0, self.parameters.time_to_collision, 11)
+        heading = pose.heading + twist.angular * time
+        middle = pose.heading + 0.5 * twist.angular * time
+        x, y = (
+            pose.x + twist.linear * time * np.cos(middle),
+            pose.y + twist.linear * time * np.sin(middle),
+        )
+        return Path(np.column_stack([x, y, heading]))
+
+    def _has_arrived(self, track: Track, pose: Pose2D, fresh: bool) -> bool:
+        """Whether only the final heading is left; once so, it stays so for this path."""
+        short = track.length <= 2.0 * NOT_ARRIVED_BEYOND
+        if fresh and short and pose.distance_to(track.path.goal) <= NOT_ARRIVED_BEYOND:
+            self._arrived = True
+        self._arrived = self._arrived or track.remaining <= self.parameters.goal_position
+        return self._arrived
+
+    def _pursue(self, track: Track, state: ControlState) -> Twist | None:
+        """Along the path: the first clear arc, a turn in place, or None when neither is safe."""
+        lookahead = self._lookahead_distance(state.twist.linear, track.remaining)
+        arc = self._arc(track, state, lookahead)
+        if abs(arc.bearing) > self._turn_threshold(track, state):
+            self._turning = True
+            return self._turn(state, arc.bearing)
+        self._turning = False
+        wanted = self._speed(arc, track.remaining)
+        for share in SHORTER[1:]:
+            if arc.free >= wanted * self.parameters.time_to_collision or self._at_end(arc, track):
+                break
+            other = self._arc(track, state, share * lookahead)
+            if other.free > arc.free and abs(other.bearing) < self.parameters.turn_angle:
+                arc = other
+        if arc.free > self.parameters.clearance:
+            return self._drive(arc, track.remaining)
+        nearest = self._arc(track, state, SHORTER[-1] * lookahead)
+        return self._turn(state, nearest.bearing) if abs(nearest.bearing) > 0.15 else None
+
+    def _at_end(self, arc: _Arc, track: Track) -> bool:
+        return arc.free >= track.remaining
+
+    def _lookahead_distance(self, speed: float, remaining: float) -> float:
+        """Longer when faster; on the last bit as far as the goal, so that it is hit."""
+        p = self.parameters
+        usual = min(max(speed * p.lookahead_time, p.min_lookahead), p.max_lookahead)
+        return min(usual, max(remaining, 0.5 * p.min_lookahead))
+
+    def _turn_threshold(self, track: Track, state: ControlState) -> float:
+        """How far off the path may lie before the robot turns in place, radians.
+
+        More while it drives, so that it swings through corners up to 110 degrees without a stop.
+        Less for a short path begun from a stand, which leaves no room to swing in. A turn begun
+        goes on until the path lies nearly ahead.
+        """
+        p = self.parameters
+        if self._turning:
+            return min(0.1, p.turn_angle)
+        if abs(state.twist.linear) >= p.min_speed:
+            return 1.5 * p.turn_angle
+        if track.travelled < 0.05:
+            return p.turn_angle * min(1.0, max(0.15, track.remaining))
+        return p.turn_angle
+
+    def _arc(self, track: Track, state: ControlState, lookahead: float) -> _Arc:
+        pose, p = state.pose, self.parameters
+        x, y = track.lookahead_point(pose, lookahead)
+        dx, dy = x - pose.x, y - pose.y
+        c, s = cos(pose.heading), sin(pose.heading)
+        forward, left = c * dx + s * dy, c * dy - s * dx
+        square = max(1e-6, dx * dx + dy * dy)
+        bearing = float(np.arctan2(left, forward))
+        curvature = 2.0 * left / square
+        speed = self._cruise()
+        brake = p.brake_share * self._limits.linear_deceleration
+        reach = max(speed * p.time_to_collision, speed * p.response_time + speed**2 / (2 * brake))
+        reach = min(reach + p.clearance, track.remaining + p.goal_position)
+        free, cost = self._sweep(state, 1.0, curvature, reach)
+        return _Arc(curvature, bearing, free, cost)
+
+    def _sweep(
+        self, state: ControlState, linear: float, angular: float, horizon: float
+    ) -> tuple[float, int]:
+        """Seconds that a twist stays clear (inf beyond the horizon), worst cost on the way."""
+        costs, pose = state.costs, state.pose
+        step = costs.resolution / (abs(linear) + abs(angular) * self._radius)
+        free, cost = self._kernels.sweep(
+            costs.cells, costs.resolution, *costs.origin, self._filled_body(costs.resolution),
+            pose.x, pose.y, pose.heading, linear, angular, horizon, step,
+        )  # fmt: skip
+        return free, cost
+
+    def _cruise(self) -> float:
+        return min(self.parameters.cruise_speed, self._limits.linear_speed)
+
+    def _speed(self, arc: _Arc, remaining: float) -> float:
+        """Cruise speed regulated by curvature, cost and the way left, before collisions."""
+        p = self.parameters
+        speed = self._cruise()
+        if abs(arc.curvature) * p.min_radius > 1.0:
+            speed /= abs(arc.curvature) * p.min_radius
+        speed *= 1.0 - p.cost_slowdown * arc.cost / 252.0
+        speed = max(speed, min(p.min_speed, self._cruise()))
+        if arc.curvature:
+            speed = min(speed, self._limits.angular_speed / abs(arc.curvature))
+        stopping = self._stopping_speed(
+            remaining - 0.5 * p.goal_position, p.brake_share * self._limits.linear_deceleration
+        )
+        return min(speed, max(stopping, p.creep_speed))
+
+    def _drive(self, arc: _Arc, remaining: float) -> Twist:
+        p, limits = self.parameters, self._limits
+        speed = self._speed(arc, remaining)
+        room = (arc.free - p.clearance) / p.time_to_collision
+        speed = max(min(speed, room), min(p.creep_speed, speed))
+        rising, falling = limits.linear_acceleration, limits.linear_deceleration
+        last = self._last.linear
+        linear = min(max(speed, last - falling * self._period), last + rising * self._period)
+        angular = self._ramped_turn(linear * arc.curvature)
+        return Twist(linear, angular)
+
+    def _turn(self, state: ControlState, angle: float) -> Twist | None:
+        """A turn in place by an angle, the other way round if only that is free, or None."""
+        linear = max(0.0, self._last.linear - self._limits.linear_deceleration * self._period)
+        if abs(angle) <= self.parameters.goal_heading:
+            return Twist(linear, 0.0)
+        for way in (angle, angle - copysign(2.0 * pi, angle)):
+            free, _ = self._sweep(state, 0.0, copysign(1.0, way), abs(way))
+            if free == inf:
+                return Twist(linear, self._ramped_turn(self._turn_speed(way)))
+        return None
+
+    def _turn_speed(self, angle: float) -> float:
+        limits = self._limits
+        top = min(self.parameters.turn_speed, limits.angular_speed)
+        brake = self.parameters.brake_share * limits.angular_acceleration
+        rate = self._stopping_speed(abs(angle) - 0.5 * self.parameters.goal_heading, brake)
+        return copysign(min(top, max(rate, 0.08)), angle)
+
+    def _stopping_speed(self, way: float, brake: float) -> float:
+        """The speed from which a robot that answers late still stops within the way."""
+        late = brake * (self.parameters.response_time + self._period)
+        return sqrt(late * late + 2.0 * brake * max(0.0, way)) - late
+
+    def _ramped_turn(self, angular: float) -> float:
+        change = self._limits.angular_acceleration * self._period
+        top = self._limits.angular_speed
+        angular = min(max(angular, -top), top)
+        return min(max(angular, self._last.angular - change), self._last.angular + change)
+
+    def _rebased(self, measured: Twist) -> Twist:
+        """The last command, no farther from the measured speed than a late robot explains."""
+        limits, late = self._limits, self.parameters.response_time + 2.0 * self._period
+        slack = max(limits.linear_acceleration, limits.linear_deceleration) * late
+        turn_slack = limits.angular_acceleration * late
+        last = self._last
+        return Twist(
+            min(max(last.linear, measured.linear - slack), measured.linear + slack),
+            min(max(last.angular, measured.angular - turn_slack), measured.angular + turn_slack),
+        )
+
+    def _patiently(self, chosen: Twist | None, time: float) -> Twist:
+        """The chosen twist; standstill while there is none, for as long as patience lasts."""
+        if chosen is not None:
+            self._blocked_since = None
+            return chosen
+        if self._blocked_since is None:
+            self._blocked_since = time
+        waited = time - self._blocked_since
+        if waited >= self.parameters.patience:
+            self._last = STANDSTILL
+            raise NavigationError(
+                FailureCode.COLLISION_AHEAD,
+                f"something stands in the way ahead; waited {waited:.1f} s for it",
+            )
+        return STANDSTILL
+
+    def _filled_body(self, resolution: float) -> FloatArray:
+        if self._body[0] != resolution:
+            self._body = (resolution, fill(self._footprint, 0.7 * resolution))
+        return self._body[1]
+
+
+def fill(footprint: Footprint, spacing: float) -> FloatArray:
+    """(m, 2) points on and within a footprint, no farther apart than `spacing`, base frame."""
+    corners = footprint.points
+    points = [corners]
+    for start, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        pieces = max(1, ceil(hypot(*(end - start)) / spacing))
+        points.append(start + (end - start) * (np.arange(1, pieces) / pieces)[:, None])
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    x, y = (np.arange(a, b, spacing) for a, b in zip(low, high, strict=True))
+    lattice = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+    points.append(lattice[_inside(lattice, corners)])
+    return np.ascontiguousarray(np.vstack(points))
+
+
+def _inside(points: FloatArray, corners: FloatArray) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+    """Which points lie within a polygon, by counting the edges that a ray to +x crosses."""
+    found = np.zeros(len(points), dtype=bool)
+    for (ax, ay), (bx, by) in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        if ay == by:
+            continue
+        spans = (points[:, 1] < ay) != (points[:, 1] < by)
+        found ^= spans & (points[:, 0] < ax + (points[:, 1] - ay) * (bx - ax) / (by - ay))
+    return found

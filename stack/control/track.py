@@ -1,0 +1,96 @@
+"""Where on a path the robot is: progress that only grows, and what lies ahead."""
+
+from __future__ import annotations
+
+from math import cos, sin
+
+import numpy as np
+
+from stack.types import FloatArray, Path, Pose2D
+
+FIRST_REACH, REACH = 2.0, 1.0
+"""Metres of path searched for the nearest place at first and from then on.
+
+Short, so that a path that comes back near itself (a patrol that ends where it began) is driven in
+order.
+"""
+
+LOST_TRACK = 1.0
+"""Farther than this from the path, in metres, all of what is left of it is searched."""
+
+RUN_OUT = 2.0
+"""Metres by which the path is prolonged, so that a lookahead point near the goal stays far."""
+
+
+class Track:
+    """A path being driven.
+
+    Beyond its end the path goes on straight in its last direction: the lookahead point then stays
+    at its distance and the steering calm up to the goal (Macenski et al. 2023 note the opposite,
+    a growing curvature, for a lookahead point that waits at the goal).
+
+    Attributes:
+        path: as given.
+        length: metres.
+        travelled: metres of the path that lie behind; never shrinks; above `length` past the end.
+        offset: metres between robot and path when last looked at.
+    """
+
+    def __init__(self, path: Path) -> None:
+        from stack.control import kernels
+
+        self._kernels = kernels
+        self.path = path
+        self.length = path.length
+        self._points = _prolonged(path, self.length)
+        steps = np.linalg.norm(np.diff(self._points, axis=0), axis=1)
+        self._lengths = np.concatenate([[0.0], np.cumsum(steps)])
+        self._segment, self._reach = 0, FIRST_REACH
+        self.travelled, self.offset = 0.0, 0.0
+
+    @property
+    def remaining(self) -> float:
+        """Metres to the end along the path; 0 at or past it."""
+        return max(0.0, self.length - self.travelled)
+
+    def advance(self, pose: Pose2D) -> None:
+        """Move on to the place of the path that is nearest to the pose now."""
+        segment, travelled, offset = self._nearest(pose, self._reach)
+        if offset > LOST_TRACK:
+            segment, travelled, offset = self._nearest(pose, np.inf)
+        self._segment, self._reach = segment, REACH
+        self.travelled, self.offset = max(self.travelled, travelled), offset
+
+    def lookahead_point(self, pose: Pose2D, distance: float) -> tuple[float, float]:
+        """The first point ahead on the path at a straight-line distance, map frame."""
+        x, y = self._kernels.point_at_distance(
+            self._points, self._lengths, pose.x, pose.y, self.travelled, distance
+        )
+        return x, y
+
+    def ahead(self, distance: float) -> FloatArray:
+        """(k, 2) the path's own points on its next metres, map frame."""
+        own = self._lengths[: len(self.path.points)]
+        first, last = np.searchsorted(own, [self.travelled, self.travelled + distance])
+        return self.path.points[first : last + 1, :2]
+
+    def _nearest(self, pose: Pose2D, reach: float) -> tuple[int, float, float]:
+        found: tuple[int, float, float] = self._kernels.project(
+            self._points, self._lengths, pose.x, pose.y, self._segment, reach
+        )
+        return found
+
+
+def _prolonged(path: Path, length: float) -> FloatArray:
+    """The path's positions (n + 1, 2) with one more straight on."""
+    points = path.points[:, :2]
+    end = points[-1]
+    if length < 1e-3:
+        heading = float(path.points[-1, 2])
+        direction = np.array([cos(heading), sin(heading)])
+    else:
+        away = np.linalg.norm(points - end, axis=1)
+        far = np.flatnonzero(away >= min(0.15, 0.5 * float(away.max())))
+        direction = end - points[far[-1]]
+        direction = direction / np.linalg.norm(direction)
+    return np.ascontiguousarray(np.vstack([points, end + RUN_OUT * direction]))

@@ -1,0 +1,228 @@
+# mypy: allow-untyped-defs
+"""Compiled loops of the costmap: beams, layers, inflation and footprints.
+
+Grids are (rows, columns), row 0 at the smallest y. A box is (first row, last row + 1, first column,
+last column + 1); an empty one has its first row at or after its last. `marked_at` holds the time a
+cell was last seen occupied, -inf where it was not.
+"""
+
+import numpy as np
+from numba import njit
+
+FREE, INSCRIBED, LETHAL, UNKNOWN = 0, 253, 254, 255
+NEVER = -np.inf
+
+
+@njit(cache=True, nogil=True)
+def _clear_line(marked_at, seen, row, column, end_row, end_column):
+    """Bresenham (1965) from a cell up to, not including, another: known to be free now."""
+    rows, columns = marked_at.shape
+    rise, run = abs(end_row - row), abs(end_column - column)
+    row_step = 1 if end_row > row else -1
+    column_step = 1 if end_column > column else -1
+    error = run - rise
+    for _ in range(max(rise, run)):
+        if 0 <= row < rows and 0 <= column < columns:
+            marked_at[row, column] = NEVER
+            seen[row, column] = 1
+        doubled = 2 * error
+        if doubled > -rise:
+            error -= rise
+            column += column_step
+        if doubled < run:
+            error += run
+            row += row_step
+
+
+@njit(cache=True, nogil=True)
+def sense(
+    marked_at, seen, origin_x, origin_y, resolution, sensor_x, sensor_y, sensor_heading,
+    ranges, angle_min, angle_increment, range_max, obstacle_range, clearing_range, time,
+):  # fmt: skip
+    """Clear along all beams, then mark their ends, so that no beam clears another one's mark.
+
+    Returns the box of the cells that may have changed.
+    """
+    rows, columns = marked_at.shape
+    row = int(np.floor((sensor_y - origin_y) / resolution))
+    column = int(np.floor((sensor_x - origin_x) / resolution))
+    marks = np.empty((ranges.size, 2), np.int64)
+    count = 0
+    top, bottom, left, right = row, row, column, column
+    for beam in range(ranges.size):
+        distance = np.float64(ranges[beam])
+        if not distance > 0.0:
+            continue
+        returned = distance < range_max
+        reach = min(distance, clearing_range) if returned else clearing_range
+        angle = sensor_heading + angle_min + angle_increment * beam
+        end_row = int(np.floor((sensor_y + reach * np.sin(angle) - origin_y) / resolution))
+        end_column = int(np.floor((sensor_x + reach * np.cos(angle) - origin_x) / resolution))
+        top, bottom = min(top, end_row), max(bottom, end_row)
+        left, right = min(left, end_column), max(right, end_column)
+        _clear_line(marked_at, seen, row, column, end_row, end_column)
+        if returned and distance <= obstacle_range:
+            marks[count, 0], marks[count, 1] = end_row, end_column
+            count += 1
+    for mark in range(count):
+        if 0 <= marks[mark, 0] < rows and 0 <= marks[mark, 1] < columns:
+            marked_at[marks[mark, 0], marks[mark, 1]] = time
+    return max(top, 0), min(bottom + 1, rows), max(left, 0), min(right + 1, columns)
+
+
+@njit(cache=True, nogil=True)
+def clear_polygon(marked_at, seen, origin_x, origin_y, resolution, corners):
+    """Clear the cells whose middle lies in a polygon (n, 2) in metres. Returns the cells' box."""
+    rows, columns = marked_at.shape
+    top = max(int(np.floor((corners[:, 1].min() - origin_y) / resolution)), 0)
+    bottom = min(int(np.floor((corners[:, 1].max() - origin_y) / resolution)) + 1, rows)
+    left = max(int(np.floor((corners[:, 0].min() - origin_x) / resolution)), 0)
+    right = min(int(np.floor((corners[:, 0].max() - origin_x) / resolution)) + 1, columns)
+    for row in range(top, bottom):
+        y = origin_y + (row + 0.5) * resolution
+        for column in range(left, right):
+            x = origin_x + (column + 0.5) * resolution
+            inside = False
+            last = corners.shape[0] - 1
+            for corner in range(corners.shape[0]):
+                x1, y1 = corners[corner, 0], corners[corner, 1]
+                x2, y2 = corners[last, 0], corners[last, 1]
+                if (y1 > y) != (y2 > y) and x < x1 + (y - y1) * (x2 - x1) / (y2 - y1):
+                    inside = not inside
+                last = corner
+            if inside:
+                marked_at[row, column] = NEVER
+                seen[row, column] = 1
+    return top, bottom, left, right
+
+
+@njit(cache=True, nogil=True)
+def expire(marked_at, oldest, top, bottom, left, right):
+    """Forget marks older than `oldest` in a box; returns the box of the forgotten ones."""
+    first_row, last_row, first_column, last_column = bottom, top - 1, right, left - 1
+    for row in range(top, bottom):
+        for column in range(left, right):
+            if NEVER < marked_at[row, column] < oldest:
+                marked_at[row, column] = NEVER
+                first_row, last_row = min(first_row, row), max(last_row, row)
+                first_column, last_column = min(first_column, column), max(last_column, column)
+    return first_row, last_row + 1, first_column, last_column + 1
+
+
+@njit(cache=True, nogil=True)
+def _is_alone(marked_at, row, column):
+    """Whether none of a cell's eight neighbours is marked."""
+    rows, columns = marked_at.shape
+    for near_row in range(max(row - 1, 0), min(row + 2, rows)):
+        for near_column in range(max(column - 1, 0), min(column + 2, columns)):
+            is_self = near_row == row and near_column == column
+            if not is_self and marked_at[near_row, near_column] > NEVER:
+                return False
+    return True
+
+
+@njit(cache=True, nogil=True)
+def compose(base, static, marked_at, seen, denoise, top, bottom, left, right):
+    """Lay the sensed layer over the static one in a box; returns the box of changed cells."""
+    first_row, last_row, first_column, last_column = bottom, top - 1, right, left - 1
+    for row in range(top, bottom):
+        for column in range(left, right):
+            value = static[row, column]
+            if marked_at[row, column] > NEVER:
+                if not (denoise and _is_alone(marked_at, row, column)):
+                    value = LETHAL
+                elif value == UNKNOWN:
+                    value = FREE
+            elif value == UNKNOWN and seen[row, column]:
+                value = FREE
+            if base[row, column] != value:
+                base[row, column] = value
+                first_row, last_row = min(first_row, row), max(last_row, row)
+                first_column, last_column = min(first_column, column), max(last_column, column)
+    return first_row, last_row + 1, first_column, last_column + 1
+
+
+@njit(cache=True, nogil=True)
+def _rows_to_lethal(base, limit, top, bottom, left, right):
+    """Distance in rows to the nearest lethal cell of the same column, at most limit + 1."""
+    rows = base.shape[0]
+    distances = np.empty((bottom - top, right - left), np.int64)
+    gaps = np.full(right - left, limit + 1, np.int64)
+    for row in range(max(top - limit, 0), bottom):
+        for column in range(left, right):
+            near = 0 if base[row, column] == LETHAL else gaps[column - left] + 1
+            gaps[column - left] = min(near, limit + 1)
+            if row >= top:
+                distances[row - top, column - left] = gaps[column - left]
+    gaps[:] = limit + 1
+    for row in range(min(bottom + limit, rows) - 1, top - 1, -1):
+        for column in range(left, right):
+            near = 0 if base[row, column] == LETHAL else gaps[column - left] + 1
+            gaps[column - left] = min(near, limit + 1)
+            if row < bottom and gaps[column - left] < distances[row - top, column - left]:
+                distances[row - top, column - left] = gaps[column - left]
+    return distances
+
+
+@njit(cache=True, nogil=True)
+def inflate(cells, base, costs, limit, top, bottom, left, right):
+    """Costs of a box from the exact Euclidean distance to the nearest lethal cell.
+
+    Distances are separable (Felzenszwalb and Huttenlocher 2012), bounded by `limit` cells and
+    squared, hence whole numbers: costs (limit² + 1,) is looked up by them.
+    """
+    columns = base.shape[1]
+    outer_left, outer_right = max(left - limit, 0), min(right + limit, columns)
+    heights = _rows_to_lethal(base, limit, top, bottom, outer_left, outer_right)
+    squared = np.empty(right - left, np.int64)
+    for row in range(top, bottom):
+        squared[:] = limit * limit + 1
+        for column in range(outer_left, outer_right):
+            height = heights[row - top, column - outer_left]
+            if height > limit:
+                continue
+            square = height * height
+            for near in range(max(column - limit, left), min(column + limit + 1, right)):
+                candidate = square + (near - column) * (near - column)
+                if candidate < squared[near - left]:
+                    squared[near - left] = candidate
+        for column in range(left, right):
+            value = base[row, column]
+            if squared[column - left] <= limit * limit:
+                cost = costs[squared[column - left]]
+                # as in Nav2, unknown cells stay unknown unless the robot would certainly collide
+                if (value == UNKNOWN and cost >= INSCRIBED) or (value != UNKNOWN and cost > value):
+                    value = cost
+            cells[row, column] = value
+
+
+@njit(cache=True, nogil=True)
+def footprint_cost(
+    cells, origin_x, origin_y, resolution, samples, x, y, cosine, sine, unknown
+):  # fmt: skip
+    """Largest cost under sample points (n, 2) of a footprint; `unknown` where nothing is known."""
+    rows, columns = cells.shape
+    worst = 0
+    for sample in range(samples.shape[0]):
+        forward, left = samples[sample, 0], samples[sample, 1]
+        column = int(np.floor((x + cosine * forward - sine * left - origin_x) / resolution))
+        row = int(np.floor((y + sine * forward + cosine * left - origin_y) / resolution))
+        cost = UNKNOWN
+        if 0 <= row < rows and 0 <= column < columns:
+            cost = cells[row, column]
+        worst = max(worst, unknown if cost == UNKNOWN else cost)
+    return worst
+
+
+@njit(cache=True, nogil=True)
+def first_blocked(cells, origin_x, origin_y, resolution, samples, points, unknown):
+    """Index of the first pose of (n, 3) whose footprint touches a lethal cell, -1 if none does."""
+    for index in range(points.shape[0]):
+        x, y, heading = points[index, 0], points[index, 1], points[index, 2]
+        cost = footprint_cost(
+            cells, origin_x, origin_y, resolution, samples, x, y,
+            np.cos(heading), np.sin(heading), unknown,
+        )  # fmt: skip
+        if cost >= LETHAL:
+            return index
+    return -1

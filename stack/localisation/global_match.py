@@ -1,0 +1,190 @@
+"""Where on the map could this scan have been taken: an exhaustive search, coarse to fine.
+
+A lattice of poses over all free space is scored on a blurred likelihood field (correlative scan
+matching; E. B. Olson, "Real-Time Correlative Scan Matching", ICRA 2009), the best distinct ones
+are aligned to the map's surfaces, and their fit, which also knows beams that pass through walls,
+ranks them. Rooms that look alike come out as several candidates: that is for the caller to see.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stack.errors import NavigationError
+from stack.localisation.field import SurfaceField, as_pose, as_row
+from stack.localisation.quality import JUDGED_BEAMS, FitJudge, spread
+from stack.types import FailureCode, FloatArray, Pose2D, Scan, wrap_angle
+
+SPACING, HEADINGS = 0.15, 72
+"""Metres between lattice positions; headings in a full turn (5 degrees apart)."""
+
+BLUR = 0.2
+"""Metres: standard deviation of a hit as seen from the nearest lattice pose."""
+
+LATTICE_BEAMS = 60
+DISTINCT_DISTANCE, DISTINCT_ANGLE = 0.5, pi / 6
+"""Metres, radians: candidates nearer than both are the same place."""
+
+_FINALISTS, _POLISHED = 80, 20
+_NO_PRIOR = np.zeros((3, 3))
+
+Views = Sequence[tuple[Pose2D, Scan]]
+"""Scans with the base's pose when each was taken, in the base's frame of now."""
+
+
+@dataclass(frozen=True, slots=True)
+class GlobalMatch:
+    """A pose in the map frame and the share of the scans' beams that the map explains there."""
+
+    pose: Pose2D
+    fit: float
+
+
+class GlobalMatcher:
+    """Searches a whole map for the poses from which scans could have been taken."""
+
+    def __init__(self, field: SurfaceField, judge: FitJudge) -> None:
+        from stack.localisation import kernels
+
+        self._kernels, self._field, self._judge = kernels, field, judge
+        stride = max(1, round(SPACING / field.resolution))
+        cells = field.free_cells(0.1)
+        on_lattice = (cells % stride == stride // 2).all(axis=1)
+        self._rows, self._columns = (np.ascontiguousarray(a) for a in cells[on_lattice].T)
+        self._headings = np.arange(HEADINGS) * (2.0 * pi / HEADINGS) - pi
+        self._table = field.log_likelihoods(BLUR, 0.9)
+
+    @property
+    def size(self) -> int:
+        """Poses on the lattice."""
+        return int(self._rows.size * HEADINGS)
+
+    def scores(self, points: FloatArray) -> NDArray[np.float32]:
+        """(size,) log-likelihood of scan points (m, 2), base frame, at every lattice pose."""
+        c, s = np.cos(self._headings)[:, None], np.sin(self._headings)[:, None]
+        x, y = points[:, 0], points[:, 1]
+        cells = np.stack([s * x + c * y, c * x - s * y], axis=-1) / self._field.resolution
+        offsets = np.rint(cells).astype(np.int32)
+        scores: NDArray[np.float32] = self._kernels.score_lattice(
+            self._table, self._rows, self._columns, offsets
+        ).ravel()
+        return scores
+
+    def poses(self, indices: NDArray[np.int64]) -> FloatArray:
+        """(n, 3) x, y, heading of lattice poses by index."""
+        at, heading = np.divmod(indices, HEADINGS)
+        centres = self._field.centres(np.column_stack([self._rows[at], self._columns[at]]))
+        return np.column_stack([centres, self._headings[heading]])
+
+    def candidates(self, scan: Scan, earlier: Views = ()) -> list[GlobalMatch]:
+        """Distinct poses that explain the scans, best first.
+
+        Args:
+            scan: the newest.
+            earlier: scans from before, each with the base's pose when it was taken, given in the
+                base's frame of now (from odometry).
+        """
+        views: Views = [(Pose2D(0.0, 0.0), scan), *earlier]
+        points = np.concatenate([at.transform(scan_points(s, LATTICE_BEAMS)) for at, s in views])
+        if self.size == 0 or points.shape[0] == 0:
+            return []
+        coarse = self._distinct_best(self.scores(points))
+        matches = [self._aligned(row, views, points) for row in coarse]
+        matches.sort(key=lambda match: -match.fit)
+        polished = [self._polished(match, views) for match in matches[:_POLISHED]]
+        matches = sorted([*polished, *matches[_POLISHED:]], key=lambda match: -match.fit)
+        kept: list[GlobalMatch] = []
+        for match in matches:
+            if all(is_distinct(match.pose, other.pose) for other in kept):
+                kept.append(match)
+        return kept
+
+    def _distinct_best(self, scores: NDArray[np.float32]) -> FloatArray:
+        """(k, 3) the best lattice poses, none within reach of a better one's alignment."""
+        many = min(scores.size, 4000)
+        best = np.argpartition(-scores, many - 1)[:many]
+        # Ties are broken by index, so that the order does not depend on the partition's.
+        best = best[np.lexsort((best, -scores[best]))]
+        remaining = self.poses(best)
+        kept: list[FloatArray] = []
+        while remaining.shape[0] and len(kept) < _FINALISTS:
+            first = remaining[0]
+            kept.append(first)
+            off = np.abs((remaining[:, 2] - first[2] + pi) % (2.0 * pi) - pi)
+            far = np.hypot(remaining[:, 0] - first[0], remaining[:, 1] - first[1]) > 0.4
+            remaining = remaining[far | (off > pi / 9)]
+        return np.array(kept)
+
+    def _aligned(self, row: FloatArray, views: Views, points: FloatArray) -> GlobalMatch:
+        for deviation in (0.3, 0.1):
+            row = self._kernels.refine_pose(
+                self._field.distances, *self._field.placement, row, _NO_PRIOR, points, deviation
+            )
+        pose = as_pose(row)
+        fits = [self._judge.fit(pose.compose(at), scan) for at, scan in views]
+        return GlobalMatch(pose, sum(fits) / len(fits))
+
+    def _polished(self, match: GlobalMatch, views: Views) -> GlobalMatch:
+        """Aligned once more, by more beams and only those that nothing unmapped has cut short."""
+        explained = []
+        for at, scan in views:
+            beams = returned_beams(scan, JUDGED_BEAMS)
+            kinds = self._judge.judge(match.pose.compose(at), scan, beams)
+            kept = beams[kinds == self._kernels.MATCHED]
+            explained.append(at.transform(beam_points(scan, kept)))
+        again = self._aligned(as_row(match.pose), views, np.concatenate(explained))
+        return again if again.fit > match.fit else match
+
+
+def is_distinct(one: Pose2D, other: Pose2D) -> bool:
+    """Whether two poses are too far apart to be the same place."""
+    turned = abs(wrap_angle(one.heading - other.heading))
+    return one.distance_to(other) >= DISTINCT_DISTANCE or turned >= DISTINCT_ANGLE
+
+
+def decide(candidates: Sequence[GlobalMatch], least_fit: float, ratio: float) -> GlobalMatch:
+    """The first candidate, if it fits well and no other nearly as well.
+
+    Raises:
+        NavigationError: LOST when nothing fits, AMBIGUOUS when several places do.
+    """
+    if not candidates or candidates[0].fit < least_fit:
+        fit = candidates[0].fit if candidates else 0.0
+        raise NavigationError(
+            FailureCode.LOST,
+            f"the best place on the map explains {fit:.0%} of the scan, below {least_fit:.0%}; "
+            "drive to where more of the map can be seen",
+        )
+    best, second = candidates[0], candidates[1] if len(candidates) > 1 else None
+    if second is not None and second.fit > ratio * best.fit:
+        raise NavigationError(
+            FailureCode.AMBIGUOUS,
+            f"({best.pose.x:.2f}, {best.pose.y:.2f}) explains {best.fit:.0%} of the scan, but "
+            f"({second.pose.x:.2f}, {second.pose.y:.2f}) explains {second.fit:.0%}; "
+            "look for a marker or drive to where they differ",
+        )
+    return best
+
+
+def returned_beams(scan: Scan, wanted: int) -> NDArray[np.int64]:
+    """Indices of at most `wanted` beams that returned, evenly chosen among those."""
+    returned = np.flatnonzero(np.isfinite(scan.ranges))
+    chosen: NDArray[np.int64] = returned[spread(returned.size, wanted)]
+    return chosen
+
+
+def scan_points(scan: Scan, wanted: int) -> FloatArray:
+    """(m, 2) end points, base frame, of at most `wanted` beams that returned."""
+    return beam_points(scan, returned_beams(scan, wanted))
+
+
+def beam_points(scan: Scan, beams: NDArray[np.int64]) -> FloatArray:
+    """(m, 2) end points of these beams in the base frame, metres."""
+    ranges = scan.ranges[beams].astype(np.float64)
+    angles = scan.angles[beams]
+    return scan.mount.transform(np.column_stack([ranges * np.cos(angles), ranges * np.sin(angles)]))

@@ -1,0 +1,349 @@
+"""Numba kernels of the localisation: scoring, judging, casting, refining, resampling.
+
+Grids are (rows, columns) with row 0 at the smallest y; `origin` is the outer corner of cell (0, 0)
+in metres. Poses are rows of x, y, heading. Points are (m, 2) in the base frame, metres.
+"""
+
+from __future__ import annotations
+
+from math import cos, exp, floor, inf, isnan, sin
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from stack.types import FloatArray
+
+Floats = NDArray[np.float32]
+Cells = NDArray[np.uint8]
+
+NOTHING, WALL, UNSEEN = 0, 1, 2
+"""What a ray meets within its limit: nothing, an occupied cell, a cell the map does not know."""
+
+IGNORED, MATCHED, SHORT, LONG, MISSING, SILENT, BEYOND = 0, 1, 2, 3, 4, 5, 6
+"""What a beam is to the map: see judge_beams."""
+
+
+@njit(cache=True, nogil=True)
+def score_poses(
+    table: Floats,
+    occupancy: Cells,
+    resolution: float,
+    origin_x: float,
+    origin_y: float,
+    poses: FloatArray,
+    points: FloatArray,
+    outside: float,
+) -> FloatArray:
+    """Sum of the table's value under each point, for each pose: (n,) float64.
+
+    Points off the grid count `outside`; so do ten beams more of a pose inside a wall or off it.
+    """
+    rows, columns = table.shape
+    scale = 1.0 / resolution
+    scores = np.empty(poses.shape[0])
+    for i in range(poses.shape[0]):
+        c, s = cos(poses[i, 2]) * scale, sin(poses[i, 2]) * scale
+        x, y = (poses[i, 0] - origin_x) * scale, (poses[i, 1] - origin_y) * scale
+        total = 0.0
+        if x < 0.0 or y < 0.0 or x >= columns or y >= rows or occupancy[int(y), int(x)] == 1:
+            total = 10.0 * outside
+        for j in range(points.shape[0]):
+            u = x + c * points[j, 0] - s * points[j, 1]
+            v = y + s * points[j, 0] + c * points[j, 1]
+            if u >= 0.0 and v >= 0.0 and u < columns and v < rows:
+                total += table[int(v), int(u)]
+            else:
+                total += outside
+        scores[i] = total
+    return scores
+
+
+@njit(cache=True, nogil=True)
+def _cast(
+    occupancy: Cells, resolution: float, x: float, y: float, angle: float, limit: float
+) -> tuple[float, int]:
+    """Distance to where a ray enters a cell that is not free, and what that cell is.
+
+    x, y are relative to the grid's corner. J. Amanatides, A. Woo, "A Fast Voxel Traversal
+    Algorithm for Ray Tracing", Eurographics 1987.
+    """
+    rows, columns = occupancy.shape
+    dx, dy = cos(angle), sin(angle)
+    row, column = floor(y / resolution), floor(x / resolution)
+    step_x, step_y = (1 if dx > 0.0 else -1), (1 if dy > 0.0 else -1)
+    per_x = resolution / abs(dx) if dx != 0.0 else inf
+    per_y = resolution / abs(dy) if dy != 0.0 else inf
+    edge_x = (column + (1 if dx > 0.0 else 0)) * resolution
+    edge_y = (row + (1 if dy > 0.0 else 0)) * resolution
+    next_x = (edge_x - x) / dx if dx != 0.0 else inf
+    next_y = (edge_y - y) / dy if dy != 0.0 else inf
+    travelled = 0.0
+    while travelled <= limit:
+        if row < 0 or column < 0 or row >= rows or column >= columns:
+            return travelled, UNSEEN
+        cell = occupancy[row, column]
+        if cell != 0:
+            return travelled, WALL if cell == 1 else UNSEEN
+        if next_x < next_y:
+            travelled = next_x
+            next_x += per_x
+            column += step_x
+        else:
+            travelled = next_y
+            next_y += per_y
+            row += step_y
+    return limit, NOTHING
+
+
+@njit(cache=True, nogil=True)
+def cast_rays(
+    occupancy: Cells,
+    resolution: float,
+    origin_x: float,
+    origin_y: float,
+    sensor: FloatArray,
+    angles: FloatArray,
+    limit: float,
+) -> FloatArray:
+    """Ranges (m,) float64 that a lidar at `sensor` (x, y, heading) would measure on the map.
+
+    +inf where nothing occupied stands within `limit`, or where the ray leaves the known map.
+    """
+    ranges = np.empty(angles.shape[0])
+    x, y = sensor[0] - origin_x, sensor[1] - origin_y
+    for i in range(angles.shape[0]):
+        distance, kind = _cast(occupancy, resolution, x, y, sensor[2] + angles[i], limit)
+        ranges[i] = distance if kind == WALL else inf
+    return ranges
+
+
+@njit(cache=True, nogil=True)
+def _distance(field: Floats, u: float, v: float) -> float:
+    """Bilinear value of the field at (u, v) cells from its corner; clamped to its edge."""
+    rows, columns = field.shape
+    u = min(max(u - 0.5, 0.0), columns - 1.001)
+    v = min(max(v - 0.5, 0.0), rows - 1.001)
+    column, row = int(u), int(v)
+    fu, fv = u - column, v - row
+    low = field[row, column] * (1.0 - fu) + field[row, column + 1] * fu
+    high = field[row + 1, column] * (1.0 - fu) + field[row + 1, column + 1] * fu
+    return float(low * (1.0 - fv) + high * fv)
+
+
+@njit(cache=True, nogil=True)
+def _through(
+    occupancy: Cells,
+    resolution: float,
+    x: float,
+    y: float,
+    angle: float,
+    limit: float,
+    reach: float,
+) -> bool:
+    """Whether a beam that went `reach` far has passed a wall, whatever its angle's small error."""
+    for side in range(-1, 2):
+        distance, kind = _cast(occupancy, resolution, x, y, angle + 0.03 * side, limit)
+        if kind != WALL or reach <= distance + 0.25:
+            return False
+    return True
+
+
+@njit(cache=True, nogil=True)
+def judge_beams(
+    occupancy: Cells,
+    field: Floats,
+    resolution: float,
+    origin_x: float,
+    origin_y: float,
+    sensor: FloatArray,
+    angles: FloatArray,
+    ranges: FloatArray,
+    limit: float,
+    deviation: float,
+) -> tuple[NDArray[np.int8], FloatArray]:
+    """What each beam of a scan is to the map, for a lidar at `sensor` (x, y, heading).
+
+    MATCHED ends at a wall; its credit is exp(-d²/(2 deviation²)) with the distance d to it. SHORT
+    ends before one: something the map does not have. LONG has passed a wall. MISSING did not
+    return though there is a wall. SILENT did not return and there is none. BEYOND ends where the
+    map knows nothing. IGNORED is invalid, or did not return from there.
+
+    Args:
+        occupancy: 0 free, 1 occupied, 2 unknown.
+        field: signed distance to the nearest surface, metres.
+        resolution: metres.
+        origin_x: metres.
+        origin_y: metres.
+        sensor: x, y, heading in the map frame.
+        angles: (m,) beam directions in the sensor frame.
+        ranges: (m,) metres; +inf no return, NaN invalid.
+        limit: the lidar's range_max, metres.
+        deviation: metres.
+
+    Returns:
+        kinds (m,) int8 and credits (m,) float64.
+    """
+    count = angles.shape[0]
+    kinds = np.zeros(count, dtype=np.int8)
+    credits = np.zeros(count)
+    x, y = sensor[0] - origin_x, sensor[1] - origin_y
+    for i in range(count):
+        reach = ranges[i]
+        if isnan(reach):
+            continue
+        angle = sensor[2] + angles[i]
+        distance, kind = _cast(occupancy, resolution, x, y, angle, limit)
+        if reach == inf:
+            if kind == NOTHING:
+                kinds[i] = SILENT
+            elif kind == WALL and distance < limit - 0.5:
+                kinds[i] = MISSING
+            continue
+        if kind == WALL and reach > distance + 0.25:
+            if _through(occupancy, resolution, x, y, angle, limit, reach):
+                kinds[i] = LONG
+                continue
+        u = (x + reach * cos(angle)) / resolution
+        v = (y + reach * sin(angle)) / resolution
+        error = _distance(field, u, v)
+        credit = exp(-0.5 * (error / deviation) ** 2)
+        if credit > 0.1:
+            kinds[i] = MATCHED
+            credits[i] = credit
+        elif kind != UNSEEN or reach < distance:
+            kinds[i] = SHORT
+        else:
+            kinds[i] = BEYOND
+    return kinds, credits
+
+
+@njit(cache=True, nogil=True)
+def refine_pose(
+    field: Floats,
+    resolution: float,
+    origin_x: float,
+    origin_y: float,
+    start: FloatArray,
+    information: FloatArray,
+    points: FloatArray,
+    deviation: float,
+) -> FloatArray:
+    """Gauss-Newton on the squared distances of the points to the map's surfaces, with a prior.
+
+    Robust weights of Geman and McClure let points far from any surface drop out.
+
+    Args:
+        field: signed distance to the nearest surface, metres.
+        resolution: metres.
+        origin_x: metres.
+        origin_y: metres.
+        start: (3,) prior mean.
+        information: (3, 3) inverse covariance of the prior, divided by that of a point.
+        points: (m, 2) in the base frame.
+        deviation: metres at which a residual's weight has fallen to a quarter.
+
+    Returns:
+        (3,) the pose.
+    """
+    pose = start.copy()
+    scale = 1.0 / resolution
+    for _ in range(6):
+        h = information.copy()
+        # Written out: numba's matrix product would need SciPy.
+        back = start - pose
+        g = information[:, 0] * back[0] + information[:, 1] * back[1] + information[:, 2] * back[2]
+        c, s = cos(pose[2]), sin(pose[2])
+        for j in range(points.shape[0]):
+            turned_x = c * points[j, 0] - s * points[j, 1]
+            turned_y = s * points[j, 0] + c * points[j, 1]
+            u = (pose[0] + turned_x - origin_x) * scale
+            v = (pose[1] + turned_y - origin_y) * scale
+            error = _distance(field, u, v)
+            gx = (_distance(field, u + 0.5, v) - _distance(field, u - 0.5, v)) * scale
+            gy = (_distance(field, u, v + 0.5) - _distance(field, u, v - 0.5)) * scale
+            gh = gy * turned_x - gx * turned_y
+            weight = 1.0 / (1.0 + (error / deviation) ** 2) ** 2
+            h[0, 0] += weight * gx * gx
+            h[0, 1] += weight * gx * gy
+            h[0, 2] += weight * gx * gh
+            h[1, 1] += weight * gy * gy
+            h[1, 2] += weight * gy * gh
+            h[2, 2] += weight * gh * gh
+            g[0] -= weight * gx * error
+            g[1] -= weight * gy * error
+            g[2] -= weight * gh * error
+        step = _solve(h, g)
+        pose += step
+        if abs(step[0]) + abs(step[1]) + abs(step[2]) < 1e-5:
+            break
+    return pose
+
+
+@njit(cache=True, nogil=True)
+def _solve(h: FloatArray, g: FloatArray) -> FloatArray:
+    """The solution of a symmetric positive definite 3x3 system (upper triangle), by Cholesky."""
+    a = (h[0, 0] + 1e-9) ** 0.5
+    b, d = h[0, 1] / a, h[0, 2] / a
+    c = max(h[1, 1] - b * b, 1e-9) ** 0.5
+    e = (h[1, 2] - b * d) / c
+    f = max(h[2, 2] - d * d - e * e, 1e-9) ** 0.5
+    p = g[0] / a
+    q = (g[1] - b * p) / c
+    r = (g[2] - d * p - e * q) / f
+    solution = np.empty(3)
+    solution[2] = r / f
+    solution[1] = (q - e * solution[2]) / c
+    solution[0] = (p - b * solution[1] - d * solution[2]) / a
+    return solution
+
+
+@njit(cache=True, nogil=True)
+def resample(weights: FloatArray, count: int, offset: float) -> NDArray[np.int64]:
+    """Low-variance resampling: indices (count,) of the chosen particles.
+
+    S. Thrun, W. Burgard, D. Fox, Probabilistic Robotics, 2005, table 4.4.
+
+    Args:
+        weights: (n,), sum 1.
+        count: how many to draw.
+        offset: one uniform draw from [0, 1).
+    """
+    indices = np.empty(count, dtype=np.int64)
+    step = 1.0 / count
+    cumulative, i = weights[0], 0
+    for k in range(count):
+        target = (k + offset) * step
+        while cumulative < target and i < weights.shape[0] - 1:
+            i += 1
+            cumulative += weights[i]
+        indices[k] = i
+    return indices
+
+
+@njit(cache=True, nogil=True)
+def score_lattice(
+    table: Floats, rows: NDArray[np.int64], columns: NDArray[np.int64], offsets: NDArray[np.int32]
+) -> Floats:
+    """Sum of the table's value under each point, for each cell and heading: (n, h) float32.
+
+    Args:
+        table: (rows, columns); points off it count its least value.
+        rows: (n,) cells where the base may stand.
+        columns: (n,) likewise.
+        offsets: (h, m, 2) rows and columns from the base to the points, for each heading.
+    """
+    scores = np.empty((rows.shape[0], offsets.shape[0]), dtype=np.float32)
+    height, width = table.shape
+    least = table.min()
+    for h in range(offsets.shape[0]):
+        for i in range(rows.shape[0]):
+            total = np.float32(0.0)
+            for j in range(offsets.shape[1]):
+                row, column = rows[i] + offsets[h, j, 0], columns[i] + offsets[h, j, 1]
+                if row >= 0 and column >= 0 and row < height and column < width:
+                    total += table[row, column]
+                else:
+                    total += least
+            scores[i, h] = total
+    return scores

@@ -1,0 +1,139 @@
+"""Dead reckoning from wheels and gyro: the wheels say how far, the gyro says how much it turned.
+
+Over one step the base is taken to move on an arc. The wheels' displacement is taken apart with the
+closed-form logarithm of SE(2), its rotation is replaced by the gyro's, and the exponential puts
+both together again: exact for any constant twist. The gyro's bias is the mean of what it says
+while the wheels stand (a zero-velocity update; P. D. Groves, Principles of GNSS, Inertial, and
+Multisensor Integrated Navigation Systems, 2013, chapter 15).
+"""
+
+from __future__ import annotations
+
+from math import cos, sin
+
+import numpy as np
+
+from stack.types import FloatArray, Imu, Observation, Odometry, Pose2D, Twist, wrap_angle
+
+STILL_LINEAR, STILL_ANGULAR = 0.003, 0.005
+"""Wheel speeds (m/s, rad/s) below which the robot counts as standing."""
+
+SETTLING_TIME = 0.25
+"""Seconds the wheels must have stood before the gyro is believed to show only its bias."""
+
+LARGEST_BIAS = 0.05
+"""rad/s; a standing robot whose gyro shows more than this beyond its bias is being turned."""
+
+MEMORY = 1000
+"""Samples over which the bias is averaged once it is known: about 10 s of standing at 100 Hz."""
+
+
+class OdometryFusion:
+    """Wheel translation and gyro rotation as one pose in the odom frame.
+
+    Without inertial samples a step falls back to the wheels' own rotation. Until the robot has
+    stood for SETTLING_TIME once, the gyro's bias is taken to be zero.
+    """
+
+    def __init__(self) -> None:
+        self._fused: Odometry | None = None
+        self._wheels = Pose2D(0.0, 0.0)
+        self._bias = _GyroBias()
+        self._gyro_stamp = 0.0
+        self._gyro_rate: float | None = None
+
+    @property
+    def gyro_bias(self) -> float:
+        """The bias subtracted from the gyro's yaw rate, rad/s."""
+        return self._bias.value
+
+    def update(self, observation: Observation) -> Odometry:
+        """Take in one observation and return pose (odom frame) and measured twist (base frame)."""
+        wheels = observation.odometry
+        if self._fused is None:
+            self._fused, self._wheels = wheels, wheels.pose
+            self._gyro_stamp = observation.time
+            self._note_gyro(observation, wheels, 0.0)
+            return wheels
+        elapsed = observation.time - self._fused.stamp
+        if elapsed <= 0.0:
+            return self._fused
+        moved = wheels.pose.relative_to(self._wheels)
+        rotation = self._note_gyro(observation, wheels, elapsed)
+        angular = moved.heading if rotation is None else rotation
+        pose = self._fused.pose.compose(_with_rotation(moved, angular))
+        twist = Twist(wheels.twist.linear, angular / elapsed, wheels.twist.lateral)
+        if rotation is None:
+            twist = wheels.twist
+        self._wheels = wheels.pose
+        self._fused = Odometry(observation.time, pose, twist)
+        return self._fused
+
+    def _note_gyro(
+        self, observation: Observation, wheels: Odometry, elapsed: float
+    ) -> float | None:
+        """Rotation since the last observation as the gyro has it; None when it said nothing."""
+        imu = observation.imu
+        standing = self._bias.wheels_say(wheels.twist, elapsed)
+        if imu is None or imu.stamps.size == 0:
+            self._gyro_stamp = observation.time
+            return None
+        rates = imu.angular_velocity[:, 2]
+        turned_by_hand = abs(float(rates.mean()) - self._bias.value) > LARGEST_BIAS
+        if standing and not turned_by_hand:
+            self._bias.learn(rates)
+        rotation = self._integrate(imu, rates)
+        at_rest = wheels.twist == Twist() and not turned_by_hand
+        return 0.0 if at_rest else rotation
+
+    def _integrate(self, imu: Imu, rates: FloatArray) -> float:
+        """Trapezoidal integral of the yaw rate from the last sample on, bias removed, radians."""
+        first = rates[0] if self._gyro_rate is None else self._gyro_rate
+        stamps = np.concatenate([[self._gyro_stamp], imu.stamps])
+        values = np.concatenate([[first], rates])
+        self._gyro_stamp, self._gyro_rate = float(stamps[-1]), float(rates[-1])
+        return float(np.trapezoid(values - self._bias.value, stamps))
+
+
+class _GyroBias:
+    """Mean yaw rate of a standing gyro: a plain mean at first, then a slow exponential one."""
+
+    def __init__(self) -> None:
+        self.value = 0.0
+        self._samples = 0
+        self._stood_for = 0.0
+
+    def wheels_say(self, twist: Twist, elapsed: float) -> bool:
+        """Whether the robot has been standing long enough, `elapsed` seconds after the last call.
+
+        Args:
+            twist: as the wheels measured it.
+            elapsed: seconds since the last call.
+        """
+        still = max(abs(twist.linear), abs(twist.lateral)) < STILL_LINEAR
+        still = still and abs(twist.angular) < STILL_ANGULAR
+        self._stood_for = self._stood_for + elapsed if still else 0.0
+        return self._stood_for >= SETTLING_TIME
+
+    def learn(self, rates: FloatArray) -> None:
+        """Take in yaw rates (n,) measured at rest, rad/s."""
+        self._samples = min(self._samples + rates.size, MEMORY)
+        gain = min(1.0, rates.size / self._samples)
+        self.value += gain * (float(rates.mean()) - self.value)
+
+
+def _with_rotation(moved: Pose2D, rotation: float) -> Pose2D:
+    """The displacement along the same arc length when it turned by `rotation` instead."""
+    a, b = _arc(moved.heading)
+    norm = a * a + b * b
+    forward = (a * moved.x + b * moved.y) / norm
+    left = (a * moved.y - b * moved.x) / norm
+    a, b = _arc(rotation)
+    return Pose2D(a * forward - b * left, b * forward + a * left, wrap_angle(rotation))
+
+
+def _arc(angle: float) -> tuple[float, float]:
+    """sin(angle) / angle and (1 - cos(angle)) / angle: chord of a unit arc, forward and left."""
+    if abs(angle) < 1e-6:
+        return 1.0 - angle * angle / 6.0, angle / 2.0
+    return sin(angle) / angle, (1.0 - cos(angle)) / angle

@@ -1,0 +1,198 @@
+"""Map files of ROS' map_server: a YAML file and a picture, read and written.
+
+Thresholds, rounding and the treatment of transparency are those of nav2_map_server's map_io.cpp
+(ROS 2 Foxy to Jazzy). Codes: E401 shape and values · E402 the picture.
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stack.documents import Findings, Node, Section, read_file
+from stack.errors import InputError, ParameterError
+from stack.mapping.pictures import Picture, read_picture
+from stack.parameters import Declaration, suggestion
+from stack.types import FREE, OCCUPIED, UNKNOWN, FloatArray, OccupancyGrid
+
+SHAPE = "E401"
+PICTURE = "E402"
+
+SHADES = {OCCUPIED: 0, FREE: 254, UNKNOWN: 205}
+"""Grey values that map_saver writes, with these thresholds:"""
+OCCUPIED_THRESHOLD, FREE_THRESHOLD = 0.65, 0.196
+UNKNOWN_RAW = 255
+
+IMAGE = Declaration("image", str, "the picture, relative to this file")
+RESOLUTION = Declaration("resolution", float, "side of a cell", "m", above=0.0, at_most=10.0)
+ORIGIN = (
+    Declaration("x", float, "of the lower left corner", "m", at_least=-1e6, at_most=1e6),
+    Declaration("y", float, "of the lower left corner", "m", at_least=-1e6, at_most=1e6),
+    Declaration("yaw", float, "0", "rad"),
+)
+OCCUPIED_FROM = Declaration("occupied_thresh", float, "darker", at_least=0.0, at_most=1.0)
+FREE_BELOW = Declaration("free_thresh", float, "lighter", at_least=0.0, at_most=1.0)
+MODE = Declaration(
+    "mode", str, "what shades mean", default="trinary", one_of=("trinary", "scale", "raw")
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Shading:
+    """How shades become occupancies; fields as in the YAML file."""
+
+    mode: str
+    negate: bool
+    occupied_thresh: float
+    free_thresh: float
+
+
+def read_ros_map(path: Path) -> OccupancyGrid:
+    """The occupancy grid of a map.yaml and the PGM or PNG that it names.
+
+    `trinary` maps hold FREE, OCCUPIED and UNKNOWN; `scale` and `raw` ones values between too.
+
+    Raises:
+        InputError: every finding, each with its position.
+    """
+    findings = Findings()
+    top = Section(read_file(path, "map file"), findings, "a map file", SHAPE)
+    image = top.node_of("image", required=True)
+    named = None if image is None else top.read(IMAGE, image)
+    resolution = top.value(RESOLUTION)
+    origin = _origin(top)
+    shading = _shading(top)
+    top.done()
+    findings.raise_errors()
+    assert image is not None and named is not None
+    picture = _picture(path.parent / named, image, findings)
+    cells = occupancies(picture, shading)
+    # The picture's first row is its top, the grid's first row the smallest y.
+    return OccupancyGrid(np.ascontiguousarray(cells[::-1]), resolution, origin)
+
+
+def occupancies(picture: Picture, shading: Shading) -> NDArray[np.int8]:
+    """The occupancy (rows, columns) of each pixel, in the picture's order of rows.
+
+    Source: nav2_map_server, map_io.cpp. A shade is the mean of the colours in [0, 1], white 1;
+    occ = 1 - shade, or the shade itself with `negate`. occ > occupied_thresh is OCCUPIED,
+    occ < free_thresh FREE; between them `trinary` says UNKNOWN and `scale` the share of the way
+    from free_thresh to occupied_thresh in percent. Alpha counts as one more colour in `trinary`
+    and, when not opaque, as UNKNOWN in `scale`. `raw` takes the shade's byte up to 100 as it is.
+    """
+    shade = picture.colours.mean(axis=2)
+    if shading.mode == "raw":
+        percent: FloatArray = np.floor(shade * 255 + 0.5)
+        return np.where(percent <= OCCUPIED, percent, UNKNOWN).astype(np.int8)
+    if shading.mode == "trinary" and picture.alpha is not None:
+        count = picture.colours.shape[2]
+        shade = (shade * count + picture.alpha) / (count + 1)
+    occupied = shade if shading.negate else 1.0 - shade
+    cells = np.full(shade.shape, UNKNOWN, np.int8)
+    if shading.mode == "scale":
+        span = shading.occupied_thresh - shading.free_thresh
+        share = np.clip((occupied - shading.free_thresh) / span, 0.0, 1.0)
+        cells = np.rint(share * 100).astype(np.int8)
+    cells[occupied > shading.occupied_thresh] = OCCUPIED
+    cells[occupied < shading.free_thresh] = FREE
+    if shading.mode == "scale" and picture.alpha is not None:
+        cells[picture.alpha < 1.0] = UNKNOWN
+    return cells
+
+
+def write_ros_map(grid: OccupancyGrid, path: Path) -> None:
+    """Write a map.yaml and, beside it under the same stem, its PGM picture.
+
+    Each file appears whole or not at all, the picture first. A grid of FREE, OCCUPIED and UNKNOWN
+    is written `trinary` in map_saver's shades, one with values between in mode `raw`; reading
+    either gives the same grid back.
+
+    Raises:
+        OSError: the folder cannot be written to.
+    """
+    trinary = bool(np.isin(grid.cells, list(SHADES)).all())
+    pixels = np.full(grid.cells.shape, UNKNOWN_RAW, np.uint8)
+    if trinary:
+        for occupancy, shade in SHADES.items():
+            pixels[grid.cells == occupancy] = shade
+    else:
+        known = grid.cells != UNKNOWN
+        pixels[known] = grid.cells[known]
+    rows, columns = grid.cells.shape
+    picture = path.with_suffix(".pgm")
+    header = f"P5\n{columns} {rows}\n255\n".encode()
+    x, y = float(grid.origin[0]), float(grid.origin[1])
+    text = (
+        f"image: {_quoted(picture.name)}\nmode: {'trinary' if trinary else 'raw'}\n"
+        f"resolution: {float(grid.resolution)!r}\norigin: [{x!r}, {y!r}, 0]\nnegate: 0\n"
+        f"occupied_thresh: {OCCUPIED_THRESHOLD}\nfree_thresh: {FREE_THRESHOLD}\n"
+    )
+    _replace(picture, header + pixels[::-1].tobytes())
+    _replace(path, text.encode())
+
+
+def _origin(top: Section) -> tuple[float, float]:
+    node = top.node_of("origin", required=True)
+    values = None if node is None else top.parts("origin", node, ORIGIN)
+    if node is None or values is None:
+        return 0.0, 0.0
+    x, y, yaw = values
+    if yaw != 0.0:
+        sentence = f"origin: a map turned by a yaw of {yaw:g} rad cannot be used, expected 0"
+        hint = "turn the picture instead and save it with yaw 0"
+        top.findings.error(SHAPE, node.items[2].mark, sentence, hint)
+    return x, y
+
+
+def _shading(top: Section) -> Shading:
+    mode = top.value(MODE)
+    occupied, free = top.value(OCCUPIED_FROM), top.value(FREE_BELOW)
+    if occupied is not None and free is not None and free >= occupied:
+        node = top.node.get("free_thresh") or top.node
+        sentence = f"free_thresh: {free:g} must be below occupied_thresh {occupied:g}"
+        top.findings.error(SHAPE, node.mark, sentence)
+    negate = top.node_of("negate", required=True)
+    if negate is not None and negate.value not in (0, 1):
+        sentence = f"negate: expected 0 or 1, got {negate.words()}"
+        top.findings.error(SHAPE, negate.mark, sentence)
+    return Shading(mode, negate is not None and negate.value == 1, occupied or 0.0, free or 0.0)
+
+
+def _picture(file: Path, named: Node, findings: Findings) -> Picture:
+    """The picture, or InputError at the place that names it."""
+    try:
+        return read_picture(file)
+    except FileNotFoundError:
+        near = [item.name for item in sorted(file.parent.glob("*.p[gn][mg]"))]
+        sentence = f"image: there is no file {named.value!r} beside this one"
+        findings.error(PICTURE, named.mark, sentence, suggestion(file.name, near))
+    except OSError as error:
+        sentence = f"image: {named.value!r} cannot be read: {error.strerror}"
+        findings.error(PICTURE, named.mark, sentence)
+    except ParameterError as error:
+        findings.error(PICTURE, named.mark, f"image: {named.value!r} {error.sentence}", error.hint)
+    raise InputError(findings.errors)
+
+
+def _quoted(name: str) -> str:
+    return "'" + name.replace("'", "''") + "'"
+
+
+def _replace(path: Path, content: bytes) -> None:
+    """Write beside the target, then rename over it."""
+    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        os.chmod(temporary, 0o644)
+        os.replace(temporary, path)
+    except BaseException:
+        Path(temporary).unlink(missing_ok=True)
+        raise

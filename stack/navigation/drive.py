@@ -1,0 +1,201 @@
+"""Driving to goals: plan, follow, and plan again when the world changes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import inf
+
+from stack.control.checkers import LostChecker
+from stack.errors import NavigationError
+from stack.navigation.following import Follower, Tools, check_not_lost, drive_feedback, standing
+from stack.navigation.planning import Plan, PlanRequest, Ticket
+from stack.navigation.route_costs import blocked_at, route_cost
+from stack.navigation.tasks import Moment, MotionTask
+from stack.types import STANDSTILL, Failure, FailureCode, Path, Pose2D, Twist
+
+HOPELESS = frozenset({FailureCode.GOAL_OUTSIDE_MAP, FailureCode.START_OUTSIDE_MAP})
+"""Failures that waiting does not mend."""
+
+IDLE_BEFORE_REPLAN = 0.5
+"""Seconds of standing short of the goal after which a new path is asked for."""
+
+ROUTINE = ""
+"""The reason of a plan made only to see whether there is a better path."""
+
+
+class GoalDrive:
+    """Drives past goals in turn to the last one.
+
+    Attributes:
+        task: its handle.
+        path: in force; None while there is none.
+        goal: the last one.
+    """
+
+    def __init__(
+        self, task: MotionTask, tools: Tools, goals: Sequence[Pose2D], tolerance: float | None
+    ) -> None:
+        self.task, self.goal = task, goals[-1]
+        self.path: Path | None = None
+        self._tools, self._goals, self._tolerance = tools, tuple(goals), tolerance
+        self._follower = Follower(tools, tolerance)
+        self._lost = LostChecker(tools.parameters.lost_quality, tools.parameters.lost_time)
+        self._ticket: Ticket | None = None
+        self._reason = "first plan"
+        self._asked_at = -inf
+        self._failing_since: float | None = None
+        self._leg_ends: tuple[float, ...] = ()
+        self._seen_version, self._blocked = -1, False
+
+    def advance(self, moment: Moment) -> Twist:
+        """The velocity for this step."""
+        try:
+            check_not_lost(self._lost, moment)
+            self._take_plan(moment)
+            self._pass_goals(moment.estimate.pose)
+            if self._follower.reached(moment) and len(self._goals) == 1:
+                self.task.succeed(self._arrival(moment.estimate.pose))
+                return STANDSTILL
+            self._ask_if_needed(moment)
+            self._report()
+            return STANDSTILL if self.path is None else self._follower.advance(moment)
+        except NavigationError as error:
+            self.task.fail(error.failure.code, error.failure.sentence)
+            return STANDSTILL
+
+    def _report(self) -> None:
+        track = self._follower.track
+        remaining = 0.0 if track is None else track.remaining
+        self.task.report(drive_feedback(self._follower), remaining)
+
+    def _arrival(self, pose: Pose2D) -> str:
+        return f"there, {pose.distance_to(self.goal):.2f} m from the goal"
+
+    def _pass_goals(self, pose: Pose2D) -> None:
+        """Strike out the goals on the way that are near enough or lie behind on the path."""
+        track = self._follower.track
+        if track is None:
+            return
+        track.advance(pose)
+        radius = self._tools.parameters.via_radius
+        while len(self._goals) > 1 and len(self._leg_ends) == len(self._goals):
+            near = pose.distance_to(self._goals[0]) <= radius
+            if not near and track.travelled < self._leg_ends[0]:
+                break
+            self._goals, self._leg_ends = self._goals[1:], self._leg_ends[1:]
+
+    def _ask_if_needed(self, moment: Moment) -> None:
+        """Ask for a plan when there is a reason to, no more often than the interval allows."""
+        p = self._tools.parameters
+        self._look_ahead(moment.estimate.pose)
+        if self._ticket is not None or moment.time < self._asked_at + p.replan_interval - 1e-9:
+            return
+        reason = self._why_replan(moment)
+        if reason is None:
+            return
+        request = PlanRequest(self._tools.world.grid, moment.estimate.pose, self._goals)
+        due = moment.time + p.planning_latency
+        self._ticket = self._tools.desk.ask(request, due, wait=p.wait_for_plan)
+        self._reason, self._asked_at = reason, moment.time
+
+    def _look_ahead(self, pose: Pose2D) -> None:
+        """Whether the next metres of the path are blocked; looked at when the costs changed."""
+        track, world = self._follower.track, self._tools.world
+        if track is None or world.version == self._seen_version:
+            return
+        self._seen_version = world.version
+        points = track.ahead(self._tools.parameters.look_ahead)
+        found = blocked_at(world.grid, points, pose, self._tools.clear_of)
+        self._blocked = found is not None
+
+    def _why_replan(self, moment: Moment) -> str | None:
+        """Why to plan now; ROUTINE to look for a better path, None for no reason."""
+        p, follower, track = self._tools.parameters, self._follower, self._follower.track
+        if self.path is None or track is None:
+            return "first plan"
+        if follower.waiting:
+            return "something is in the way"
+        if self._blocked:
+            return "the path ahead is blocked"
+        if track.offset > p.off_path:
+            return f"{track.offset:.1f} m off the path"
+        idle = follower.idle_since
+        if follower.at_position:
+            return None
+        if idle is not None and moment.time - idle >= IDLE_BEFORE_REPLAN:
+            return "stopped short of the goal"
+        return ROUTINE if moment.time >= self._asked_at + p.replan_period - 1e-9 else None
+
+    def _take_plan(self, moment: Moment) -> None:
+        """Use the plan asked for, once its time has come."""
+        if self._ticket is None:
+            return
+        answer = self._ticket.result(moment.time)
+        if answer is None:
+            return
+        ticket, self._ticket = self._ticket, None
+        self._tools.count("plans")
+        if isinstance(answer, Plan):
+            answer = self._unless_too_far(answer)
+        if isinstance(answer, Failure):
+            self._no_way(answer, moment)
+            return
+        self._failing_since = None
+        if ticket.request.goals != self._goals:
+            self._asked_at = -inf  # one was passed meanwhile: the plan leads back to it
+        elif self._reason != ROUTINE or self._clearly_better(answer):
+            self._adopt(answer)
+
+    def _unless_too_far(self, plan: Plan) -> Plan | Failure:
+        """The plan, unless it ends farther from the goal than the task tolerates."""
+        distance = plan.path.goal.distance_to(self.goal)
+        if self._tolerance is None or distance <= self._tolerance:
+            return plan
+        return Failure(
+            FailureCode.GOAL_OCCUPIED,
+            f"the nearest place to the goal that can be reached is {distance:.2f} m away from it, "
+            f"the tolerance {self._tolerance:.2f} m",
+        )
+
+    def _no_way(self, failure: Failure, moment: Moment) -> None:
+        """A plan failed: drive on while there is a path to drive, else try until patience ends."""
+        if failure.code in HOPELESS:
+            raise NavigationError(FailureCode(failure.code), failure.sentence)
+        if self._reason == ROUTINE:
+            return
+        if self.path is not None and not standing(moment.odometry.twist):
+            self._failing_since = None
+            return
+        if self._failing_since is None:
+            self._failing_since = moment.time
+        if moment.time - self._failing_since >= self._tools.parameters.patience:
+            raise NavigationError(FailureCode(failure.code), failure.sentence)
+
+    def _clearly_better(self, plan: Plan) -> bool:
+        """Whether a plan is worth leaving the path in force for."""
+        track = self._follower.track
+        if track is None or self.path is None:
+            return True
+        closer = self.path.goal.distance_to(self.goal) - plan.path.goal.distance_to(self.goal)
+        if closer > 0.02:
+            return True
+        costs = self._tools.world.grid
+        now = route_cost(costs, track.ahead(inf))
+        new = route_cost(costs, plan.path.points)
+        return new < (1.0 - self._tools.parameters.replan_gain) * now - 0.1
+
+    def _adopt(self, plan: Plan) -> None:
+        first = self.path is None
+        self.path, self._leg_ends = plan.path, plan.leg_ends
+        self.task.path = plan.path
+        self._follower.set_path(plan.path)
+        self._blocked, self._seen_version = False, -1
+        length = round(plan.path.length, 3)
+        if first:
+            self._tools.emit("plan", f"plan found, {length:.1f} m", length=length)
+            return
+        reason = self._reason or "a better path"
+        self._tools.count("replans")
+        self._tools.emit(
+            "replan", f"new plan, {length:.1f} m: {reason}", length=length, reason=reason
+        )

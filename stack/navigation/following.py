@@ -1,0 +1,179 @@
+"""Following one path to its end: the controller, and the checks around it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from stack.components import Controller, ControlState
+from stack.control.checkers import GoalChecker, LostChecker, ProgressChecker
+from stack.control.track import Track
+from stack.errors import NavigationError
+from stack.navigation.parameters import NavigationParameters
+from stack.navigation.planning import PlanningDesk
+from stack.navigation.tasks import CostmapLike, Emit, Moment, MotionTask
+from stack.types import STANDSTILL, FailureCode, Path, Twist
+
+STANDING_SPEED, STANDING_TURN = 0.02, 0.05
+"""m/s and rad/s below which the robot stands."""
+
+
+@dataclass
+class Tools:
+    """What drives work with; parameters and controller may be replaced between steps.
+
+    Attributes:
+        clear_of: metres round the robot in which a blocked path is not its concern.
+        counters: plans, replans, recoveries and the like, for the snapshot.
+    """
+
+    controller: Controller
+    desk: PlanningDesk
+    parameters: NavigationParameters
+    local: CostmapLike
+    world: CostmapLike
+    emit: Emit
+    clear_of: float
+    counters: dict[str, float] = field(default_factory=dict)
+
+    def count(self, what: str) -> None:
+        """One more of something."""
+        self.counters[what] = self.counters.get(what, 0.0) + 1.0
+
+
+def standing(twist: Twist) -> bool:
+    """Whether a measured velocity is as good as none."""
+    return abs(twist.linear) < STANDING_SPEED and abs(twist.angular) < STANDING_TURN
+
+
+class Follower:
+    """Drives along a path and notices when it is there, stuck or held up.
+
+    Attributes:
+        track: progress on the path in force; None before the first.
+        waiting: the controller sees something in the way and stands.
+        idle_since: since when it has stood without being there; None while it drives.
+    """
+
+    def __init__(self, tools: Tools, tolerance: float | None) -> None:
+        p = tools.parameters
+        self._tools = tools
+        self._tolerance = p.goal_position if tolerance is None else tolerance
+        self._progress = ProgressChecker(p.progress_distance, p.progress_angle, p.progress_time)
+        self._goal: GoalChecker | None = None
+        self._last = STANDSTILL
+        self._held_since: float | None = None
+        self.track: Track | None = None
+        self.waiting = False
+        self.idle_since: float | None = None
+
+    @property
+    def at_position(self) -> bool:
+        """Whether only the final heading is left."""
+        return self._goal is not None and self._goal.at_position
+
+    def set_path(self, path: Path) -> None:
+        """Follow another path from now on."""
+        p = self._tools.parameters
+        self.track = Track(path)
+        self._goal = GoalChecker(path.goal, self._tolerance, p.goal_heading, p.goal_settle)
+        self._tools.controller.set_path(path)
+        self.idle_since = None
+
+    def reached(self, moment: Moment) -> bool:
+        """Whether the end of the path is reached."""
+        if self._goal is None:
+            return False
+        still = self._last == STANDSTILL and standing(moment.odometry.twist)
+        return self._goal.reached(moment.time, moment.estimate.pose, standing=still)
+
+    def advance(self, moment: Moment) -> Twist:
+        """The velocity for this step.
+
+        Raises:
+            NavigationError: NO_PROGRESS, or COLLISION_AHEAD for longer than is patient.
+        """
+        p = self._tools.parameters
+        if self._progress.stuck(moment.time, moment.estimate.pose):
+            raise NavigationError(
+                FailureCode.NO_PROGRESS,
+                f"moved less than {p.progress_distance:g} m in {p.progress_time:g} s",
+            )
+        self._last = self._command(moment)
+        if self._last != STANDSTILL:
+            self.idle_since = None
+        elif self.idle_since is None:
+            self.idle_since = moment.time
+        return self._last
+
+    def _command(self, moment: Moment) -> Twist:
+        state = ControlState(
+            moment.time, moment.estimate.pose, moment.odometry.twist, self._tools.local.grid
+        )
+        try:
+            twist = self._tools.controller.command(state)
+        except NavigationError as error:
+            self._hold(error, moment.time)
+            return STANDSTILL
+        self.waiting = False
+        if twist != STANDSTILL:
+            self._held_since = None
+        return twist
+
+    def _hold(self, error: NavigationError, time: float) -> None:
+        """Stand before something in the way, or pass the error on when patience is over."""
+        if error.failure.code != FailureCode.COLLISION_AHEAD:
+            raise error
+        self.waiting = True
+        if self._held_since is None:
+            self._held_since = time
+        if time - self._held_since >= self._tools.parameters.collision_patience:
+            raise error
+
+
+class PathDrive:
+    """Drives along a given path, without planning."""
+
+    def __init__(self, task: MotionTask, tools: Tools, path: Path) -> None:
+        self.task, self.path, self.goal = task, path, path.goal
+        self._follower = Follower(tools, None)
+        self._follower.set_path(path)
+        self._lost = LostChecker(tools.parameters.lost_quality, tools.parameters.lost_time)
+        task.path = path
+
+    def advance(self, moment: Moment) -> Twist:
+        """The velocity for this step."""
+        follower, task = self._follower, self.task
+        try:
+            check_not_lost(self._lost, moment)
+            if follower.track is not None:
+                follower.track.advance(moment.estimate.pose)
+                task.report(drive_feedback(follower), follower.track.remaining)
+            if follower.reached(moment):
+                task.succeed("at the end of the path")
+                return STANDSTILL
+            return follower.advance(moment)
+        except NavigationError as error:
+            task.fail(error.failure.code, error.failure.sentence)
+            return STANDSTILL
+
+
+def check_not_lost(checker: LostChecker, moment: Moment) -> None:
+    """Raise NavigationError LOST when the localisation has been in doubt for too long."""
+    quality = moment.estimate.quality
+    if checker.lost(moment.time, quality):
+        raise NavigationError(
+            FailureCode.LOST,
+            f"localisation quality {quality:.2f}, below {checker.quality:g} for "
+            f"{checker.seconds:g} s: the scans do not fit the map here",
+        )
+
+
+def drive_feedback(follower: Follower) -> str:
+    """Progress of a drive in a few words."""
+    if follower.track is None:
+        return "planning"
+    if follower.waiting:
+        return f"waiting, something is in the way; {follower.track.remaining:.1f} m to go"
+    if follower.at_position:
+        return "turning to the goal's heading"
+    return f"{follower.track.remaining:.1f} m to go"

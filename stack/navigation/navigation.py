@@ -1,0 +1,299 @@
+"""Navigation: takes tasks and turns the newest of them into a velocity, step by step."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import degrees
+
+from stack.components import Controller, Planner
+from stack.description import RobotDescription
+from stack.errors import ParameterError
+from stack.navigation.drive import GoalDrive
+from stack.navigation.following import PathDrive, Tools
+from stack.navigation.parameters import NavigationParameters
+from stack.navigation.planning import Plan, PlanningDesk, PlanRequest, Ticket
+from stack.navigation.recoveries import BackUp, DriveFor, RecoveryTools, Spin
+from stack.navigation.tasks import Activity, CostmapLike, Emit, Moment, MotionTask
+from stack.safety.monitor import CollisionMonitor
+from stack.types import STANDSTILL, FailureCode, Path, Pose2D, TaskStatus, Twist
+
+
+@dataclass
+class _Planning:
+    """A `plan` task; its ticket once the start is known."""
+
+    task: MotionTask
+    goal: Pose2D
+    start: Pose2D | None
+    ticket: Ticket | None = None
+
+
+class Navigation:
+    """Plans, follows and recovers; one motion task at a time, a newer one cancels the older.
+
+    Called once per control step. Steps that are left out (a pause, an emergency stop) do not
+    count as time for its patience, progress and deadlines.
+
+    Args:
+        robot: outline and limits.
+        planner: global planner.
+        controller: path follower.
+        parameters: tolerances and patience.
+        local_costmap: around the robot, for the controller.
+        global_costmap: for planning.
+        emit: called with (kind, text, level="info", **fields) for each thing that happens.
+        period: seconds between control steps.
+    """
+
+    def __init__(  # noqa: PLR0913 - the composition root's one call
+        self, robot: RobotDescription, planner: Planner, controller: Controller,
+        parameters: NavigationParameters, local_costmap: CostmapLike, global_costmap: CostmapLike,
+        emit: Emit, period: float,
+    ) -> None:  # fmt: skip
+        self._robot, self._period, self._emit = robot, period, emit
+        self._tools = Tools(
+            controller, PlanningDesk(planner), parameters, local_costmap, global_costmap, emit,
+            clear_of=robot.footprint.inscribed_radius,
+            counters={"plans": 0.0, "replans": 0.0, "recoveries": 0.0, "distance": 0.0},
+        )  # fmt: skip
+        self._monitor = CollisionMonitor(robot)
+        self._activity: Activity | None = None
+        self._plannings: list[_Planning] = []
+        self._moment: Moment | None = None
+        self._left_out, self._last_time = 0.0, 0.0
+
+    @property
+    def parameters(self) -> NavigationParameters:
+        """In force; tasks begun later use the tolerances set here."""
+        return self._tools.parameters
+
+    @parameters.setter
+    def parameters(self, parameters: NavigationParameters) -> None:
+        self._tools.parameters = parameters
+
+    @property
+    def planner(self) -> Planner:
+        """In use; another may be set between steps."""
+        return self._tools.desk.planner
+
+    @planner.setter
+    def planner(self, planner: Planner) -> None:
+        self._tools.desk.planner = planner
+
+    @property
+    def controller(self) -> Controller:
+        """In use; another may be set between steps and takes over the path under way."""
+        return self._tools.controller
+
+    @controller.setter
+    def controller(self, controller: Controller) -> None:
+        self._tools.controller = controller
+        if self.path is not None:
+            controller.set_path(self.path)
+
+    @property
+    def goal(self) -> Pose2D | None:
+        """Where the task under way leads, map frame; None when it leads nowhere."""
+        drive = self._drive
+        return None if drive is None else drive.goal
+
+    @property
+    def path(self) -> Path | None:
+        """The path being driven, map frame."""
+        drive = self._drive
+        return None if drive is None else drive.path
+
+    @property
+    def local_plan(self) -> Path | None:
+        """What the controller means to do next, map frame."""
+        return None if self.path is None else self._tools.controller.local_plan
+
+    @property
+    def counters(self) -> dict[str, float]:
+        """plans, replans, recoveries, distance (metres driven): for the snapshot."""
+        return dict(self._tools.counters)
+
+    @property
+    def busy(self) -> bool:
+        """Whether a motion task is under way."""
+        return self._activity is not None and self._activity.task.running
+
+    def advance(self, moment: Moment) -> Twist:
+        """The velocity to drive in this step; STANDSTILL when there is nothing to do."""
+        self._count_distance(moment)
+        moment = self._without_pauses(moment)
+        self._moment = moment
+        self._advance_plannings(moment)
+        activity = self._activity
+        if activity is None or not activity.task.running:
+            self._activity = None
+            return STANDSTILL
+        try:
+            twist = activity.advance(moment)
+        except Exception as error:  # a controller may be anybody's plugin
+            activity.task.fail(FailureCode.EXCEPTION, f"{activity.task.what} broke: {error!r}")
+        return twist if activity.task.running else STANDSTILL
+
+    def navigate_to(self, goal: Pose2D, *, tolerance: float | None = None) -> MotionTask:
+        """Plan and drive to a pose in the map frame, replanning as the world changes."""
+        return self.navigate_through([goal], tolerance=tolerance)
+
+    def navigate_through(
+        self, goals: Sequence[Pose2D], *, tolerance: float | None = None
+    ) -> MotionTask:
+        """Drive past poses in turn to the last one without stopping in between.
+
+        Raises:
+            ParameterError: no goals.
+        """
+        if not goals:
+            raise ParameterError("goals", "there is no pose to drive to")
+        task = self._task(f"drive to {_text(goals[-1])}")
+        drive = GoalDrive(task, self._tools, goals, tolerance)
+        vias = f" past {len(goals) - 1} poses" if len(goals) > 1 else ""
+        self.start(drive, "goal", f"goal {_text(goals[-1])} accepted{vias}")
+        return task
+
+    def follow_path(self, path: Path) -> MotionTask:
+        """Drive along a given path, without replanning.
+
+        Raises:
+            ParameterError: the path has fewer than two points.
+        """
+        if len(path.points) < 2:
+            raise ParameterError("path", f"{len(path.points)} points, expected two or more")
+        task = self._task(f"follow a path of {path.length:.1f} m")
+        self.start(
+            PathDrive(task, self._tools, path), "goal", f"path of {path.length:.1f} m accepted"
+        )
+        return task
+
+    def plan(self, goal: Pose2D, start: Pose2D | None = None) -> MotionTask:
+        """Plan without driving; the answer is the task's `path`."""
+        task = self._task(f"plan to {_text(goal)}")
+        self._plannings.append(_Planning(task, goal, start))
+        return task
+
+    def spin(self, angle: float, *, speed: float | None = None) -> MotionTask:
+        """Turn in place by an angle, positive to the left."""
+        task = self._task(f"spin {degrees(angle):.0f} deg")
+        rate = _positive("speed", self.parameters.spin_speed if speed is None else speed)
+        spin = Spin(task, angle, rate, self._recovery_tools())
+        self._tools.count("recoveries")
+        self.start(spin, "recovery", task.what)
+        return task
+
+    def back_up(self, distance: float, *, speed: float | None = None) -> MotionTask:
+        """Drive straight back by a distance.
+
+        Raises:
+            ParameterError: a distance or speed that is not above 0, or a robot that cannot reverse.
+        """
+        _positive("distance", distance)
+        _positive("reverse_speed", self._robot.limits.reverse_speed)
+        task = self._task(f"back up {distance:.2f} m")
+        rate = _positive("speed", self.parameters.back_up_speed if speed is None else speed)
+        back_up = BackUp(task, distance, rate, self._recovery_tools())
+        self._tools.count("recoveries")
+        self.start(back_up, "recovery", task.what)
+        return task
+
+    def drive_for(self, twist: Twist, seconds: float) -> MotionTask:
+        """A velocity with a time to live; called again before it is over, it goes on."""
+        until = (self._moment.time if self._moment else 0.0) + seconds
+        if isinstance(self._activity, DriveFor) and self._activity.task.running:
+            self._activity.renew(twist, until)
+            return self._activity.task
+        task = self._task("drive on command")
+        self.start(DriveFor(task, twist, until), "goal", "driving on command")
+        return task
+
+    def start(self, activity: Activity, kind: str, text: str) -> None:
+        """Let an activity move the robot from the next step on; cancels the one under way."""
+        if self._activity is not None:
+            self._activity.task.cancel(f"replaced: {activity.task.what}")
+        self._activity = activity
+        self._emit(kind, text)
+
+    def new_task(self, what: str) -> MotionTask:
+        """A handle for an activity built elsewhere."""
+        return self._task(what)
+
+    def cancel_all(self, why: str = "cancelled") -> None:
+        """End every task; the robot stands from the next step on."""
+        for planning in self._plannings:
+            planning.task.cancel(why)
+        if self._activity is not None:
+            self._activity.task.cancel(why)
+
+    def close(self) -> None:
+        """Cancel everything and let go of the planner's thread."""
+        self.cancel_all("the run is over")
+        self._tools.desk.close()
+
+    @property
+    def _drive(self) -> GoalDrive | PathDrive | None:
+        activity = self._activity
+        if isinstance(activity, GoalDrive | PathDrive) and activity.task.running:
+            return activity
+        return None
+
+    def _recovery_tools(self) -> RecoveryTools:
+        return RecoveryTools(self._robot.limits, self.parameters, self._monitor, self._period)
+
+    def _task(self, what: str) -> MotionTask:
+        return MotionTask(what, self._ended)
+
+    def _ended(self, task: MotionTask) -> None:
+        failure, status = task.failure, task.status
+        level = "warning" if status is TaskStatus.FAILED else "info"
+        word = status.name.lower()
+        why = f": {task.feedback}" if task.feedback else ""
+        code = "" if failure is None else str(failure.code)
+        self._emit("task", f"{task.what} {word}{why}", level, status=word, code=code)
+
+    def _advance_plannings(self, moment: Moment) -> None:
+        for planning in self._plannings:
+            self._advance_planning(planning, moment)
+        self._plannings = [item for item in self._plannings if item.task.running]
+
+    def _advance_planning(self, planning: _Planning, moment: Moment) -> None:
+        p, task = self.parameters, planning.task
+        if not task.running:
+            return
+        if planning.ticket is None:
+            start = planning.start or moment.estimate.pose
+            request = PlanRequest(self._tools.world.grid, start, (planning.goal,))
+            due = moment.time + p.planning_latency
+            planning.ticket = self._tools.desk.ask(request, due, wait=p.wait_for_plan)
+            task.report("planning", 0.0)
+        answer = planning.ticket.result(moment.time)
+        if isinstance(answer, Plan):
+            task.path = answer.path
+            task.succeed(f"plan found, {answer.path.length:.1f} m")
+        elif answer is not None:
+            task.fail(answer.code, answer.sentence)
+
+    def _without_pauses(self, moment: Moment) -> Moment:
+        """The moment on a clock that stands while navigation is not called."""
+        gap = moment.time - self._last_time
+        if self._moment is not None and gap > 3.0 * self._period:
+            self._left_out += gap - self._period
+        self._last_time = moment.time
+        return replace(moment, time=moment.time - self._left_out) if self._left_out else moment
+
+    def _count_distance(self, moment: Moment) -> None:
+        if self._moment is not None:
+            before, now = self._moment.odometry.pose, moment.odometry.pose
+            self._tools.counters["distance"] += before.distance_to(now)
+
+
+def _text(pose: Pose2D) -> str:
+    return f"({pose.x:.2f}, {pose.y:.2f}, {degrees(pose.heading):.0f} deg)"
+
+
+def _positive(name: str, value: float) -> float:
+    if not value > 0.0:
+        raise ParameterError(name, f"{value:g} must be above 0")
+    return value

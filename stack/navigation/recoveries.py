@@ -1,0 +1,210 @@
+"""Short motions by odometry and lidar alone: spin, back up, drive for a while.
+
+They need no map and no pose, so that they work when those are what is wrong. Every one of them
+ends: done, blocked, stalled or out of time.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from math import copysign, cos, inf, sin, sqrt
+
+from stack.description import Limits
+from stack.navigation.following import standing
+from stack.navigation.parameters import NavigationParameters
+from stack.navigation.tasks import Moment, MotionTask
+from stack.safety.monitor import CollisionMonitor
+from stack.types import STANDSTILL, FailureCode, Odometry, Pose2D, Twist, wrap_angle
+
+DONE = 0.02
+"""Metres or radians left that count as none: half a slow control step."""
+
+
+@dataclass(frozen=True, slots=True)
+class RecoveryTools:
+    """What recoveries work with: the robot's limits, settings, eyes and control period (s)."""
+
+    limits: Limits
+    parameters: NavigationParameters
+    monitor: CollisionMonitor
+    period: float
+
+
+@dataclass(frozen=True, slots=True)
+class Stroke:
+    """How a recovery moves in its one degree of freedom.
+
+    Attributes:
+        total: metres or radians to go, positive.
+        speed: top speed, per second.
+        acceleration: likewise, both ways.
+        look_ahead: way ahead that must be clear.
+        unit: for the feedback.
+    """
+
+    total: float
+    speed: float
+    acceleration: float
+    look_ahead: float
+    unit: str
+
+    @property
+    def deadline(self) -> float:
+        """Seconds that are enough for it, three times over."""
+        return 3.0 * (self.total / self.speed + self.speed / self.acceleration) + 5.0
+
+
+class Recovery(ABC):
+    """A motion in one degree of freedom with a trapezoid speed profile.
+
+    Subclasses say how odometry measures it and which twist makes it.
+    """
+
+    def __init__(self, task: MotionTask, stroke: Stroke, tools: RecoveryTools) -> None:
+        self.task = task
+        self._stroke, self._tools, self._rate = stroke, tools, 0.0
+        self._began: float | None = None
+        self._done = self._best = 0.0
+        self._best_at = 0.0
+        self._blocked_since: float | None = None
+
+    @abstractmethod
+    def _measure(self, odometry: Odometry) -> float:
+        """How far it has come, metres or radians."""
+
+    @abstractmethod
+    def _twist(self, rate: float) -> Twist:
+        """The twist that makes it at this rate."""
+
+    def advance(self, moment: Moment) -> Twist:
+        """The velocity for this step."""
+        self._done = self._measure(moment.odometry)
+        if self._began is None:
+            self._began = self._best_at = moment.time
+        remaining = self._stroke.total - self._done
+        self.task.report(f"{max(0.0, remaining):.2f} {self._stroke.unit} to go", remaining)
+        if remaining <= DONE:
+            return self._finish(moment)
+        if self._ended_early(moment):
+            return STANDSTILL
+        if self._blocked(moment, remaining):
+            self._rate = 0.0
+            return STANDSTILL
+        rise = self._rate + self._stroke.acceleration * self._tools.period
+        late = self._stroke.acceleration * 2.0 * self._tools.period
+        fall = sqrt(late * late + self._stroke.acceleration * remaining) - late
+        self._rate = min(self._stroke.speed, rise, max(fall, 0.1 * self._stroke.speed))
+        return self._twist(self._rate)
+
+    def _finish(self, moment: Moment) -> Twist:
+        if standing(moment.odometry.twist):
+            self.task.succeed(f"done, {self._done:.2f} {self._stroke.unit}")
+        return STANDSTILL
+
+    def _ended_early(self, moment: Moment) -> bool:
+        """Fail when it has stalled or its time is over."""
+        if self._done > self._best + DONE:
+            self._best, self._best_at = self._done, moment.time
+        came = f"came {self._done:.2f} of {self._stroke.total:.2f} {self._stroke.unit}"
+        if moment.time - self._best_at >= self._tools.parameters.stall_time:
+            self.task.fail(
+                FailureCode.NO_PROGRESS,
+                f"did not move for {self._tools.parameters.stall_time:g} s; {came}",
+            )
+        elif self._began is not None and moment.time - self._began >= self._stroke.deadline:
+            self.task.fail(
+                FailureCode.TIMED_OUT, f"not done after {self._stroke.deadline:.1f} s; {came}"
+            )
+        return not self.task.running
+
+    def _blocked(self, moment: Moment, remaining: float) -> bool:
+        """Whether something stands in its way; fails once patience is over."""
+        if moment.scan is None:
+            return False
+        points = self._tools.monitor.points(moment.scan, moment.time, moment.odometry.twist)
+        ahead = min(remaining, self._stroke.look_ahead)
+        contact = self._tools.monitor.contact(
+            self._twist(1.0), points, ahead, self._tools.parameters.recovery_padding
+        )
+        if contact.time == inf:
+            self._blocked_since = None
+            return False
+        if self._blocked_since is None:
+            self._blocked_since = moment.time
+        if moment.time - self._blocked_since >= self._tools.parameters.recovery_patience:
+            self.task.fail(
+                FailureCode.COLLISION_AHEAD,
+                f"something {contact.time:.2f} {self._stroke.unit} on is in the way; came "
+                f"{self._done:.2f} of {self._stroke.total:.2f} {self._stroke.unit}",
+            )
+        return True
+
+
+class Spin(Recovery):
+    """Turns in place by an angle, which may be more than a full turn.
+
+    The angle is summed up from step to step, so that there is no heading at which it can miss its
+    end (a turn between two steps is far below half a turn).
+    """
+
+    def __init__(self, task: MotionTask, angle: float, speed: float, tools: RecoveryTools) -> None:
+        limits = tools.limits
+        top = min(speed, limits.angular_speed)
+        stroke = Stroke(abs(angle), top, 0.5 * limits.angular_acceleration, 0.35, "rad")
+        super().__init__(task, stroke, tools)
+        self._sign = copysign(1.0, angle)
+        self._heading: float | None = None
+
+    def _measure(self, odometry: Odometry) -> float:
+        heading = odometry.pose.heading
+        if self._heading is not None:
+            self._done += self._sign * wrap_angle(heading - self._heading)
+        self._heading = heading
+        return self._done
+
+    def _twist(self, rate: float) -> Twist:
+        return Twist(angular=self._sign * rate)
+
+
+class BackUp(Recovery):
+    """Drives straight back by a distance."""
+
+    def __init__(
+        self, task: MotionTask, distance: float, speed: float, tools: RecoveryTools
+    ) -> None:
+        limits = tools.limits
+        top = min(speed, limits.reverse_speed)
+        stroke = Stroke(distance, top, 0.5 * limits.linear_acceleration, 0.25, "m")
+        super().__init__(task, stroke, tools)
+        self._start: Pose2D | None = None
+
+    def _measure(self, odometry: Odometry) -> float:
+        pose = odometry.pose
+        if self._start is None:
+            self._start = pose
+        dx, dy = pose.x - self._start.x, pose.y - self._start.y
+        return -(dx * cos(self._start.heading) + dy * sin(self._start.heading))
+
+    def _twist(self, rate: float) -> Twist:
+        return Twist(-rate)
+
+
+class DriveFor:
+    """A velocity with a time to live, renewed by whoever closes a loop of their own."""
+
+    def __init__(self, task: MotionTask, twist: Twist, until: float) -> None:
+        self.task = task
+        self.renew(twist, until)
+
+    def renew(self, twist: Twist, until: float) -> None:
+        """Drive another velocity, until another time."""
+        self._twist, self._until = twist, until
+
+    def advance(self, moment: Moment) -> Twist:
+        """The velocity, until its time is over."""
+        if moment.time >= self._until - 1e-9:
+            self.task.succeed("its time is over")
+            return STANDSTILL
+        self.task.report("driving on command", 0.0)
+        return self._twist

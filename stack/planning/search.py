@@ -1,0 +1,107 @@
+"""The machinery of A*: step costs in whole numbers and the arrays a search works in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stack.types import INSCRIBED_COST, LETHAL_COST, UNKNOWN_COST, CostGrid
+
+_FREE_STEP = 100  # what a straight step over a free cell costs: whole numbers within 0.5 %
+_UNKNOWN_AS = 126  # unknown cells cost as much as half-inflated ones, where they may be crossed
+
+
+@dataclass(frozen=True)
+class StepCosts:
+    """What a step into a cell costs, by cell cost; 0 where there is no way.
+
+    Attributes:
+        traverse: (256,) int64, a straight step.
+        diagonal: (256,) int64, a diagonal one.
+        escape: (256,) int64, a step into a cell with no way while leaving a bad start.
+    """
+
+    traverse: NDArray[np.int64]
+    diagonal: NDArray[np.int64]
+    escape: NDArray[np.int64]
+
+    @staticmethod
+    def of(cost_weight: float, allow_unknown: bool) -> StepCosts:
+        """Tables in which a cell of cost c takes 1 + cost_weight · c / 252 times a free one's."""
+        share = np.arange(256, dtype=np.float64) / (INSCRIBED_COST - 1)
+        share[UNKNOWN_COST] = _UNKNOWN_AS / (INSCRIBED_COST - 1)
+        traverse = np.rint(_FREE_STEP * (1.0 + cost_weight * share)).astype(np.int64)
+        traverse[INSCRIBED_COST : LETHAL_COST + 1] = 0
+        if not allow_unknown:
+            traverse[UNKNOWN_COST] = 0
+        diagonal = np.rint(traverse * 2.0**0.5).astype(np.int64)
+        dearest = int(diagonal.max())
+        escape = np.zeros(256, dtype=np.int64)
+        escape[[INSCRIBED_COST, UNKNOWN_COST]] = 2 * dearest
+        escape[LETHAL_COST] = 4 * dearest
+        return StepCosts(traverse, diagonal, escape)
+
+
+class Workspace:
+    """Runs A* in arrays that are kept between queries on grids of one shape and never cleared.
+
+    Attributes:
+        reached, base, limit: cell n was reached at a cost of reached[n] - base if that is at most
+            limit.
+        parents: (cells,) uint8, direction of the step into each reached cell.
+        expanded: cells the last search expanded.
+    """
+
+    def __init__(self, rows: int, columns: int, tables: StepCosts) -> None:
+        from stack.planning import kernels
+
+        self._kernels: Any = kernels
+        self._shape, self._tables, self.expanded = (rows, columns), tables, 0
+        cells = rows * columns
+        rise = int(max(tables.escape.max(), tables.diagonal.max()) + tables.diagonal[0])
+        self._heads = np.full(1 << rise.bit_length(), -1, dtype=np.int32)
+        self._set_queue(cells // 4 + 1024)
+        self.parents = np.empty(cells, dtype=np.uint8)
+        self.limit = min(64 * (rows + columns) * int(tables.diagonal.max()), 2**31 - 1)
+        self.reached: NDArray[Any] = np.empty(cells, dtype=np.int32)
+        self._forget()
+
+    def fitting(self, costs: CostGrid) -> Workspace:
+        """This workspace, or a new one where the grid has another shape."""
+        rows, columns = costs.cells.shape
+        return self if self._shape == (rows, columns) else Workspace(rows, columns, self._tables)
+
+    def run(self, costs: CostGrid, start: int, goal: int, escape_reach: int) -> bool:
+        """Search from cell to cell; whether the goal was reached."""
+        kernels, tables = self._kernels, self._tables
+        while True:
+            self._next_base()
+            status, _, self.expanded = kernels.search(
+                costs.cells, tables.traverse, tables.diagonal, tables.escape, escape_reach,
+                self.reached, self.parents, self.base, self.limit,
+                self._heads, self._queue, self._links, start, goal,
+            )  # fmt: skip
+            if status == kernels.QUEUE_FULL:
+                self._set_queue(2 * self._links.size)
+            elif status == kernels.RANGE_FULL:  # an endless maze: 64 bits hold any path's cost
+                self.limit = 2**60
+                self.reached = np.empty(self.reached.size, dtype=np.int64)
+                self._forget()
+            else:
+                return bool(status == kernels.FOUND)
+
+    def _next_base(self) -> None:
+        if self.base - self.limit - 1 < np.iinfo(self.reached.dtype).min:
+            self._forget()
+        self.base -= self.limit + 1
+
+    def _forget(self) -> None:
+        self.base = int(np.iinfo(self.reached.dtype).max)
+        self.reached.fill(self.base)
+
+    def _set_queue(self, size: int) -> None:
+        self._queue = np.empty((size, 2), dtype=np.int64)
+        self._links = np.empty(size, dtype=np.int32)

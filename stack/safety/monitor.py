@@ -1,0 +1,83 @@
+"""Collision monitor: what the newest scan says about where a twist would lead."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf
+
+import numpy as np
+
+from stack.description import RobotDescription
+from stack.types import FloatArray, Pose2D, Scan, Twist
+
+NO_POINTS: FloatArray = np.empty((0, 2))
+
+
+@dataclass(frozen=True, slots=True)
+class Contact:
+    """What a twist would run into.
+
+    Attributes:
+        time: seconds at that twist until the first point is within the padding; inf: none.
+        x: of that point now, base frame, metres.
+        y: likewise.
+    """
+
+    time: float
+    x: float = 0.0
+    y: float = 0.0
+
+
+NOTHING_NEAR = Contact(inf)
+
+
+class CollisionMonitor:
+    """Projects the footprint along a twist against scan points; no costmap in between."""
+
+    SLACK = 0.005
+
+    def __init__(self, robot: RobotDescription) -> None:
+        from stack.safety import kernels
+
+        self._kernels = kernels
+        self._corners = np.ascontiguousarray(robot.footprint.points, dtype=np.float64)
+        self._radius = robot.footprint.circumscribed_radius
+        self._scan: Scan | None = None
+        self._points = NO_POINTS
+
+    def contact(self, twist: Twist, points: FloatArray, horizon: float, padding: float) -> Contact:
+        """The first contact of a twist driven from here on.
+
+        Args:
+            twist: to be driven.
+            points: (m, 2) what stands around, base frame, metres.
+            horizon: seconds to look ahead.
+            padding: metres to keep free round the footprint.
+        """
+        time, which = self._kernels.time_to_contact(
+            points, self._corners, self._radius, padding, self.SLACK,
+            twist.linear, twist.lateral, twist.angular, horizon,
+        )  # fmt: skip
+        return Contact(time, *points[which]) if which >= 0 else NOTHING_NEAR
+
+    def points(self, scan: Scan, time: float, measured: Twist) -> FloatArray:
+        """(m, 2) end points of a scan in the base frame of now, metres.
+
+        The robot has moved on since the scan; at the measured twist, by a known bit.
+        """
+        if scan is not self._scan:
+            self._scan, self._points = scan, scan.points()
+        age = max(0.0, time - scan.stamp)
+        return moved(measured, age).inverse().transform(self._points)
+
+
+def moved(twist: Twist, seconds: float) -> Pose2D:
+    """Where a twist takes the robot in some seconds, seen from where it began."""
+    half = 0.5 * twist.angular * seconds
+    chord = seconds if abs(half) < 1e-9 else seconds * float(np.sin(half)) / half
+    c, s = float(np.cos(half)), float(np.sin(half))
+    return Pose2D(
+        chord * (c * twist.linear - s * twist.lateral),
+        chord * (s * twist.linear + c * twist.lateral),
+        2.0 * half,
+    )

@@ -1,0 +1,167 @@
+"""The last word before the wheels.
+
+In this order: emergency stop, staleness of the lidar, collision monitor, speed limit, velocity
+smoother, and a last look at what the smoother made of it. Works on the newest scan alone, so that a
+wrong pose or a wrong costmap cannot fool it; what the lidar cannot see (behind one that does not
+look all round, below its plane) it cannot guard.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import atan2, hypot, inf, isfinite, pi
+
+from stack.description import RobotDescription
+from stack.parameters import parameter
+from stack.safety.monitor import CollisionMonitor, Contact
+from stack.safety.smoother import VelocitySmoother, within_limits
+from stack.types import STANDSTILL, FloatArray, Scan, Twist
+
+
+@dataclass(frozen=True)
+class SafetyParameters:
+    """Settings of `Safety`."""
+
+    padding: float = parameter(
+        0.03, "m", at_least=0.0, at_most=0.5, help="stays free round the footprint"
+    )
+    slow_time: float = parameter(
+        1.0, "s", above=0.0, at_most=5.0, help="slower in proportion when contact is nearer"
+    )
+    reaction_time: float = parameter(
+        0.15, "s", at_least=0.0, help="part of the stopping distance: scan, step and drive delay"
+    )
+    creep_speed: float = parameter(
+        0.02, "m/s", at_least=0.0, help="stops rather than creep slower than this at something"
+    )
+    stale_after: float = parameter(
+        0.3, "s", above=0.0, help="stops when the newest scan is older than this"
+    )
+    top_speed: float = parameter(
+        5.0, "m/s", above=0.0, help="speed limit; the robot's own limit holds as well"
+    )
+
+
+class Safety:
+    """Turns what navigation wants into what may be driven.
+
+    Attributes:
+        parameters: may be replaced between steps.
+        reason: what it does now, in words; empty when it lets everything through.
+    """
+
+    def __init__(
+        self, robot: RobotDescription, parameters: SafetyParameters, period: float
+    ) -> None:
+        self.parameters, self.reason = parameters, ""
+        self._robot, self._limits = robot, robot.limits
+        self._monitor = CollisionMonitor(robot)
+        self._smoother = VelocitySmoother(robot.limits, period)
+        self._emergency: str | None = None
+
+    @property
+    def engaged(self) -> bool:
+        """Whether the emergency stop is latched."""
+        return self._emergency is not None
+
+    def engage(self, reason: str) -> None:
+        """Latch the emergency stop: standstill until somebody calls `release`."""
+        if self._emergency is None:
+            self._emergency = reason or "no reason given"
+
+    def release(self) -> None:
+        """Unlatch the emergency stop; speeds then rise again from zero."""
+        self._emergency = None
+
+    def limit(self, twist: Twist, *, scan: Scan | None, time: float, measured: Twist) -> Twist:
+        """The twist that may be driven now.
+
+        Args:
+            twist: what is wanted, base frame.
+            scan: the newest one; None when none has come yet or there is no lidar.
+            time: now, on the robot's clock.
+            measured: velocity now, base frame.
+        """
+        self.reason = ""
+        if self._emergency is not None:
+            self.reason = f"emergency stop: {self._emergency}"
+            self._smoother.last = STANDSTILL
+            return STANDSTILL
+        wanted = self._fresh(self._finite(twist), scan, time)
+        points = None if scan is None else self._monitor.points(scan, time, measured)
+        if points is not None and wanted != STANDSTILL:
+            wanted = self._guarded(wanted, points)
+        wanted = within_limits(wanted, self._limits, self.parameters.top_speed)
+        smooth = self._smoother.towards(wanted)
+        if points is not None and smooth not in (wanted, STANDSTILL):
+            smooth = self._braked(smooth, points)
+        self._smoother.last = smooth
+        return smooth
+
+    def _finite(self, twist: Twist) -> Twist:
+        if all(map(isfinite, (twist.linear, twist.angular, twist.lateral))):
+            return twist
+        self.reason = f"stopped: not a velocity: {twist}"
+        return STANDSTILL
+
+    def _fresh(self, twist: Twist, scan: Scan | None, time: float) -> Twist:
+        """Standstill when there should be a scan and there is none, or an old one."""
+        if self._robot.lidar is None or twist == STANDSTILL:
+            return twist
+        age = inf if scan is None else time - scan.stamp
+        if age <= self.parameters.stale_after + 1e-9:
+            return twist
+        self.reason = (
+            "stopped: no lidar scan yet"
+            if scan is None
+            else f"stopped: the newest lidar scan is {age:.2f} s old"
+        )
+        return STANDSTILL
+
+    def _guarded(self, twist: Twist, points: FloatArray) -> Twist:
+        """The same arc driven slower, a turn in place, or standstill."""
+        p = self.parameters
+        horizon = max(p.slow_time, self._stopping_time(twist))
+        contact = self._monitor.contact(twist, points, horizon, p.padding)
+        if contact.time == inf:
+            return twist
+        share = min(1.0, contact.time / p.slow_time)
+        if share * self._rim_speed(twist) >= p.creep_speed:
+            self.reason = f"slower: something {_where(contact)}"
+            return Twist(twist.linear * share, twist.angular * share, twist.lateral * share)
+        self.reason = f"stopped: something {_where(contact)}"
+        turn = Twist(angular=twist.angular)
+        if twist.angular and turn != twist:
+            time = self._monitor.contact(turn, points, p.slow_time, p.padding).time
+            if time == inf:
+                return turn
+        return STANDSTILL
+
+    def _braked(self, smooth: Twist, points: FloatArray) -> Twist:
+        """The smoothed twist, or full braking if it meets something sooner than it can stop.
+
+        On the way from one arc to another the robot drives neither.
+        """
+        time = self._stopping_time(smooth)
+        contact = self._monitor.contact(smooth, points, time, self.parameters.padding)
+        if contact.time == inf:
+            return smooth
+        self.reason = f"braking: something {_where(contact)}"
+        return self._smoother.towards(STANDSTILL)
+
+    def _stopping_time(self, twist: Twist) -> float:
+        """Seconds at this twist that cover as much ground as stopping from it does."""
+        speed = hypot(twist.linear, twist.lateral) / self._limits.linear_deceleration
+        turn = abs(twist.angular) / self._limits.angular_acceleration
+        return self.parameters.reaction_time + 0.5 * max(speed, turn)
+
+    def _rim_speed(self, twist: Twist) -> float:
+        radius = self._robot.footprint.circumscribed_radius
+        return hypot(twist.linear, twist.lateral) + abs(twist.angular) * radius
+
+
+def _where(contact: Contact) -> str:
+    side = atan2(contact.y, contact.x)
+    words = ("ahead", "to the left", "behind", "to the right")
+    place = words[int(((side + 0.25 * pi) % (2.0 * pi)) // (0.5 * pi))]
+    return f"{hypot(contact.x, contact.y):.1f} m {place}, contact in {contact.time:.1f} s"

@@ -1,0 +1,55 @@
+"""A battery: drains with time and speed, charges on a dock."""
+
+from __future__ import annotations
+
+from math import hypot
+
+from stack.description import BatteryDescription, Limits
+from stack.sim.physics import GroundTruth
+from stack.sim.world import Dock
+from stack.types import Battery as BatteryReading
+
+STANDING = 0.05
+"""Below this speed, m/s and rad/s, a robot on a dock has contact."""
+
+JOULES_PER_WATT_HOUR = 3600.0
+
+
+class Battery:
+    """State of charge by energy; the voltage follows it linearly."""
+
+    def __init__(
+        self,
+        description: BatteryDescription,
+        limits: Limits,
+        docks: tuple[Dock, ...],
+        charge: float,
+    ) -> None:
+        self._description, self._limits, self._docks = description, limits, docks
+        self.charge, self._charging = charge, False
+
+    def update(self, truth: GroundTruth, period: float) -> None:
+        """Let a period pass at this place and speed."""
+        d = self._description
+        self._charging = self._on_dock(truth)
+        power = d.charge_power if self._charging else -d.idle_power - self._drive_power(truth)
+        change = power * period / (d.capacity * JOULES_PER_WATT_HOUR)
+        self.charge = min(1.0, max(0.0, self.charge + change))
+
+    @property
+    def reading(self) -> BatteryReading:
+        """What the robot is told."""
+        d = self._description
+        voltage = d.voltage_empty + self.charge * (d.voltage_full - d.voltage_empty)
+        return BatteryReading(self.charge, self._charging, voltage)
+
+    def _drive_power(self, truth: GroundTruth) -> float:
+        share = abs(truth.twist.linear) / self._limits.linear_speed
+        turning = abs(truth.twist.angular) / self._limits.angular_speed
+        return self._description.drive_power * min(1.0, max(share, turning))
+
+    def _on_dock(self, truth: GroundTruth) -> bool:
+        if max(abs(truth.twist.linear), abs(truth.twist.angular)) > STANDING:
+            return False
+        pose = truth.pose
+        return any(hypot(pose.x - d.x, pose.y - d.y) <= d.radius for d in self._docks)

@@ -1,0 +1,202 @@
+"""The simulated robot, its sensors and the world around it, advanced together step by step."""
+
+from __future__ import annotations
+
+from stack.description import RobotDescription
+from stack.sim.battery import Battery
+from stack.sim.contacts import ContactCounter, ContactTally
+from stack.sim.drive import Drive
+from stack.sim.friction import FrictionZones
+from stack.sim.imu import Imu
+from stack.sim.lidar import Lidar
+from stack.sim.odometry import Odometry
+from stack.sim.people import People
+from stack.sim.physics import GroundTruth, Physics
+from stack.sim.rendering import Shot
+from stack.sim.settings import SimulationSettings
+from stack.sim.timeline import Timeline
+from stack.sim.world import Happening, World
+from stack.types import Image, Observation, Pose2D, Scan
+
+CLEARANCE_REACH = 1.0
+"""Metres beyond which a distance is of no interest."""
+
+NEVER = 1 << 62
+"""Steps between two readings of a sensor that a robot does not have."""
+
+
+class Simulation:
+    """One robot in one world. Time is the number of physics steps so far.
+
+    The physics and the wheel loop run every step; people, encoders, battery and contacts at the
+    scene rate; each sensor at its own. The timeline is looked at after each `advance`.
+    """
+
+    def __init__(
+        self, description: RobotDescription, world: World, start: Pose2D, seed: int,
+        settings: SimulationSettings,
+    ) -> None:  # fmt: skip
+        self._step = 0
+        self._period = 1.0 / settings.physics_rate
+        self._plan_rates(description, settings)
+        self.doors = {door.name: door.closed for door in world.doors}
+        self.scene_changes, self.clearance = 0, CLEARANCE_REACH
+        self._news: list[tuple[str, str]] = []
+        self._scan: Scan | None = None
+        self._bumped = False
+
+        self.drive = Drive(description.limits, description.wheels, self._period)
+        self._odometry = Odometry(description.wheels, description.odometry, seed)
+        self._lidar = Lidar(description.lidar, world, seed) if description.lidar else None
+        self._imu = Imu(description.imu, seed) if description.imu else None
+        self._battery = Battery(
+            description.battery, description.limits, world.docks, settings.battery_charge
+        )
+        self.people = People(world.people, description.footprint.circumscribed_radius)
+        self._contacts = ContactCounter()
+        self._timeline = Timeline(world.timeline)
+        self._physics = Physics(description, world, start, settings)
+        self._friction = FrictionZones(world, self._physics)
+        self._begin()
+
+    @property
+    def time(self) -> float:
+        """Seconds since the start."""
+        return self._step * self._period
+
+    @property
+    def truth(self) -> GroundTruth:
+        """Exact pose and velocity of the robot."""
+        return self._physics.truth()
+
+    @property
+    def tally(self) -> ContactTally:
+        """Contacts so far."""
+        return self._contacts.tally
+
+    def advance(self, steps: int) -> None:
+        """Let this many physics steps pass."""
+        physics, drive = self._physics, self.drive
+        for _ in range(steps):
+            if drive.advance():
+                physics.set_wheel_speeds(*drive.wheel_speeds)
+            physics.step()
+            self._step += 1
+            if self._step % self._scene_steps == 0:
+                self._update_scene(self._scene_steps * self._period)
+            if self._step % self._imu_steps == 0:
+                self._read_imu()
+            if self._step % self._lidar_steps == 0:
+                self._take_scan()
+            if self._step % self._clearance_steps == 0:
+                self._measure_clearance()
+        self._let_things_happen()
+
+    def observation(self, image: Image | None) -> Observation:
+        """What the sensors said since the last call."""
+        scan, self._scan = self._scan, None
+        bumped, self._bumped = self._bumped, False
+        return Observation(
+            time=self.time,
+            odometry=self._odometry.reading,
+            battery=self._battery.reading,
+            scan=scan,
+            imu=self._imu.take() if self._imu else None,
+            image=image,
+            bumped=bumped,
+        )
+
+    def shot(self) -> Shot:
+        """What a camera would need to know to take a picture now."""
+        position, orientation = self._physics.base_pose()
+        return Shot(self._step, position, orientation, self.people.places, dict(self.doors))
+
+    def take_news(self) -> list[tuple[str, str]]:
+        """(kind, sentence) of what happened since the last call."""
+        news, self._news = self._news, []
+        return news
+
+    def close(self) -> None:
+        """Let go of the physics. Safe to call twice."""
+        self._physics.close()
+
+    def _plan_rates(self, description: RobotDescription, settings: SimulationSettings) -> None:
+        self._scene_steps = settings.steps("scene period", 1.0 / settings.scene_rate)
+        self._clearance_steps = settings.steps("clearance period", 1.0 / settings.clearance_rate)
+        self._lidar_steps = self._imu_steps = NEVER
+        if description.lidar:
+            self._lidar_steps = settings.steps("lidar's period", 1.0 / description.lidar.rate)
+        if description.imu:
+            self._imu_steps = settings.steps("IMU's period", 1.0 / description.imu.rate)
+
+    def _begin(self) -> None:
+        self._physics.scene.place_people(self.people.places)
+        self._friction.update(self.truth.pose)
+        self._odometry.update(0.0, self._physics.wheel_angles())
+        self._let_things_happen()
+        if self._lidar:
+            self._take_scan()
+        self._measure_clearance()
+
+    def _update_scene(self, period: float) -> None:
+        truth = self._physics.truth()
+        if self.people.walk(period, truth.pose):
+            self._physics.scene.place_people(self.people.places)
+        self._odometry.update(self.time, self._physics.wheel_angles())
+        self._battery.update(truth, period)
+        self._friction.update(truth.pose)
+        self._count_contacts(truth)
+
+    def _count_contacts(self, truth: GroundTruth) -> None:
+        touching = self._physics.touching()
+        if self._contacts.update(self.time, bool(touching), truth.twist):
+            body, x, y = touching[0]
+            what = self._physics.scene.obstacles[body]
+            self._tell("contact", f"the robot and {what} touched at ({x:.2f}, {y:.2f})")
+        self._bumped = self._bumped or bool(touching)
+
+    def _read_imu(self) -> None:
+        assert self._imu is not None
+        self._imu.sample(self.time, self._physics.base_state())
+
+    def _take_scan(self) -> None:
+        assert self._lidar is not None
+        self._scan = self._lidar.scan(
+            self.truth.pose, self.people.places, self.doors, self._step, self.time
+        )
+
+    def _measure_clearance(self) -> None:
+        self.clearance = self._physics.distance(self.clearance)
+
+    def _let_things_happen(self) -> None:
+        for happening in self._timeline.due(self.time, self.truth.pose):
+            self._act(happening)
+
+    def _act(self, happening: Happening) -> None:
+        if happening.open_door is not None:
+            self._move_door(happening.open_door, closed=False)
+        if happening.close_door is not None:
+            self._move_door(happening.close_door, closed=True)
+        if happening.move_robot is not None:
+            self._lift_robot(happening.move_robot)
+        if happening.battery is not None:
+            self._battery.charge = happening.battery
+            self._tell("battery", f"the battery is at {happening.battery:.0%}")
+
+    def _move_door(self, name: str, *, closed: bool) -> None:
+        self._physics.scene.place_door(name, closed)
+        self.doors[name] = closed
+        self.scene_changes += 1
+        self._tell("door", f"the door {name} {'closed' if closed else 'opened'}")
+
+    def _lift_robot(self, pose: Pose2D) -> None:
+        self.drive.halt()
+        self._physics.place_robot(pose)
+        self._friction.update(pose)
+        if self._imu:
+            self._imu.lifted()
+        where = f"({pose.x:.2f}, {pose.y:.2f}, {pose.heading:.2f})"
+        self._tell("lifted", f"the robot was lifted to {where}")
+
+    def _tell(self, kind: str, text: str) -> None:
+        self._news.append((kind, text))

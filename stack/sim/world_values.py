@@ -1,0 +1,131 @@
+"""What may stand in a world file: codes, declarations, and the reading of points and poses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, TypeVar
+
+import numpy as np
+
+from stack.documents import Findings, Mark, Node, Section
+from stack.parameters import Declaration, suggestion
+from stack.types import FloatArray, Pose2D, wrap_angle
+
+SHAPE = "E201"
+TWICE = "E202"
+UNKNOWN_NAME = "E203"
+PLACEMENT = "E204"
+TOO_MANY = "E205"
+EMPTY = "E206"
+
+FARTHEST = 1000.0
+T = TypeVar("T")
+
+
+def length(name: str, help: str, default: Any = ..., **bounds: float) -> Declaration:
+    fallback = {} if default is ... else {"default": default}
+    limits = {"above": 0.0, "at_most": FARTHEST} | bounds
+    return Declaration(name, float, help, "m", **fallback, **limits)  # type: ignore[arg-type]
+
+
+def _coordinate(name: str) -> Declaration:
+    return Declaration(name, float, "world frame", "m", at_least=-FARTHEST, at_most=FARTHEST)
+
+
+X, Y = _coordinate("x"), _coordinate("y")
+HEADING = Declaration("heading", float, "anticlockwise from the x axis", "rad")
+NAME = Declaration("name", str, "for messages and the timeline", default="")
+ON_MAP = Declaration("on_map", bool, "whether maps made from the world show it", default=True)
+THICKNESS = length("thickness", "of the slab", 0.1, at_least=0.01, at_most=10.0)
+HEIGHT = length("height", "above the floor", 1.0, at_most=20.0)
+RADIUS = length("radius", "of the circle")
+SIZE = tuple(length(name, "") for name in ("length", "width", "height"))
+COLOUR = tuple(
+    Declaration(name, float, "0 to 1", at_least=0.0, at_most=1.0)
+    for name in ("red", "green", "blue")
+)
+FRICTION = Declaration("friction", float, "Coulomb's coefficient", at_least=0.0, at_most=2.0)
+
+
+@dataclass
+class Reading:
+    """What the readers of one file share.
+
+    Attributes:
+        findings: everything wrong so far.
+        doors: names of the doors read so far.
+        places: the named poses.
+    """
+
+    findings: Findings
+    taken: dict[tuple[str, Any], Mark] = field(default_factory=dict)
+    doors: list[str] = field(default_factory=list)
+    places: dict[str, Pose2D] = field(default_factory=dict)
+    count: int = 0
+
+    def take(self, kind: str, name: Any, mark: Mark) -> None:
+        """Note a name as used; an error when it is the second of its kind."""
+        first = self.taken.setdefault((kind, name), mark)
+        if first is not mark:
+            self.findings.error(
+                TWICE, mark, f"a second {kind} {name!r}", f"the first is in line {first.line}"
+            )
+
+    def point(self, section: Section, key: str) -> tuple[float, float] | None:
+        """The required point [x, y] under a key."""
+        node = section.node_of(key, required=True)
+        return None if node is None else section.parts(key, node, (X, Y))
+
+    def points(self, section: Section, key: str) -> FloatArray | None:
+        """The required two or more points (n, 2) under a key; neighbours must differ."""
+        nodes = section.sequence(key, required=True)
+        listed = section.node.get(key)
+        points = [section.parts(f"{key}[{n}]", node, (X, Y)) for n, node in enumerate(nodes)]
+        if listed is not None and listed.is_sequence and len(nodes) < 2:
+            sentence = f"{key} needs at least two points [x, y], got {len(nodes)}"
+            self.findings.error(SHAPE, listed.mark, sentence)
+            return None
+        usable = bool(points)
+        for before, point, node in zip(points[:-1], points[1:], nodes[1:], strict=True):
+            if point is not None and point == before:
+                sentence = f"{key}: the point {list(point)} stands twice in a row"
+                self.findings.error(SHAPE, node.mark, sentence, "leave one out")
+                usable = False
+        if not usable or any(point is None for point in points):
+            return None
+        return np.array(points, dtype=np.float64)
+
+    def pose(self, section: Section, key: str, node: Node) -> Pose2D | None:
+        """A pose [x, y] or [x, y, heading]."""
+        declared = (X, Y) if len(node.items) == 2 else (X, Y, HEADING)
+        values = section.parts(key, node, declared)
+        if values is None:
+            return None
+        return Pose2D(values[0], values[1], wrap_angle(values[2]) if len(values) == 3 else 0.0)
+
+    def pose_or_place(self, section: Section, key: str, node: Node) -> Pose2D | None:
+        """A pose, or the name of a place of this file."""
+        if not isinstance(node.value, str):
+            return self.pose(section, key, node)
+        if node.value not in self.places:
+            sentence = f"{key}: there is no place {node.value!r}"
+            self.findings.error(
+                UNKNOWN_NAME, node.mark, sentence, suggestion(node.value, self.places)
+            )
+        return self.places.get(node.value)
+
+    def each(
+        self, top: Section, key: str, what: str, read: Callable[[Reading, Section], T | None]
+    ) -> tuple[T, ...]:
+        """The entries of the list under a key; unusable ones are left out."""
+        found = []
+        for node in top.sequence(key):
+            self.count += 1
+            section = Section(node, self.findings, what, SHAPE)
+            item = read(self, section) if node.is_mapping else None
+            if node.is_mapping:
+                section.done()
+            if item is not None:
+                found.append(item)
+        return tuple(found)

@@ -1,0 +1,56 @@
+"""Assembles the Snapshot of a moment from the parts of the loop."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stack.telemetry.records import Snapshot
+from stack.types import FloatArray
+
+if TYPE_CHECKING:
+    from stack.runtime import Runtime
+
+SHOWN_PARTICLES, SHOWN_EVENTS = 300, 40
+
+
+def compose_snapshot(runtime: Runtime) -> Snapshot:
+    """What everybody else may know about this moment. Arrays are shared, never written to."""
+    parts = runtime.parts
+    pilot, estimate = parts.pilot, parts.localiser.estimate
+    return Snapshot(
+        time=parts.body.time,
+        step=runtime.steps,
+        state=runtime.state,
+        reason=runtime.reason,
+        tree=parts.tree.rows(),
+        pose=estimate.pose,
+        covariance=estimate.covariance,
+        quality=estimate.quality,
+        battery=pilot.battery,
+        odometry=runtime.odometry.pose,
+        particles=_thinned(parts.localiser.particles),
+        scan=pilot.scan,
+        path=pilot.path,
+        local_plan=pilot.local_plan,
+        goal=pilot.goal,
+        layers=runtime.layers(),
+        commanded=runtime.commanded,
+        measured=runtime.odometry.twist,
+        stages=runtime.stages.timings(),
+        speed=runtime.real_time_factor,
+        parameters=pilot.parameters,
+        image=pilot.fresh_image(),
+        truth=parts.witness.truth if parts.witness else None,
+        people=parts.witness.people if parts.witness else None,
+        blackboard=parts.tree.blackboard(),
+        counters=runtime.counters(),
+        safety=parts.safety.reason,
+        events=parts.telemetry.recent(SHOWN_EVENTS),
+    )
+
+
+def _thinned(particles: FloatArray) -> FloatArray:
+    step = max(1, -(-len(particles) // SHOWN_PARTICLES))
+    return np.asarray(particles[::step], dtype=np.float32)

@@ -1,0 +1,187 @@
+"""The other end of TelemetryServer: what dashboards hold. Knows nothing of the stack."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Mapping
+from time import monotonic  # noqa: TID251 - transport paces itself by the wall clock
+from typing import Any
+
+from stack.errors import TelemetryError
+from stack.telemetry.codec import decode, decode_one_of, encode
+from stack.telemetry.messages import (
+    SERVER_SENDS,
+    EventBatch,
+    Moment,
+    NamedLayer,
+    Over,
+    Request,
+    Served,
+)
+from stack.telemetry.records import Ack, Command, Event, Layer, RunInfo, Snapshot
+
+ASK_AGAIN_AFTER = 2.0
+"""Wall seconds of silence after which an unanswered request is repeated."""
+
+LINGER_MS = 200
+"""How long closing waits for a last command to leave, at most."""
+
+MAX_RECEIVED = 1000
+"""Messages read in one `poll`, so that a screen stays responsive while a backlog comes in."""
+
+
+class TelemetryClient:
+    """Watches and commands one run. Nothing here blocks.
+
+    Attributes:
+        info: what is fixed for the run; None until the engine has answered.
+        report: what is in report.json; None until the run is over (or after a crash).
+        is_over: the engine has said that the run ended.
+        missed_events: events that the engine had forgotten before this client came.
+    """
+
+    def __init__(
+        self, address: str, *, images: bool = False, clock: Callable[[], float] = monotonic
+    ) -> None:
+        """Connect to a run.
+
+        Args:
+            address: of a RunHandle, ipc://…
+            images: whether snapshots should bring camera pictures.
+            clock: wall seconds.
+
+        Raises:
+            TelemetryError: the address is not a local one.
+        """
+        if not address.startswith("ipc://"):
+            raise TelemetryError(f"cannot connect to {address!r}: expected ipc://… of a live run")
+        import zmq
+
+        self.info: RunInfo | None = None
+        self.report: dict[str, Any] | None = None
+        self.is_over = False
+        self.missed_events = 0
+        self._clock, self._images = clock, images
+        self._newest: Snapshot | None = None
+        self._moment, self._next_event, self._known_events = -1, 0, 0
+        self._layers: dict[str, Layer] = {}
+        self._events: list[Event] = []
+        self._acks: list[Ack] = []
+        self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
+        self._socket: zmq.Socket[bytes] = self._context.socket(zmq.DEALER)
+        self._socket.set(zmq.LINGER, LINGER_MS)
+        self._socket.connect(address)
+        self._heard = self._asked = clock()
+        self._ask()
+
+    @property
+    def silent_for(self) -> float:
+        """Wall seconds since the engine last said anything."""
+        return self._clock() - self._heard
+
+    def poll(self) -> Snapshot | None:
+        """Read what came in; the newest snapshot since the last call, layers included.
+
+        Raises:
+            TelemetryError: the engine speaks another version.
+        """
+        self._receive()
+        newest, self._newest = self._newest, None
+        return newest
+
+    def events(self) -> list[Event]:
+        """Events that came in since the last call: in order, without gaps, from number 0 on."""
+        self._receive()
+        taken, self._events = self._events, []
+        return taken
+
+    def acks(self) -> list[Ack]:
+        """What became of commands, since the last call."""
+        self._receive()
+        taken, self._acks = self._acks, []
+        return taken
+
+    def send(self, command: Command) -> None:
+        """Command the engine; what became of it comes with `acks`.
+
+        Raises:
+            TelemetryError: the engine takes no more messages, or the run is over.
+        """
+        import zmq
+
+        if self.is_over:
+            raise TelemetryError(f"cannot {command.kind}: the run is over")
+        try:
+            self._socket.send(encode(command), zmq.NOBLOCK)
+        except zmq.Again:
+            raise TelemetryError(f"cannot {command.kind}: the engine does not answer") from None
+
+    def close(self) -> None:
+        """Let go of the run, which goes on. Safe to call twice."""
+        self._socket.close()
+        self._context.term()
+
+    def _ask(self) -> None:
+        import zmq
+
+        versions = {name: layer.version for name, layer in self._layers.items()}
+        request = Request(
+            self.info is not None, self._next_event, self._moment, versions, self._images
+        )
+        self._asked = self._clock()
+        try:
+            self._socket.send(encode(request), zmq.NOBLOCK)
+        except zmq.Again:
+            return  # nobody there; asked again after a while
+
+    def _receive(self) -> None:
+        import zmq
+
+        if self._socket.closed:
+            return
+        for _ in range(MAX_RECEIVED):
+            try:
+                encoded = self._socket.recv(zmq.NOBLOCK)
+            except zmq.Again:
+                break
+            self._heard = self._clock()
+            self._take(decode_one_of(encoded, SERVER_SENDS))
+        now = self._clock()
+        if not self.is_over and min(now - self._heard, now - self._asked) > ASK_AGAIN_AFTER:
+            self._ask()
+
+    def _take(self, message: Any) -> None:
+        match message:
+            case RunInfo():
+                self.info = message
+            case NamedLayer():
+                self._layers[message.name] = message.layer
+            case Moment():
+                self._show(message)
+            case EventBatch():
+                self._append(message)
+            case Ack():
+                self._acks.append(message)
+            case Served():
+                if not self.is_over:
+                    self._ask()
+            case Over():
+                self.is_over = True
+                self.report = dict(message.report) if isinstance(message.report, Mapping) else None
+
+    def _show(self, moment: Moment) -> None:
+        layers = {
+            name: self._layers[name]
+            for name, version in moment.layers.items()
+            if name in self._layers and self._layers[name].version == version
+        }
+        self._moment = moment.number
+        self._newest = dataclasses.replace(moment.snapshot, layers=layers)
+
+    def _append(self, batch: EventBatch) -> None:
+        if batch.first > self._next_event:
+            self.missed_events += batch.first - self._next_event
+            self._next_event = batch.first
+        for encoded in batch.events[self._next_event - batch.first :]:
+            self._events.append(decode(encoded, Event))
+            self._next_event += 1

@@ -1,0 +1,289 @@
+"""Records as bytes and back: msgpack, steered by the records' own type annotations.
+
+A message is [stamp, name of the record, values of its fields in order]. The stamp is a digest of
+every record's fields and types, so that two versions which differ in any of them refuse each other
+instead of misreading. Nothing is ever executed or looked up by a name that came over the wire.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import types
+import typing
+import zlib
+from collections.abc import Callable, Iterable, Mapping
+from enum import Enum
+from functools import lru_cache
+from typing import Any, TypeVar
+
+import msgpack
+import numpy as np
+
+from stack.errors import TelemetryError
+from stack.telemetry.messages import CLIENT_SENDS, SERVER_SENDS
+from stack.telemetry.records import Event
+
+T = TypeVar("T")
+
+FORMAT = 1
+"""Counts changes of the encoding that the fields of the records do not show."""
+
+COMPRESS_ABOVE = 2048
+"""Bytes of an array above which compression is tried; smaller ones are not worth the time."""
+
+MAX_ARRAY_BYTES = 256 * 1024 * 1024
+"""An array that claims to be larger is malformed: a few bytes must not ask for all the memory."""
+
+_DTYPES = {"<f8", "<f4", "|i1", "|u1", "<i2", "<u2", "<i4", "<u4", "<i8", "<u8", "|b1"}
+
+
+class _Malformed(Exception):
+    """What was read does not fit the type that belongs there."""
+
+
+@dataclasses.dataclass(frozen=True)
+class _Codec:
+    """How one type travels: `shape` describes it for the stamp."""
+
+    encode: Callable[[Any], Any]
+    decode: Callable[[Any], Any]
+    shape: str
+
+
+def encode(record: Any) -> bytes:
+    """The bytes of a record (a Snapshot, Event, Command…).
+
+    Raises:
+        TelemetryError: a field holds something its annotation does not allow.
+    """
+    kind: Any = type(record)
+    try:
+        return _packed([stamp(), kind.__name__, _codec(kind).encode(record)])
+    except (_Malformed, TypeError, ValueError, AttributeError, OverflowError) as error:
+        raise TelemetryError(f"a {kind.__name__} cannot be sent: {error}") from None
+
+
+def decode(encoded: bytes, kind: type[T]) -> T:
+    """The record of this type in the bytes.
+
+    Raises:
+        TelemetryError: not such a message, malformed, or written by another version.
+    """
+    decoded: T = decode_one_of(encoded, (kind,))
+    return decoded
+
+
+def decode_one_of(encoded: bytes, kinds: Iterable[type]) -> Any:
+    """The record in the bytes, if it is of one of these types.
+
+    Raises:
+        TelemetryError: none of them, malformed, or written by another version.
+    """
+    by_name = {kind.__name__: kind for kind in kinds}
+    message = _unpacked(encoded)
+    if not isinstance(message, list) or len(message) != 3:
+        raise TelemetryError(f"not a treepilot message: expected a {' or '.join(by_name)}")
+    written, name, fields = message
+    if written != stamp():
+        raise TelemetryError(
+            f"the other side speaks telemetry version {written!r:.60}, this one {stamp()!r}; "
+            "use the same treepilot on both sides"
+        )
+    if not isinstance(name, str) or name not in by_name:
+        raise TelemetryError(f"expected a {' or '.join(by_name)}, got {name!r:.60}")
+    try:
+        return _codec(by_name[name]).decode(fields)
+    except (_Malformed, TypeError, ValueError, OverflowError, zlib.error) as error:
+        raise TelemetryError(f"malformed {name}: {error}") from None
+
+
+@lru_cache(maxsize=1)
+def stamp() -> str:
+    """The version of the format: a number and a digest of all records' fields and types."""
+    kinds = (Event, *CLIENT_SENDS, *SERVER_SENDS)
+    shapes = "\n".join(_codec(kind).shape for kind in kinds)
+    return f"{FORMAT}.{zlib.crc32(shapes.encode()):08x}"
+
+
+def plain(value: Any) -> Any:
+    """A value made of None, bool, int, float, str, lists and dicts with text keys.
+
+    Raises:
+        TypeError: it holds something else.
+    """
+    if isinstance(value, Enum):
+        return plain(value.value)
+    if value is None or type(value) in (bool, int, float, str):
+        return value
+    if isinstance(value, np.ndarray | np.generic):
+        return plain(value.tolist())
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    if isinstance(value, str | int | float):
+        return next(base(value) for base in (str, int, float) if isinstance(value, base))
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {f.name: plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
+    raise TypeError(f"{type(value).__name__} is neither number, text, list nor mapping")
+
+
+def _packed(value: Any) -> bytes:
+    return bytes(msgpack.packb(value, use_bin_type=True))
+
+
+def _unpacked(encoded: bytes) -> Any:
+    try:
+        return msgpack.unpackb(encoded, raw=False, strict_map_key=True)
+    except (ValueError, TypeError, msgpack.UnpackException, RecursionError) as error:
+        raise TelemetryError(f"not a treepilot message: {error}") from None
+
+
+@lru_cache(maxsize=256)
+def _codec(kind: Any) -> _Codec:
+    """The codec of a type as it stands in an annotation."""
+    origin, arms = typing.get_origin(kind), typing.get_args(kind)
+    if origin in (typing.Union, types.UnionType):
+        return _union_codec(arms)
+    if origin is np.ndarray or kind is np.ndarray:
+        return _Codec(_encode_array, _decode_array, "array")
+    if origin is tuple:
+        return _tuple_codec(arms)
+    if origin is not None and issubclass(origin, Mapping):
+        return _mapping_codec(arms)
+    if isinstance(kind, type) and dataclasses.is_dataclass(kind):
+        return _record_codec(kind)
+    if isinstance(kind, type) and issubclass(kind, Enum):
+        return _Codec(lambda member: member.value, kind, kind.__name__)
+    if kind is Any:
+        return _Codec(plain, lambda value: value, "any")
+    if kind in (str, int, bool, float, bytes):
+        return _scalar_codec(kind)
+    raise TypeError(f"there is no encoding for {kind}")
+
+
+def _scalar_codec(kind: type) -> _Codec:
+    def decode_scalar(value: Any) -> Any:
+        if type(value) is not kind:
+            raise _Malformed(f"expected {kind.__name__}, got {value!r:.60}")
+        return value
+
+    return _Codec(kind, decode_scalar, kind.__name__)
+
+
+def _record_codec(kind: type) -> _Codec:
+    hints = typing.get_type_hints(kind)
+    names = [item.name for item in dataclasses.fields(kind)]
+    codecs = [_codec(hints[name]) for name in names]
+    pairs = list(zip(names, codecs, strict=True))
+
+    def encode_record(record: Any) -> list[Any]:
+        if type(record) is not kind:
+            raise _Malformed(f"expected {kind.__name__}, got {type(record).__name__}")
+        return [codec.encode(getattr(record, name)) for name, codec in pairs]
+
+    def decode_record(values: Any) -> Any:
+        items = _list_of(values, len(codecs), kind.__name__)
+        return kind(*[codec.decode(item) for codec, item in zip(codecs, items, strict=True)])
+
+    shape = ",".join(f"{name}:{codec.shape}" for name, codec in pairs)
+    return _Codec(encode_record, decode_record, f"{kind.__name__}({shape})")
+
+
+def _tuple_codec(arms: tuple[Any, ...]) -> _Codec:
+    if len(arms) == 2 and arms[1] is Ellipsis:
+        item = _codec(arms[0])
+        return _Codec(
+            lambda values: [item.encode(value) for value in values],
+            lambda values: tuple(item.decode(value) for value in _list_of(values, None, "list")),
+            f"[{item.shape}]",
+        )
+    codecs = [_codec(arm) for arm in arms]
+
+    def encode_tuple(values: Any) -> list[Any]:
+        return [codec.encode(value) for codec, value in zip(codecs, values, strict=True)]
+
+    def decode_tuple(values: Any) -> tuple[Any, ...]:
+        items = _list_of(values, len(codecs), "tuple")
+        return tuple(codec.decode(item) for codec, item in zip(codecs, items, strict=True))
+
+    return _Codec(encode_tuple, decode_tuple, f"({','.join(codec.shape for codec in codecs)})")
+
+
+def _mapping_codec(arms: tuple[Any, ...]) -> _Codec:
+    item = _codec(arms[1])
+
+    def encode_mapping(mapping: Any) -> dict[str, Any]:
+        return {str(key): item.encode(value) for key, value in mapping.items()}
+
+    def decode_mapping(mapping: Any) -> dict[str, Any]:
+        if not isinstance(mapping, dict) or not all(isinstance(key, str) for key in mapping):
+            raise _Malformed(f"expected a mapping, got {mapping!r:.60}")
+        return {key: item.decode(value) for key, value in mapping.items()}
+
+    return _Codec(encode_mapping, decode_mapping, f"{{{item.shape}}}")
+
+
+def _union_codec(arms: tuple[Any, ...]) -> _Codec:
+    """X | None travels as nil or X; several types as [which, value]."""
+    kinds = [arm for arm in arms if arm is not type(None)]
+    codecs = [_codec(kind) for kind in kinds]
+    if len(kinds) == 1:
+        only = codecs[0]
+        return _Codec(
+            lambda value: None if value is None else only.encode(value),
+            lambda value: None if value is None else only.decode(value),
+            f"{only.shape}?",
+        )
+    runtime = [typing.get_origin(kind) or kind for kind in kinds]
+
+    def encode_union(value: Any) -> list[Any]:
+        which = next((n for n, kind in enumerate(runtime) if isinstance(value, kind)), None)
+        if which is None:
+            raise _Malformed(f"no place for a {type(value).__name__}")
+        return [which, codecs[which].encode(value)]
+
+    def decode_union(values: Any) -> Any:
+        which, value = _list_of(values, 2, "choice")
+        if type(which) is not int or not 0 <= which < len(codecs):
+            raise _Malformed(f"choice {which!r:.60} of {len(codecs)}")
+        return codecs[which].decode(value)
+
+    return _Codec(encode_union, decode_union, "|".join(codec.shape for codec in codecs))
+
+
+def _list_of(values: Any, length: int | None, what: str) -> list[Any]:
+    if not isinstance(values, list) or (length is not None and len(values) != length):
+        raise _Malformed(f"expected a {what}, got {values!r:.60}")
+    return values
+
+
+def _encode_array(array: Any) -> list[Any]:
+    """[type, shape, compressed?, bytes]; little-endian, rows first."""
+    array = np.asarray(array)
+    array = np.ascontiguousarray(array, array.dtype.newbyteorder("<")).reshape(array.shape)
+    if array.dtype.str not in _DTYPES:
+        raise _Malformed(f"an array of {array.dtype} has no encoding")
+    content = array.tobytes()
+    if len(content) > COMPRESS_ABOVE and array.dtype.itemsize == 1 and array.ndim == 2:
+        return [array.dtype.str, list(array.shape), True, zlib.compress(content, 1)]
+    return [array.dtype.str, list(array.shape), False, content]
+
+
+def _decode_array(values: Any) -> Any:
+    kind, shape, compressed, content = _list_of(values, 4, "array")
+    if kind not in _DTYPES or not isinstance(content, bytes) or not isinstance(shape, list):
+        raise _Malformed("an array is [type, shape, compressed, bytes]")
+    if len(shape) > 4 or any(type(side) is not int or side < 0 for side in shape):
+        raise _Malformed(f"an array of shape {shape!r:.60}")
+    size = np.dtype(kind).itemsize
+    for side in shape:
+        size *= side
+    if size > MAX_ARRAY_BYTES:
+        raise _Malformed(f"an array of {size} bytes")
+    if compressed:
+        # One byte more than it should be shows a stream that goes on.
+        content = zlib.decompressobj().decompress(content, size + 1)
+    if len(content) != size:
+        raise _Malformed(f"an array of shape {shape} came with {len(content)} bytes, not {size}")
+    return np.frombuffer(content, dtype=kind).reshape(shape)

@@ -1,0 +1,87 @@
+"""Events as lines of text: the one encoding that is written to events.jsonl and hashed.
+
+The hash of a run's events is the SHA-256 of its events.jsonl, byte for byte.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+from stack.errors import TelemetryError
+from stack.telemetry.codec import plain
+from stack.telemetry.records import Event
+
+_FIELDS = {
+    "number": int,
+    "step": int,
+    "time": float,
+    "level": str,
+    "source": str,
+    "kind": str,
+    "text": str,
+    "fields": dict,
+}
+
+
+def json_value(value: Any) -> Any:
+    """A value that JSON can hold: infinities and NaN become text, arrays lists.
+
+    Raises:
+        TypeError: it holds something that is neither number, text, list nor mapping.
+    """
+    return _finite(plain(value))
+
+
+def event_line(event: Event) -> bytes:
+    """One line of JSON ending in a newline: keys sorted, floats shortest that read back exactly."""
+    record = {name: getattr(event, name) for name in _FIELDS}
+    text = json.dumps(
+        json_value(record),
+        sort_keys=True,
+        ensure_ascii=False,
+        allow_nan=False,
+        separators=(",", ":"),
+    )
+    return text.encode("utf-8", "backslashreplace") + b"\n"
+
+
+def read_events(path: Path) -> Iterator[Event]:
+    """The events of an events.jsonl in order.
+
+    A last line without its newline is what a killed run leaves; it is passed over.
+
+    Raises:
+        TelemetryError: a whole line is not an event; names file and line.
+    """
+    with path.open("rb") as lines:
+        for number, line in enumerate(lines, start=1):
+            if not line.endswith(b"\n"):
+                return
+            yield _event(line, f"{path}:{number}")
+
+
+def _event(line: bytes, where: str) -> Event:
+    try:
+        values = json.loads(line)
+    except ValueError as error:
+        raise TelemetryError(f"{where}: not an event: {error}") from None
+    if not isinstance(values, dict) or values.keys() != _FIELDS.keys():
+        raise TelemetryError(f"{where}: not an event: expected the keys {', '.join(_FIELDS)}")
+    for name, kind in _FIELDS.items():
+        if type(values[name]) is not kind:
+            raise TelemetryError(f"{where}: {name} is {values[name]!r}, not a {kind.__name__}")
+    return Event(**values)
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, float) and not isfinite(value):
+        return repr(value)
+    if isinstance(value, Mapping):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_finite(item) for item in value]
+    return value

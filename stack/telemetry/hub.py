@@ -1,0 +1,166 @@
+"""The one place that events and snapshots pass through on their way out of the engine."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
+from hashlib import sha256
+from typing import Any
+
+from stack.telemetry.event_log import event_line, json_value
+from stack.telemetry.records import Ack, Command, CommandSource, Event, RunInfo, Sink, Snapshot
+
+LEVELS = ("info", "warning", "error")
+REPLAYED = 1000
+"""How many past events a sink that is attached late is still told."""
+
+
+def _nowhere(sentence: str) -> None:
+    """The log of a run that keeps none."""
+
+
+class Telemetry:
+    """Numbers and hashes events, feeds sinks, and gathers what operators command.
+
+    Everything is called from the engine's thread. A sink that raises is dropped with one line in
+    the log; the mission goes on.
+
+    Attributes:
+        info: what is fixed for this run.
+        count: how many events there have been; the next one gets this number.
+    """
+
+    def __init__(
+        self, info: RunInfo, sinks: Iterable[Sink] = (), log: Callable[[str], None] = _nowhere
+    ) -> None:
+        self.info, self.count = info, 0
+        self._log = log
+        self._sinks: dict[int, Sink] = {}
+        self._attached = 0
+        self._step, self._time = 0, 0.0
+        self._digest = sha256()
+        self._past: deque[Event] = deque(maxlen=REPLAYED)
+        for sink in sinks:
+            self.attach(sink)
+
+    @property
+    def log_sha256(self) -> str:
+        """Hash of all events so far: that of the bytes of events.jsonl."""
+        return self._digest.hexdigest()
+
+    def attach(self, sink: Sink) -> bool:
+        """Open a sink, tell it the events so far (the last thousand) and feed it from now on.
+
+        Returns:
+            Whether it opened.
+        """
+        number, self._attached = self._attached, self._attached + 1
+        self._sinks[number] = sink
+        self._call(number, sink.open, self.info)
+        for event in self._past:
+            self._call(number, sink.event, event)
+        return number in self._sinks
+
+    def advance(self, step: int, time: float) -> None:
+        """Events and snapshots from now on belong to this step and robot time."""
+        self._step, self._time = step, time
+
+    def emit(
+        self, kind: str, text: str, *, source: str, level: str = "info", **fields: Any
+    ) -> Event:
+        """Something happened: number it, hash it, tell every sink.
+
+        Raises:
+            TypeError: a field is neither number, text, list nor mapping.
+            ValueError: an unknown level.
+        """
+        if level not in LEVELS:
+            raise ValueError(f"level {level!r} is not one of {', '.join(LEVELS)}")
+        event = Event(
+            self.count, self._step, float(self._time), level, source, kind, text,
+            json_value(fields),
+        )  # fmt: skip
+        self._digest.update(event_line(event))
+        self.count += 1
+        self._past.append(event)
+        for number, sink in list(self._sinks.items()):
+            self._call(number, sink.event, event)
+        return event
+
+    def recent(self, count: int) -> tuple[Event, ...]:
+        """The last few events, oldest first."""
+        return tuple(self._past)[-count:] if count > 0 else ()
+
+    def publish(self, make_snapshot: Callable[[], Snapshot]) -> None:
+        """Offer a snapshot of this moment; it is built only if some sink wants it.
+
+        Also serves what comes in, so that an engine which is paused calls this ten times a second
+        and stays within reach of dashboards.
+        """
+        wanting = [
+            number
+            for number, sink in list(self._sinks.items())
+            if self._call(number, sink.wants_snapshot, self._time)
+        ]
+        if wanting:
+            self._hand_out(wanting, make_snapshot())
+
+    def service(self) -> None:
+        """Answer whoever is connected; for long waits in which no snapshot can be made."""
+        for number, sink in list(self._sinks.items()):
+            if isinstance(sink, CommandSource):
+                self._call(number, sink.service)
+
+    def commands(self) -> list[Command]:
+        """What operators asked for since the last call, in order of arrival.
+
+        Ids are made unique among senders; `acknowledge` takes them as they come from here.
+        """
+        found: list[Command] = []
+        for number, sink in list(self._sinks.items()):
+            if isinstance(sink, CommandSource):
+                for command in self._call(number, sink.commands) or ():
+                    found.append(replace(command, id=f"{number}:{command.id}"))
+        return found
+
+    def acknowledge(self, ack: Ack) -> None:
+        """Tell the sender of a command what became of it."""
+        number, _, own = ack.id.partition(":")
+        sink = self._sinks.get(int(number)) if number.isdecimal() else None
+        if isinstance(sink, CommandSource):
+            self._call(int(number), sink.acknowledge, replace(ack, id=own))
+
+    def close(
+        self, report: Mapping[str, Any] | None, make_snapshot: Callable[[], Snapshot] | None = None
+    ) -> None:
+        """Hand the last snapshot to every sink, close each and forget them. Safe to call twice."""
+        if make_snapshot is not None and self._sinks:
+            self._hand_out(list(self._sinks), make_snapshot())
+        for number, sink in list(self._sinks.items()):
+            self._call(number, sink.close, report)
+        self._sinks.clear()
+
+    def _hand_out(self, numbers: Iterable[int], snapshot: Snapshot) -> None:
+        for number in numbers:
+            if number in self._sinks:
+                self._call(number, self._sinks[number].snapshot, snapshot)
+
+    def _call(self, number: int, method: Callable[..., Any], *arguments: Any) -> Any:
+        """Call a sink's method unless it has been dropped; drop it if it fails."""
+        if number not in self._sinks:
+            return None
+        try:
+            return method(*arguments)
+        except Exception as error:
+            self._drop(number, error)
+            return None
+
+    def _drop(self, number: int, error: Exception) -> None:
+        sink = self._sinks.pop(number)
+        name = type(sink).__name__
+        self._log(f"{name} failed and is left out from now on: {type(error).__name__}: {error}")
+        try:
+            sink.close(None)
+        except Exception as again:
+            self._log(f"{name} could not be closed: {type(again).__name__}: {again}")

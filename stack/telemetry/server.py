@@ -1,0 +1,306 @@
+"""Lets dashboards of other processes watch and command a run, over ZeroMQ.
+
+One ROUTER socket; all work is done in calls from the engine's thread and in ZeroMQ's own
+background thread, and nothing here ever blocks.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from time import monotonic  # noqa: TID251 - transport paces itself by the wall clock
+from typing import TYPE_CHECKING, Any
+
+from stack.errors import InputError, TelemetryError
+from stack.telemetry.codec import decode_one_of, encode
+from stack.telemetry.event_log import json_value
+from stack.telemetry.messages import (
+    CLIENT_SENDS,
+    EventBatch,
+    Moment,
+    NamedLayer,
+    Over,
+    Request,
+    Served,
+)
+from stack.telemetry.records import Ack, Command, Event, RunInfo, Snapshot
+from stack.telemetry.rendezvous import RunHandle, announce, withdraw
+
+if TYPE_CHECKING:
+    import zmq
+
+PERIOD = 0.05
+"""Least wall seconds between two answers to one client: twenty snapshots a second."""
+
+ALIVE_PERIOD = 0.5
+"""Wall seconds after which a client is answered even if there is nothing new."""
+
+KEPT_EVENTS = 200_000
+BATCH = 2000
+"""Events in one message."""
+
+MAX_CLIENTS = 32
+FORGET_AFTER = 60.0
+"""Wall seconds after which a silent client is forgotten."""
+
+MAX_REQUEST_BYTES = 1 << 20
+MAX_RECEIVED = 200
+"""Messages read in one go, so that a flood of them cannot hold up the engine."""
+
+LINGER_MS = 1000
+"""How long closing waits for the last messages to leave, at most."""
+
+
+@dataclass
+class _Client:
+    """What is known of one connection."""
+
+    number: int
+    heard: float
+    answered: float = -1.0
+    pending: Request | None = None
+    has: Request = dataclasses.field(default_factory=Request)
+
+
+class TelemetryServer:
+    """The sink that dashboards connect to; local to this user.
+
+    Attributes:
+        handle: where it can be reached; None until opened.
+    """
+
+    def __init__(self, address: str | None = None, clock: Callable[[], float] = monotonic) -> None:
+        """Prepare a server.
+
+        Args:
+            address: None for a socket in the user's own run folder.
+            clock: wall seconds.
+
+        Raises:
+            InputError: any other address: nothing may listen on a network without keys.
+        """
+        # A TCP listener belongs here: bind with CURVE keys read from a 0600 file, and refuse
+        # clients whose public key is not in a folder of known ones.
+        if address is not None:
+            raise InputError(
+                f"cannot listen at {address!r}: only local dashboards can connect so far; "
+                "forward the socket over ssh to watch from another machine"
+            )
+        self.handle: RunHandle | None = None
+        self._clock = clock
+        self._socket: zmq.Socket[bytes] | None = None
+        self._context: zmq.Context[zmq.Socket[bytes]] | None = None
+        self._clients: dict[bytes, _Client] = {}
+        self._connected = 0
+        self._commands: list[Command] = []
+        self._events: deque[bytes] = deque(maxlen=KEPT_EVENTS)
+        self._event_count = 0
+        self._info = b""
+        self._newest: Snapshot | None = None
+        self._moment = -1
+        self._encoded_moments: dict[bool, bytes] = {}
+        self._encoded_layers: dict[str, tuple[int, bytes]] = {}
+
+    @property
+    def watchers(self) -> int:
+        """How many clients are connected."""
+        return len(self._clients)
+
+    def open(self, info: RunInfo) -> None:
+        """Bind the socket, then announce the run."""
+        import zmq
+
+        self._info = encode(info)
+        self.handle = announce(info.run_id, info.mission)
+        self._context = zmq.Context()
+        socket: zmq.Socket[bytes] = self._context.socket(zmq.ROUTER)
+        socket.set(zmq.LINGER, LINGER_MS)
+        socket.set(zmq.MAXMSGSIZE, MAX_REQUEST_BYTES)
+        socket.set(zmq.ROUTER_MANDATORY, 1)
+        self._socket = socket
+        socket.bind(self.handle.address)
+
+    def event(self, event: Event) -> None:
+        """Keep an event until clients ask for it."""
+        self._events.append(encode(event))
+        self._event_count = event.number + 1
+
+    def wants_snapshot(self, time: float) -> bool:
+        """Whether a client waits for news and its twentieth of a second has passed."""
+        self._receive()
+        return any(True for _ in self._due())
+
+    def snapshot(self, snapshot: Snapshot) -> None:
+        """Take the newest moment and send it to those who wait."""
+        self._newest, self._moment = snapshot, self._moment + 1
+        self._encoded_moments.clear()
+        for identity, client in list(self._due()):
+            self._answer(identity, client)
+
+    def service(self) -> None:
+        """Answer waiting clients with what there is."""
+        self._receive()
+        now = self._clock()
+        for identity, client in list(self._due()):
+            if self._has_news(client) or now - client.answered >= ALIVE_PERIOD:
+                self._answer(identity, client)
+
+    def commands(self) -> list[Command]:
+        """Commands that came in, with ids made unique among clients."""
+        self._receive()
+        taken, self._commands = self._commands, []
+        return taken
+
+    def acknowledge(self, ack: Ack) -> None:
+        """Send an Ack to the client whose command it was."""
+        number, _, own = ack.id.partition(":")
+        for identity, client in list(self._clients.items()):
+            if str(client.number) == number:
+                self._send(identity, encode(dataclasses.replace(ack, id=own)))
+
+    def close(self, report: Mapping[str, Any] | None) -> None:
+        """Tell every client all that it lacks and that the run is over; vanish."""
+        if self._socket is not None:
+            self._receive()
+            over = encode(Over(None if report is None else json_value(report)))
+            for identity, client in list(self._clients.items()):
+                while self._answer(identity, client) and client.has.next_event < self._event_count:
+                    pass
+                self._send(identity, over)
+            self._socket.close()
+            self._socket = None
+        if self._context is not None:
+            self._context.term()
+            self._context = None
+        if self.handle is not None:
+            withdraw(self.handle)
+
+    def _receive(self) -> None:
+        """Read what clients sent."""
+        import zmq
+
+        assert self._socket is not None
+        for _ in range(MAX_RECEIVED):
+            if not int(self._socket.get(zmq.EVENTS)) & zmq.POLLIN:
+                return
+            frames = self._socket.recv_multipart(zmq.NOBLOCK)
+            if len(frames) == 2:
+                self._take(frames[0], frames[1])
+
+    def _take(self, identity: bytes, encoded: bytes) -> None:
+        client = self._client(identity)
+        if client is None:
+            return
+        try:
+            message = decode_one_of(encoded, CLIENT_SENDS)
+        except TelemetryError:
+            # Whoever speaks another version sees it from the stamp of any answer.
+            self._send(identity, encode(Served(self._event_count)))
+            return
+        if isinstance(message, Command):
+            unique = f"{client.number}:{message.id}"
+            self._commands.append(dataclasses.replace(message, id=unique))
+        else:
+            client.pending = client.has = message
+
+    def _client(self, identity: bytes) -> _Client | None:
+        """The client of this identity, new or known; None when there are too many."""
+        now = self._clock()
+        if identity not in self._clients:
+            for other, known in list(self._clients.items()):
+                if now - known.heard > FORGET_AFTER:
+                    del self._clients[other]
+            if len(self._clients) >= MAX_CLIENTS:
+                return None
+            self._clients[identity] = _Client(self._connected, now)
+            self._connected += 1
+        client = self._clients[identity]
+        client.heard = now
+        return client
+
+    def _due(self) -> Iterator[tuple[bytes, _Client]]:
+        if not self._clients:
+            return
+        now = self._clock()
+        for identity, client in self._clients.items():
+            if client.pending is not None and (
+                client.answered < 0.0 or now - client.answered >= PERIOD
+            ):
+                yield identity, client
+
+    def _has_news(self, client: _Client) -> bool:
+        return (
+            not client.has.has_info
+            or client.has.next_event < self._event_count
+            or client.has.moment < self._moment
+        )
+
+    def _answer(self, identity: bytes, client: _Client) -> bool:
+        """Send a client what it lacks; whether it is still there."""
+        for message in self._news(client):
+            if not self._send(identity, message):
+                return False
+        client.pending, client.answered = None, self._clock()
+        return True
+
+    def _news(self, client: _Client) -> Iterator[bytes]:
+        has = client.has
+        if not has.has_info:
+            yield self._info
+        layers = dict(has.layers)
+        if self._newest is not None and has.moment < self._moment:
+            for name, layer in self._newest.layers.items():
+                if layers.get(name) != layer.version:
+                    layers[name] = layer.version
+                    yield self._layer(name)
+            yield self._moment_for(has.images)
+        first = max(has.next_event, self._event_count - len(self._events))
+        batch = self._batch(first)
+        if batch:
+            yield encode(EventBatch(first, batch))
+        client.has = Request(True, first + len(batch), self._moment, layers, has.images)
+        yield encode(Served(self._event_count))
+
+    def _batch(self, first: int) -> tuple[bytes, ...]:
+        """Up to BATCH events from this number on."""
+        lacking = self._event_count - first
+        if lacking <= 0:
+            return ()
+        if lacking > BATCH:
+            start = first - (self._event_count - len(self._events))
+            return tuple(self._events[start + n] for n in range(BATCH))
+        newest_first = reversed(self._events)
+        return tuple(reversed([next(newest_first) for _ in range(lacking)]))
+
+    def _layer(self, name: str) -> bytes:
+        assert self._newest is not None
+        layer = self._newest.layers[name]
+        cached = self._encoded_layers.get(name)
+        if cached is None or cached[0] != layer.version:
+            cached = layer.version, encode(NamedLayer(name, layer))
+            self._encoded_layers[name] = cached
+        return cached[1]
+
+    def _moment_for(self, images: bool) -> bytes:
+        assert self._newest is not None
+        if images not in self._encoded_moments:
+            newest = self._newest
+            versions = {name: layer.version for name, layer in newest.layers.items()}
+            image = newest.image if images else None
+            bare = dataclasses.replace(newest, layers={}, image=image)
+            self._encoded_moments[images] = encode(Moment(self._moment, versions, bare))
+        return self._encoded_moments[images]
+
+    def _send(self, identity: bytes, message: bytes) -> bool:
+        """Send without waiting; a client that is gone or takes nothing is forgotten."""
+        import zmq
+
+        assert self._socket is not None
+        try:
+            self._socket.send_multipart([identity, message], zmq.NOBLOCK)
+        except zmq.ZMQError:
+            self._clients.pop(identity, None)
+            return False
+        return True

@@ -1,0 +1,121 @@
+"""The behaviours that ask the robot for one task and follow it."""
+
+import pytest
+from py_trees.common import Status
+
+from behaviours.back_up import BackUp
+from behaviours.drive_for import DriveFor
+from behaviours.navigate_through import NavigateThrough
+from behaviours.navigate_to_pose import NavigateToPose
+from behaviours.spin import Spin
+from behaviours.testing import ScriptedRobot, halt, tick
+from stack.types import STANDSTILL, FailureCode, Pose2D, TaskStatus, Twist
+
+
+@pytest.fixture
+def robot():
+    return ScriptedRobot()
+
+
+TASKS = [
+    (
+        NavigateToPose(goal=Pose2D(4.0, 1.5)),
+        ("navigate_to", {"goal": Pose2D(4.0, 1.5), "tolerance": None}),
+    ),
+    (
+        NavigateThrough(goals=[Pose2D(1.0, 0.0), Pose2D(2.0, 0.0)], tolerance=0.1),
+        ("navigate_through", {"goals": [Pose2D(1.0, 0.0), Pose2D(2.0, 0.0)], "tolerance": 0.1}),
+    ),
+    (Spin(angle=1.5), ("spin", {"angle": 1.5, "speed": None})),
+    (BackUp(distance=0.3, speed=0.15), ("back_up", {"distance": 0.3, "speed": 0.15})),
+]
+
+
+@pytest.mark.parametrize(("behaviour", "call"), TASKS, ids=lambda item: getattr(item, "name", ""))
+class TestTasks:
+    def test_asks_once_and_shows_how_far_it_is(self, behaviour, call, robot):
+        tick(behaviour, robot)
+        robot.task.feedback = "3.0 m to go"
+        assert tick(behaviour, robot, 1.0) is Status.RUNNING
+        assert robot.calls == [call]
+        assert behaviour.feedback_message == "3.0 m to go"
+        halt(behaviour)
+
+    def test_succeeds_with_the_task(self, behaviour, call, robot):
+        tick(behaviour, robot)
+        robot.task.succeed()
+        assert tick(behaviour, robot) is Status.SUCCESS
+
+    def test_passes_on_why_it_failed(self, behaviour, call, robot):
+        tick(behaviour, robot)
+        robot.task.fail(FailureCode.NO_PROGRESS, "stood still for 10 s")
+        assert tick(behaviour, robot) is Status.FAILURE
+        assert (behaviour.failure.code, behaviour.failure.sentence) == (
+            "NO_PROGRESS",
+            "stood still for 10 s",
+        )
+
+    def test_pre_emption_stops_the_robot(self, behaviour, call, robot):
+        tick(behaviour, robot)
+        halt(behaviour)
+        assert robot.task.status is TaskStatus.CANCELLED
+
+    def test_a_later_task_of_somebody_else_is_left_alone(self, behaviour, call, robot):
+        tick(behaviour, robot)
+        robot.task.succeed()
+        tick(behaviour, robot)
+        other = robot.spin(1.0)
+        halt(behaviour)
+        assert other.status is TaskStatus.RUNNING
+
+    def test_moves_the_robot(self, behaviour, call, robot):
+        assert behaviour.uses_wheels
+
+
+def test_measures_the_way_and_the_time(robot):
+    drive = NavigateToPose(goal=Pose2D(3.0, 4.0))
+    written = []
+    drive.bind_output("path_length", written.append)
+    tick(drive, robot)
+    for robot.odometry in (Pose2D(3.0, 0.0), Pose2D(3.0, 4.0)):
+        robot.advance(5.0)
+        tick(drive, robot)
+    robot.task.succeed()
+    tick(drive, robot)
+    assert written == [7.0]  # 3 m east, then 4 m north
+    assert drive.time_taken == 10.0
+
+
+def test_a_goal_given_by_key_is_read_when_the_drive_begins(robot):
+    drive = NavigateToPose(goal=None)
+    drive.bind_input("goal", lambda: Pose2D(9.0, 9.0))
+    tick(drive, robot)
+    assert robot.asked("navigate_to")[0]["goal"] == Pose2D(9.0, 9.0)
+
+
+def test_no_goals_is_a_failure_with_a_sentence(robot):
+    assert tick(drive := NavigateThrough(goals=[]), robot) is Status.FAILURE
+    assert "empty list" in drive.failure.sentence
+    assert robot.calls == []
+
+
+def test_drives_for_a_time_and_stands(robot):
+    drive = DriveFor(time=1.0, linear=0.2, angular=0.1)
+    assert tick(drive, robot, 0.9) is Status.RUNNING
+    assert robot.twist == Twist(0.2, 0.1)
+    assert all(call["seconds"] <= 0.3 for call in robot.asked("drive_for"))
+    # What is left at 0.9 s: nothing may go on driving after the second is over.
+    assert robot.asked("drive_for")[-1]["seconds"] == pytest.approx(0.1)
+    robot.advance(0.1)
+    assert tick(drive, robot) is Status.SUCCESS
+    assert robot.twist == STANDSTILL
+
+
+def test_drive_for_stands_still_when_pre_empted_but_only_then(robot):
+    drive = DriveFor(time=1.0, linear=0.2)
+    tick(drive, robot)
+    halt(drive)
+    assert robot.twist == STANDSTILL
+    other = robot.spin(1.0)
+    halt(drive)
+    assert other.status is TaskStatus.RUNNING

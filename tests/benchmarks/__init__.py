@@ -1,0 +1,1 @@
+"""Measured figures: `make bench`. Benchmarks measure; tests never assert wall time."""

@@ -1,0 +1,44 @@
+"""`python -m tests.benchmarks [NAME…] [--seeds N] [--jobs J]`: measure, print, keep as JSON."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from collections.abc import Callable
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy
+
+from tests.benchmarks import missions, planning, startup
+from tests.benchmarks.table import Rows, keep, show
+
+
+def main() -> None:
+    """Run the chosen benchmarks, or all of them."""
+    arguments = argparse.ArgumentParser(description=__doc__)
+    arguments.add_argument("names", nargs="*", help="which ones; all without")
+    arguments.add_argument("--seeds", type=int, default=10, help="seeds of each mission")
+    arguments.add_argument("--kidnaps", type=int, default=60, help="seeds of mission 05")
+    arguments.add_argument("--jobs", type=int, default=2, help="processes for the mission table")
+    given = arguments.parse_args()
+    benchmarks: dict[str, tuple[str, Callable[[], Rows]]] = {
+        "commands": ("Commands", startup.command_times),
+        "run": ("02_office_patrol on one core, recording off", startup.run_figures),
+        "planning": ("Planning on generated office maps", planning.run),
+        "missions": (
+            "Missions over seeds",
+            lambda: missions.mission_table(given.seeds, given.jobs),
+        ),
+        "kidnap": (
+            "Kidnapping (05)",
+            lambda: missions.kidnap_table(given.kidnaps, given.jobs),
+        ),
+    }
+    for name in given.names or benchmarks:
+        title, measure = benchmarks[name]
+        rows = measure()
+        show(title, rows)
+        keep(name, rows)
+
+
+if __name__ == "__main__":
+    main()

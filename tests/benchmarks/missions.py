@@ -1,0 +1,137 @@
+"""Every shipped mission over many seeds, and the kidnapping figures."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from statistics import mean, median
+from typing import Any
+
+from missions.assembly import RunOptions
+from missions.report import Report
+from missions.resources import mission_files
+from missions.runner import run_mission
+from stack.telemetry.records import Event, RunInfo, Snapshot
+from tests.benchmarks.table import Rows
+
+GOOD_AGAIN = 0.3
+"""Metres between estimate and truth below which the pose counts as mended."""
+
+
+class Trace:
+    """A telemetry sink that keeps events and the error of the estimate, ten times a second."""
+
+    def __init__(self) -> None:
+        self.events: list[Event] = []
+        self.errors: list[tuple[float, float, float]] = []
+        self._next = 0.0
+
+    def open(self, info: RunInfo) -> None:
+        """Nothing to prepare."""
+
+    def event(self, event: Event) -> None:
+        """Keep it."""
+        self.events.append(event)
+
+    def wants_snapshot(self, time: float) -> bool:
+        """Ten a second."""
+        return time >= self._next
+
+    def snapshot(self, snapshot: Snapshot) -> None:
+        """Keep the error and the quality."""
+        self._next = snapshot.time + 0.1
+        if snapshot.truth is not None:
+            error = snapshot.pose.distance_to(snapshot.truth)
+            self.errors.append((snapshot.time, error, snapshot.quality))
+
+    def close(self, report: Mapping[str, Any] | None) -> None:
+        """Nothing to close."""
+
+
+def mission_table(seeds: int, jobs: int) -> Rows:
+    """One row a mission: successes, time, distance, clearance, localisation error."""
+    names = [file.stem for file in mission_files()]
+    tasks = [(name, seed) for name in names for seed in range(seeds)]
+    reports = list(_all(tasks, jobs))
+    return [_row(name, [report for report in reports if report[0] == name]) for name in names]
+
+
+def kidnap_table(seeds: int, jobs: int) -> Rows:
+    """How soon each kidnapping of mission 05 is noticed and mended, over many seeds."""
+    rows = list(_map(kidnapped_once, range(seeds), jobs))
+    return [
+        {
+            "seeds": seeds,
+            "noticed within 5 s": sum(_within(row["noticed"], 5.0) for row in rows),
+            "mended within 30 s": sum(_within(row["mended"], 30.0) for row in rows),
+            "both": sum(
+                _within(row["noticed"], 5.0) and _within(row["mended"], 30.0) for row in rows
+            ),
+            "median notice s": median(row["noticed"] or 99.0 for row in rows),
+            "median mend s": median(row["mended"] or 99.0 for row in rows),
+            "by marker": sum(row["by"] == "marker" for row in rows),
+            "success": sum(row["status"] == "success" for row in rows),
+        },
+        *({"seed": row.pop("seed"), **row} for row in rows if row["status"] != "success"),
+    ]
+
+
+def kidnapped_once(seed: int) -> dict[str, Any]:
+    """One run of mission 05: seconds from the lift to the notice and to a good pose."""
+    trace = Trace()
+    report = run_mission("05_kidnapped", RunOptions(seed=seed, serve=False), [trace])
+    lifted = next((e.time for e in trace.events if e.kind == "lifted"), None)
+    row = {"seed": seed, "status": report.status, "by": report.relocalised_by}
+    if lifted is None:
+        return {**row, "noticed": None, "mended": None}
+    noticed = next((t for t, _, quality in trace.errors if t > lifted and quality < 0.3), None)
+    bad = [t for t, error, _ in trace.errors if t > lifted and error > GOOD_AGAIN]
+    after = max(bad, default=lifted)
+    over = trace.errors[-1][0]
+    return {
+        **row,
+        "noticed": None if noticed is None else noticed - lifted,
+        "mended": None if after >= over - 0.2 else after - lifted,
+    }
+
+
+def run_once(task: tuple[str, int]) -> tuple[str, Report]:
+    """One mission with one seed, without records."""
+    name, seed = task
+    return name, run_mission(name, RunOptions(seed=seed, serve=False))
+
+
+def _all(tasks: list[tuple[str, int]], jobs: int) -> Iterator[tuple[str, Report]]:
+    yield from _map(run_once, tasks, jobs)
+
+
+def _map(function: Any, tasks: Any, jobs: int) -> Iterator[Any]:
+    if jobs == 1:
+        yield from map(function, tasks)
+        return
+    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
+        yield from pool.map(function, tasks)
+
+
+def _row(name: str, runs: list[tuple[str, Report]]) -> dict[str, Any]:
+    reports = [report for _, report in runs]
+    errors = [report.localisation_error for report in reports if report.localisation_error]
+    clearances = [r.min_clearance_m for r in reports if r.min_clearance_m is not None]
+    return {
+        "mission": name,
+        "success": f"{sum(r.status == 'success' for r in reports)}/{len(reports)}",
+        "collisions": sum(report.collisions for report in reports),
+        "time s": median(report.simulated_seconds for report in reports),
+        "distance m": median(report.distance_m for report in reports),
+        "clearance m": min(clearances, default=None),
+        "error mean m": mean(error["mean"] for error in errors),
+        "error max m": max(error["max"] for error in errors),
+        "recoveries": sum(report.recoveries for report in reports),
+        "x real time": median(report.real_time_factor for report in reports),
+        "failed": "; ".join(f"{r.seed}: {r.reason}" for r in reports if r.status != "success"),
+    }
+
+
+def _within(seconds: float | None, limit: float) -> bool:
+    return seconds is not None and seconds <= limit

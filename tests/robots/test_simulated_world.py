@@ -1,0 +1,188 @@
+"""What happens to a simulated robot, and that it happens the same way each time."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from robots.simulated import SimulatedBody
+from stack.sim.contacts import ContactTally
+from stack.sim.world import Box, Dock, Door, Happening, Person, Trigger
+from stack.types import Pose2D, Twist
+from tests.stack.sim.sim_rover import EMPTY, EQUIPPED, LIDAR, ROVER, drive, square_room
+
+ORIGIN = Pose2D(0.0, 0.0)
+
+
+@pytest.fixture
+def build():
+    made = []
+
+    def make(world, description=ROVER, start=ORIGIN, seed=1):
+        made.append(SimulatedBody(description, world, start=start, seed=seed))
+        return made[-1]
+
+    yield make
+    for body in made:
+        body.close()
+
+
+def test_driving_into_a_box_is_one_contact_of_the_robot(build):
+    body = build(replace(EMPTY, boxes=(Box(Pose2D(1.0, 0.0), (0.5, 2.0, 0.5)),)))
+    seen = drive(body, Twist(0.4), 4.0)
+    assert body.tally == ContactTally(by_robot=1, against_standing=0)
+    assert body.clearance == pytest.approx(0.0, abs=2e-3)
+    assert any(o.bumped for o in seen)
+    assert not seen[0].bumped
+    assert body.truth.pose.x == pytest.approx(0.75 - 0.18, abs=0.01)
+    (kind, text), *more = body.news()
+    assert kind == "contact"
+    assert text.startswith("the robot and something that stands there touched at (0.7")
+    assert not more
+    assert body.news() == []
+
+
+def test_passing_by_leaves_the_clearance(build):
+    body = build(replace(EMPTY, boxes=(Box(Pose2D(1.0, 0.8), (0.5, 0.6, 0.5)),)))
+    assert body.clearance < 1.0
+    drive(body, Twist(0.5), 4.0)
+    # The box begins at y = 0.5, a wheel (sphere of 0.08 at 0.16) ends at 0.24.
+    assert body.clearance == pytest.approx(0.26, abs=0.01)
+    assert body.tally == ContactTally()
+
+
+def walking(*points, **more):
+    return Person("Ada", np.array(points), **more)
+
+
+def test_a_person_who_turns_towards_a_standing_robot_never_touches_it(build):
+    # The last corner of the loop is inside the robot, which comes into view with the turn.
+    person = walking([-0.2, -0.75], [0.2, -0.75], [0.0, 0.2], speed=1.0)
+    body = build(replace(EMPTY, people=(person,)))
+    waiting = drive(body, Twist(), 1.0)
+    blocked = body.people[0]
+    assert body.tally == ContactTally()
+    assert not any(o.bumped for o in waiting)
+    assert np.hypot(*blocked[:2]) > 0.5
+
+
+def test_a_person_yields_and_goes_on_when_the_robot_leaves(build):
+    body = build(replace(EMPTY, people=(walking([2.0, 0.0], [-3.0, 0.0], speed=0.8),)))
+    drive(body, Twist(), 4.0)
+    gap = body.people[0, 0] - 0.2 - 0.3  # less both radii (footprint's: hypot(0.18, 0.24))
+    assert gap == pytest.approx(0.5, abs=0.02)
+    drive(body, Twist(-0.3), 3.0)
+    assert body.people[0, 0] < 0.8
+    assert body.tally == ContactTally()
+
+
+def test_a_robot_driving_into_a_person_touches(build):
+    body = build(replace(EMPTY, people=(walking([0.8, 0.0], [0.8, 0.01], speed=0.0),)))
+    drive(body, Twist(0.5), 2.0)
+    assert body.tally == ContactTally(by_robot=1, against_standing=0)
+    assert body.news()[0][1].startswith("the robot and Ada touched")
+
+
+def test_a_door_closing_on_a_standing_robot_is_not_its_contact(build):
+    world = replace(
+        EMPTY,
+        doors=(Door("gate", (0.15, -1.0), (0.15, 1.0)),),
+        timeline=(Happening(Trigger(time=0.5), close_door="gate"),),
+    )
+    body = build(world)
+    drive(body, Twist(), 0.8)
+    assert body.tally == ContactTally(by_robot=0, against_standing=1)
+
+
+def test_doors_move_on_time_and_the_lidar_sees_it(build):
+    world = replace(
+        EMPTY,
+        doors=(Door("gate", (2.0, -1.0), (2.0, 1.0), closed=True),),
+        timeline=(
+            Happening(Trigger(time=0.32), open_door="gate"),
+            Happening(Trigger(time=0.5, after=0.2), close_door="gate"),
+        ),
+    )
+    body = build(world, replace(ROVER, lidar=LIDAR))
+    assert body.doors == {"gate": True}
+    ahead = [body.sense().scan.ranges[180]]
+    ahead += [o.scan.ranges[180] for o in drive(body, Twist(), 0.9, period=0.1)]
+    # Opened at the end of the step to 0.4 s, after that instant's scan; closed again at 0.7 s.
+    assert np.isinf(ahead).tolist() == [False] * 5 + [True] * 3 + [False] * 2
+    assert body.doors == {"gate": True}
+    assert body.scene_changes == 2
+    assert body.news() == [("door", "the door gate opened"), ("door", "the door gate closed")]
+
+
+def test_the_battery_is_set_and_charges_on_the_dock(build):
+    world = replace(
+        EMPTY,
+        docks=(Dock(0.2, 0.0),),
+        timeline=(Happening(Trigger(near=(0.0, 0.0, 0.1)), battery=0.2),),
+    )
+    body = build(world)
+    assert body.sense().battery.charge == pytest.approx(0.2)
+    assert body.news() == [("battery", "the battery is at 20%")]
+    battery = drive(body, Twist(), 3.0)[-1].battery
+    assert battery.charging
+    # 200 W for 3 s of 100 Wh
+    assert battery.charge == pytest.approx(0.2 + 200 * 3 / 360_000, rel=1e-4)
+    away = drive(body, Twist(0.5), 2.0)[-1].battery
+    assert not away.charging
+
+
+def test_a_lifted_robot_stands_elsewhere_and_its_odometry_knows_nothing(build):
+    there = Pose2D(4.0, -3.0, 2.0)
+    world = replace(EMPTY, timeline=(Happening(Trigger(time=1.0), move_robot=there),))
+    body = build(world, EQUIPPED)
+    drive(body, Twist(0.5), 1.0)
+    before = body.sense().odometry.pose
+    assert body.truth.pose.distance_to(there) < 1e-3
+    assert body.truth.twist.linear == pytest.approx(0.0, abs=1e-9)
+    felt = drive(body, Twist(), 0.5)
+    assert felt[-1].odometry.pose.distance_to(before) < 2e-3
+    assert body.truth.pose.distance_to(there) < 2e-3
+    shakes = np.concatenate([o.imu.linear_acceleration for o in felt]) - [0.0, 0.0, 9.81]
+    assert np.abs(shakes).max() < 1.0
+    assert body.news()[-1] == ("lifted", "the robot was lifted to (4.00, -3.00, 2.00)")
+
+
+BUSY = square_room(
+    4.0,
+    boxes=(Box(Pose2D(2.0, 1.0, 0.3), (0.5, 0.5, 0.5)), Box(Pose2D(1.5, -0.5), (0.3, 0.3, 0.3))),
+    people=(walking([-1.0, -2.0], [2.0, 2.0], speed=0.7, pause=0.3),),
+)
+
+
+def record(body, pictures=False):
+    """Trajectory, scans, odometry and inertia of a drive that ends in a box."""
+    rows = []
+    for n in range(80):
+        if pictures:
+            body.ask_for_image()
+        body.drive(Twist(0.5, 0.3 * np.sin(0.2 * n)))
+        body.wait(0.05)
+        seen, truth = body.sense(), body.truth
+        scan = b"" if seen.scan is None else seen.scan.ranges.tobytes()
+        rows.append((truth, seen.odometry, seen.battery, seen.imu.angular_velocity.tobytes(), scan))
+    return rows
+
+
+def test_the_same_seed_gives_the_same_bits_side_by_side(build):
+    first = record(build(BUSY, EQUIPPED, seed=5))
+    build(EMPTY)  # another simulation in the same process
+    assert record(build(BUSY, EQUIPPED, seed=5)) == first
+
+
+def test_another_seed_gives_other_errors_on_the_same_drive(build):
+    first, other = (record(build(BUSY, EQUIPPED, seed=seed)) for seed in (5, 6))
+    assert [row[0] for row in first] == [row[0] for row in other]
+    assert first[-1][1] != other[-1][1]
+    assert first[-1][4] != other[-1][4]
+
+
+def test_listening_to_the_camera_changes_nothing_else(build):
+    quiet = record(build(BUSY, EQUIPPED))
+    assert record(build(BUSY, EQUIPPED), pictures=True) == quiet
+    blind = record(build(BUSY, replace(EQUIPPED, lidar=None)))
+    assert [row[:4] for row in blind] == [row[:4] for row in quiet]

@@ -1,0 +1,203 @@
+import itertools
+from dataclasses import replace
+from math import hypot, pi
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from stack.components import ControlState
+from stack.control.pure_pursuit import PurePursuit, PurePursuitParameters
+from stack.control.track import Track
+from stack.errors import NavigationError
+from stack.types import STANDSTILL, Footprint, Path, Pose2D, Twist, wrap_angle
+from tests.stack.navigation.toy_world import ToyCostmap, ToyWorld, heading_error, robot, room
+
+PERIOD = 0.05
+
+
+def polyline(*corners, heading=None, spacing=0.05):
+    """A path through corners, points `spacing` apart."""
+    points = [np.array(corners[0], float)]
+    for a, b in itertools.pairwise(corners):
+        a, b = np.array(a, float), np.array(b, float)
+        n = max(1, round(float(np.hypot(*(b - a))) / spacing))
+        points.extend(a + (b - a) * k / n for k in range(1, n + 1))
+    points = np.array(points)
+    steps = np.diff(points, axis=0)
+    headings = np.arctan2(steps[:, 1], steps[:, 0])
+    last = headings[-1] if heading is None else heading
+    return Path(np.column_stack([points, np.append(headings, last)]))
+
+
+def follow(world, path, *, seconds=60.0, parameters=None, inflated=True):
+    """Drive until the controller stands; the world then holds where, `trace` how."""
+    parameters = parameters or PurePursuitParameters()
+    controller = PurePursuit(parameters, world.robot, world.period)
+    costs = ToyCostmap(world, inflation=0.55 if inflated else 0.0)
+    controller.set_path(path)
+    trace = []
+    still = 0
+    while world.time < seconds and still < 30:
+        costs.update()
+        command = controller.command(ControlState(world.time, world.pose, world.twist, costs.grid))
+        world.drive(command)
+        trace.append((world.pose.x, world.pose.y, command.linear, command.angular))
+        still = still + 1 if command == STANDSTILL else 0
+    return np.array(trace)
+
+
+def test_a_straight_path_is_driven_at_cruise_speed_and_ends_on_the_goal():
+    world = ToyWorld(room(12, 4), robot(), Pose2D(1.0, 2.0))
+    trace = follow(world, polyline((1, 2), (10, 2)))
+    assert trace[:, 2].max() == pytest.approx(0.8)  # the robot's limit is also the default
+    assert world.pose.distance_to(Pose2D(10, 2)) < 0.03
+    assert trace[:, 0].max() <= 10.01  # no overshoot
+    # 9 m at 0.8 m/s is 11.25 s; speeding up at 1.0 and slowing at 0.75 m/s² cost 0.4 + 0.53 s more.
+    driving = PERIOD * np.count_nonzero(trace[:, 2])
+    assert driving == pytest.approx(11.25 + 0.4 + 0.53, abs=1.2)
+
+
+@pytest.mark.parametrize("heading", [0.0, pi / 2, pi, -3 * pi / 4])
+def test_it_turns_to_the_goals_heading_after_arriving(heading):
+    world = ToyWorld(room(6, 6), robot(), Pose2D(1.0, 3.0))
+    follow(world, polyline((1, 3), (4, 3), heading=heading))
+    goal = Pose2D(4, 3, heading)
+    assert world.pose.distance_to(goal) < 0.03
+    assert heading_error(world.pose, goal) < 0.0524  # 3 degrees
+
+
+def test_it_turns_in_place_when_the_path_lies_behind():
+    world = ToyWorld(room(6, 6), robot(), Pose2D(3.0, 3.0, pi))
+    trace = follow(world, polyline((3, 3), (5, 3)))
+    assert trace[:, 0].min() > 2.97  # it did not swing round through the back
+    assert world.pose.distance_to(Pose2D(5, 3)) < 0.03
+
+
+def test_a_right_angle_is_cut_by_less_than_a_footprint():
+    world = ToyWorld(room(8, 8), robot(), Pose2D(1.0, 2.0))
+    trace = follow(world, polyline((1, 2), (4, 2), (4, 6)))
+    on_first = np.minimum(
+        abs(trace[:, 1] - 2) + np.maximum(0, trace[:, 0] - 4),
+        abs(trace[:, 0] - 4) + np.maximum(0, 2 - trace[:, 1]),
+    )
+    assert on_first.max() < 0.3
+    assert world.pose.distance_to(Pose2D(4, 6)) < 0.03
+
+
+@settings(deadline=None, max_examples=60)
+@given(
+    st.floats(-pi, pi), st.floats(0.02, 1.5), st.floats(-pi, pi), st.floats(-pi, pi),
+    st.floats(0.2, 1.5),
+)  # fmt: skip
+def test_goals_near_and_in_any_direction_are_met(start, distance, bearing, heading, speed):
+    world = ToyWorld(room(6, 6), robot(linear_speed=speed), Pose2D(3.0, 3.0, start))
+    goal = Pose2D(
+        3 + distance * float(np.cos(bearing)), 3 + distance * float(np.sin(bearing)), heading
+    )
+    follow(world, polyline((3, 3), (goal.x, goal.y), heading=heading), inflated=False)
+    assert world.time < 30.0
+    assert world.pose.distance_to(goal) < 0.061  # NOT_ARRIVED_BEYOND leaves up to 6 cm
+    assert heading_error(world.pose, goal) < 0.0524
+
+
+@settings(deadline=None, max_examples=40)
+@given(
+    st.floats(0.1, 2.0), st.floats(0.3, 3.0), st.floats(0.3, 3.0), st.floats(0.5, 6.0),
+    st.lists(st.tuples(st.floats(1, 7), st.floats(1, 7)), min_size=2, max_size=5),
+)  # fmt: skip
+def test_commands_stay_within_the_robots_limits(speed, up, turn, turn_up, corners):
+    if min(hypot(a[0] - b[0], a[1] - b[1]) for a, b in itertools.pairwise(corners)) < 0.1:
+        return
+    limits = {
+        "linear_speed": speed, "linear_acceleration": up, "angular_speed": turn,
+        "angular_acceleration": turn_up,
+    }  # fmt: skip
+    world = ToyWorld(room(8, 8), robot(**limits), Pose2D(*corners[0], 0.0))
+    trace = follow(world, polyline(*corners), seconds=12, inflated=False)
+    assert trace[:, 2].max() <= speed + 1e-9
+    assert trace[:, 2].min() >= 0.0
+    assert abs(trace[:, 3]).max() <= turn + 1e-9
+    assert np.diff(trace[:, 2]).max(initial=0.0) <= up * PERIOD + 1e-9
+
+
+def test_speed_falls_with_curvature_and_near_obstacles():
+    narrow = ToyWorld([(0, 0, 9, 0), (0, 0.8, 9, 0.8)], robot(), Pose2D(1.0, 0.4))
+    wide = ToyWorld(room(9, 9), robot(), Pose2D(1.0, 4.0))
+    slow = follow(narrow, polyline((1, 0.4), (8, 0.4)))[:, 2].max()
+    fast = follow(wide, polyline((1, 4), (8, 4)))[:, 2].max()
+    # at 0.4 m from the walls, 0.2 m beyond the inscribed radius: cost 252 e^(-4·0.2) = 113
+    assert slow == pytest.approx(fast * (1 - 0.5 * 113 / 252), rel=0.12)
+    angles = np.linspace(0, pi, 60)
+    arc = np.column_stack([4 + 0.5 * np.sin(angles), 4.5 - 0.5 * np.cos(angles), angles])
+    world = ToyWorld(room(9, 9), robot(), Pose2D(4.0, 4.0))
+    assert np.median(follow(world, Path(arc))[20:60, 2]) < 0.8 * 0.5 / 0.9 + 0.05
+
+
+def test_it_waits_before_an_obstacle_and_goes_on_when_it_has_gone():
+    world = ToyWorld(room(9, 4), robot(), Pose2D(1.0, 2.0), circles=[(4.0, 2.0, 0.2)])
+    controller = PurePursuit(
+        replace(PurePursuitParameters(), patience=60.0), world.robot, world.period
+    )
+    controller.set_path(polyline((1, 2), (7, 2)))
+    costs = ToyCostmap(world)
+    for step in range(1200):
+        if step == 300:
+            assert world.twist.linear < 1e-3
+            assert 0.0 < world.clearance() < 0.3
+            world.circles.clear()
+        costs.update()
+        world.drive(
+            controller.command(ControlState(world.time, world.pose, world.twist, costs.grid))
+        )
+    assert world.pose.distance_to(Pose2D(7, 2)) < 0.03
+    assert world.nearest > 0.0
+
+
+def test_it_gives_up_when_patience_is_over():
+    world = ToyWorld(room(9, 4), robot(), Pose2D(1.0, 2.0), circles=[(4.0, 2.0, 0.2)])
+    with pytest.raises(NavigationError, match="COLLISION_AHEAD: something stands in the way"):
+        follow(world, polyline((1, 2), (7, 2)))
+    assert world.time < 12.0
+
+
+def test_a_goal_close_to_a_wall_is_reached():
+    world = ToyWorld(room(6, 6), robot(), Pose2D(1.0, 3.0))
+    follow(world, polyline((1, 3), (5.65, 3)))  # the wall at x = 6 is 10 cm from the nose
+    assert world.pose.distance_to(Pose2D(5.65, 3)) < 0.03
+    assert world.nearest > 0.0
+
+
+def test_a_body_already_on_lethal_cells_may_leave():
+    world = ToyWorld(room(6, 6), robot(), Pose2D(0.23, 3.0, 0.0))  # the tail is in the wall
+    follow(world, polyline((0.23, 3), (3, 3)))
+    assert world.pose.distance_to(Pose2D(3, 3)) < 0.03
+
+
+def test_a_loop_is_driven_all_the_way_round():
+    world = ToyWorld(room(6, 6), robot(), Pose2D(1.0, 1.0))
+    trace = follow(world, polyline((1, 1), (5, 1), (5, 5), (1, 5), (1, 1)))
+    assert np.hypot(*np.diff(trace[:, :2], axis=0).T).sum() > 14.5  # of 16 m, corners cut
+    assert world.pose.distance_to(Pose2D(1, 1)) < 0.05
+
+
+def test_the_track_counts_what_is_left():
+    track = Track(polyline((0, 0), (2, 0), (2, 1)))
+    track.advance(Pose2D(1.5, 0.1))
+    assert (track.length, track.remaining) == (pytest.approx(3.0), pytest.approx(1.5))
+    assert track.offset == pytest.approx(0.1)
+    x, y = track.lookahead_point(Pose2D(1.5, 0.0), 1.0)
+    assert (x, y) == (pytest.approx(2.0), pytest.approx(0.75**0.5))  # 0.5² + y² = 1
+
+
+def test_the_local_plan_is_the_arc_commanded():
+    world = ToyWorld(room(6, 6), robot(Footprint.circle(0.2)), Pose2D(1.0, 3.0))
+    controller = PurePursuit(PurePursuitParameters(), world.robot, world.period)
+    assert controller.local_plan is None
+    controller.set_path(polyline((1, 3), (5, 3)))
+    costs = ToyCostmap(world)
+    twist = controller.command(ControlState(0.0, world.pose, Twist(0.5), costs.grid))
+    plan = controller.local_plan
+    assert plan.length == pytest.approx(twist.linear * 1.0, abs=1e-6)
+    assert wrap_angle(plan.goal.heading) == pytest.approx(twist.angular, abs=1e-6)

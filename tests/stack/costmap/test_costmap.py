@@ -1,0 +1,279 @@
+"""Layers, beams, window and inflation of the costmap, by hand and against Nav2's values."""
+
+from dataclasses import replace
+from math import exp, inf, nan, pi
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from stack.costmap.costmap import Costmap, inflation_costs
+from stack.costmap.parameters import CostmapParameters
+from stack.errors import ParameterError
+from stack.parameters import build
+from stack.types import (
+    FREE,
+    FREE_COST,
+    INSCRIBED_COST,
+    LETHAL_COST,
+    OCCUPIED,
+    UNKNOWN,
+    UNKNOWN_COST,
+    Footprint,
+    OccupancyGrid,
+    Pose2D,
+    Scan,
+)
+
+ROUND = Footprint.circle(0.22)
+ONLY_CELLS = CostmapParameters(inflation_radius=0.0)
+TINY = Footprint.circle(0.02)
+
+
+def room(rows=100, columns=120, value=FREE, origin=(-1.0, -2.0)):
+    return OccupancyGrid(np.full((rows, columns), value, dtype=np.int8), 0.05, origin)
+
+
+def scan(ranges, angle_min=0.0, angle_increment=0.01, mount=Pose2D(0.0, 0.0)):
+    array = np.array(ranges, dtype=np.float32)
+    return Scan(0.0, array, angle_min, angle_increment, 0.08, 12.0, mount)
+
+
+def at(costmap, x, y):
+    return int(costmap.grid.cells[costmap.grid.cell_at(x, y)])
+
+
+def test_inflation_gives_nav2s_costs_by_hand():
+    cells = room()
+    cells.cells[50, 60] = OCCUPIED
+    costs = Costmap(CostmapParameters(), ROUND, cells).grid.cells
+    assert costs[50, 60] == 254
+    assert costs[50, 64] == 253  # 0.20 m <= 0.22 m
+    assert costs[50, 65] == int(252 * exp(-4.0 * (0.25 - 0.22))) == 223
+    assert costs[53, 64] == int(252 * exp(-4.0 * (0.25 - 0.22))) == 223  # 3-4-5
+    assert costs[50, 70] == int(252 * exp(-4.0 * (0.50 - 0.22))) == 82
+    assert costs[50, 71] == int(252 * exp(-4.0 * (0.55 - 0.22))) == 67
+    assert costs[50, 72] == 0  # 0.60 m is beyond the inflation radius
+
+
+def test_a_090_door_stays_comfortably_open_for_a_022_robot():
+    cells = room()
+    cells.cells[50] = OCCUPIED
+    cells.cells[50, 50:68] = FREE  # 18 cells are 0.9 m
+    row = Costmap(CostmapParameters(), ROUND, cells).grid.cells[50, 50:68]
+    assert row.argmin() in (8, 9) and row.min() < 126
+    assert np.count_nonzero(row < INSCRIBED_COST) >= 9
+
+
+@given(
+    st.lists(st.tuples(st.integers(0, 29), st.integers(0, 39)), max_size=20),
+    st.lists(st.tuples(st.integers(0, 29), st.integers(0, 39)), max_size=20),
+)
+@settings(deadline=None, max_examples=60)
+def test_inflation_is_the_exact_distance_to_the_nearest_obstacle(occupied, unknown):
+    cells = room(30, 40)
+    for cell in unknown:
+        cells.cells[cell] = UNKNOWN
+    for cell in occupied:
+        cells.cells[cell] = OCCUPIED
+    table = inflation_costs(CostmapParameters(), ROUND.inscribed_radius, 0.05)
+    grid = np.indices((30, 40)).reshape(2, -1).T
+    expected = np.where(cells.cells == UNKNOWN, UNKNOWN_COST, FREE_COST)
+    if occupied:
+        apart = grid[:, None] - np.array(occupied)[None]
+        squared = (apart**2).sum(axis=2).min(axis=1).reshape(30, 40)
+        cost = np.where(squared < table.size, table[np.minimum(squared, table.size - 1)], 0)
+        known = expected != UNKNOWN_COST
+        expected = np.where(known | (cost >= INSCRIBED_COST), cost, expected)
+    assert np.array_equal(Costmap(CostmapParameters(), ROUND, cells).grid.cells, expected)
+
+
+def test_returns_mark_and_beams_clear_what_they_pass():
+    costmap = Costmap(ONLY_CELLS, TINY, room())
+    costmap.update(Pose2D(0.025, 0.025), scan([1.0]), 0.0)
+    assert at(costmap, 1.025, 0.025) == LETHAL_COST
+    costmap.update(Pose2D(0.025, 0.025), scan([2.0]), 0.1)
+    assert at(costmap, 1.025, 0.025) == FREE_COST
+    assert at(costmap, 2.025, 0.025) == LETHAL_COST
+
+
+def test_no_return_clears_up_to_the_clearing_range_and_nan_does_nothing():
+    parameters = replace(ONLY_CELLS, obstacle_range=2.5, clearing_range=3.0)
+    costmap = Costmap(parameters, TINY, None, window=10.0)
+    costmap.update(Pose2D(0.025, 0.025), scan([nan]), 0.0)
+    assert at(costmap, 0.525, 0.025) == UNKNOWN_COST
+    costmap.update(Pose2D(0.025, 0.025), scan([2.0]), 0.1)
+    costmap.update(Pose2D(0.025, 0.025), scan([nan]), 0.2)
+    assert at(costmap, 2.025, 0.025) == LETHAL_COST
+    costmap.update(Pose2D(0.025, 0.025), scan([inf]), 0.3)
+    assert at(costmap, 2.025, 0.025) == at(costmap, 2.925, 0.025) == FREE_COST
+    assert at(costmap, 3.125, 0.025) == UNKNOWN_COST
+
+
+def test_a_return_beyond_the_obstacle_range_clears_and_does_not_mark():
+    costmap = Costmap(ONLY_CELLS, TINY, None, window=10.0)
+    costmap.update(Pose2D(0.025, 0.025), scan([2.8]), 0.0)
+    assert not costmap.sensed.any()
+    assert at(costmap, 2.725, 0.025) == FREE_COST
+
+
+def test_no_beam_clears_what_another_one_of_its_scan_marks():
+    costmap = Costmap(ONLY_CELLS, TINY, room())
+    along_a_wall = scan([1.0, 1.02, 1.3, 2.0], angle_increment=0.001)
+    costmap.update(Pose2D(0.025, 0.025), along_a_wall, 0.0)
+    assert np.count_nonzero(costmap.sensed) == 3
+    assert at(costmap, 1.025, 0.025) == LETHAL_COST
+
+
+def test_sensing_never_clears_the_static_map():
+    cells = room()
+    cells.cells[40, 40] = OCCUPIED  # x 1.0..1.05, y 0..0.05
+    costmap = Costmap(ONLY_CELLS, TINY, cells)
+    costmap.update(Pose2D(0.025, 0.025), scan([2.0]), 0.0)
+    costmap.update(Pose2D(1.025, 0.025), scan([2.0]), 0.1)
+    costmap.clear()
+    assert at(costmap, 1.025, 0.025) == LETHAL_COST
+
+
+def test_the_sensors_mount_and_the_robots_heading_place_the_marks():
+    costmap = Costmap(ONLY_CELLS, TINY, room())
+    mounted = scan([1.0], mount=Pose2D(0.2, 0.0, pi / 2))
+    costmap.update(Pose2D(0.525, 0.525, pi / 2), mounted, 0.0)
+    # the sensor is 0.2 m up the y axis and looks along -x: 0.525 - 1 = -0.475, 0.725
+    assert at(costmap, -0.475, 0.725) == LETHAL_COST
+
+
+def test_marks_fade_after_the_decay_unless_seen_again():
+    costmap = Costmap(replace(ONLY_CELLS, decay=10.0), TINY, room())
+    pose = Pose2D(0.025, 0.025)
+    costmap.update(pose, scan([1.0]), 0.0)
+    costmap.update(pose, scan([1.0]), 8.0)
+    costmap.update(pose, None, 15.0)
+    assert at(costmap, 1.025, 0.025) == LETHAL_COST
+    costmap.update(pose, None, 18.6)
+    assert at(costmap, 1.025, 0.025) == FREE_COST
+
+
+def test_without_decay_marks_stay():
+    costmap = Costmap(replace(ONLY_CELLS, decay=0.0), TINY, room())
+    costmap.update(Pose2D(0.0, 0.0), scan([1.0]), 0.0)
+    costmap.update(Pose2D(0.0, 0.0), None, 1e4)
+    assert costmap.sensed.any()
+
+
+def test_denoise_drops_single_cells_and_keeps_pairs():
+    costmap = Costmap(replace(ONLY_CELLS, denoise=True), TINY, room())
+    costmap.update(Pose2D(0.025, 0.025), scan([1.0, 1.5, 1.5], angle_increment=0.03), 0.0)
+    assert np.count_nonzero(costmap.sensed) == 3
+    assert at(costmap, 1.025, 0.025) == FREE_COST
+    assert np.count_nonzero(costmap.grid.cells == LETHAL_COST) == 2
+
+
+def test_denoise_drops_what_becomes_single_when_its_neighbour_fades():
+    costmap = Costmap(replace(ONLY_CELLS, denoise=True, decay=10.0), TINY, room())
+    pose = Pose2D(0.025, 0.025)
+    costmap.update(pose, scan([1.0]), 0.0)
+    costmap.update(pose, scan([1.0], angle_min=0.05), 5.0)
+    assert np.count_nonzero(costmap.grid.cells == LETHAL_COST) == 2
+    costmap.update(pose, None, 11.0)
+    assert np.count_nonzero(costmap.sensed) == 1
+    assert not np.count_nonzero(costmap.grid.cells == LETHAL_COST)
+
+
+def test_the_robots_own_footprint_is_clear():
+    costmap = Costmap(CostmapParameters(), ROUND, room())
+    costmap.update(Pose2D(0.0, 0.0), scan([1.0]), 0.0)
+    costmap.update(Pose2D(1.0, 0.1), None, 0.1)
+    assert not costmap.sensed.any() and at(costmap, 1.0, 0.1) == FREE_COST
+
+
+def test_updates_give_the_same_cells_as_starting_anew():
+    random = np.random.default_rng(4)
+    static = room()
+    static.cells[random.integers(0, 100, 30), random.integers(0, 120, 30)] = OCCUPIED
+    static.cells[:10] = UNKNOWN
+    costmap = Costmap(replace(CostmapParameters(), decay=1.0), ROUND, static)
+    for step in range(30):
+        ranges = random.uniform(0.5, 3.5, 90)
+        pose = Pose2D(0.05 * step, 0.3, 0.1 * step)
+        costmap.update(pose, scan(ranges, angle_increment=0.07), 0.1 * step)
+    patched = costmap.grid.cells
+    costmap.configure(costmap.parameters)  # composes and inflates everything
+    assert np.array_equal(costmap.grid.cells, patched)
+
+
+def test_version_grows_only_when_cells_change_and_grids_are_kept():
+    costmap = Costmap(CostmapParameters(), ROUND, room())
+    pose = Pose2D(0.025, 0.025)
+    costmap.update(pose, scan([1.0]), 0.0)
+    version, grid = costmap.version, costmap.grid
+    costmap.update(pose, scan([1.0]), 0.1)
+    assert costmap.version == version and costmap.grid is grid
+    before = grid.cells.copy()
+    costmap.update(pose, scan([1.5]), 0.2)
+    assert costmap.version > version
+    assert np.array_equal(grid.cells, before)
+
+
+@given(st.lists(st.tuples(st.floats(-3, 3), st.floats(-3, 3)), min_size=1, max_size=8))
+@settings(deadline=None, max_examples=40)
+def test_a_rolling_window_does_not_smear_what_it_saw(places):
+    costmap = Costmap(replace(ONLY_CELLS, decay=0.0), TINY, None, window=9.0)
+    costmap.update(Pose2D(0.025, 0.025), scan([1.0]), 0.0)
+    for index, (x, y) in enumerate(places):
+        if abs(x - 1.025) < 0.1 and abs(y - 0.025) < 0.1:
+            continue  # the robot drives over the mark
+        costmap.update(Pose2D(x, y), None, 0.1 * index)
+        grid = costmap.grid
+        (mark,) = np.argwhere(grid.cells == LETHAL_COST)
+        assert grid.centre_of(*mark) == pytest.approx((1.025, 0.025))
+        assert grid.cells[grid.cell_at(0.525, 0.025)] == FREE_COST  # the beam went through
+        middle = Pose2D(grid.origin[0] + 4.5, grid.origin[1] + 4.5)
+        assert middle.distance_to(Pose2D(x, y)) <= 0.05
+
+
+def test_the_window_takes_static_cells_at_their_places_and_drops_what_it_leaves():
+    static = room()
+    static.cells[40, 40] = OCCUPIED  # middle (1.025, 0.025)
+    costmap = Costmap(ONLY_CELLS, TINY, static, window=3.0)
+    for x in (0.0, 0.13, 0.77, 2.2):
+        costmap.update(Pose2D(x, 0.31), None, x)
+        (cell,) = np.argwhere(costmap.grid.cells == LETHAL_COST)
+        assert costmap.grid.centre_of(*cell) == pytest.approx((1.025, 0.025))
+    costmap.update(Pose2D(2.225, 0.025), scan([1.0]), 3.0)
+    assert costmap.sensed.any()
+    costmap.update(Pose2D(-0.5, 0.025), None, 3.1)
+    costmap.update(Pose2D(2.225, 0.025), None, 3.2)
+    assert not costmap.sensed.any()
+    assert at(costmap, 1.025, 0.025) == LETHAL_COST
+
+
+def test_a_new_map_keeps_the_sensed_obstacles_where_they_are():
+    costmap = Costmap(ONLY_CELLS, TINY, room())
+    costmap.update(Pose2D(0.025, 0.025), scan([1.0]), 0.0)
+    costmap.set_static(room(140, 150, UNKNOWN, origin=(-2.0, -3.0)))
+    assert costmap.grid.cells.shape == (140, 150)
+    assert at(costmap, 1.025, 0.025) == LETHAL_COST
+    assert at(costmap, 0.525, 0.025) == FREE_COST
+    assert at(costmap, 0.525, 0.525) == UNKNOWN_COST
+
+
+def test_what_cannot_be_is_refused_with_both_numbers():
+    with pytest.raises(ParameterError, match="needs a window"):
+        Costmap(CostmapParameters(), ROUND, None)
+    with pytest.raises(ParameterError, match=r"0\.1 m is less than three cells of 0\.05 m"):
+        Costmap(CostmapParameters(), ROUND, None, window=0.1)
+    with pytest.raises(ParameterError, match=r"2 m is less than obstacle_range 2\.5 m"):
+        build(CostmapParameters, {"clearing_range": "2 m"})
+    costmap = Costmap(CostmapParameters(), ROUND, room())
+    with pytest.raises(ParameterError, match=r"resolution 0\.1 m, expected 0\.05 m"):
+        costmap.set_static(replace(room(), resolution=0.1))
+
+
+def test_scans_from_outside_the_map_are_harmless():
+    costmap = Costmap(CostmapParameters(), ROUND, room())
+    ranges = np.full(60, 1.0)
+    costmap.update(Pose2D(-1.5, -2.4), scan(ranges, angle_increment=0.1), 0.0)
+    costmap.update(Pose2D(50.0, 50.0), scan(ranges, angle_increment=0.1), 0.1)
+    assert costmap.sensed.any()

@@ -1,0 +1,97 @@
+"""Finding the place from lidar alone, and not guessing between places that look alike."""
+
+import numpy as np
+import pytest
+
+from stack.errors import NavigationError
+from stack.localisation.global_match import GlobalMatch, decide, is_distinct
+from stack.localisation.localiser import Localiser
+from stack.localisation.parameters import LocaliserParameters
+from stack.types import FailureCode, Pose2D, wrap_angle
+from tests.stack.localisation.drawn_office import office, twin_rooms
+
+
+def crowd(pose: Pose2D, count: int, generator: np.random.Generator):
+    around = generator.uniform([0.5, -np.pi], [3.0, np.pi], (count, 2))
+    return [(pose.x + d * np.cos(a), pose.y + d * np.sin(a), 0.2) for d, a in around]
+
+
+def test_the_place_is_found_among_people_and_never_a_wrong_one():
+    place, generator = office(), np.random.default_rng(1)
+    localiser = Localiser(place.grid, LocaliserParameters(), 0)
+    found = 0
+    for _ in range(25):
+        place.people = []
+        pose = place.free_pose(generator)
+        place.people = crowd(pose, 3, generator)
+        try:
+            match = localiser.relocalise_globally(place.scan(pose, 0.0, generator))
+        except NavigationError:
+            continue
+        assert match.pose.distance_to(pose) < 0.15
+        assert abs(wrap_angle(match.pose.heading - pose.heading)) < 0.05
+        assert localiser.estimate.pose.distance_to(match.pose) < 1e-6
+        found += 1
+    assert found >= 20
+
+
+def test_twin_rooms_are_ambiguous_and_the_cloud_stays():
+    place, generator = twin_rooms(), np.random.default_rng(2)
+    localiser = Localiser(place.grid, LocaliserParameters(), 0)
+    before = localiser.particles
+    for _ in range(10):
+        pose = place.free_pose(generator)
+        with pytest.raises(NavigationError) as caught:
+            localiser.relocalise_globally(place.scan(pose, 0.0, generator))
+        assert caught.value.failure.code == FailureCode.AMBIGUOUS
+    assert np.array_equal(localiser.particles, before)
+
+
+def test_both_twins_are_offered():
+    place, generator = twin_rooms(), np.random.default_rng(4)
+    localiser = Localiser(place.grid, LocaliserParameters(), 0)
+    pose = Pose2D(2.4, 1.5, 0.3)
+    first, second = localiser.match_globally(place.scan(pose, 0.0, generator))[:2]
+    twin = Pose2D(pose.x + 5.05, pose.y, pose.heading)
+    assert sorted([first.pose.x, second.pose.x]) == pytest.approx([pose.x, twin.x], abs=0.05)
+    assert first.fit >= second.fit > 0.9
+
+
+def test_a_second_view_settles_what_one_leaves_open():
+    """One room open to a corner that its twin has not; seen from both ends it is decided."""
+    place, generator = twin_rooms(), np.random.default_rng(4)
+    place.solid[250:350, 900:1000] = 1
+    grid = place.grid
+    grid.cells[50:70, 180:200] = 100
+    localiser = Localiser(grid, LocaliserParameters(), 0)
+    hidden, open_view = Pose2D(1.0, 1.5, 0.0), Pose2D(3.0, 3.9, 0.0)
+    scan = place.scan(open_view, 1.0, generator)
+    earlier = [(hidden.relative_to(open_view), place.scan(hidden, 0.0, generator))]
+    best = localiser.match_globally(scan, earlier)[0]
+    assert best.pose.distance_to(open_view) < 0.1
+
+
+def test_a_scan_of_somewhere_else_altogether_is_lost():
+    place, generator = office(), np.random.default_rng(5)
+    localiser = Localiser(twin_rooms().grid, LocaliserParameters(), 0)
+    pose = Pose2D(6.5, 4.6, 0.3)
+    with pytest.raises(NavigationError) as caught:
+        localiser.relocalise_globally(place.scan(pose, 0.0, generator))
+    assert caught.value.failure.code == FailureCode.LOST
+
+
+def test_decisions_quote_what_they_rest_on():
+    near, far = GlobalMatch(Pose2D(1.0, 2.0), 0.9), GlobalMatch(Pose2D(7.0, 2.0), 0.8)
+    assert decide([near], 0.6, 0.85) is near
+    assert decide([near, GlobalMatch(Pose2D(7.0, 2.0), 0.76)], 0.6, 0.85) is near
+    with pytest.raises(NavigationError, match=r"AMBIGUOUS: \(1.00, 2.00\) explains 90%"):
+        decide([near, far], 0.6, 0.85)
+    with pytest.raises(NavigationError, match="LOST: the best place on the map explains 0%"):
+        decide([], 0.6, 0.85)
+
+
+def test_distinct_means_far_or_turned():
+    here = Pose2D(0.0, 0.0, 3.1)
+    assert not is_distinct(here, Pose2D(0.3, 0.3, -3.1))
+    assert is_distinct(here, Pose2D(0.5, 0.0, 3.1))
+    assert is_distinct(here, Pose2D(0.0, 0.0, 2.5))

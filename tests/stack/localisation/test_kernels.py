@@ -1,0 +1,135 @@
+"""Kernels and the surface field against closed forms."""
+
+from math import cos, hypot, inf, nan, pi, sin
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from stack.localisation import kernels
+from stack.localisation.field import TRUNCATION, surface_field
+from stack.types import OccupancyGrid
+
+RESOLUTION = 0.05
+
+
+def room() -> OccupancyGrid:
+    """A free square of 4 m, its low corner at (-2, -2), inside walls of 0.2 m."""
+    cells = np.full((88, 88), 100, dtype=np.int8)
+    cells[4:84, 4:84] = 0
+    return OccupancyGrid(cells, RESOLUTION, (-2.2, -2.2))
+
+
+def to_wall(x: float, y: float, angle: float) -> float:
+    """Distance from a point in the square |x|, |y| < 2 to its side along a direction."""
+    along = []
+    for at, step in ((x, cos(angle)), (y, sin(angle))):
+        if abs(step) > 1e-12:
+            along.append(((2.0 if step > 0 else -2.0) - at) / step)
+    return min(along)
+
+
+@settings(deadline=None, max_examples=100)
+@given(st.floats(-1.9, 1.9), st.floats(-1.9, 1.9), st.floats(-pi, pi))
+def test_rays_end_on_the_square(x, y, angle):
+    field = surface_field(room())
+    sensor = np.array([x, y, 0.0])
+    found = kernels.cast_rays(field.occupancy, *field.placement, sensor, np.array([angle]), 12.0)
+    assert found[0] == pytest.approx(to_wall(x, y, angle), abs=1e-6)
+
+
+def test_a_ray_that_meets_nothing_within_its_limit_is_infinite():
+    field = surface_field(room())
+    angles = np.array([0.0])
+    found = kernels.cast_rays(field.occupancy, *field.placement, np.zeros(3), angles, 1.9)
+    assert found[0] == inf
+
+
+def test_distances_are_zero_on_surfaces_and_negative_inside():
+    field = surface_field(room())
+    row = field.distances[44]
+    # cells 4 and 3 lie either side of the wall's face, half a cell away from it
+    assert row[4] == pytest.approx(RESOLUTION / 2)
+    assert row[3] == pytest.approx(-RESOLUTION / 2)
+    # the middle is 2 m from every wall, beyond the truncation
+    assert row[44] == TRUNCATION
+
+
+def test_a_map_without_walls_has_no_surfaces():
+    field = surface_field(OccupancyGrid(np.zeros((5, 6), dtype=np.int8), RESOLUTION))
+    assert (field.distances == TRUNCATION).all()
+
+
+def square_scan(x: float, y: float, heading: float) -> tuple[np.ndarray, np.ndarray]:
+    angles = np.arange(36) * (2 * pi / 36) - pi
+    return angles, np.array([to_wall(x, y, heading + a) for a in angles])
+
+
+def judged(ranges: np.ndarray, angles: np.ndarray, sensor: tuple[float, float, float]):
+    field = surface_field(room())
+    return kernels.judge_beams(
+        field.occupancy, field.distances, *field.placement, np.array(sensor), angles, ranges, 12.0,
+        0.08,
+    )  # fmt: skip
+
+
+def test_beams_are_told_apart():
+    angles, ranges = square_scan(0.5, 0.3, 0.2)
+    ranges[:6] = [0.5, inf, nan, ranges[3] + 1.0, ranges[4] + 0.05, ranges[5]]
+    kinds, credits = judged(ranges, angles, (0.5, 0.3, 0.2))
+    assert list(kinds[:4]) == [kernels.SHORT, kernels.MISSING, kernels.IGNORED, kernels.LONG]
+    assert (kinds[4:] == kernels.MATCHED).all()
+    # 5 cm along the beam is at most 5 cm from the surface: exp(-0.5 (5/8)²) = 0.82
+    assert 0.8 < credits[4] < 1.0
+    assert (credits[5:] > 0.99).all()
+
+
+@settings(deadline=None, max_examples=40)
+@given(st.floats(-0.1, 0.1), st.floats(-0.1, 0.1), st.floats(-0.08, 0.08))
+def test_alignment_finds_the_pose_a_scan_was_taken_at(dx, dy, turn):
+    """Points exactly on the square; the map's faces are exact too: millimetres remain."""
+    field, true = surface_field(room()), np.array([0.5, 0.3, 0.2])
+    angles, ranges = square_scan(*true)
+    points = np.column_stack([ranges * np.cos(angles), ranges * np.sin(angles)])
+    found = kernels.refine_pose(
+        field.distances,
+        *field.placement,
+        true + np.array([dx, dy, turn]),
+        np.zeros((3, 3)),
+        points,
+        0.1,
+    )
+    assert hypot(*(found[:2] - true[:2])) < 0.01
+    assert abs(found[2] - true[2]) < 0.01
+
+
+def test_a_strong_prior_holds_the_pose():
+    field, start = surface_field(room()), np.array([0.6, 0.3, 0.2])
+    angles, ranges = square_scan(0.5, 0.3, 0.2)
+    points = np.column_stack([ranges * np.cos(angles), ranges * np.sin(angles)])
+    found = kernels.refine_pose(
+        field.distances, *field.placement, start, np.eye(3) * 1e6, points, 0.1
+    )
+    assert np.allclose(found, start, atol=1e-3)
+
+
+@settings(deadline=None, max_examples=50)
+@given(st.lists(st.floats(0.0, 1.0), min_size=1, max_size=30), st.floats(0.0, 0.999))
+def test_low_variance_resampling_is_off_by_less_than_one(raw, offset):
+    """Each particle is drawn n·w times, rounded down or up (Probabilistic Robotics, 4.3.4)."""
+    weights = np.array(raw) + 1e-3
+    weights /= weights.sum()
+    counts = np.bincount(kernels.resample(weights, 100, offset), minlength=weights.size)
+    assert counts.sum() == 100
+    assert (np.abs(counts - 100 * weights) < 1.0 + 1e-9).all()
+
+
+def test_a_pose_inside_a_wall_scores_worse():
+    field = surface_field(room())
+    table = field.log_likelihoods(0.08, 0.9)
+    poses = np.array([[0.0, 0.0, 0.0], [-2.15, 0.0, 0.0], [-9.0, 0.0, 0.0]])
+    scores = kernels.score_poses(
+        table, field.occupancy, *field.placement, poses, np.zeros((0, 2)), -2.0
+    )
+    assert list(scores) == [0.0, -20.0, -20.0]

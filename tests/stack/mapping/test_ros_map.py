@@ -1,0 +1,168 @@
+"""Maps in ROS' format: map_server's rules, worked out by hand, and the round trip."""
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from stack.errors import InputError
+from stack.mapping.pictures import Picture
+from stack.mapping.ros_map import Shading, occupancies, read_ros_map, write_ros_map
+from stack.types import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+
+YAML = """\
+image: map.pgm
+mode: trinary
+resolution: 0.05
+origin: [-1.0, 2.5, 0.0]
+negate: 0
+occupied_thresh: 0.65
+free_thresh: 0.196
+"""
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "map.yaml").write_text(YAML)
+    (tmp_path / "map.pgm").write_bytes(
+        b"P5\n# by hand\n3 2\n255\n" + bytes([0, 254, 205, 90, 89, 206])
+    )
+    return tmp_path
+
+
+def rewrite(folder, old, new):
+    assert old in YAML
+    (folder / "map.yaml").write_text(YAML.replace(old, new))
+    return folder / "map.yaml"
+
+
+def test_the_picture_s_bottom_row_is_the_grid_s_first(folder):
+    grid = read_ros_map(folder / "map.yaml")
+    # occ = 1 - shade/255: 90 -> 0.647 and 206 -> 0.192 lie either side of the thresholds, as do
+    # 89 -> 0.651 and map_saver's 205 -> 0.19608.
+    assert grid.cells.tolist() == [[UNKNOWN, OCCUPIED, FREE], [OCCUPIED, FREE, UNKNOWN]]
+    assert grid.resolution == 0.05 and grid.origin == (-1.0, 2.5)
+    assert grid.centre_of(0, 0) == pytest.approx((-0.975, 2.525))
+
+
+def test_negate_makes_white_occupied(folder):
+    grid = read_ros_map(rewrite(folder, "negate: 0", "negate: 1"))
+    # occ = shade/255: 0, 0.996, 0.804 over 0.353, 0.349, 0.808.
+    assert grid.cells.tolist() == [
+        [UNKNOWN, UNKNOWN, OCCUPIED],
+        [FREE, OCCUPIED, OCCUPIED],
+    ]
+
+
+def test_scale_spreads_what_lies_between_the_thresholds(folder):
+    grid = read_ros_map(rewrite(folder, "mode: trinary", "mode: scale"))
+    # 205: (0.19608 - 0.196) / 0.454 = 0.02 % -> 0; 90: (0.64706 - 0.196) / 0.454 = 99.4 % -> 99.
+    assert grid.cells.tolist() == [[99, 100, 0], [100, 0, 0]]
+    # 150: (0.41176 - 0.196) / 0.454 = 47.52 %, rounded to the nearest.
+    grey = Picture(np.full((1, 1, 1), 150 / 255))
+    assert occupancies(grey, Shading("scale", False, 0.65, 0.196)).tolist() == [[48]]
+
+
+def test_raw_takes_bytes_up_to_100_as_they_are(folder):
+    grid = read_ros_map(rewrite(folder, "mode: trinary", "mode: raw"))
+    assert grid.cells.tolist() == [[90, 89, UNKNOWN], [0, UNKNOWN, UNKNOWN]]
+
+
+def test_alpha_is_a_fourth_colour_in_trinary_and_unknown_in_scale():
+    white_clear = Picture(np.ones((1, 1, 3)), np.zeros((1, 1)))
+    black_clear = Picture(np.zeros((1, 1, 3)), np.zeros((1, 1)))
+    trinary, scale = Shading("trinary", False, 0.65, 0.2), Shading("scale", False, 0.65, 0.2)
+    # (1 + 1 + 1 + 0) / 4 = 0.75 bright, so 0.25 occupied: between the thresholds.
+    assert occupancies(white_clear, trinary).tolist() == [[UNKNOWN]]
+    assert occupancies(black_clear, trinary).tolist() == [[OCCUPIED]]
+    assert occupancies(white_clear, scale).tolist() == [[UNKNOWN]]
+    assert occupancies(black_clear, scale).tolist() == [[UNKNOWN]]
+
+
+@pytest.mark.parametrize("channels", [1, 3, 4])
+def test_png_pictures_can_be_grey_coloured_or_transparent(folder, channels):
+    pixels = np.array([[0, 255]], np.uint8)
+    image = pixels if channels == 1 else np.repeat(pixels[:, :, None], channels, axis=2)
+    if channels == 4:
+        image[:, :, 3] = 255
+    cv2.imwrite(str(folder / "map.png"), image)
+    grid = read_ros_map(rewrite(folder, "map.pgm", "map.png"))
+    # A black opaque pixel has (0 + 0 + 0 + 1) / 4 = 0.25 brightness: 0.75 > 0.65 is occupied.
+    assert grid.cells.tolist() == [[OCCUPIED, FREE]]
+
+
+def test_plain_and_16_bit_pgm_pictures(folder):
+    (folder / "map.pgm").write_bytes(b"P2 # plain\n2 1\n15\n0 15\n")
+    assert read_ros_map(folder / "map.yaml").cells.tolist() == [[OCCUPIED, FREE]]
+    (folder / "map.pgm").write_bytes(b"P5 2 1 65535\n" + b"\x00\x10\xff\xf0")
+    assert read_ros_map(folder / "map.yaml").cells.tolist() == [[OCCUPIED, FREE]]
+
+
+WRONG = [
+    ("image: map.pgm\n", "", "1:1 E401 a map file needs the key 'image'"),
+    ("map.pgm", "mop.pgm", "1:8 E402 image: there is no file 'mop.pgm' beside this one; did you m"),
+    ("map.pgm", "map.yaml", "1:8 E402 image: 'map.yaml' is no PGM or PNG picture, it begins with"),
+    ("map.pgm", "cut.pgm", "1:8 E402 image: 'cut.pgm' is a damaged PGM: 3 of 6 pixels are there"),
+    ("map.pgm", "cut.png", "1:8 E402 image: 'cut.png' is a damaged PNG: its end is cut off"),
+    ("map.pgm", "huge.pgm", "1:8 E402 image: 'huge.pgm' is 9000 x 9000 pixels; a map has 1 to 81"),
+    ("map.pgm", ".", "1:8 E402 image: '.' cannot be read: Is a directory"),
+    ("0.05", "-1", "3:13 E401 resolution: -1 m must be above 0 m"),
+    ("2.5, 0.0]", "2.5, 0.5]", "4:21 E401 origin: a map turned by a yaw of 0.5 rad cannot be used"),
+    ("2.5, 0.0]", "2.5]", "4:9 E401 origin: expected [x, y, yaw], got a list of 2"),
+    ("negate: 0", "negate: 2", "5:9 E401 negate: expected 0 or 1, got 2"),
+    ("trinary", "trinery", "2:7 E401 mode: 'trinery' is not one of trinary, scale, raw; did you"),
+    ("0.196", "0.7", "7:14 E401 free_thresh: 0.7 must be below occupied_thresh 0.65"),
+    ("negate: 0", "negate: 0\nfree_tresh: 1", "6:1 E401 a map file has no key 'free_tresh'; did"),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "expected"), WRONG)
+def test_a_mistake_is_reported_where_it_stands(folder, old, new, expected):
+    (folder / "cut.pgm").write_bytes(b"P5 3 2 255\nabc")
+    (folder / "huge.pgm").write_bytes(b"P5 9000 9000 255\nabc")
+    encoded = cv2.imencode(".png", np.zeros((9, 9), np.uint8))[1].tobytes()
+    (folder / "cut.png").write_bytes(encoded[:-20])
+    with pytest.raises(InputError) as caught:
+        read_ros_map(rewrite(folder, old, new))
+    found = [
+        f"{item.mark.line}:{item.mark.column} {item.code} {item.sentence}; {item.hint}"
+        for item in caught.value.findings
+    ]
+    assert [line[: len(expected)] for line in found] == [expected]
+
+
+SHAPES = st.tuples(st.integers(1, 12), st.integers(1, 12))
+NUMBERS = st.floats(-500, 500, allow_nan=False)
+
+
+@settings(deadline=None, max_examples=60)
+@given(
+    cells=arrays(np.int8, SHAPES, elements=st.sampled_from([FREE, OCCUPIED, UNKNOWN]))
+    | arrays(np.int8, SHAPES, elements=st.integers(-1, 100)),
+    resolution=st.floats(1e-3, 10.0),
+    x=NUMBERS,
+    y=NUMBERS,
+)
+def test_what_is_written_reads_back_the_same(tmp_path_factory, cells, resolution, x, y):
+    path = tmp_path_factory.getbasetemp() / "round trip's.yaml"
+    write_ros_map(OccupancyGrid(cells, resolution, (x, y)), path)
+    grid = read_ros_map(path)
+    assert np.array_equal(grid.cells, cells)
+    assert grid.resolution == resolution and grid.origin == (x, y)
+
+
+def test_writing_leaves_the_old_map_alone_when_it_fails(folder, monkeypatch):
+    before = (folder / "map.pgm").read_bytes()
+
+    def no_space(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("os.fsync", no_space)
+    with pytest.raises(OSError, match="No space"):
+        write_ros_map(OccupancyGrid(np.zeros((2, 2), np.int8), 0.1), folder / "map.yaml")
+    assert (folder / "map.pgm").read_bytes() == before
+    assert sorted(file.name for file in Path(folder).iterdir()) == ["map.pgm", "map.yaml"]

@@ -1,0 +1,118 @@
+from math import pi
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from stack.errors import ParameterError
+from stack.types import STANDSTILL, FailureCode, Footprint, Pose2D, TaskStatus, Twist
+from tests.stack.navigation.toy_drive import ToyDrive
+from tests.stack.navigation.toy_world import ToyWorld, robot, room
+
+LONG = Footprint(np.array([[-0.2, -0.15], [0.6, -0.15], [0.6, 0.15], [-0.2, 0.15]]))
+
+
+@settings(deadline=None, max_examples=60)
+@given(st.floats(-4 * pi, 4 * pi), st.floats(-pi, pi), st.floats(0.2, 3.0))
+def test_every_spin_ends_after_its_angle(angle, heading, speed):
+    toy = ToyDrive(ToyWorld(room(6, 6), robot(), Pose2D(3.0, 3.0, heading)))
+    turned, before = 0.0, heading
+    task = toy.navigation.spin(angle, speed=speed)
+    while task.running and toy.world.time < 200:
+        toy.step()
+        turned += (toy.world.pose.heading - before + pi) % (2 * pi) - pi
+        before = toy.world.pose.heading
+    toy.navigation.close()
+    assert task.status is TaskStatus.SUCCEEDED
+    assert turned == pytest.approx(angle, abs=0.05)
+
+
+@settings(deadline=None, max_examples=30)
+@given(st.floats(0.02, 2.0), st.floats(-pi, pi), st.floats(0.05, 0.5))
+def test_every_backing_up_ends_after_its_distance(distance, heading, speed):
+    toy = ToyDrive(ToyWorld(room(6, 6), robot(), Pose2D(3.0, 3.0, heading)))
+    task = toy.navigation.back_up(distance, speed=speed)
+    assert toy.finish(task, 200) is TaskStatus.SUCCEEDED
+    toy.navigation.close()
+    there = Pose2D(3.0, 3.0, heading).compose(Pose2D(-distance, 0.0))
+    assert toy.world.pose.distance_to(there) < 0.03
+
+
+def test_backing_up_stops_before_a_wall_and_fails(make):
+    toy = make(ToyWorld(room(6, 6), robot(), Pose2D(0.6, 3.0)))
+    task = toy.navigation.back_up(1.0)
+    toy.finish(task)
+    assert task.failure.code == FailureCode.COLLISION_AHEAD
+    assert "is in the way; came 0." in task.failure.sentence
+    assert toy.world.nearest > 0.03
+
+
+def test_a_long_robot_does_not_spin_into_a_wall(make):
+    toy = make(ToyWorld(room(6, 6), robot(LONG), Pose2D(3.0, 0.4, 0.0), beams=720))
+    task = toy.navigation.spin(-pi)
+    toy.finish(task)
+    assert task.failure.code == FailureCode.COLLISION_AHEAD
+    assert toy.world.nearest > 0.0
+
+
+def test_somebody_who_steps_aside_in_time_is_waited_for(make):
+    world = ToyWorld(room(6, 6), robot(), Pose2D(3.0, 3.0), circles=[(2.3, 3.0, 0.2)])
+    toy = make(world)
+    task = toy.navigation.back_up(0.5)
+    toy.run(1.5)
+    world.circles.clear()
+    assert toy.finish(task) is TaskStatus.SUCCEEDED
+
+
+def test_a_stalled_robot_gives_up(make):
+    toy = make()
+    task = toy.navigation.spin(1.0)
+    toy.world.drive = lambda twist: setattr(toy.world, "time", toy.world.time + 0.05)
+    toy.finish(task)
+    assert task.failure.code == FailureCode.NO_PROGRESS
+    assert toy.world.time == pytest.approx(3.0, abs=0.2)
+
+
+def test_a_robot_that_crawls_runs_out_of_time(make):
+    toy = make()
+    task = toy.navigation.back_up(1.0, speed=0.3)
+    drive = toy.world.drive
+    toy.world.drive = lambda twist: drive(Twist(twist.linear * 0.1))
+    toy.finish(task, 200)
+    assert task.failure.code == FailureCode.TIMED_OUT
+
+
+def test_a_velocity_lives_as_long_as_asked_and_can_be_renewed(make):
+    toy = make()
+    toy.run(0.5)
+    task = toy.navigation.drive_for(Twist(0.3), 0.5)
+    toy.run(0.4)
+    assert toy.navigation.drive_for(Twist(0.2, 0.1), 0.5) is task
+    toy.run(0.4)
+    assert toy.commands[-1] == Twist(0.2, 0.1)
+    toy.run(0.2)
+    assert toy.commands[-1] == STANDSTILL
+    assert task.status is TaskStatus.SUCCEEDED
+
+
+def test_a_velocity_cancels_a_drive(make):
+    toy = make()
+    drive = toy.navigation.navigate_to(Pose2D(7.0, 3.0))
+    toy.run(1.0)
+    toy.navigation.drive_for(Twist(0.1), 0.2)
+    assert drive.status is TaskStatus.CANCELLED
+
+
+@pytest.mark.parametrize("distance", [0.0, -0.3])
+def test_backing_up_by_nothing_is_refused(make, distance):
+    with pytest.raises(ParameterError, match="must be above 0"):
+        make().navigation.back_up(distance)
+
+
+def test_recoveries_are_counted(make):
+    toy = make()
+    toy.finish(toy.navigation.spin(0.5))
+    toy.finish(toy.navigation.back_up(0.2))
+    assert toy.navigation.counters["recoveries"] == 2
+    assert toy.kinds() == ["recovery", "task"] * 2

@@ -1,0 +1,68 @@
+"""A whole navigation around a toy world: what a test sets up, and a step of the loop."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from stack.control.pure_pursuit import PurePursuit, PurePursuitParameters
+from stack.navigation.navigation import Navigation
+from stack.navigation.parameters import NavigationParameters
+from stack.navigation.tasks import Moment
+from stack.safety.safety import Safety, SafetyParameters
+from tests.stack.navigation.toy_world import ToyCostmap, ToyPlanner, ToyWorld
+
+
+class ToyDrive:
+    """World, costmaps, planner, controller, navigation and safety, stepped together.
+
+    Attributes:
+        quality: of the localisation, as the estimate says it.
+        follow_changes: whether the costmaps see what changes in the world.
+    """
+
+    def __init__(self, world: ToyWorld, *, planner=None, controller=None, **settings) -> None:
+        self.world, self.quality, self.follow_changes = world, 0.9, True
+        self.events: list[tuple[str, str, dict]] = []
+        self.planner = planner or ToyPlanner()
+        self.local, self.globe = ToyCostmap(world), ToyCostmap(world)
+        self.controller = controller or PurePursuit(
+            PurePursuitParameters(), world.robot, world.period
+        )
+        self.navigation = Navigation(
+            world.robot, self.planner, self.controller,
+            replace(NavigationParameters(), **settings), self.local, self.globe, self.emit,
+            world.period,
+        )  # fmt: skip
+        self.safety = Safety(world.robot, SafetyParameters(), world.period)
+        self.commands = []
+
+    def emit(self, kind, text, level="info", **fields):
+        self.events.append((kind, text, fields))
+
+    def kinds(self) -> list[str]:
+        return [kind for kind, _, _ in self.events]
+
+    def step(self) -> None:
+        world = self.world
+        if self.follow_changes:
+            self.local.update()
+            self.globe.update()
+        estimate = replace(world.estimate, quality=self.quality)
+        moment = Moment(world.time, estimate, world.odometry, world.scan)
+        twist = self.navigation.advance(moment)
+        self.commands.append(twist)
+        world.drive(
+            self.safety.limit(twist, scan=world.scan, time=world.time, measured=world.twist)
+        )
+
+    def run(self, seconds: float, until=lambda: False) -> float:
+        """Step until something holds or time is over; the time it took."""
+        begin = self.world.time
+        while self.world.time - begin < seconds - 1e-9 and not until():
+            self.step()
+        return self.world.time - begin
+
+    def finish(self, task, seconds: float = 60.0):
+        """Step until a task is over; its status."""
+        self.run(seconds, lambda: not task.running)
+        return task.status

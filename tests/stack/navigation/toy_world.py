@@ -1,0 +1,245 @@
+"""A kinematic world in numpy: square rooms, round people, a lidar, a unicycle. No physics.
+
+Full drives run in milliseconds, so that hundreds of them fit into a test run.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from heapq import heappop, heappush
+from math import cos, hypot, sin, sqrt
+from pathlib import Path as FilePath
+
+import cv2
+import numpy as np
+
+from stack.description import LidarDescription, Limits, RobotDescription, Wheels
+from stack.errors import NavigationError
+from stack.types import (
+    STANDSTILL,
+    CostGrid,
+    FailureCode,
+    Footprint,
+    Odometry,
+    Path,
+    Pose2D,
+    PoseEstimate,
+    Scan,
+    Twist,
+    wrap_angle,
+)
+
+RECTANGLE = Footprint(np.array([[-0.25, -0.2], [0.25, -0.2], [0.25, 0.2], [-0.25, 0.2]]))
+
+
+def robot(footprint: Footprint = RECTANGLE, *, lidar: bool = True, **limits) -> RobotDescription:
+    return RobotDescription(
+        "toy", footprint, 0.3, FilePath("toy.urdf"), Wheels(("l",), ("r",), 0.08, 0.35),
+        limits=Limits(**limits), lidar=LidarDescription(Pose2D(0.0, 0.0)) if lidar else None,
+    )  # fmt: skip
+
+
+def room(width: float, depth: float) -> list[tuple[float, float, float, float]]:
+    """Four walls as segments x1, y1, x2, y2."""
+    return [
+        (0, 0, width, 0), (width, 0, width, depth), (width, depth, 0, depth), (0, depth, 0, 0),
+    ]  # fmt: skip
+
+
+@dataclass
+class ToyWorld:
+    """Walls (segments), round obstacles (x, y, radius), and one robot with lagging wheels."""
+
+    walls: list[tuple[float, float, float, float]]
+    robot: RobotDescription
+    pose: Pose2D = Pose2D(1.0, 1.0)
+    circles: list[tuple[float, float, float]] = field(default_factory=list)
+    beams: int = 240
+    period: float = 0.05
+    time: float = 0.0
+    twist: Twist = STANDSTILL
+    scan: Scan | None = None
+    nearest: float = np.inf
+    frozen_scan: bool = False
+
+    def __post_init__(self) -> None:
+        self.odometry_pose = Pose2D(0.0, 0.0)
+        self._steps = 0
+        corners = self.robot.footprint.points
+        edges = zip(corners, np.roll(corners, -1, axis=0), strict=True)
+        self._outline = np.vstack([np.linspace(a, b, 40, endpoint=False) for a, b in edges])
+        walls = np.array(self.walls, dtype=float)
+        self._starts, self._spans = walls[:, :2], walls[:, 2:] - walls[:, :2]
+        self._squares = np.einsum("wk,wk->w", self._spans, self._spans)
+        self._see()
+
+    @property
+    def odometry(self) -> Odometry:
+        return Odometry(self.time, self.odometry_pose, self.twist)
+
+    @property
+    def estimate(self) -> PoseEstimate:
+        return PoseEstimate(self.pose, np.eye(3) * 1e-4, 0.9)
+
+    def drive(self, command: Twist) -> None:
+        """Half the way to the command in each step, then a step along the arc; scans at 10 Hz."""
+        self.twist = Twist(
+            0.5 * (self.twist.linear + command.linear), 0.5 * (self.twist.angular + command.angular)
+        )
+        turn = self.twist.angular * self.period
+        step = Pose2D(
+            self.twist.linear * self.period * cos(turn / 2),
+            self.twist.linear * self.period * sin(turn / 2),
+            turn,
+        )
+        self.pose, self.odometry_pose = self.pose.compose(step), self.odometry_pose.compose(step)
+        self.time = round(self.time + self.period, 9)
+        self._steps += 1
+        if self._steps % 2 == 0 and not self.frozen_scan:
+            self._see()
+        self.nearest = min(self.nearest, self.clearance())
+
+    def _see(self) -> None:
+        angles = np.arange(self.beams) * (2 * np.pi / self.beams)
+        c, s = np.cos(angles + self.pose.heading), np.sin(angles + self.pose.heading)
+        best = np.full(self.beams, np.inf)
+        for x1, y1, x2, y2 in self.walls:
+            ex, ey, rx, ry = x2 - x1, y2 - y1, x1 - self.pose.x, y1 - self.pose.y
+            with np.errstate(all="ignore"):
+                cross = c * ey - s * ex
+                along, share = (rx * ey - ry * ex) / cross, (rx * s - ry * c) / cross
+            hit = (along > 0) & (share >= 0) & (share <= 1)
+            best[hit] = np.minimum(best[hit], along[hit])
+        for x, y, radius in self.circles:
+            rx, ry = x - self.pose.x, y - self.pose.y
+            middle = rx * c + ry * s
+            root = radius**2 - (rx * rx + ry * ry - middle**2)
+            hit = (root >= 0) & (middle > 0)
+            best[hit] = np.minimum(best[hit], middle[hit] - np.sqrt(root[hit]))
+        best[best > 12.0] = np.inf
+        self.scan = Scan(
+            self.time, best.astype(np.float32), 0.0, 2 * np.pi / self.beams, 0.05, 12.0
+        )
+
+    def clearance(self) -> float:
+        """Metres between the outline (points 1 cm apart) and the nearest thing."""
+        points = self.pose.transform(self._outline)
+        from_starts = points[:, None] - self._starts
+        share = np.einsum("pwk,wk->pw", from_starts, self._spans) / self._squares
+        away = from_starts - np.clip(share, 0.0, 1.0)[..., None] * self._spans
+        nearest = float(np.sqrt(np.einsum("pwk,pwk->pw", away, away).min()))
+        for x, y, radius in self.circles:
+            nearest = min(nearest, float(np.hypot(*(points - (x, y)).T).min()) - radius)
+        return nearest
+
+
+class ToyCostmap:
+    """The true obstacles of a toy world, inflated, seen when `update` is called."""
+
+    def __init__(self, world: ToyWorld, resolution: float = 0.05, inflation: float = 0.55) -> None:
+        self._world, self._resolution, self._inflation = world, resolution, inflation
+        self.version, self.cleared = 0, 0
+        self._drawn: object = None
+        self.update()
+
+    def update(self, *_: object) -> None:
+        world = self._world
+        drawn = (tuple(world.walls), tuple(world.circles))
+        if drawn == self._drawn:
+            return
+        self._drawn = drawn
+        ends = np.array(world.walls).reshape(-1, 2)
+        low, high = ends.min(axis=0) - 0.2, ends.max(axis=0) + 0.2
+        columns, rows = np.ceil((high - low) / self._resolution).astype(int)
+        free = np.ones((rows, columns), np.uint8)
+
+        def cells(points):
+            x = np.floor((points[:, 0] - low[0]) / self._resolution).astype(int)
+            y = np.floor((points[:, 1] - low[1]) / self._resolution).astype(int)
+            free[np.clip(y, 0, rows - 1), np.clip(x, 0, columns - 1)] = 0
+
+        for x1, y1, x2, y2 in world.walls:
+            share = np.linspace(0, 1, 2 + int(hypot(x2 - x1, y2 - y1) / 0.02))[:, None]
+            cells(np.array([x1, y1]) + share * np.array([x2 - x1, y2 - y1]))
+        for x, y, radius in world.circles:
+            grid = np.stack(np.meshgrid(*[np.arange(-radius, radius, 0.02)] * 2), -1).reshape(-1, 2)
+            cells(grid[np.hypot(*grid.T) <= radius] + (x, y))
+        away = cv2.distanceTransform(free, cv2.DIST_L2, cv2.DIST_MASK_PRECISE) * self._resolution
+        inscribed = world.robot.footprint.inscribed_radius
+        costs = 252 * np.exp(-4.0 * (away - inscribed))
+        costs[away > self._inflation] = 0
+        costs[away <= inscribed] = 253
+        costs[away == 0] = 254
+        self.grid = CostGrid(costs.astype(np.uint8), self._resolution, (low[0], low[1]))
+        self.version += 1
+
+    def clear(self) -> None:
+        self.cleared += 1
+
+
+class ToyPlanner:
+    """A* with a heap; cost-aware, 8-connected, points 5 cm apart, then averaged."""
+
+    def __init__(self) -> None:
+        self.calls = 0
+        self.fails: NavigationError | None = None
+
+    def plan(self, costs: CostGrid, start: Pose2D, goal: Pose2D) -> Path:
+        self.calls += 1
+        if self.fails is not None:
+            raise self.fails
+        first, last = costs.cell_at(start.x, start.y), costs.cell_at(goal.x, goal.y)
+        for cell, code in (
+            (first, FailureCode.START_OUTSIDE_MAP), (last, FailureCode.GOAL_OUTSIDE_MAP),
+        ):  # fmt: skip
+            if not costs.contains(*cell):
+                raise NavigationError(code, f"cell {cell} is off the map")
+        if costs.cells[last] >= 253:
+            raise NavigationError(FailureCode.GOAL_OCCUPIED, f"cell {last} is occupied")
+        cells = self._search(costs, first, last)
+        centres = np.array([costs.centre_of(*cell) for cell in cells])
+        padded = np.vstack([centres[:1]] * 4 + [centres] + [centres[-1:]] * 4)
+        middle = np.column_stack(
+            [np.convolve(padded[:, k], np.ones(9) / 9, "valid") for k in (0, 1)]
+        )
+        points = np.vstack([[start.x, start.y], middle[1:-1], [goal.x, goal.y]])
+        steps = np.diff(points, axis=0)
+        headings = np.append(np.arctan2(steps[:, 1], steps[:, 0]), goal.heading)
+        return Path(np.column_stack([points, headings]))
+
+    @staticmethod
+    def _search(costs: CostGrid, first: tuple[int, int], last: tuple[int, int]):
+        rows, columns = costs.cells.shape
+        prices = (1.0 + 3.0 * costs.cells / 252.0).tolist()
+        blocked = (costs.cells >= 253).tolist()
+
+        def guess(r, c):
+            a, b = abs(r - last[0]), abs(c - last[1])
+            return max(a, b) + (sqrt(2) - 1) * min(a, b)
+
+        best, came, queue = {first: 0.0}, {}, [(guess(*first), first)]
+        done = set()
+        while queue:
+            _, cell = heappop(queue)
+            if cell in done:
+                continue
+            done.add(cell)
+            if cell == last:
+                cells = [cell]
+                while cells[-1] in came:
+                    cells.append(came[cells[-1]])
+                return cells[::-1]
+            for dr in (-1, 0, 1):
+                for dc in (-1, 0, 1):
+                    r, c = cell[0] + dr, cell[1] + dc
+                    if not (0 <= r < rows and 0 <= c < columns) or blocked[r][c]:
+                        continue
+                    price = best[cell] + hypot(dr, dc) * prices[r][c]
+                    if price < best.get((r, c), np.inf):
+                        best[r, c], came[r, c] = price, cell
+                        heappush(queue, (price + guess(r, c), (r, c)))
+        raise NavigationError(FailureCode.NO_VALID_PATH, f"nothing joins {first} and {last}")
+
+
+def heading_error(pose: Pose2D, goal: Pose2D) -> float:
+    return abs(wrap_angle(pose.heading - goal.heading))

@@ -1,0 +1,192 @@
+from dataclasses import replace
+from math import inf, nan, pi
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from stack.safety.monitor import CollisionMonitor
+from stack.safety.safety import Safety, SafetyParameters
+from stack.types import STANDSTILL, Footprint, Pose2D, Scan, Twist
+from tests.stack.navigation.toy_world import RECTANGLE, ToyWorld, robot, room
+
+PERIOD = 0.05
+LONG = Footprint(np.array([[-0.2, -0.15], [0.6, -0.15], [0.6, 0.15], [-0.2, 0.15]]))
+L_SHAPE = Footprint(
+    np.array([[-0.3, -0.3], [0.3, -0.3], [0.3, 0.0], [0.0, 0.0], [0.0, 0.3], [-0.3, 0.3]])
+)
+
+
+def run(world, wanted, seconds, safety=None):
+    """Drive with one wish for some seconds; the twists that were let through."""
+    safety = safety or Safety(world.robot, SafetyParameters(), world.period)
+    driven = []
+    for _ in range(round(seconds / world.period)):
+        twist = safety.limit(wanted, scan=world.scan, time=world.time, measured=world.twist)
+        driven.append(twist)
+        world.drive(twist)
+    return driven
+
+
+@settings(deadline=None, max_examples=100)
+@given(
+    st.sampled_from([RECTANGLE, Footprint.circle(0.25), LONG, L_SHAPE]),
+    st.floats(1.0, 7.0), st.floats(1.0, 7.0), st.floats(-pi, pi),
+    st.floats(-0.3, 0.8), st.floats(-1.8, 1.8),
+    st.lists(
+        st.tuples(st.floats(0.5, 7.5), st.floats(0.5, 7.5), st.floats(0.1, 0.4)), max_size=5
+    ),
+)  # fmt: skip
+def test_no_wish_ever_touches_anything(footprint, x, y, heading, linear, angular, circles):
+    world = ToyWorld(room(8, 8), robot(footprint), Pose2D(x, y, heading), circles, beams=720)
+    assume(world.clearance() > 0.05)
+    run(world, Twist(linear, angular), 12.0)
+    assert world.nearest > 0.0
+
+
+@settings(deadline=None, max_examples=60)
+@given(
+    st.floats(2.0, 6.0), st.floats(2.0, 6.0), st.floats(-pi, pi),
+    st.lists(st.tuples(st.floats(-0.3, 0.8), st.floats(-1.8, 1.8)), min_size=12, max_size=12),
+)  # fmt: skip
+def test_changing_wishes_never_touch_anything(x, y, heading, wishes):
+    world = ToyWorld(room(8, 8), robot(LONG), Pose2D(x, y, heading), beams=720)
+    safety = Safety(world.robot, SafetyParameters(), world.period)
+    for linear, angular in wishes:
+        run(world, Twist(linear, angular), 1.0, safety)
+    assert world.nearest > 0.0
+
+
+def test_it_slows_in_proportion_and_stops_short_of_a_wall():
+    world = ToyWorld(room(8, 8), robot(), Pose2D(4.0, 4.0))
+    safety = Safety(world.robot, SafetyParameters(), PERIOD)
+    driven = run(world, Twist(0.8), 4.5, safety)
+    assert max(twist.linear for twist in driven) == pytest.approx(0.8)
+    assert safety.reason.startswith("slower: something ")
+    run(world, Twist(0.8), 6.0, safety)
+    assert safety.reason.startswith("stopped: something 0.")
+    assert "ahead" in safety.reason
+    # the nose stops `padding` from the wall, plus what is too little to creep over: 0.02 m
+    assert world.clearance() == pytest.approx(0.03 + 0.02, abs=0.015)
+
+
+def test_a_clear_way_is_let_through_without_a_word():
+    world = ToyWorld(room(8, 1.0), robot(), Pose2D(1.0, 0.5))
+    safety = Safety(world.robot, SafetyParameters(), PERIOD)
+    driven = run(world, Twist(0.5), 3.0, safety)
+    assert driven[-1] == Twist(0.5)
+    assert safety.reason == ""
+
+
+def test_a_long_robot_may_not_turn_its_nose_into_a_wall_but_may_turn_away():
+    at_the_wall = Pose2D(4.0, 0.3, 0.0)  # beside the wall at y = 0, 15 cm from it
+    world = ToyWorld(room(8, 8), robot(LONG), at_the_wall, beams=720)
+    run(world, Twist(angular=-1.0), 5.0)
+    assert -0.35 < world.pose.heading < -0.05
+    assert world.nearest > 0.0
+    run(world, Twist(angular=1.0), 1.5)
+    assert world.pose.heading > 0.5
+
+
+def test_it_may_move_away_from_a_point_inside_the_padding_but_not_nearer():
+    world = ToyWorld(room(8, 8), robot(), Pose2D(0.26, 4.0, pi), beams=720)  # nose 1 cm off
+    assert run(world, Twist(0.3), 1.0)[-1] == STANDSTILL
+    run(world, Twist(-0.3), 2.0)
+    assert world.pose.x > 0.6
+    assert world.nearest > 0.0
+
+
+def test_the_time_to_contact_is_exact_for_a_straight_line_and_a_turn():
+    monitor = CollisionMonitor(robot(LONG))
+    wall = np.array([[1.63, 0.0]])
+    contact = monitor.contact(Twist(0.5), wall, 5.0, 0.03)
+    assert contact.time == pytest.approx((1.63 - 0.6 - 0.03) / 0.5, abs=0.01)
+    beside = np.array([[0.0, 0.5]])  # the nose's corner at 14 degrees comes round to 90
+    turn = monitor.contact(Twist(angular=1.0), beside, 5.0, 0.0)
+    # first contact with the left edge y = 0.15 of the nose: asin(0.15 / 0.5) before 90 degrees
+    assert turn.time == pytest.approx(pi / 2 - np.arcsin(0.15 / 0.5), abs=0.02)
+    assert monitor.contact(Twist(-0.5), wall, 5.0, 0.03).time == inf
+
+
+def test_a_point_in_the_notch_of_an_l_shape_is_outside():
+    monitor = CollisionMonitor(robot(L_SHAPE))
+    notch = np.array([[0.15, 0.15]])
+    assert monitor.contact(Twist(angular=0.2), notch, 0.2, 0.03).time == inf
+    assert monitor.contact(Twist(0.5), notch, 2.0, 0.03).time == pytest.approx(0.24, abs=0.01)
+
+
+def test_the_scan_is_moved_by_what_the_robot_has_driven_since():
+    world = ToyWorld(room(8, 8), robot(), Pose2D(4.0, 4.0))
+    points = CollisionMonitor(world.robot).points(world.scan, 0.2, Twist(0.5, pi / 4))
+    half = pi / 40
+    chord = 2 * (0.5 / (pi / 4)) * np.sin(half)
+    there = Pose2D(4.0 + chord * np.cos(half), 4.0 + chord * np.sin(half), pi / 20)
+    on_walls = there.transform(points)
+    distance = np.minimum(np.abs(on_walls - 8).min(axis=1), np.abs(on_walls).min(axis=1))
+    assert distance.max() < 1e-5
+
+
+def test_an_old_or_missing_scan_stops_the_robot_and_says_so():
+    world = ToyWorld(room(8, 8), robot(), Pose2D(2.0, 4.0))
+    safety = Safety(world.robot, SafetyParameters(), PERIOD)
+    run(world, Twist(0.5), 1.0, safety)
+    world.frozen_scan = True
+    driven = run(world, Twist(0.5), 1.0, safety)
+    assert driven[3].linear > 0.4  # 0.3 s are allowed
+    assert driven[-1] == STANDSTILL
+    assert safety.reason == "stopped: the newest lidar scan is 0.95 s old"
+    safety.limit(Twist(0.5), scan=None, time=0.0, measured=STANDSTILL)
+    assert safety.reason == "stopped: no lidar scan yet"
+
+
+def test_a_robot_without_lidar_drives_on_trust():
+    safety = Safety(robot(lidar=False), SafetyParameters(), PERIOD)
+    twist = safety.limit(Twist(0.5), scan=None, time=9.0, measured=STANDSTILL)
+    assert twist.linear == pytest.approx(1.0 * PERIOD)
+
+
+def test_speeds_rise_and_fall_no_faster_than_the_robot_can():
+    world = ToyWorld(room(30, 30), robot(), Pose2D(5.0, 15.0))
+    safety = Safety(world.robot, SafetyParameters(), PERIOD)
+    up = [t.linear for t in run(world, Twist(0.8, 1.0), 1.0, safety)]
+    down = [t.linear for t in run(world, Twist(-0.3), 1.0, safety)]
+    assert up[0] == pytest.approx(0.05)  # 1.0 m/s² · 0.05 s
+    assert np.diff(up).max() == pytest.approx(0.05)
+    assert np.diff(down).min() == pytest.approx(-0.075)  # 1.5 m/s² · 0.05 s
+    assert down[-1] == pytest.approx(-0.3)
+
+
+def test_the_speed_limit_keeps_the_arc():
+    world = ToyWorld(room(30, 30), robot(), Pose2D(15.0, 15.0))
+    safety = Safety(world.robot, replace(SafetyParameters(), top_speed=0.4), PERIOD)
+    last = run(world, Twist(0.8, 0.6), 3.0, safety)[-1]
+    assert (last.linear, last.angular) == (pytest.approx(0.4), pytest.approx(0.3))
+
+
+def test_the_emergency_stop_latches_until_released():
+    world = ToyWorld(room(8, 8), robot(), Pose2D(2.0, 4.0))
+    safety = Safety(world.robot, SafetyParameters(), PERIOD)
+    run(world, Twist(0.5), 1.0, safety)
+    safety.engage("operator")
+    safety.engage("a second one")
+    assert run(world, Twist(0.5), 2.0, safety) == [STANDSTILL] * 40
+    assert safety.engaged
+    assert safety.reason == "emergency stop: operator"
+    safety.release()
+    assert run(world, Twist(0.5), 1.0, safety)[0].linear == pytest.approx(0.05)
+
+
+def test_something_that_is_no_velocity_stops_the_robot():
+    world = ToyWorld(room(8, 8), robot(), Pose2D(4.0, 4.0))
+    safety = Safety(world.robot, SafetyParameters(), PERIOD)
+    assert run(world, Twist(nan, 0.1), 0.1, safety)[-1] == STANDSTILL
+    assert "not a velocity" in safety.reason
+
+
+def test_beams_without_return_stand_for_nothing():
+    ranges = np.full(360, np.inf, np.float32)
+    ranges[::2] = np.nan
+    scan = Scan(0.0, ranges, 0.0, 2 * pi / 360, 0.05, 12.0)
+    safety = Safety(robot(), SafetyParameters(), PERIOD)
+    assert safety.limit(Twist(0.5), scan=scan, time=0.0, measured=STANDSTILL).linear > 0.0

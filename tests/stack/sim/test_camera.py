@@ -1,0 +1,187 @@
+import os
+import select
+import subprocess
+import sys
+from dataclasses import replace
+from math import pi
+
+import cv2
+import numpy as np
+import pytest
+
+from stack.errors import BodyError
+from stack.sim.camera import Camera
+from stack.sim.rendering import Renderer, Shot, Studio
+from stack.sim.world import Box, Door, Person
+from stack.types import Marker, Pose2D
+from tests.stack.sim.sim_rover import CAMERA, EMPTY, EQUIPPED, ROVER
+
+MARKER = Marker(7, 0.2, (1.65, 0.1, 0.3), pi)
+WORLD = replace(
+    EMPTY,
+    markers=(MARKER,),
+    boxes=(Box(Pose2D(1.75, 0.1), (0.2, 0.8, 0.8)),),
+    doors=(Door("gate", (1.2, -1.0), (1.2, -0.3)),),
+    people=(Person("p", np.array([[2.0, 1.0], [2.0, 2.0]])),),
+)
+SHOT = Shot(0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), np.array([[4.0, 1.5, 0.2]]), {"gate": False})
+
+
+def studio(camera=CAMERA, world=WORLD, seed=1):
+    return Studio(world, ROVER.urdf, camera, seed)
+
+
+def picture(shot=SHOT, **choices):
+    renderer = Renderer(studio(**choices))
+    try:
+        return renderer.render(shot)
+    finally:
+        renderer.close()
+
+
+def corners_in(pixels, marker):
+    parameters = cv2.aruco.DetectorParameters()
+    parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
+    dictionary = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, marker.dictionary))
+    detector = cv2.aruco.ArucoDetector(dictionary, parameters)
+    corners, numbers, _ = detector.detectMarkers(cv2.cvtColor(pixels, cv2.COLOR_RGB2GRAY))
+    return {
+        int(n): c[0]
+        for n, c in zip(np.ravel([] if numbers is None else numbers), corners, strict=True)
+    }
+
+
+def corners_predicted(marker, camera):
+    """Top left, top right, bottom right, bottom left as its viewer sees them; base at 0."""
+    normal = np.array([np.cos(marker.heading), np.sin(marker.heading), 0.0])
+    right, up = np.array([-normal[1], normal[0], 0.0]), np.array([0.0, 0.0, 1.0])
+    half = marker.size / 2
+    signs = [(-1, 1), (1, 1), (1, -1), (-1, -1)]
+    points = np.array([marker.position + half * (u * right + v * up) for u, v in signs])
+    optical = np.linalg.inv(camera.base_from_optical())
+    seen = (points @ optical[:3, :3].T + optical[:3, 3]) @ camera.matrix.T
+    return seen[:, :2] / seen[:, 2:]
+
+
+@pytest.mark.parametrize(
+    ("marker", "model"),
+    [
+        (MARKER, {}),
+        (
+            replace(MARKER, number=3, heading=pi + 0.4, dictionary="DICT_APRILTAG_36h11"),
+            {"width": 640, "height": 480, "focal_length": 560.0},
+        ),
+        (MARKER, {"pitch": 0.1, "yaw": 0.15}),
+    ],
+    ids=["facing", "aslant", "camera turned"],
+)
+def test_a_marker_is_found_where_the_camera_model_says(marker, model):
+    camera = replace(CAMERA, model=replace(CAMERA.model, **model))
+    alone = replace(SHOT, people=np.zeros((0, 3)), doors={})
+    pixels = picture(alone, camera=camera, world=replace(EMPTY, markers=(marker,)))
+    found = corners_in(pixels, marker)
+    errors = found[marker.number] - corners_predicted(marker, camera.model)
+    assert np.abs(errors).max() < 1.5
+    assert np.abs(errors.mean(axis=0)).max() < 0.5  # no half-pixel shift of the whole picture
+
+
+def test_what_moves_is_drawn_where_it_is():
+    empty = picture(replace(SHOT, people=np.array([[-5.0, 0.0, 0.2]])))
+    with_person = picture()
+    changed = np.argwhere((empty != with_person).any(axis=2))
+    # Person at (4, 1.5): 3.85 m ahead of the lens, 1.5 m to the left
+    assert changed[:, 1].mean() == pytest.approx(160 - 280 * 1.5 / 3.85, abs=2)
+    with_door = picture(replace(SHOT, doors={"gate": True}))
+    columns = np.argwhere((with_person != with_door).any(axis=2))[:, 1]
+    # The door's near face at x = 1.16 reaches from y = -0.3 out of the picture
+    assert columns.min() == pytest.approx(160 + 280 * 0.3 / 1.05, abs=3)
+
+
+def test_the_lens_goes_with_the_robot():
+    turned = Shot(0, (1.0, 0.0, 0.0), (0.0, 0.0, np.sin(pi / 2), np.cos(pi / 2)),
+                  np.array([[4.0, 1.5, 0.2]]), {"gate": False})  # fmt: skip
+    assert MARKER.number in corners_in(picture(), MARKER)
+    assert MARKER.number not in corners_in(picture(turned), MARKER)
+
+
+def test_noise_has_the_stated_deviation_and_belongs_to_the_step():
+    noisy = replace(CAMERA, noise=3.0)
+    clean, first = picture().astype(float), picture(camera=noisy)
+    middle = (clean > 20) & (clean < 235)
+    assert np.std((first - clean)[middle]) == pytest.approx(3.0, rel=0.05)
+    assert (picture(camera=noisy) == first).all()
+    assert (picture(replace(SHOT, step=5), camera=noisy) != first).any()
+    assert (picture(camera=noisy, seed=2) != first).any()
+
+
+def test_another_process_renders_the_same_picture_and_delivers_on_time():
+    chosen = studio(EQUIPPED.camera)
+    camera = Camera(chosen)
+    try:
+        assert camera.is_ready(1.0)
+        camera.expose(1.0, SHOT)
+        assert not camera.is_ready(1.0)
+        assert camera.take(1.05) is None
+        image = camera.take(1.1)
+        assert camera.take(1.2) is None
+        assert image.stamp == 1.0
+        assert (image.pixels == picture(camera=EQUIPPED.camera)).all()
+        assert not camera.is_ready(1.15)  # 5 Hz
+        assert camera.is_ready(1.2)
+    finally:
+        camera.close()
+        camera.close()
+
+
+def test_an_unknown_marker_is_told_when_its_picture_is_due():
+    camera = Camera(studio(world=replace(EMPTY, markers=(replace(MARKER, number=50),))))
+    try:
+        camera.expose(0.0, SHOT)
+        with pytest.raises(BodyError, match="DICT_4X4_50 holds markers 0 to 49, got 50"):
+            camera.take(0.1)
+    finally:
+        camera.close()
+
+
+def test_a_lost_renderer_is_an_error_and_not_a_hang():
+    camera = Camera(studio())
+    try:
+        camera.expose(0.0, SHOT)
+        camera._renderer._process.kill()
+        with pytest.raises(BodyError, match="renderer ended unexpectedly"):
+            camera.take(0.1)
+    finally:
+        camera.close()
+
+
+ORPHAN = """
+import os, sys
+from tests.stack.sim.test_camera import SHOT, Camera, studio
+camera = Camera(studio())
+camera.expose(0.0, SHOT)
+camera.take(0.1)
+print(camera._renderer._process.pid, flush=True)
+sys.stdin.read()
+os._exit(9)
+"""
+
+
+def test_the_renderer_ends_with_its_parent():
+    with subprocess.Popen(
+        [sys.executable, "-c", ORPHAN], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as parent:
+        renderer = os.pidfd_open(int(parent.stdout.readline()))
+        try:
+            parent.stdin.close()  # the parent ends without a word
+            assert select.select([renderer], [], [], 10.0)[0] == [renderer]
+        finally:
+            os.close(renderer)
+
+
+def test_importing_the_physics_prints_nothing():
+    code = "from stack.sim import bullet; print(bullet.load().DIRECT)"
+    answer = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
+    assert answer.stdout == "2\n"
+    assert answer.stderr == ""

@@ -1,0 +1,327 @@
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import msgpack
+import numpy as np
+import pytest
+import zmq
+
+from stack.errors import InputError, TelemetryError
+from stack.telemetry import client as client_module
+from stack.telemetry import codec, server
+from stack.telemetry.client import TelemetryClient
+from stack.telemetry.hub import Telemetry
+from stack.telemetry.messages import Served
+from stack.telemetry.records import Ack, Command, Layer
+from stack.telemetry.rendezvous import live_runs
+from stack.telemetry.server import TelemetryServer
+from stack.types import CostGrid
+
+ROUNDS = 20_000
+"""Turns that the background threads of ZeroMQ get to deliver something."""
+
+
+class Run:
+    """An engine and its dashboards in one thread, on a wall clock turned by hand."""
+
+    def __init__(self, info, clock):
+        self.clock, self.clients, self.snapshots_built = clock, [], 0
+        self.server = TelemetryServer(clock=clock)
+        self.telemetry = Telemetry(info, [self.server], self.fail)
+        self.make = None
+
+    def fail(self, sentence):
+        raise AssertionError(sentence)
+
+    def connect(self, **options):
+        client = TelemetryClient(self.server.handle.address, clock=self.clock, **options)
+        self.clients.append(client)
+        return client
+
+    def publish(self):
+        def build():
+            self.snapshots_built += 1
+            return self.make()
+
+        self.telemetry.publish(build)
+
+    def until(self, arrived, step=None):
+        """Let the engine step until something has arrived; a twentieth of a second each."""
+        for _ in range(ROUNDS):
+            found = arrived()
+            if found:
+                return found
+            (step or self.publish)()
+            self.clock.now += 0.05
+        raise AssertionError("it never arrived")
+
+    def close(self):
+        for client in self.clients:
+            client.close()
+        self.telemetry.close(None)
+
+
+@pytest.fixture
+def run(runtime_directory, info, clock, snapshot_at):
+    run = Run(info, clock)
+    run.make = snapshot_at
+    yield run
+    run.close()
+
+
+def test_a_client_learns_what_is_fixed_and_sees_the_newest_moment(run, info, snapshot_at):
+    client = run.connect()
+    snapshot = run.until(client.poll)
+    assert client.info.run_id == info.run_id and client.info.places == info.places
+    expected = snapshot_at()
+    assert snapshot.tree == expected.tree and snapshot.pose == expected.pose
+    assert np.array_equal(
+        snapshot.layers["map"].content.cells, expected.layers["map"].content.cells
+    )
+    assert snapshot.layers["scene"] == expected.layers["scene"]
+    assert snapshot.image is None
+    assert client.poll() is None
+
+
+def test_pictures_come_to_those_who_want_them(run):
+    client = run.connect(images=True)
+    assert run.until(client.poll).image.pixels.shape == (6, 8, 3)
+
+
+def test_nothing_is_built_for_nobody(run):
+    for _ in range(10):
+        run.publish()
+        run.clock.now += 0.05
+    assert run.snapshots_built == 0
+
+
+def test_at_most_twenty_snapshots_a_wall_second(run):
+    client = run.connect()
+    run.until(client.poll)
+    built = run.snapshots_built
+    for _ in range(2000):  # steps of half a wall millisecond
+        run.publish()
+        client.poll()
+        run.clock.now += 0.0005
+    assert 5 <= run.snapshots_built - built <= 20
+
+
+def test_a_stalled_client_costs_nothing_and_sees_the_newest_when_it_wakes(run, snapshot_at):
+    client = run.connect()
+    run.until(client.poll)
+    built = run.snapshots_built
+    for n in range(200):
+        run.make = lambda n=n: snapshot_at(time=10.0 + n)
+        run.publish()
+        run.clock.now += 0.05
+    # One request was open when it stalled; nothing else was sent or built for it.
+    assert run.snapshots_built - built <= 1
+    first = run.until(client.poll)
+    last = run.until(client.poll)
+    assert first.time <= last.time == 209.0
+
+
+def test_a_layer_travels_once_for_each_version(run, snapshot_at, monkeypatch):
+    sent = []
+    real = server.encode
+    monkeypatch.setattr(
+        server,
+        "encode",
+        lambda record: (sent.append(getattr(record, "name", None)), real(record))[1],
+    )
+    client = run.connect()
+    for _ in range(5):
+        run.until(client.poll)
+    assert sent.count("map") == 1
+    grid = CostGrid(np.full((20, 20), 9, np.uint8), 0.05)
+    changed = snapshot_at().layers | {"local_costmap": Layer(5, grid)}
+    run.make = lambda: snapshot_at(layers=changed)
+    snapshot = run.until(
+        lambda: (new := client.poll()) and new.layers["local_costmap"].version == 5 and new
+    )
+    assert snapshot.layers["local_costmap"].content.cells[0, 0] == 9
+    assert sent.count("map") == 1 and sent.count("local_costmap") == 2
+    del changed["local_costmap"]
+    while "local_costmap" in snapshot.layers:
+        snapshot = run.until(client.poll)
+    assert snapshot.layers.keys() == {"map", "scene"}
+
+
+def emit(run, count):
+    for _ in range(count):
+        run.telemetry.emit("say", "x", source="mission", n=run.telemetry.count)
+
+
+def collect(run, client, count):
+    events = []
+    run.until(lambda: events.extend(client.events()) or len(events) >= count)
+    return events
+
+
+def test_events_come_from_the_first_on_without_gaps(run, monkeypatch):
+    monkeypatch.setattr(server, "BATCH", 100)
+    emit(run, 350)
+    client = run.connect()
+    early = collect(run, client, 350)
+    emit(run, 30)
+    late = collect(run, client, 30)
+    assert [event.number for event in early + late] == list(range(380))
+    assert late[-1].fields == {"n": 379} and client.missed_events == 0
+
+
+def test_events_that_were_forgotten_are_counted(
+    runtime_directory, info, clock, monkeypatch, snapshot_at
+):
+    monkeypatch.setattr(server, "KEPT_EVENTS", 50)
+    run = Run(info, clock)
+    run.make = snapshot_at
+    emit(run, 120)
+    client = run.connect()
+    events = collect(run, client, 50)
+    assert events[0].number == 70 and client.missed_events == 70
+    run.close()
+
+
+def test_commands_are_acknowledged_to_their_sender(run):
+    one, other = run.connect(), run.connect()
+    one.send(Command("1", "pause"))
+    other.send(Command("1", "set_goal", {"x": 1.0}))
+    commands = []
+    run.until(lambda: commands.extend(run.telemetry.commands()) or len(commands) == 2)
+    assert {command.kind for command in commands} == {"pause", "set_goal"}
+    for command in commands:
+        run.telemetry.acknowledge(Ack(command.id, command.kind == "pause", "no map"))
+    assert run.until(one.acks) == [Ack("1", True, "no map")]
+    assert run.until(other.acks) == [Ack("1", False, "no map")]
+
+
+def test_a_paused_engine_still_answers(run):
+    client = run.connect()
+    run.until(lambda: client.poll() or client.info, run.telemetry.service)
+    assert client.poll() is None and run.snapshots_built == 0
+    run.clock.now += 30.0
+    assert client.silent_for > 29.0
+    run.until(lambda: client.poll() or client.silent_for < 1.0, run.telemetry.service)
+    emit(run, 3)
+    events = []
+    run.until(lambda: events.extend(client.events()) or len(events) == 3, run.telemetry.service)
+
+
+def test_the_end_reaches_everybody_with_all_that_was_missing(run, monkeypatch, snapshot_at):
+    monkeypatch.setattr(server, "BATCH", 10)
+    client = run.connect()
+    run.until(client.poll)
+    emit(run, 55)
+    run.telemetry.close(
+        {"result": "success", "seconds": np.float64(2.5)}, lambda: snapshot_at(time=7.0)
+    )
+    snapshots, events = [], []
+    for _ in range(ROUNDS):
+        new = client.poll()
+        snapshots.extend([new] if new else [])
+        events.extend(client.events())
+        if client.is_over:
+            break
+    assert client.report == {"result": "success", "seconds": 2.5}
+    assert snapshots[-1].time == 7.0
+    assert [event.number for event in events] == list(range(55))
+    assert live_runs() == [] and not run.server.handle.socket.exists()
+    with pytest.raises(TelemetryError, match="cannot pause: the run is over"):
+        client.send(Command("9", "pause"))
+
+
+def test_a_client_that_left_is_forgotten(run):
+    client = run.connect()
+    run.until(client.poll)
+    client.close()
+    client.close()
+    run.clock.now += 1.0
+    run.until(lambda: run.server.watchers == 0 or run.publish())
+
+
+def test_too_many_clients_are_turned_away_until_one_falls_silent(run, monkeypatch):
+    monkeypatch.setattr(server, "MAX_CLIENTS", 1)
+    first = run.connect()
+    run.until(first.poll)
+    second = run.connect()
+    for _ in range(100):
+        run.publish()
+    assert run.server.watchers == 1 and second.info is None
+    run.clock.now += server.FORGET_AFTER + 1.0
+    run.until(second.poll)
+
+
+def test_a_request_that_got_lost_is_repeated(run):
+    client = run.connect()
+    run.until(client.poll)
+    for known in run.server._clients.values():
+        run.until(lambda known=known: known.pending, lambda: run.server._receive())
+        known.pending = None  # as if it had never come
+    asked = client._asked
+    run.clock.now += client_module.ASK_AGAIN_AFTER + 0.1
+    run.until(client.poll)
+    assert client._asked > asked
+
+
+def test_another_version_is_answered_with_this_one(run):
+    context = zmq.Context()
+    stranger = context.socket(zmq.DEALER)
+    stranger.connect(run.server.handle.address)
+    stranger.send(msgpack.packb(["0.other", "Request", []]))
+    run.until(lambda: stranger.poll(0), run.telemetry.service)
+    assert codec.decode(stranger.recv(), Served) == Served(0)
+    stranger.close()
+    context.term()
+
+
+def test_noise_from_a_client_is_survived(run):
+    client = run.connect()
+    run.until(client.poll)
+    client._socket.send(b"\xff noise")
+    client._socket.send_multipart([b"a", b"b", b"c"])
+    assert run.until(client.poll)
+
+
+def test_only_local_addresses(clock):
+    with pytest.raises(InputError, match=r"cannot listen at 'tcp://0.0.0.0:1': only local"):
+        TelemetryServer("tcp://0.0.0.0:1")
+    with pytest.raises(TelemetryError, match="expected ipc://"):
+        TelemetryClient("tcp://127.0.0.1:1")
+
+
+def test_a_client_of_a_dead_address_waits_quietly(runtime_directory, clock):
+    client = TelemetryClient(f"ipc://{runtime_directory}/nobody.sock", clock=clock)
+    clock.now += 5.0
+    assert client.poll() is None and client.info is None and client.silent_for == 5.0
+    client.send(Command("1", "pause"))
+    client.close()
+
+
+def test_a_client_survives_the_death_of_its_engine(runtime_directory):
+    program = """
+from stack.telemetry.records import RunInfo
+from stack.telemetry.server import TelemetryServer
+from stack.types import Footprint
+server = TelemetryServer()
+server.open(RunInfo("r", "m", "", "", "", 0, Footprint.circle(0.3)))
+print("ready", flush=True)
+while True:
+    server.service()
+"""
+    engine = subprocess.Popen(
+        [sys.executable, "-c", program], stdout=subprocess.PIPE, cwd=Path(__file__).parents[3]
+    )
+    assert engine.stdout.readline() == b"ready\n"
+    (handle,) = live_runs()
+    assert handle.pid == engine.pid
+    client = TelemetryClient(handle.address)
+    while client.info is None:
+        client.poll()
+    os.kill(engine.pid, signal.SIGKILL)
+    engine.communicate()
+    assert client.poll() is None and client.report is None and not client.is_over
+    client.close()
+    assert live_runs() == []

@@ -1,0 +1,51 @@
+"""Turns arrays of glyphs and colours into Textual strips, run by run, with cached styles."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+from rich.segment import Segment
+from rich.style import Style
+from textual.strip import Strip
+
+from tui.palette import css
+
+
+@lru_cache(maxsize=4096)
+def style(foreground: int, background: int, bold: bool = False) -> Style:
+    """A style for packed colours."""
+    return Style(color=css(foreground), bgcolor=css(background), bold=bold)
+
+
+@lru_cache(maxsize=512)
+def ink(foreground: int, bold: bool = False, italic: bool = False) -> Style:
+    """A style that leaves the background alone."""
+    return Style(color=css(foreground), bold=bold, italic=italic)
+
+
+def to_strips(
+    glyphs: NDArray[np.uint32], foreground: NDArray[np.uint32], background: NDArray[np.uint32]
+) -> list[Strip]:
+    """One strip a row; neighbours of one style become one segment.
+
+    Args:
+        glyphs: (rows, columns) code points, all one cell wide.
+        foreground: (rows, columns) packed colours.
+        background: likewise.
+    """
+    keys = (foreground.astype(np.uint64) << np.uint64(24)) | background.astype(np.uint64)
+    strips = []
+    for row in range(glyphs.shape[0]):
+        edges = np.flatnonzero(np.diff(keys[row])) + 1
+        bounds = [0, *edges.tolist(), glyphs.shape[1]]
+        text = glyphs[row].astype("<u4").tobytes().decode("utf-32-le")
+        segments = [
+            Segment(
+                text[begin:end], style(int(foreground[row, begin]), int(background[row, begin]))
+            )
+            for begin, end in zip(bounds[:-1], bounds[1:], strict=True)
+        ]
+        strips.append(Strip(segments, glyphs.shape[1]))
+    return strips
