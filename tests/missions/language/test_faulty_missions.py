@@ -160,6 +160,8 @@ FILES = [
     ("initial_pose: somewhere\nrun: {say: a}", "E106 1:15"),
     ("blackboard: {n: {type: integer}}\nrun: {say: a}", "E107 1:24"),
     ("blackboard: {n: {type: int, init: 3}}\nrun: {say: a}", "E101 1:29"),
+    ("blackboard: {n: {type: float, unit: cm}}\nrun: {say: a}", "E107 1:37"),
+    ("blackboard: {n: {type: int, unit: m}}\nrun: {say: a}", "E107 1:35"),
     ("blackboard: {n: {}}\nrun: {say: a}", "E101 1:17"),
     ("blackboard: {n: {type: int, initial: soon}}\nrun: {say: a}", "E108 1:38"),
     ("arguments: {n: {type: int, default: soon}}\nrun: {say: a}", "E108 1:37"),
@@ -251,6 +253,12 @@ WARNINGS = [
     ("arguments: {n: {type: int, default: 3}}\nrun: {say: a}", "W102 1:13"),
     ("places: {n: [0, 0]}\nblackboard: {n: {type: int}}\nrun: {say: a}", "W101 2:14", "W102 2:14"),
     ("run: {for_each: {lobby: [a]}, do: {say: $lobby}}", "W101 1:18"),
+    ("blackboard: {n: {type: int}, m: {type: int}}\n"
+     "run: {use: a, out: {n: $m}}\n"
+     "trees: {a: {out: {n: int}, do: {set: {n: 1}}}}", "W102 1:14", "W101 3:19"),
+    ("blackboard: {n: {type: int}}\n"
+     "run: {use: a, out: {n: $n}}\n"
+     "trees: {a: {out: {n: int}, do: {set: {n: 1}}}}",),
     ("run: {say: a}\ntrees: {spare: {do: {say: b}}}", "W103 2:9"),
     ("run: {say: arrived at $lobby}", "W104 1:23"),
     ("run: {parallel: [{spin: {}}, {sequence: [{back_up: 1}]}]}", "W105 1:31"),
