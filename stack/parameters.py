@@ -253,6 +253,9 @@ def _converted(kind: Any, unit: str, raw: Any) -> Any:  # noqa: C901 - a branch 
     origin = typing.get_origin(kind)
     if origin in (typing.Union, types.UnionType):
         return None if raw is None else _converted(_without_none(kind), unit, raw)
+    unchecked = not isinstance(kind, type) and origin not in (list, tuple)
+    if unchecked or kind in (typing.Any, object):
+        return raw
     if isinstance(kind, type) and _is_instance(raw, kind):
         if kind is float and not isfinite(raw):
             raise ParameterError("", f"{raw!r} is not a finite number")
@@ -264,11 +267,8 @@ def _converted(kind: Any, unit: str, raw: Any) -> Any:  # noqa: C901 - a branch 
             return read_quantity(raw, unit)
     if kind is Pose2D and isinstance(raw, list | tuple):
         return _pose(raw)
-    if origin in (list, tuple) and isinstance(raw, list | tuple):
-        inner = typing.get_args(kind)[0]
-        return [_converted(inner, unit, item) for item in raw]
-    if not isinstance(kind, type):
-        return raw
+    if origin in (list, tuple):
+        return _items(typing.get_args(kind)[0], unit, raw)
     words: dict[Any, str] = {
         bool: "true or false",
         int: "a whole number",
@@ -276,8 +276,14 @@ def _converted(kind: Any, unit: str, raw: Any) -> Any:  # noqa: C901 - a branch 
         float: _number_words(unit),
         Pose2D: "a pose [x, y, heading]",
     }
-    expected = words.get(kind, f"a {kind.__name__}")
+    expected = words.get(kind, f"a {getattr(kind, '__name__', kind)}")
     raise ParameterError("", f"expected {expected}, got {_shown(raw)}")
+
+
+def _items(inner: Any, unit: str, raw: Any) -> list[Any]:
+    if not isinstance(raw, list | tuple):
+        raise ParameterError("", f"expected a list, got {_shown(raw)}")
+    return [_converted(inner, unit, item) for item in raw]
 
 
 def _is_instance(raw: Any, kind: type) -> bool:

@@ -9,11 +9,11 @@ from typing import Any
 from missions.language.expressions import Surroundings
 from missions.language.model import Constant, Tree
 from missions.language.scope import UNSET, Role, Scope, Symbol
-from missions.language.value_types import ANYTHING, POSE, ValueType, named_type, type_of
+from missions.language.value_types import ANYTHING, NUMBER, POSE, ValueType, named_type, type_of
 from missions.language.values import IDENTIFIER, ValueReader
 from stack.documents import Findings, Mark, Node, Section, read_text
 from stack.errors import InputError, ParameterError
-from stack.parameters import Declaration, suggestion
+from stack.parameters import Declaration, suggestion, units
 from stack.types import Pose2D
 
 Layer = dict[str, Symbol]
@@ -117,8 +117,16 @@ class DeclarationReader:
         return declared
 
     def _type(self, section: Section) -> ValueType:
-        node = section.node_of("type", required=True)
-        return ANYTHING if node is None else self._type_word(node)
+        node, unit = section.node_of("type", required=True), section.node_of("unit")
+        kind = ANYTHING if node is None else self._type_word(node)
+        if unit is None:
+            return kind
+        dimension, factor = units().get(str(unit.value), ("", 0.0))
+        if factor != 1.0 or kind not in (NUMBER, ANYTHING):
+            hint = "write an SI unit, e.g. m; `type: duration` and the like have theirs"
+            sentence = f"unit goes with `type: float` and is an SI unit, got {unit.words()}"
+            self.findings.error("E107", unit.mark, sentence, hint)
+        return replace(kind, unit=dimension)
 
     def _type_word(self, node: Node) -> ValueType:
         kind = named_type(node.value) if isinstance(node.value, str) else "write a type's name"

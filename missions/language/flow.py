@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from missions.language.expressions import CheckedExpression
 from missions.language.model import (
     Composite,
+    Constant,
     ForEach,
     Formula,
     Leaf,
@@ -18,7 +19,7 @@ from missions.language.model import (
     Value,
     Writes,
 )
-from missions.language.scope import UNSET, Role, Symbol
+from missions.language.scope import UNSET, Role, Scope, Symbol
 from stack.documents import Findings, Mark
 
 MAX_STEPS = 3000
@@ -220,3 +221,21 @@ def warn_of_wheels(step: Step, trees: Mapping[str, Tree], findings: Findings) ->
                     findings.warning("W106", child.mark, sentence, "use a sequence here")
     for child in children_of(step):
         warn_of_wheels(child, trees, findings)
+
+
+def warn_of_other_meaning(use: Use, tree: Tree, scope: Scope, findings: Findings) -> None:
+    """Report `in` and `out` that hide a name of the mission and mean something else here.
+
+    `dwell: $dwell` hands a name through; then both mean the same.
+    """
+    for symbol in (*tree.inputs.values(), *tree.outputs.values()):
+        hidden = scope.lookup(symbol.name)
+        given = use.inputs.get(symbol.name)
+        same = use.outputs.get(symbol.name) is hidden
+        if isinstance(given, Reference):
+            same = given.symbol is hidden
+        elif isinstance(given, Constant):
+            same = given.text == f"${symbol.name}"
+        if hidden is not None and not same:
+            sentence = f"the {symbol.role} {symbol.name!r} hides the {hidden.role}"
+            findings.warning("W101", symbol.mark, sentence, "use another name for it")

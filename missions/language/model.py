@@ -7,52 +7,26 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
 
-from py_trees.behaviour import Behaviour
-
+from behaviours.catalogue import BehaviourKind
 from missions.language.expressions import CheckedExpression
 from missions.language.scope import Symbol
 from stack.documents import Finding, Mark
-from stack.parameters import Declaration
 from stack.types import Pose2D
 
 
-class BehaviourKind(Protocol):
-    """A behaviour that missions may name."""
-
-    @property
-    def name(self) -> str:
-        """The word in mission files."""
-        ...
-
-    @property
-    def cls(self) -> type[Behaviour]:
-        """Its class."""
-        ...
-
-    @property
-    def ports(self) -> Mapping[str, Declaration]:
-        """Inputs by name."""
-        ...
-
-    @property
-    def outputs(self) -> Mapping[str, Declaration]:
-        """Outputs by name."""
-        ...
-
-
 class Catalogue(Protocol):
-    """The behaviours that are installed."""
+    """The behaviours that are installed, as behaviours.catalogue.Catalogue has them."""
 
     def names(self) -> Iterable[str]:
         """Every word that may stand for a behaviour, dotted names left out."""
         ...
 
-    def get(self, kind: str) -> Any:
-        """The BehaviourKind of a word, or of a dotted name of a py_trees class.
+    def get(self, name: str) -> BehaviourKind | None:
+        """The behaviour of a word, or of a dotted name of a py_trees class."""
+        ...
 
-        Raises:
-            InputError: there is none, or it cannot be imported.
-        """
+    def why_not(self, name: str) -> str:
+        """Why `get` has none, in a sentence."""
         ...
 
 

@@ -6,10 +6,9 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from behaviours.base import RobotBehaviour
+from behaviours.catalogue import BehaviourKind
 from missions.language.expressions import Surroundings
 from missions.language.model import (
-    BehaviourKind,
     Catalogue,
     Composite,
     Constant,
@@ -30,7 +29,6 @@ from missions.language.value_types import (
 )
 from missions.language.values import IDENTIFIER, ValueReader
 from stack.documents import Findings, Mark, Node
-from stack.errors import InputError
 from stack.parameters import Declaration, suggestion
 from stack.types import Pose2D
 
@@ -103,7 +101,8 @@ class NodeReader:
         word = str(key.value)
         hint = suggestion(word, MODIFIERS)
         if str(head.value) not in COMPOSITES and str(head.value) in self.known:
-            if word in self.catalogue.get(str(head.value)).ports:
+            kind = self.catalogue.get(str(head.value))
+            if kind is not None and word in kind.ports:
                 hint = f"{word} is a port of {head.value}: indent it below `{head.value}:`"
         self.findings.error("E123", key.mark, f"there is no modifier {word!r}", hint)
 
@@ -269,7 +268,7 @@ class NodeReader:
             return None
         owner = Owner(start.kind, head.mark)
         ports = self.ports.of_behaviour(kind.ports, body, owner, around)
-        if not issubclass(kind.cls, RobotBehaviour):
+        if not kind.bindable:
             for name, value in ports.items():
                 if not isinstance(value, Constant):
                     sentence = f"{name}: a plain py_trees class takes literals only"
@@ -288,12 +287,9 @@ class NodeReader:
                 hint = f"{word} is a tree: write `use: {word}`"
             self.findings.error("E121", head.mark, f"there is no behaviour {word!r}", hint)
             return None
-        try:
-            found: BehaviourKind = self.catalogue.get(word)
-        except (InputError, KeyError) as error:
-            said = str(error) if isinstance(error, InputError) else f"there is no class {word!r}"
-            self.findings.error("E121", head.mark, said)
-            return None
+        found = self.catalogue.get(word)
+        if found is None:
+            self.findings.error("E121", head.mark, self.catalogue.why_not(word))
         return found
 
 

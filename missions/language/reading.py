@@ -8,7 +8,13 @@ from pathlib import Path
 
 from missions.language.declarations import DeclarationReader, Layer
 from missions.language.expressions import Surroundings
-from missions.language.flow import OrderCheck, check_recursion, warn_of_wheels
+from missions.language.flow import (
+    OrderCheck,
+    check_recursion,
+    uses_of,
+    warn_of_other_meaning,
+    warn_of_wheels,
+)
 from missions.language.header import HeaderReader
 from missions.language.model import Catalogue, Mission, Resources, Step, Tree
 from missions.language.nodes import NodeReader
@@ -119,9 +125,7 @@ class _Reading:
         reader = NodeReader(self.values, catalogue, trees)
         for key, node in entries:
             tree = trees[str(key.value)]
-            outer, layer = Surroundings(scope), {**tree.inputs, **tree.outputs}
-            for symbol in layer.values():
-                reader.warn_of_hiding(symbol, outer)
+            layer = {**tree.inputs, **tree.outputs}
             body = node.get("do")
             if body is not None:
                 root = reader.read(body, Surroundings(scope.inside(layer)))
@@ -140,10 +144,14 @@ class _Reading:
         if self.findings.errors:
             return
         OrderCheck(trees, self.findings).step(root, {})
-        for step in (root, *(tree.root for tree in trees.values())):
-            if step is not None:
-                warn_of_wheels(step, trees, self.findings)
+        for use in (use for step in self._roots(root, trees) for use in uses_of(step)):
+            warn_of_other_meaning(use, trees[use.tree], scope, self.findings)
+        for step in self._roots(root, trees):
+            warn_of_wheels(step, trees, self.findings)
         self._unused(trees, scope)
+
+    def _roots(self, root: Step, trees: dict[str, Tree]) -> list[Step]:
+        return [root, *(tree.root for tree in trees.values() if tree.root)]
 
     def _unused(self, trees: dict[str, Tree], scope: Scope) -> None:
         declared: list[Symbol] = [

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from stack.parameters import units
 
-MAX_LENGTH = 1000
+MAX_LENGTH = 500
 
 
 class ExpressionError(Exception):

@@ -14,6 +14,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from behaviours.base import RobotBehaviour
+from behaviours.catalogue import build
 from missions.language.model import (
     Catalogue,
     Composite,
@@ -216,7 +217,7 @@ class _Compiler:
     def _built(self, step: Leaf, given: dict[str, Any]) -> Behaviour:
         label = step.name or step.kind.rpartition(".")[2]
         try:
-            node = step.behaviour.cls(name=label, **given)
+            node = build(step.behaviour, label, given)
         except Exception as error:
             sentence = f"{step.kind} cannot be built: {type(error).__name__}: {error}"
             raise InputError([Finding(step.mark, "E127", sentence)]) from error

@@ -8,10 +8,10 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from behaviours.base import RobotBehaviour, output, port
+from behaviours.catalogue import BehaviourKind
 from missions.language.model import Resources
 from missions.language.reading import read_mission
 from missions.trees.compiler import compile_mission
-from stack.errors import InputError
 from stack.parameters import Declaration
 from stack.types import Assignments, Battery, Expression, Pose2D, PoseEstimate, Twist
 
@@ -21,7 +21,7 @@ class ScriptedRobot:
     """What a mission may look at; tests set it."""
 
     time: float = 0.0
-    battery: Battery = Battery(1.0)
+    battery: Battery = field(default_factory=lambda: Battery(1.0))
     speed: Twist = Twist()
     localisation_quality: float = 1.0
     pose: Pose2D = Pose2D(0.0, 0.0)
@@ -217,14 +217,6 @@ class Plain(Behaviour):
         return Status.RUNNING if self.ticks > 0 else Status.SUCCESS
 
 
-@dataclass(frozen=True)
-class Kind:
-    name: str
-    cls: type
-    ports: dict
-    outputs: dict
-
-
 CLASSES = {
     "check": Check, "wait_until": WaitUntil, "set": Set, "wait": Wait, "say": Say, "act": Act,
     "drive": Drive, "navigate_to_pose": NavigateToPose, "spin": Spin, "back_up": BackUp,
@@ -238,12 +230,19 @@ class FakeCatalogue:
     def names(self):
         return list(CLASSES)
 
-    def get(self, kind):
-        if kind == "plain.Plain":
-            return Kind(kind, Plain, {"ticks": Declaration("ticks", int, default=1)}, {})
-        if kind not in CLASSES:
-            raise InputError(f"there is no class {kind!r}")
-        return Kind(kind, CLASSES[kind], dict(CLASSES[kind].ports()), dict(CLASSES[kind].outputs()))
+    def get(self, name):
+        if name == "plain.Plain":
+            return kind(name, Plain, {"ticks": Declaration("ticks", int, default=1)}, {})
+        if name not in CLASSES:
+            return None
+        return kind(name, CLASSES[name], CLASSES[name].ports(), CLASSES[name].outputs())
+
+    def why_not(self, name):
+        return f"there is no class {name!r}"
+
+
+def kind(name, cls, ports, outputs):
+    return BehaviourKind(name, cls, ports, outputs, "", "", "", False)
 
 
 HEAD = "mission: test\nrobot: scout\nworld: office\n"

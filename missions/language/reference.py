@@ -1,0 +1,54 @@
+"""The tables of docs/language.md, made from what the reader and the compiler go by."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+
+from missions.language.codes import CODES
+from missions.language.modifiers import MODIFIERS
+from missions.language.nodes import COMPOSITES
+from missions.language.robot_values import DISTANCE, ROBOT_VALUES
+from missions.language.value_types import NAMED
+from stack.parameters import units
+from stack.types import FailureCode
+
+_TABLE = re.compile(r"(<!-- table: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
+
+
+def fill(text: str) -> str:
+    """A document with everything between `<!-- table: name -->` and `<!-- end -->` made anew."""
+    made = _tables()
+    return _TABLE.sub(lambda found: f"{found[1]}{made[found[2]]}\n{found[3]}", text)
+
+
+def _tables() -> dict[str, str]:
+    by_dimension: dict[str, list[str]] = {}
+    for unit, (dimension, _) in units().items():
+        by_dimension.setdefault(dimension or "plain number", []).append(f"`{unit}`")
+    values = {name: (str(item.type), item.help) for name, item in ROBOT_VALUES.items()}
+    values[f"{DISTANCE}($place)"] = ("number in m", "straight-line distance from the robot")
+    return {
+        "composites": _table(("word", "does"), ((f"`{k}`", v) for k, v in COMPOSITES.items())),
+        "modifiers": _table(("word", "does"), ((f"`{k}`", v) for k, v in MODIFIERS.items())),
+        "values": _table(("name", "type", "is"), ((f"`{k}`", *v) for k, v in values.items())),
+        "types": _table(("word", "is"), ((f"`{k}`", str(v)) for k, v in NAMED.items())),
+        "units": _table(("SI", "may be written"),
+                        ((k, " ".join(v)) for k, v in by_dimension.items())),
+        "failures": ", ".join(f"`{code}`" for code in FailureCode),
+        "codes": _table(
+            ("code", "about", "cause", "example", "fix"),
+            ((f"`{code}`", item.title, item.cause, _example(item.example), item.fix)
+             for code, item in CODES.items()),
+        ),
+    }  # fmt: skip
+
+
+def _table(head: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
+    lines = [head, tuple("---" for _ in head), *rows]
+    return "\n".join(f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in line)} |"
+                     for line in lines)  # fmt: skip
+
+
+def _example(text: str) -> str:
+    return " ".join(f"`{line}`" for line in text.splitlines())

@@ -1,0 +1,23 @@
+"""The documentation of the language is current, and its example works."""
+
+from pathlib import Path
+
+from missions.language.reference import fill
+from tests.missions.mission_fakes import Ran, read_text
+
+PAGE = Path(__file__).parents[3] / "docs" / "language.md"
+
+
+def test_the_tables_are_current():
+    text = PAGE.read_text(encoding="utf-8")
+    assert text == fill(text), "write missions.language.reference.fill(text) back to the page"
+
+
+def test_the_example_runs(tmp_path):
+    example = PAGE.read_text(encoding="utf-8").split("```yaml\n")[1].split("```")[0]
+    mission = read_text(tmp_path, example)
+    assert mission.warnings == ()
+    it = Ran(mission)
+    it.ticks(100)
+    assert it.tree.status.name == "SUCCESS"
+    assert it.tree.blackboard() == {"photo": "a.jpg", "visited": "2"}
