@@ -1,0 +1,47 @@
+"""Grids as pictures for a dark screen: quiet floors, legible walls, costs that let paths show."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stack.types import FREE_COST, INSCRIBED_COST, LETHAL_COST, CostGrid, OccupancyGrid
+
+Picture = NDArray[np.uint8]
+
+_FLOOR = (33, 42, 58, 255)
+_WALL = (112, 128, 156, 255)
+_UNKNOWN = (15, 20, 29, 255)
+
+_RAMPS = {
+    "global_costmap": ((92, 84, 190, 10), (140, 86, 200, 95)),
+    "local_costmap": ((214, 140, 40, 14), (232, 84, 74, 120)),
+}
+_LETHAL_ALPHA = 130
+
+
+def map_picture(grid: OccupancyGrid) -> Picture:
+    """(rows, columns, 4) RGBA with row 0 at the top, as screens want it."""
+    table = np.empty((256, 4), np.uint8)
+    table[:] = _UNKNOWN
+    shades = np.linspace(_FLOOR, _WALL, 101)
+    table[:101] = shades.round().astype(np.uint8)
+    return np.ascontiguousarray(table[grid.cells.view(np.uint8)][::-1])
+
+
+def cost_picture(grid: CostGrid, layer: str) -> Picture:
+    """(rows, columns, 4) RGBA with row 0 at the top; free and unknown cells are transparent."""
+    return np.ascontiguousarray(_cost_table(layer)[grid.cells][::-1])
+
+
+@lru_cache(maxsize=8)
+def _cost_table(layer: str) -> Picture:
+    low, high = _RAMPS.get(layer, _RAMPS["global_costmap"])
+    table = np.zeros((256, 4), np.uint8)
+    table[FREE_COST + 1 : INSCRIBED_COST] = (
+        np.linspace(low, high, INSCRIBED_COST - FREE_COST - 1).round().astype(np.uint8)
+    )
+    table[INSCRIBED_COST : LETHAL_COST + 1] = (*high[:3], _LETHAL_ALPHA)
+    return table

@@ -1,0 +1,119 @@
+"""Which views rerun's viewer opens with, and where."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import rerun as rr
+import rerun.blueprint as rrb
+
+from stack.telemetry.records import Layer, Snapshot, TreeRow
+from stack.telemetry.tree_text import depths
+from stack.types import CostGrid, OccupancyGrid
+
+TIMELINE = "mission_time"
+BACKGROUND = (11, 14, 20)
+MAIN_NODES = 3
+"""Lanes of nodes in the state timeline, below the mission's and the activity's; more do not fit."""
+
+
+def node_path(row: TreeRow) -> str:
+    """Entity of a node: its id first, so that lanes stand in the order of the tree."""
+    return f"tree/{row.id:03d}_{re.sub(r'[^0-9A-Za-z]+', '_', row.name)}"
+
+
+def main_nodes(rows: tuple[TreeRow, ...]) -> list[TreeRow]:
+    """The uppermost nodes below the root, in drawing order; the root says what the mission says."""
+    depth_of = depths(rows)
+    below = [row for row in rows if depth_of[row.id] > 0]
+    uppermost = sorted(below, key=lambda row: (depth_of[row.id], row.id))[:MAIN_NODES]
+    return [row for row in rows if row in uppermost]
+
+
+def layout(snapshot: Snapshot) -> rrb.Blueprint:
+    """World, camera, tree, states, curves and log on one screen."""
+    side = rrb.Vertical(_camera(), _tree(), row_shares=[2, 3])
+    top = rrb.Horizontal(_world(snapshot), side, column_shares=[5, 2])
+    curves = rrb.Horizontal(
+        _curves("speed", "Speed m/s"),
+        _curves("error", "Localisation error m"),
+        _curves("quality", "Localisation quality, battery", (0.0, 1.02)),
+        rrb.TextLogView(origin="log", name="Log"),
+        column_shares=[2, 2, 2, 3],
+    )
+    return rrb.Blueprint(
+        rrb.Vertical(top, _states(snapshot), curves, row_shares=[5.4, 2.6, 2.2]),
+        rrb.TimePanel(state="collapsed", timeline=TIMELINE),
+        rrb.BlueprintPanel(state="hidden"),
+        rrb.SelectionPanel(state="hidden"),
+        auto_views=False,
+        auto_layout=False,
+    )
+
+
+def _world(snapshot: Snapshot) -> rrb.Spatial3DView:
+    middle, extent = _middle_and_extent(snapshot)
+    eye = (middle[0], middle[1] - 0.56 * extent, 0.66 * extent)
+    target = (middle[0], middle[1] - 0.07 * extent, 0.0)
+    everything = rr.VisibleTimeRange(
+        TIMELINE,
+        start=rr.TimeRangeBoundary.infinite(),
+        end=rr.TimeRangeBoundary.cursor_relative(),
+    )
+    overrides: dict[Any, Any] = {"world/trail": rrb.VisibleTimeRanges([everything])}
+    return rrb.Spatial3DView(
+        origin="world",
+        contents=["world/**"],
+        name="World",
+        background=BACKGROUND,
+        line_grid=rrb.LineGrid3D(visible=False),
+        spatial_information=rrb.SpatialInformation(target_frame="map", show_axes=False),
+        eye_controls=rrb.EyeControls3D(
+            kind=rrb.Eye3DKind.Orbital, position=eye, look_target=target, eye_up=(0.0, 0.0, 1.0)
+        ),
+        overrides=overrides,
+    )
+
+
+def _camera() -> rrb.Spatial2DView:
+    return rrb.Spatial2DView(
+        origin="world/camera",
+        contents=["world/camera/**"],
+        name="Camera",
+        background=BACKGROUND,
+        spatial_information=rrb.SpatialInformation(target_frame="camera_picture"),
+    )
+
+
+def _tree() -> rrb.TextDocumentView:
+    return rrb.TextDocumentView(origin="tree_text", name="Tree")
+
+
+def _states(snapshot: Snapshot) -> rrb.StateTimelineView:
+    lanes = ["mission", "activity", *(node_path(row) for row in main_nodes(snapshot.tree))]
+    return rrb.StateTimelineView(
+        origin="/", contents=[f"+ /{lane}" for lane in lanes], name="What the mission did"
+    )
+
+
+def _curves(name: str, title: str, limits: tuple[float, float] | None = None) -> Any:
+    axis = rrb.ScalarAxis(range=limits) if limits else None
+    return rrb.TimeSeriesView(
+        origin=f"plots/{name}",
+        name=title,
+        axis_y=axis,
+        plot_legend=rrb.PlotLegend(rrb.Corner2D.LeftTop),
+    )
+
+
+def _middle_and_extent(snapshot: Snapshot) -> tuple[tuple[float, float], float]:
+    """Where the eye should look, and over how many metres."""
+    for name in ("map", "global_costmap", "local_costmap"):
+        content = snapshot.layers.get(name, Layer(0, ())).content
+        if isinstance(content, OccupancyGrid | CostGrid):
+            rows, columns = content.cells.shape
+            width, depth = columns * content.resolution, rows * content.resolution
+            x, y = content.origin
+            return (x + width / 2.0, y + depth / 2.0), max(width * 0.75, depth, 4.0)
+    return (snapshot.pose.x, snapshot.pose.y), 10.0

@@ -1,0 +1,285 @@
+"""What a moment of a run looks like in rerun."""
+
+from __future__ import annotations
+
+from math import cos, sin
+from pathlib import Path as FilePath
+from typing import Any
+
+import numpy as np
+import rerun as rr
+
+from stack.telemetry.outlines import lifted, outline, uncertainty_ellipse
+from stack.telemetry.records import Event, Layer, MissionState, RunInfo, Snapshot, TreeRow
+from stack.telemetry.rerun_blueprint import layout, node_path
+from stack.telemetry.rerun_place import (
+    draw_layer,
+    draw_markers,
+    draw_places,
+    draw_robot_model,
+    hide_layer,
+)
+from stack.telemetry.rerun_recording import BASE, MAP, OPTICAL, PICTURE, UP, Recording
+from stack.telemetry.tree_text import NOTHING, tree_markdown
+from stack.types import CameraModel, FloatArray, Image, Path, Pose2D
+
+ROBOT_COLOUR = (94, 200, 255)
+TRUTH_COLOUR = (150, 158, 170)
+TRAIL_COLOUR = (60, 120, 150)
+PATH_COLOUR = (70, 226, 160)
+LOCAL_PLAN_COLOUR = (255, 214, 90)
+GOAL_COLOUR = (255, 120, 190)
+SCAN_COLOUR = (255, 116, 92)
+PARTICLE_COLOUR = (196, 170, 255, 130)
+PERSON_COLOUR = (240, 176, 120)
+
+IDLE_COLOUR = (38, 44, 54)
+ACTIVITY_COLOURS = (
+    (74, 98, 160), (52, 124, 128), (118, 90, 156), (140, 112, 60), (66, 122, 86), (146, 80, 104),
+)  # fmt: skip
+NODE_COLOURS = {
+    "running": (58, 110, 205),
+    "success": (44, 150, 100),
+    "failure": (196, 62, 66),
+    "idle": IDLE_COLOUR,
+}
+MISSION_COLOURS = {
+    MissionState.STARTING: (60, 68, 82),
+    MissionState.RUNNING: (58, 110, 205),
+    MissionState.PAUSED: (190, 140, 50),
+    MissionState.EMERGENCY_STOP: (214, 48, 52),
+    MissionState.SUCCESS: (44, 150, 100),
+    MissionState.FAILURE: (196, 62, 66),
+    MissionState.ABORTED: (176, 96, 52),
+    MissionState.INTERRUPTED: (176, 96, 52),
+    MissionState.ERROR: (196, 62, 66),
+}
+LEVELS = {"info": "INFO", "warning": "WARN", "error": "ERROR"}
+
+TRAIL_STEP = 0.05
+"""Metres between two points of the robot's trail."""
+
+PERSON_HEIGHT = 1.7
+JPEG_QUALITY = 80
+
+
+class RerunDrawing:
+    """Draws snapshots and events into one recording."""
+
+    def __init__(self, info: RunInfo, file: FilePath) -> None:
+        self._info = info
+        self._recording = Recording(file, info.run_id, info.title or info.run_id)
+        self._trail: Pose2D | None = None
+        self._known_nodes: set[int] = set()
+        self._activities: dict[str, tuple[int, int, int]] = {}
+
+    def at(self, time: float) -> None:
+        """Everything from now on belongs to this robot time."""
+        self._recording.at(time)
+
+    def close(self) -> None:
+        """Write what is left and end the file."""
+        self._recording.close()
+
+    def fixed_things(self) -> None:
+        """Robot model, markers, places and the legends of the plots."""
+        draw_robot_model(self._recording, self._info)
+        draw_markers(self._recording, self._info.markers)
+        draw_places(self._recording, self._info)
+        motion = {"commanded": LOCAL_PLAN_COLOUR, "measured": PATH_COLOUR}
+        self._legend("speed", motion)
+        self._legend("turning", motion)
+        self._legend("error", {"error": SCAN_COLOUR, "standard deviation": ROBOT_COLOUR})
+        self._legend("quality", {"localisation": ROBOT_COLOUR, "battery": PATH_COLOUR})
+        states = {str(state): MISSION_COLOURS[state] for state in MissionState}
+        self._states("mission", states)
+
+    def arrange(self, snapshot: Snapshot) -> None:
+        """Choose the views, their places and where the eye is, for this mission."""
+        self._recording.stream.send_blueprint(layout(snapshot))
+
+    def event(self, event: Event) -> None:
+        """A line of the log."""
+        line = rr.TextLog(event.text, level=LEVELS.get(event.level, "INFO"))
+        self._recording.stream.log(f"log/{event.source}", line)
+
+    def layer(self, name: str, layer: Layer) -> None:
+        """A new version of a map, a costmap or the scene."""
+        draw_layer(self._recording, name, layer.content)
+
+    def remove_layer(self, name: str) -> None:
+        """A layer is no longer there."""
+        hide_layer(self._recording, name)
+
+    def robot(self, snapshot: Snapshot) -> None:
+        """The model at the estimate; outlines of estimate, uncertainty and truth; the trail."""
+        pose, corners = snapshot.pose, self._info.footprint.points
+        placed = rr.Transform3D(
+            translation=(pose.x, pose.y, 0.0),
+            rotation=rr.RotationAxisAngle(UP, pose.heading),
+            parent_frame=MAP,
+            child_frame=BASE,
+        )
+        self._recording.stream.log("world/robot_pose", placed)
+        strips = [outline(pose, corners), uncertainty_ellipse(pose, snapshot.covariance)]
+        colours = [ROBOT_COLOUR, PARTICLE_COLOUR[:3]]
+        if snapshot.truth is not None:
+            strips.append(outline(snapshot.truth, corners))
+            colours.append(TRUTH_COLOUR)
+        drawn = rr.LineStrips3D(strips, radii=0.012, colors=colours)
+        self._recording.show("world/outlines", drawn)
+        self._extend_trail(snapshot.truth or pose)
+
+    def sensors(self, snapshot: Snapshot) -> None:
+        """Scan, particles and the people around."""
+        if snapshot.scan is not None:
+            ends = lifted(snapshot.pose.transform(snapshot.scan.points()), 0.2)
+            drawn = rr.Points3D(ends, radii=0.025, colors=SCAN_COLOUR)
+            self._recording.show("world/scan", drawn)
+        if snapshot.particles is not None:
+            self._particles(snapshot.particles)
+        if snapshot.people is not None:
+            self._people(snapshot.people)
+
+    def plans(self, snapshot: Snapshot) -> None:
+        """Global plan, local plan and goal; each vanishes when there is none."""
+        self._strip("world/path", snapshot.path, (0.05, 0.028), PATH_COLOUR)
+        self._strip("world/local_plan", snapshot.local_plan, (0.08, 0.02), LOCAL_PLAN_COLOUR)
+        goal = snapshot.goal
+        if goal is None:
+            self._recording.hide("world/goal")
+            return
+        ahead = (0.45 * cos(goal.heading), 0.45 * sin(goal.heading), 0.0)
+        arrows = rr.Arrows3D(
+            origins=[(goal.x, goal.y, 0.7), (goal.x, goal.y, 0.1)],
+            vectors=[(0.0, 0.0, -0.6), ahead],
+            radii=0.03,
+            colors=GOAL_COLOUR,
+        )
+        self._recording.show("world/goal", arrows)
+
+    def plots(self, snapshot: Snapshot) -> None:
+        """Curves over time; the error is there only where the truth is known."""
+        commanded, measured = snapshot.commanded, snapshot.measured
+        truth = snapshot.truth
+        error = float("nan") if truth is None else snapshot.pose.distance_to(truth)
+        worst_variance = float(np.linalg.eigvalsh(snapshot.covariance[:2, :2])[-1])
+        curves = {
+            "speed": (commanded.linear, measured.linear),
+            "turning": (commanded.angular, measured.angular),
+            "error": (error, max(0.0, worst_variance) ** 0.5),
+            "quality": (snapshot.quality, snapshot.battery.charge),
+        }
+        for name, values in curves.items():
+            self._recording.stream.log(f"plots/{name}", rr.Scalars(values))
+
+    def node_state(self, row: TreeRow) -> None:
+        """A node's status has changed."""
+        if row.id not in self._known_nodes:
+            self._known_nodes.add(row.id)
+            self._states(node_path(row), NODE_COLOURS)
+        self._recording.stream.log(node_path(row), rr.StateChange(state=row.status))
+
+    def mission_state(self, state: MissionState) -> None:
+        """The mission's state has changed."""
+        self._recording.stream.log("mission", rr.StateChange(state=str(state)))
+
+    def activity(self, name: str) -> None:
+        """What the robot does in one phrase has changed."""
+        if name not in self._activities:
+            shade = ACTIVITY_COLOURS[len(self._activities) % len(ACTIVITY_COLOURS)]
+            self._activities[name] = IDLE_COLOUR if name == NOTHING else shade
+            self._states("activity", self._activities)
+        self._recording.stream.log("activity", rr.StateChange(state=name))
+
+    def tree_document(self, snapshot: Snapshot) -> None:
+        """The whole tree as text."""
+        text = tree_markdown(snapshot, self._info)
+        document = rr.TextDocument(text, media_type="text/markdown")
+        self._recording.stream.log("tree_text", document)
+
+    def image(self, image: Image) -> None:
+        """A camera picture, and before the first one the camera that takes them."""
+        import cv2
+
+        if self._recording.frame("world/camera/picture", PICTURE):
+            self._camera(image.camera)
+        bgr = np.ascontiguousarray(image.pixels[:, :, ::-1])
+        done, jpeg = cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
+        if done:
+            picture = rr.EncodedImage(contents=jpeg.tobytes(), media_type="image/jpeg")
+            self._recording.stream.log("world/camera/picture", picture)
+
+    def _camera(self, camera: CameraModel) -> None:
+        transform = camera.base_from_optical()
+        mount = rr.Transform3D(
+            translation=transform[:3, 3],
+            mat3x3=transform[:3, :3],
+            parent_frame=BASE,
+            child_frame=OPTICAL,
+        )
+        lens = rr.Pinhole(
+            image_from_camera=camera.matrix,
+            width=camera.width,
+            height=camera.height,
+            parent_frame=OPTICAL,
+            child_frame=PICTURE,
+            image_plane_distance=0.5,
+            color=ROBOT_COLOUR,
+            line_width=0.006,
+        )
+        self._recording.stream.log("world/camera/mount", mount, static=True)
+        self._recording.stream.log("world/camera/lens", lens, static=True)
+
+    def _extend_trail(self, here: Pose2D) -> None:
+        before = self._trail or here
+        if self._trail is None or here.distance_to(before) >= TRAIL_STEP:
+            ends = [(before.x, before.y, 0.02), (here.x, here.y, 0.02)]
+            drawn = rr.LineStrips3D([ends], radii=0.016, colors=TRAIL_COLOUR)
+            self._recording.show("world/trail", drawn)
+            self._trail = here
+
+    def _particles(self, particles: FloatArray) -> None:
+        x, y, heading = particles.T
+        flat = np.zeros_like(x)
+        arrows = rr.Arrows3D(
+            origins=np.column_stack([x, y, flat + 0.04]),
+            vectors=np.column_stack([np.cos(heading), np.sin(heading), flat]) * 0.12,
+            radii=0.006,
+            colors=PARTICLE_COLOUR,
+        )
+        self._recording.show("world/particles", arrows)
+
+    def _people(self, people: FloatArray) -> None:
+        radii = people[:, 2]
+        feet = lifted(people[:, :2], 0.0)
+        feet[:, 2] = radii
+        capsules = rr.Capsules3D(
+            lengths=PERSON_HEIGHT - 2.0 * radii,
+            radii=radii,
+            translations=feet,
+            colors=[PERSON_COLOUR] * len(people),
+            fill_mode="solid",
+        )
+        self._recording.show("world/people", capsules)
+
+    def _strip(
+        self, path: str, plan: Path | None, height_and_radius: tuple[float, float], colour: Any
+    ) -> None:
+        if plan is None or len(plan.points) < 2:
+            self._recording.hide(path)
+            return
+        height, radius = height_and_radius
+        strip = lifted(plan.points[:, :2], height)
+        self._recording.show(path, rr.LineStrips3D([strip], radii=radius, colors=colour))
+
+    def _legend(self, plot: str, colours: dict[str, Any]) -> None:
+        lines = rr.SeriesLines(
+            names=list(colours), colors=list(colours.values()), widths=[1.5] * len(colours)
+        )
+        self._recording.stream.log(f"plots/{plot}", lines, static=True)
+
+    def _states(self, path: Any, colours: dict[str, tuple[int, int, int]]) -> None:
+        names = list(colours)
+        states = rr.StateConfiguration(values=names, labels=names, colors=list(colours.values()))
+        self._recording.stream.log(path, states, static=True)

@@ -1,0 +1,151 @@
+"""What stands still, or nearly so: robot model, marker boards, places, scene, maps."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import rerun as rr
+from rerun.urdf import UrdfTree
+
+from stack.telemetry.grid_colours import cost_picture, map_picture
+from stack.telemetry.records import RunInfo, SceneShape
+from stack.telemetry.rerun_recording import BASE, UP, Recording
+from stack.types import CostGrid, Marker, OccupancyGrid
+
+MODEL_COLOUR = (94, 200, 255)
+MARKER_COLOUR = (186, 192, 200)
+PLACE_COLOUR = (120, 136, 160)
+DIMMED = 0.62
+"""How much of a scene shape's own brightness is left, so that it does not outshine the data."""
+
+HEIGHTS = {"map": 0.0, "global_costmap": 0.006, "local_costmap": 0.012}
+"""Metres above the floor, so that one lies over the other."""
+
+
+def draw_robot_model(recording: Recording, info: RunInfo) -> None:
+    """The URDF's visible shapes in the frames of its links; a box where there is no URDF."""
+    if not info.urdf:
+        _draw_robot_box(recording, info)
+        return
+    robot = ElementTree.fromstring(info.urdf)
+    for link in robot.iter("link"):
+        for collision in link.findall("collision"):
+            link.remove(collision)  # what the physics touches would hide what is to be seen
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "robot.urdf"
+        file.write_bytes(ElementTree.tostring(robot))
+        tree = UrdfTree.from_file_path(
+            file, entity_path_prefix="world", static_transform_entity_path="world/joints"
+        )
+        tree.log_urdf_to_recording(recording.stream)
+    root = rr.Transform3D(parent_frame=BASE, child_frame=tree.root_link().name)
+    recording.stream.log("world/robot_root", root, static=True)
+
+
+def _draw_robot_box(recording: Recording, info: RunInfo) -> None:
+    corners = info.footprint.points
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    middle, half = (low + high) / 2.0, (high - low) / 2.0
+    box = rr.Boxes3D(
+        centers=[(*middle, 0.12)],
+        half_sizes=[(*half, 0.1)],
+        colors=MODEL_COLOUR,
+        fill_mode="solid",
+    )
+    recording.stream.log("world/robot_box", box, rr.CoordinateFrame(BASE), static=True)
+
+
+def draw_markers(recording: Recording, markers: tuple[Marker, ...]) -> None:
+    """Fiducial boards: a board is 1.25 times as wide as its marker."""
+    if markers:
+        boards = rr.Boxes3D(
+            centers=[marker.position for marker in markers],
+            sizes=[(0.01, 1.25 * marker.size, 1.25 * marker.size) for marker in markers],
+            rotation_axis_angles=[rr.RotationAxisAngle(UP, marker.heading) for marker in markers],
+            colors=MARKER_COLOUR,
+            fill_mode="solid",
+            labels=[f"#{marker.number}" for marker in markers],
+            show_labels=False,
+        )
+        recording.fix("world/markers", boards)
+
+
+def draw_places(recording: Recording, info: RunInfo) -> None:
+    """Named places as labelled dots."""
+    if info.places:
+        dots = rr.Points3D(
+            [(place.x, place.y, 0.03) for place in info.places.values()],
+            radii=0.06,
+            colors=PLACE_COLOUR,
+            labels=list(info.places),
+            show_labels=True,
+        )
+        recording.fix("world/places", dots)
+
+
+def draw_layer(
+    recording: Recording, name: str, content: OccupancyGrid | CostGrid | tuple[SceneShape, ...]
+) -> None:
+    """A map, a costmap or a scene."""
+    if isinstance(content, tuple):
+        _draw_boxes(recording, f"world/{name}/boxes", content)
+        _draw_cylinders(recording, f"world/{name}/cylinders", content)
+    else:
+        _draw_grid(recording, name, content)
+
+
+def hide_layer(recording: Recording, name: str) -> None:
+    """A layer is no longer there."""
+    for path in (f"world/{name}", f"world/{name}/boxes", f"world/{name}/cylinders"):
+        recording.hide(path)
+
+
+def _draw_boxes(recording: Recording, path: str, shapes: tuple[SceneShape, ...]) -> None:
+    boxes = [shape for shape in shapes if shape.kind == "box"]
+    if boxes:
+        sizes = [shape.size for shape in boxes]
+        recording.show(path, rr.Boxes3D(sizes=sizes, **_standing(boxes)))
+    else:
+        recording.hide(path)
+
+
+def _draw_cylinders(recording: Recording, path: str, shapes: tuple[SceneShape, ...]) -> None:
+    cylinders = [shape for shape in shapes if shape.kind == "cylinder"]
+    if cylinders:
+        lengths = [shape.size[2] for shape in cylinders]
+        radii = [shape.size[0] / 2.0 for shape in cylinders]
+        drawn = rr.Cylinders3D(lengths=lengths, radii=radii, **_standing(cylinders))
+        recording.show(path, drawn)
+    else:
+        recording.hide(path)
+
+
+def _standing(shapes: list[SceneShape]) -> dict[str, Any]:
+    """What boxes and cylinders have in common."""
+    return {
+        "centers": [
+            (shape.pose.x, shape.pose.y, shape.lift + shape.size[2] / 2.0) for shape in shapes
+        ],
+        "rotation_axis_angles": [rr.RotationAxisAngle(UP, shape.pose.heading) for shape in shapes],
+        "colors": [tuple(round(255 * DIMMED * part) for part in shape.colour) for shape in shapes],
+        "fill_mode": "solid",
+    }
+
+
+def _draw_grid(recording: Recording, name: str, grid: OccupancyGrid | CostGrid) -> None:
+    is_map = isinstance(grid, OccupancyGrid)
+    picture = map_picture(grid) if isinstance(grid, OccupancyGrid) else cost_picture(grid, name)
+    rows, columns = grid.cells.shape
+    height = HEIGHTS.get(name, 0.009)
+    drawn = rr.GridMap(
+        data=picture.tobytes(),
+        format=rr.components.ImageFormat(columns, rows, color_model="RGBA", channel_datatype="U8"),
+        cell_size=grid.resolution,
+        translation=(*grid.origin, height),
+        opacity=1.0 if is_map else 0.8,
+        draw_order=height,
+    )
+    recording.show(f"world/{name}", drawn)

@@ -1,0 +1,57 @@
+"""Take a picture of a recording as rerun's viewer shows it, without a display.
+
+    python -m tests.benchmarks.rerun_picture RUN.rrd OUT.png --at 42
+
+Needs a software Vulkan driver (Debian's mesa-vulkan-drivers). The interface is experimental in
+rerun. Complaints of the views (missing transforms and the like) are listed and the exit code is 1.
+"""
+
+import argparse
+import sys
+import sysconfig
+import time
+from pathlib import Path
+
+from rerun.experimental import ViewerClient
+
+SETTLE = 0.5
+"""Seconds between looks at whether the recording is loaded."""
+
+
+def wait_until_loaded(viewer, seconds):
+    """The views once there are some and none is loading; None when it takes too long."""
+    for _ in range(int(seconds / SETTLE)):
+        views = viewer.get_state().views
+        if views:
+            return views
+        time.sleep(SETTLE)  # noqa: TID251 - waits for another program
+    return None
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("recording", type=Path)
+    parser.add_argument("picture", type=Path)
+    parser.add_argument("--at", type=float, default=0.0, help="mission time, seconds")
+    parser.add_argument("--port", type=int, default=19880)
+    options = parser.parse_args()
+    rerun = Path(sysconfig.get_path("scripts")) / "rerun"
+    with ViewerClient.spawn(
+        headless=True, port=options.port, hide_welcome_screen=True, executable_path=str(rerun)
+    ) as viewer:
+        viewer.open(str(options.recording.resolve()))
+        views = wait_until_loaded(viewer, 30.0)
+        if views is None:
+            sys.exit("the viewer did not load the recording within 30 s")
+        viewer.set_time("mission_time", duration=options.at, play_state="paused")
+        for _ in range(4):  # views load what they show only once the time is set
+            time.sleep(SETTLE)  # noqa: TID251
+        viewer.save_screenshot(str(options.picture.resolve()))
+        complaints = [report for view in viewer.get_state().views for report in view.reports]
+    for complaint in complaints:
+        print(complaint)
+    return 1 if complaints else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
