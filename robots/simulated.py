@@ -50,6 +50,7 @@ class SimulatedBody:
     ) -> None:  # fmt: skip
         self.description = description
         self.pace = settings.pace
+        self.slept = 0.0
         self._settings, self._closed = settings, False
         self._camera: Camera | None = None
         if description.camera is not None:
@@ -139,4 +140,5 @@ class SimulatedBody:
         due += seconds
         self._schedule = (due, self.pace)
         if due > now:
+            self.slept += due - now
             wall_clock.sleep(due - now)  # noqa: TID251 - pacing inside a body's wait

@@ -160,13 +160,13 @@ class Stages:
     stages: dict[str, _Stage] = field(default_factory=dict)
 
     @contextmanager
-    def measure(self, name: str) -> Iterator[None]:
-        """Add the time that the block takes to a stage."""
-        began = perf_counter()
+    def measure(self, name: str, asleep: Callable[[], float] = lambda: 0.0) -> Iterator[None]:
+        """Add the time that the block takes to a stage, less what it sleeps."""
+        began = perf_counter() - asleep()
         try:
             yield
         finally:
-            taken = perf_counter() - began
+            taken = perf_counter() - asleep() - began
             stage = self.stages.setdefault(name, _Stage())
             stage.total += taken
             stage.count += 1
@@ -236,7 +236,7 @@ class Runtime:
         self._note_trajectory()
         with measure("publish"):
             self.parts.telemetry.publish(lambda: compose_snapshot(self))
-        with measure("body"):
+        with measure("body", self._asleep):
             if self.parts.pilot.camera_wanted:
                 self.parts.body.ask_for_image()
             self.parts.body.wait(self.period)
@@ -289,6 +289,10 @@ class Runtime:
             "local_costmap": Layer(parts.local_costmap.version, parts.local_costmap.grid),
             **(parts.witness.layers() if parts.witness is not None else {}),
         }
+
+    def _asleep(self) -> float:
+        """Wall seconds that the body has slept to keep its pace: not compute time."""
+        return float(getattr(self.parts.body, "slept", 0.0))
 
     def _ticking(self) -> bool:
         return self.state in (MissionState.STARTING, MissionState.RUNNING)
