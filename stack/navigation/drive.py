@@ -7,6 +7,7 @@ from math import inf
 
 from stack.control.checkers import LostChecker
 from stack.errors import NavigationError
+from stack.navigation.blockages import Blockages
 from stack.navigation.following import Follower, Tools, check_not_lost, drive_feedback, standing
 from stack.navigation.planning import Plan, PlanRequest, Ticket
 from stack.navigation.route_costs import blocked_at, route_cost
@@ -49,7 +50,9 @@ class GoalDrive:
         self._failing_since: float | None = None
         self._leg_ends: tuple[float, ...] = ()
         self._nearest = inf
-        self._seen_version, self._blocked = -1, False
+        self._seen_version = -1
+        self._blocked_at: tuple[float, float] | None = None
+        self._blockages = Blockages()
 
     def advance(self, moment: Moment) -> Twist:
         """The velocity for this step."""
@@ -116,8 +119,7 @@ class GoalDrive:
             return
         self._seen_version = world.version
         points = track.ahead(self._tools.parameters.look_ahead)
-        found = blocked_at(world.grid, points, pose, self._tools.clear_of)
-        self._blocked = found is not None
+        self._blocked_at = blocked_at(world.grid, points, pose, self._tools.clear_of)
 
     def _why_replan(self, moment: Moment) -> str | None:
         """Why to plan now; ROUTINE to look for a better path, None for no reason."""
@@ -126,7 +128,7 @@ class GoalDrive:
             return "first plan"
         if follower.waiting:
             return "something is in the way"
-        if self._blocked:
+        if self._blocked_at is not None:
             return "the path ahead is blocked"
         if track.offset > p.off_path:
             return f"{track.offset:.1f} m off the path"
@@ -154,8 +156,8 @@ class GoalDrive:
         self._failing_since = None
         if ticket.request.goals != self._goals:
             self._asked_at = -inf  # one was passed meanwhile: the plan leads back to it
-        elif self._reason != ROUTINE or self._clearly_better(answer):
-            self._adopt(answer)
+        elif self._reason != ROUTINE or self._clearly_better(answer, moment.time):
+            self._adopt(answer, moment.time)
 
     def _unless_too_far(self, plan: Plan) -> Plan | Failure:
         """The plan, unless it ends farther from the goal than the task tolerates."""
@@ -182,11 +184,13 @@ class GoalDrive:
         if moment.time - self._failing_since >= self._tools.parameters.patience:
             raise NavigationError(FailureCode(failure.code), failure.sentence)
 
-    def _clearly_better(self, plan: Plan) -> bool:
+    def _clearly_better(self, plan: Plan, time: float) -> bool:
         """Whether a plan is worth leaving the path in force for."""
         track = self._follower.track
         if track is None or self.path is None:
             return True
+        if self._blockages.bar(plan.path.points, time):
+            return False
         closer = self.path.goal.distance_to(self.goal) - plan.path.goal.distance_to(self.goal)
         if closer > 0.02:
             return True
@@ -195,12 +199,14 @@ class GoalDrive:
         new = route_cost(costs, plan.path.points)
         return new < (1.0 - self._tools.parameters.replan_gain) * now - 0.1
 
-    def _adopt(self, plan: Plan) -> None:
+    def _adopt(self, plan: Plan, time: float) -> None:
         first = self.path is None
+        if self._blocked_at is not None:
+            self._blockages.note(self._blocked_at, time)
         self.path, self._leg_ends = plan.path, plan.leg_ends
         self.task.path = plan.path
         self._follower.set_path(plan.path)
-        self._blocked, self._seen_version = False, -1
+        self._blocked_at, self._seen_version = None, -1
         length = round(plan.path.length, 3)
         if first:
             self._tools.emit("plan", f"plan found, {length:.1f} m", length=length)

@@ -330,3 +330,16 @@ def test_it_stands_without_a_task(make):
     toy.run(0.5)
     assert set(toy.commands) == {STANDSTILL}
     assert Twist() == STANDSTILL
+
+
+def test_a_gap_that_is_blocked_only_when_seen_from_near_is_not_paced_to_for_ever(make):
+    world = ToyWorld(TWO_DOORS, robot(), Pose2D(1.0, 4.5))
+    toy = make(world)
+    task = toy.navigation.navigate_to(Pose2D(7.0, 4.8, 0.0))
+    upper = (4.0, 4.8, 0.5)
+    while task.running and world.time < 90:
+        seen = world.pose.distance_to(Pose2D(*upper[:2])) < 1.6
+        world.circles = [upper] if seen else []
+        toy.step()
+    assert task.status is TaskStatus.SUCCEEDED
+    assert sum(kind == "replan" for kind in toy.kinds()) < 12
