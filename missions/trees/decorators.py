@@ -124,9 +124,8 @@ class Timeout(Decorator):
             return Status.SUCCESS
         if self.execution.robot.time - self.began >= self.seconds - TOLERANCE:
             halt(self.child)
-            label = self.execution.record(self.child).label or self.child.name
-            why = Failure(FailureCode.TIMED_OUT, f"{label} not done after {self.seconds:g} s")
-            return self.execution.fail(self, why)
+            why = Failure(FailureCode.TIMED_OUT, f"not done after {self.seconds:g} s")
+            return self.execution.fail(self, why, self.child.name)
         return Status.RUNNING
 
 

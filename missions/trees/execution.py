@@ -87,12 +87,11 @@ class Execution:
         """The record of a node of this tree."""
         return self.records[id(node)]
 
-    def fail(self, node: Behaviour, failure: Failure) -> Status:
-        """FAILURE of a node for a reason of its own."""
-        record = self.record(node)
+    def fail(self, node: Behaviour, failure: Failure, name: str = "") -> Status:
+        """FAILURE of a node for a reason of its own; `name` is what the path ends with."""
         node.feedback_message = failure.sentence
         # A cause always has a name, or the path would end in the air.
-        self.trails[id(node)] = Trail(failure, (record.label or node.name,))
+        self.trails[id(node)] = Trail(failure, (name or self.record(node).label or node.name,))
         return Status.FAILURE
 
     def pass_on(self, node: Behaviour, child: Behaviour, note: str = "") -> Status:

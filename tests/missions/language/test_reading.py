@@ -127,6 +127,7 @@ def test_one_value_alone_is_the_only_required_port(tmp_path, node):
         "{sequence: [{check: $photo is set}, {say: $photo}]}",
         "{parallel: [{say: $photo}, {take_photo: {}, out: {image: $photo}}]}",
         "{sequence: [{take_photo: {}, out: {image: $photo}}, {say: $photo}]}",
+        "{parallel: [{say: $photo}, {sequence: [{use: look, out: {it: $photo}}]}]}",
         "{sequence: [{use: look, out: {it: $photo}}, {say: $photo}]}",
         "{sequence: [{set: {photo: \"'a'\"}}, {say: $photo}]}",
     ],
