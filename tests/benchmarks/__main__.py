@@ -28,6 +28,7 @@ def main() -> None:
             "Missions over seeds",
             lambda: missions.mission_table(given.seeds, given.jobs),
         ),
+        "wall": ("Wall following (04)", lambda: missions.wall_table(3, given.jobs)),
         "kidnap": (
             "Kidnapping (05)",
             lambda: missions.kidnap_table(given.kidnaps, given.jobs),

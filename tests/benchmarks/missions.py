@@ -8,11 +8,14 @@ from multiprocessing import get_context
 from statistics import mean, median
 from typing import Any
 
+import numpy as np
+
 from missions.assembly import RunOptions
 from missions.report import Report
-from missions.resources import mission_files
+from missions.resources import MISSIONS, load_world, mission_files
 from missions.runner import run_mission
 from stack.telemetry.records import Event, RunInfo, Snapshot
+from stack.types import FloatArray, Pose2D
 from tests.benchmarks.table import Rows
 
 GOOD_AGAIN = 0.3
@@ -25,6 +28,7 @@ class Trace:
     def __init__(self) -> None:
         self.events: list[Event] = []
         self.errors: list[tuple[float, float, float]] = []
+        self.truths: list[Pose2D] = []
         self._next = 0.0
 
     def open(self, info: RunInfo) -> None:
@@ -44,6 +48,7 @@ class Trace:
         if snapshot.truth is not None:
             error = snapshot.pose.distance_to(snapshot.truth)
             self.errors.append((snapshot.time, error, snapshot.quality))
+            self.truths.append(snapshot.truth)
 
     def close(self, report: Mapping[str, Any] | None) -> None:
         """Nothing to close."""
@@ -94,6 +99,64 @@ def kidnapped_once(seed: int) -> dict[str, Any]:
         "noticed": None if noticed is None else noticed - lifted,
         "mended": None if after >= over - 0.2 else after - lifted,
     }
+
+
+def wall_table(seeds: int, jobs: int) -> Rows:
+    """Mission 04: true distance to straight walls against what was asked for."""
+    rows = list(
+        _map(
+            wall_error, [(side, seed) for side in ("right", "left") for seed in range(seeds)], jobs
+        )
+    )
+    return [
+        {
+            "side": side,
+            "seeds": seeds,
+            "RMS cm (worst seed)": 100 * max(row["rms"] for row in rows if row["side"] == side),
+            "samples": sum(row["samples"] for row in rows if row["side"] == side),
+            "success": sum(row["status"] == "success" for row in rows if row["side"] == side),
+        }
+        for side in ("right", "left")
+    ]
+
+
+def wall_error(task: tuple[str, int]) -> dict[str, Any]:
+    """RMS of the true distance error of one run of mission 04, on settled straights."""
+    side, seed = task
+    trace = Trace()
+    options = RunOptions(seed=seed, arguments={"side": side}, serve=False)
+    report = run_mission("04_wall_follow", options, [trace])
+    walls = load_world("l_room", MISSIONS).walls[0].points
+    errors = straight_errors(trace.truths, walls, wanted=0.5)
+    rms = float(np.sqrt(np.mean(np.square(errors))))
+    return {
+        "side": side, "rms": rms, "samples": len(errors), "status": report.status,
+    }  # fmt: skip
+
+
+def straight_errors(poses: list[Pose2D], corners: FloatArray, wanted: float) -> list[float]:
+    """Distance errors where a pose runs along a wall, a metre away from the wall's ends.
+
+    Args:
+        poses: true poses.
+        corners: (n, 2) corners of a closed room.
+        wanted: distance asked for, metres.
+    """
+    starts, ends = corners, np.roll(corners, -1, axis=0)
+    lengths = np.linalg.norm(ends - starts, axis=1)
+    keep = lengths > 0.01
+    starts, along, lengths = starts[keep], (ends - starts)[keep], lengths[keep]
+    along = along / lengths[:, None]
+    errors = []
+    for pose in poses:
+        offset = np.array([pose.x, pose.y]) - starts
+        travelled = np.einsum("ij,ij->i", offset, along)
+        distance = np.abs(along[:, 0] * offset[:, 1] - along[:, 1] * offset[:, 0])
+        parallel = np.abs(along @ np.array([np.cos(pose.heading), np.sin(pose.heading)]))
+        beside = (travelled > 1.0) & (travelled < lengths - 1.0) & (distance < wanted + 0.3)
+        for wall in np.flatnonzero(beside & (parallel > np.cos(np.radians(15.0)))):
+            errors.append(float(distance[wall] - wanted))
+    return errors
 
 
 def run_once(task: tuple[str, int]) -> tuple[str, Report]:

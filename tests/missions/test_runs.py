@@ -76,6 +76,17 @@ def test_without_a_camera_the_kidnapped_robot_does_not_guess():
     assert not confidently_wrong
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("side", ["right", "left"])
+def test_wall_following_keeps_its_distance_within_5_cm_rms_on_straight_walls(side):
+    from tests.benchmarks.missions import wall_error
+
+    row = wall_error((side, 1))
+    assert row["status"] == "success"
+    assert row["samples"] > 100
+    assert row["rms"] < 0.05
+
+
 def run_in_a_process(tmp_path: Path, *options: str) -> dict[str, object]:
     done = subprocess.run(
         [sys.executable, "-m", "missions.cli", "run", "01_drive_to_a_point", "--json", *options,
