@@ -30,8 +30,8 @@ _WEIGHTS = np.array([0.0, 1.0, 0.5, 1.0, 0.5, 0.5, 0.25])
 """Of beams IGNORED, MATCHED, SHORT, LONG, MISSING, SILENT, BEYOND in the fit."""
 
 MOST_OBSTACLES = 7
-"""Unmapped things around a sampled pose: people, moved chairs, closed doors. Being elsewhere costs
-far more fit than even so many (measured: 99 % of kidnaps fit worse than all but 1 % of these)."""
+"""Unmapped things around a sampled pose: people, moved chairs, closed doors. In a drawn office
+their 5th percentile of fits is 0.67, while 99 % of kidnaps fit below 0.57 two seconds later."""
 
 _SAMPLES = 200
 _LEAST_EVIDENCE = 0.25

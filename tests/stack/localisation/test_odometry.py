@@ -46,7 +46,7 @@ def test_a_constant_twist_is_integrated_exactly(linear, angular, period):
             Observation(now, Odometry(now, on_arc(wheels, now), wheels), FULL, imu=imu)
         )
     expected = on_arc(true, 10 * period)
-    assert fused.pose.distance_to(expected) < 1e-9
+    assert fused.pose.distance_to(expected) < 1e-8
     assert abs(wrap_angle(fused.pose.heading - expected.heading)) < 1e-9
     assert fused.twist.angular == pytest.approx(angular, abs=1e-9)
 
