@@ -16,7 +16,7 @@ from behaviours.wall_follow import WallFollow
 from stack.types import STANDSTILL, Pose2D, Scan
 
 ROOM = segments_of([(0, 0), (5, 0), (5, 3.5), (0, 3.5), (0, 0)])
-L_ROOM = segments_of([(0, 0), (6, 0), (6, 3), (3, 3), (3, 6), (0, 6), (0, 0)])
+L_ROOM = segments_of([(0, 0), (4.4, 0), (4.4, 2.2), (2.2, 2.2), (2.2, 4), (0, 4), (0, 0)])
 # A doorway of 0.9 m in a wall 10 cm thick along y = 0, between two rooms.
 DOORWAY = segments_of(
     [(2.5, -0.1), (2.5, 0), (0, 0), (0, 3), (6, 3), (6, 0), (3.4, 0), (3.4, -0.1), (6, -0.1)],
@@ -61,15 +61,15 @@ def test_goes_round_a_room_and_notices_when_it_is_back(side, heading):
 
 def test_rounds_inner_and_outer_corners():
     behaviour, robot = followed(
-        L_ROOM, Pose2D(1.0, 0.6, 0.0), side="right", distance=0.4, until_loop=True
+        L_ROOM, Pose2D(1.0, 0.4, 0.0), side="right", distance=0.4, until_loop=True
     )
     assert behaviour.status is Status.SUCCESS
-    corner = Pose2D(3.0, 3.0)
+    corner = Pose2D(2.2, 2.2)
     nearest = min(pose.distance_to(corner) for pose in robot.way)
     assert nearest == pytest.approx(0.4, abs=0.06)
 
     def on_straight(pose):
-        return pose.y < 0.9 and 2.0 < pose.x < 4.5
+        return pose.y < 0.9 and 1.2 < pose.x < 3.2
 
     assert true_error_rms(robot, L_ROOM, 0.4, on_straight) <= 0.05
 

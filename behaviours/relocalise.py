@@ -1,0 +1,240 @@
+"""Find out where the robot is when its pose cannot be trusted."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from math import atan, degrees, pi, radians
+
+import numpy as np
+from py_trees.common import Status
+
+from behaviours._marker_pose import Hypothesis, hypotheses, merged
+from behaviours._odometry_trail import OdometryTrail
+from behaviours._wall_geometry import room_ahead
+from behaviours.base import RobotBehaviour, output, port
+from stack.robot import Task
+from stack.types import STANDSTILL, FailureCode, Image, Twist, wrap_angle
+
+TIME_TO_LIVE = 0.3
+FIRST_PICTURE, NEXT_PICTURE = 2.0, 1.0
+"""Seconds to wait for a picture: from a camera that was off, and from one that is on."""
+CONFIRM_AFTER, CONFIRM_WITHIN = 1.0, 2.0
+"""Seconds a new pose gets to prove itself: not judged before the first, nor after the second."""
+FULL_TURN, LONGEST_TURN = 2.0 * pi, 2.5 * pi
+STEP_SHARE, STEP_RANGE = 0.6, (radians(20.0), radians(60.0))
+"""Share of the camera's field of view turned from stop to stop, so that pictures overlap."""
+SURE_FIT, SURE_ERROR, LEAD = 0.6, 1.0, 0.05
+DEVIATION = 0.1
+FINE_QUALITY, FINE_TIME = 0.5, 1.0
+MOVE_SPEED, MOVE_DISTANCE, MOVE_TIME, MOVE_SPARE = 0.25, 1.0, 6.0, 0.3
+
+Steps = Generator[None, None, bool]
+"""A piece of work spread over ticks: yields once a tick, returns whether it worked out."""
+
+
+class Relocalise(RobotBehaviour):
+    """Find the pose again: by markers, turning in place, else from the lidar alone.
+
+    A marker's pose counts when the lidar fits the map there; the lidar's own search fails rather
+    than guess, and gets a second chance from a place a little further on. Fails with AMBIGUOUS or
+    LOST. Takes 2 s to 25 s.
+    """
+
+    use_camera: bool = port("look for markers first", default=True)
+    only_if_lost: bool = port(
+        f"do nothing when the quality stays at {FINE_QUALITY:g} or more for {FINE_TIME:g} s",
+        default=False,
+    )
+    min_fit: float = port(
+        "how well the scan must fit the map at a marker's pose",
+        default=0.35, at_least=0.0, at_most=1.0,
+    )  # fmt: skip
+    min_quality: float = port(
+        "localisation quality that proves the new pose", default=0.4, at_least=0.0, at_most=1.0
+    )
+    method: str = output("how the pose was found: marker, lidar, or kept when it was fine")
+
+    uses_wheels = True
+
+    def initialise(self) -> None:
+        """Begin the search with the first tick."""
+        self._trail = OdometryTrail()
+        self._known: list[Hypothesis] = []
+        self._looked_until = self.robot.time
+        self._steps = self._search()
+
+    def update(self) -> Status:
+        """Do what can be done in this tick."""
+        self._trail.record(self.robot.time, self.robot.odometry)
+        if self._uses_camera():
+            self.robot.image()  # asking keeps the camera on between two stops
+        try:
+            next(self._steps)
+        except StopIteration as over:
+            if over.value:
+                return Status.SUCCESS
+            assert self.failure is not None, "the lidar's search failed last, with a reason"
+            return self.fail(self.failure.code, self.failure.sentence)
+        return Status.RUNNING
+
+    def terminate(self, new_status: Status) -> None:
+        """Stand still."""
+        super().terminate(new_status)
+        if self.status is Status.RUNNING:
+            self.robot.drive_for(STANDSTILL, TIME_TO_LIVE)
+
+    def _search(self) -> Steps:
+        """Markers, lidar, move on, lidar."""
+        if self.only_if_lost and (yield from self._is_fine()):
+            return self._found("kept")
+        self.robot.drive_for(STANDSTILL, TIME_TO_LIVE)
+        if self._uses_camera() and (yield from self._by_markers()):
+            return self._found("marker")
+        if (yield from self._by_lidar()):
+            return self._found("lidar")
+        yield from self._move_on()
+        return (yield from self._by_lidar()) and self._found("lidar")
+
+    def _found(self, method: str) -> bool:
+        self.method = method
+        self.feedback_message = f"found by {method}" if method != "kept" else "was not lost"
+        return True
+
+    def _uses_camera(self) -> bool:
+        return self.use_camera and bool(self.robot.markers)
+
+    def _is_fine(self) -> Steps:
+        start = self.robot.time
+        while self.robot.localisation_quality >= FINE_QUALITY:
+            if self.robot.time - start >= FINE_TIME:
+                return True
+            yield
+        return False
+
+    def _by_markers(self) -> Steps:
+        """Stop and look, turn by a part of the field of view, and so on all round."""
+        picture = yield from self._new_picture(FIRST_PICTURE)
+        if picture is None:
+            self.feedback_message = "no camera"
+            return False
+        view = 2.0 * atan(0.5 * picture.camera.width / picture.camera.focal_length)
+        step = min(max(STEP_SHARE * view, STEP_RANGE[0]), STEP_RANGE[1])
+        turned = 0.0
+        while True:
+            if (yield from self._look()):
+                return True
+            if turned >= (LONGEST_TURN if self._known else FULL_TURN) - 1e-6:
+                return bool(self._known) and (yield from self._try(self._known[0]))
+            self.feedback_message = f"looking for markers, turned {degrees(turned):.0f} deg"
+            if not (yield from self._done(self.robot.spin(step))):
+                return False
+            turned += step
+            self._looked_until = self.robot.time  # what was exposed in the turn does not count
+
+    def _look(self) -> Steps:
+        """Weigh up to two pictures from here; the second only when the first was promising."""
+        for _ in range(2):
+            picture = yield from self._new_picture(NEXT_PICTURE)
+            if picture is None:
+                return False
+            self._weigh(picture.stamp)
+            best = self._best()
+            if best is not None and (yield from self._try(best)):
+                return True
+            if not self._known:
+                return False
+        return False
+
+    def _new_picture(self, patience: float) -> Generator[None, None, Image | None]:
+        """The next picture exposed after the last one looked at, None if none comes."""
+        start = self.robot.time
+        while self.robot.time - start < patience:
+            picture = self.robot.image()
+            if picture is not None and picture.stamp > self._looked_until:
+                self._looked_until = picture.stamp
+                return picture
+            yield
+        return None
+
+    def _weigh(self, stamp: float) -> None:
+        """Turn the sightings of a picture into hypotheses that the lidar agrees with."""
+        now = self.robot.odometry
+        for sighting in self.robot.marker_sightings():
+            if sighting.stamp != stamp:
+                continue
+            then = self._trail.at(stamp)
+            new = hypotheses(sighting, then, now, self.robot.fit_at)
+            good = [one for one in new if one.fit >= self.min_fit]
+            self._known = merged(self._known, good, now)
+
+    def _best(self) -> Hypothesis | None:
+        """The hypothesis to believe, if one is ahead of the others and seen often enough."""
+        if not self._known:
+            return None
+        best, *others = self._known
+        sure = len(best.stamps) >= 2 or (best.fit >= SURE_FIT and best.error <= SURE_ERROR)
+        rival = others[0] if others else None
+        leads = rival is None or best.fit - rival.fit >= LEAD or best.error < rival.error
+        return best if sure and leads else None
+
+    def _try(self, hypothesis: Hypothesis) -> Steps:
+        """Believe it, and see whether the localisation settles there."""
+        pose = hypothesis.pose(self.robot.odometry)
+        self.robot.set_pose(
+            pose, position_deviation=DEVIATION, heading_deviation=DEVIATION, source="marker"
+        )
+        if (yield from self._is_confirmed()):
+            return True
+        self._known = [one for one in self._known if one is not hypothesis]
+        return False
+
+    def _is_confirmed(self) -> Steps:
+        start = self.robot.time
+        while self.robot.time - start < CONFIRM_WITHIN:
+            self.feedback_message = f"quality {self.robot.localisation_quality:.2f}"
+            good = self.robot.localisation_quality >= self.min_quality
+            if good and self.robot.time - start >= CONFIRM_AFTER:
+                return True
+            yield
+        return False
+
+    def _by_lidar(self) -> Steps:
+        if not (yield from self._done(self.robot.relocalise())):
+            return False
+        if (yield from self._is_confirmed()):
+            return True
+        quality = self.robot.localisation_quality
+        sentence = f"quality {quality:.2f} at the pose found, below {self.min_quality:g}"
+        self.fail(FailureCode.LOST, sentence)
+        return False
+
+    def _move_on(self) -> Steps:
+        """Drive up to a metre in the freest direction: things look different from there."""
+        scan = self.robot.scan
+        if scan is None:
+            return False
+        ranges = np.nan_to_num(scan.ranges.astype(np.float64), posinf=scan.range_max)
+        window = max(1, round(radians(40.0) / scan.angle_increment))
+        around = np.pad(ranges, (window // 2, window - 1 - window // 2), mode="edge")
+        room = np.lib.stride_tricks.sliding_window_view(around, window).min(axis=1)
+        direction = wrap_angle(float(scan.angles[int(np.argmax(room))]) + scan.mount.heading)
+        if not (yield from self._done(self.robot.spin(direction))):
+            return False
+        end, enough = self._trail.distance + MOVE_DISTANCE, self.robot.time + MOVE_TIME
+        while self._trail.distance < end and self.robot.time < enough and self._room() > MOVE_SPARE:
+            self.feedback_message = "moving on to see more"
+            self.robot.drive_for(Twist(MOVE_SPEED), TIME_TO_LIVE)
+            yield
+        self.robot.drive_for(STANDSTILL, TIME_TO_LIVE)
+        return True
+
+    def _room(self) -> float:
+        """Metres before the robot's front; 0 without a scan."""
+        scan, radius = self.robot.scan, self.robot.footprint.circumscribed_radius
+        return room_ahead(scan.points(), radius + 0.05) - radius if scan is not None else 0.0
+
+    def _done(self, task: Task) -> Steps:
+        """Wait for a task; whether it succeeded."""
+        while (status := self.follow(task)) is Status.RUNNING:
+            yield
+        return status is Status.SUCCESS

@@ -1,0 +1,195 @@
+"""A kidnapped robot in a room with two markers, one of which looks the wrong way round."""
+
+from math import pi, radians
+
+import numpy as np
+import pytest
+from kinematic_robot import segments_of
+from lost_robot import LostRobot, marker_on_wall
+from py_trees.common import Status
+
+from behaviours._marker_pose import Hypothesis, best_fit, hypotheses, merged, swung
+from behaviours.relocalise import Relocalise
+from behaviours.testing import ScriptedRobot, halt, tick
+from stack.types import (
+    STANDSTILL,
+    Marker,
+    MarkerSighting,
+    Pose2D,
+    PoseCandidate,
+    TaskStatus,
+    wrap_angle,
+)
+
+# No symmetry: a room of 7 m by 5 m with a niche and a pillar.
+ROOM = segments_of(
+    [(0, 0), (7, 0), (7, 5), (4, 5), (4, 4), (3, 4), (3, 5), (0, 5), (0, 0)],
+    [(1.5, 3.2), (2.0, 3.2), (2.0, 3.6), (1.5, 3.6), (1.5, 3.2)],
+)
+MARKERS = (marker_on_wall(3, 7.0, 2.0, pi), marker_on_wall(4, 1.0, 0.0, pi / 2))
+TRUTH = Pose2D(4.5, 2.5, 2.0)
+WRONG = Pose2D(1.0, 1.0, 0.0)
+
+
+def lost(**settings):
+    settings = {"markers": MARKERS, "pose": TRUTH, "belief": WRONG, **settings}
+    return LostRobot(segments=ROOM, **settings)
+
+
+def near(one, other, position=0.15, heading=0.1):
+    turn = abs(wrap_angle(one.heading - other.heading))
+    return one.distance_to(other) <= position and turn <= heading
+
+
+@pytest.mark.parametrize("wrong_first", [False, True])
+@pytest.mark.parametrize("heading", [-2.5, -1.0, 0.3, 2.0])
+def test_finds_itself_by_a_marker(heading, wrong_first):
+    robot = lost(pose=Pose2D(4.5, 2.5, heading), wrong_first=wrong_first)
+    behaviour = Relocalise()
+    assert tick(behaviour, robot, 30.0) is Status.SUCCESS
+    assert behaviour.method == "marker"
+    assert near(robot.belief, robot.pose)
+    assert robot.asked("set_pose")[-1]["source"] == "marker"
+    assert robot.time < 20.0
+    assert robot.asked("relocalise") == []
+
+
+@pytest.mark.parametrize(
+    "settings", [{"markers": ()}, {"camera_works": False}, {"markers": MARKERS[:0]}]
+)
+def test_asks_the_lidar_when_there_is_nothing_to_see(settings):
+    robot = lost(global_answer=["truth"], **settings)
+    behaviour = Relocalise()
+    assert tick(behaviour, robot, 5.0) is Status.SUCCESS
+    assert behaviour.method == "lidar"
+    assert robot.asked("spin") == []
+
+
+def test_asks_the_lidar_when_no_marker_is_seen_all_round():
+    hidden = (marker_on_wall(3, 7.0, 2.0, 0.0),)  # faces away
+    robot = lost(markers=hidden, global_answer=["truth"])
+    behaviour = Relocalise()
+    assert tick(behaviour, robot, 30.0) is Status.SUCCESS
+    assert behaviour.method == "lidar"
+    turned = sum(call["angle"] for call in robot.asked("spin"))
+    assert 2 * pi - 1e-6 <= turned <= 2 * pi + radians(60.0)
+
+
+def test_does_without_the_camera_when_told_to():
+    robot = lost(global_answer=["truth"])
+    assert tick(Relocalise(use_camera=False), robot, 5.0) is Status.SUCCESS
+    assert robot.asked("spin") == []
+    assert robot.asked_at < 0.0  # never asked for a picture
+
+
+def test_moves_on_before_it_asks_the_lidar_again():
+    robot = lost(markers=(), global_answer=[None, None])
+    start = robot.pose
+    behaviour = Relocalise()
+    assert tick(behaviour, robot, 30.0) is Status.FAILURE
+    assert len(robot.asked("relocalise")) == 2
+    assert 0.8 <= robot.pose.distance_to(start) <= 1.2
+    assert behaviour.failure.code == "AMBIGUOUS"
+    assert behaviour.failure.sentence == "two places fit alike"
+    assert robot.time < 30.0
+
+
+def test_a_pose_that_does_not_prove_itself_is_not_success():
+    robot = lost(markers=(), global_answer=[WRONG, WRONG])
+    behaviour = Relocalise()
+    assert tick(behaviour, robot, 30.0) is Status.FAILURE
+    assert behaviour.failure.code == "LOST"
+    assert "below 0.4" in behaviour.failure.sentence
+
+
+def test_a_marker_that_was_moved_is_not_believed():
+    moved = (marker_on_wall(3, 7.0, 4.0, pi),)  # the map says so; it hangs 2 m further right
+    robot = lost(markers=moved, pose=Pose2D(5.0, 2.5, 0.3), global_answer=[None, None])
+    hangs = Marker(3, 0.2, (7.0, 2.0, 0.3), pi)
+    sighting = LostRobot._sighting
+
+    def mistaken(marker, pose, stamp):
+        seen = sighting(robot, hangs, pose, stamp)
+        if seen is None:
+            return None
+        shifted = tuple(
+            PoseCandidate(Pose2D(one.pose.x, one.pose.y + 2.0, one.pose.heading), one.error)
+            for one in seen.candidates
+        )
+        return MarkerSighting(stamp, marker, seen.distance, shifted)
+
+    robot._sighting = mistaken
+    assert tick(Relocalise(min_fit=0.5, min_quality=0.5), robot, 60.0) is Status.FAILURE
+
+
+def test_a_robot_that_is_not_lost_may_be_left_alone():
+    robot = lost(belief=TRUTH)
+    behaviour = Relocalise(only_if_lost=True)
+    assert tick(behaviour, robot, 0.9) is Status.RUNNING
+    assert tick(behaviour, robot, 0.2) is Status.SUCCESS
+    assert behaviour.method == "kept"
+    assert robot.asked("spin") == robot.asked("relocalise") == robot.asked("set_pose") == []
+
+
+def test_stands_when_pre_empted_in_a_turn():
+    robot = lost()
+    behaviour = Relocalise()
+    while not robot.asked("spin"):
+        assert tick(behaviour, robot, 0.1) is Status.RUNNING
+    halt(behaviour)
+    assert robot.motion.status is TaskStatus.CANCELLED
+    assert robot.twist == STANDSTILL
+
+
+def test_pre_emption_cancels_the_search_by_lidar():
+    robot = ScriptedRobot()
+    behaviour = Relocalise()
+    tick(behaviour, robot, 1.0)
+    assert robot.asked("relocalise") == [{}]
+    halt(behaviour)
+    assert robot.task.status is TaskStatus.CANCELLED
+
+
+def test_swinging_about_a_marker_keeps_its_distance_and_bearing():
+    marker, pose = (7.0, 2.0), Pose2D(4.0, 1.0, 0.4)
+    turned = swung(pose, marker, 0.3, 1.0)
+    there = Pose2D(*marker)
+    assert turned.distance_to(there) == pytest.approx(pose.distance_to(there))
+    assert wrap_angle(turned.bearing_to(there) - turned.heading) == pytest.approx(
+        pose.bearing_to(there) - pose.heading
+    )
+
+
+def test_the_best_fit_undoes_an_error_of_the_marker_pose():
+    robot = lost(pose=Pose2D(4.5, 2.5, 0.0))
+    marker = MARKERS[0].position[:2]
+    found, fit = best_fit(swung(robot.pose, marker, radians(12.0), 1.06), marker, robot.fit_at)
+    assert fit > 0.9
+    assert near(found, robot.pose, 0.08, radians(2.5))
+
+
+def test_a_hypothesis_is_carried_on_by_the_odometry():
+    seen = MarkerSighting(1.0, MARKERS[0], 2.0, (PoseCandidate(Pose2D(2.0, 1.0, 0.0), 0.5),))
+    then, now = Pose2D(10.0, 0.0, 0.0), Pose2D(11.0, 0.0, pi / 2)
+    [one] = hypotheses(seen, then, now, lambda pose: 0.5)
+    # A metre ahead of (2, 1) and a quarter turn to the left.
+    assert near(one.pose(now), Pose2D(3.0, 1.0, pi / 2), 1e-9, 1e-9)
+    later = Pose2D(11.0, 2.0, pi / 2)
+    assert near(one.pose(later), Pose2D(3.0, 3.0, pi / 2), 1e-9, 1e-9)
+
+
+def test_two_pictures_of_one_place_make_one_hypothesis():
+    here = Pose2D(0.0, 0.0)
+    first = Hypothesis(Pose2D(1.0, 1.0, 0.0), 0.5, 0.4, (1.0,))
+    again = Hypothesis(Pose2D(1.2, 1.1, 0.1), 0.6, 0.5, (1.2,))
+    other = Hypothesis(Pose2D(1.0, 1.0, 0.5), 0.7, 0.1, (1.2,))
+    best, second = merged([first], [again, other], here)
+    assert best == other
+    assert (second.fit, second.stamps) == (0.6, (1.0, 1.2))
+
+
+def test_the_toys_fit_tells_right_from_wrong():
+    robot = lost()
+    assert robot.fit_at(TRUTH) > 0.9
+    assert robot.fit_at(WRONG) < 0.3
+    assert np.isfinite(robot.scan.ranges).mean() > 0.9

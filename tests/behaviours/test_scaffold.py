@@ -1,0 +1,66 @@
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from behaviours.catalogue import find_behaviours
+from behaviours.scaffold import new_behaviour
+from stack.errors import InputError
+
+ROOT = Path(__file__).parents[2]
+
+
+def run(*command, cwd=ROOT):
+    done = subprocess.run(
+        [sys.executable, "-m", *command], cwd=cwd, capture_output=True, text=True, check=False,
+        env={"PYTHONPATH": str(ROOT), "PATH": "/usr/bin:/bin"},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def test_what_is_written_works_and_its_test_passes(tmp_path):
+    folder = tmp_path / "my_behaviours"
+    files = new_behaviour("close_gripper", folder)
+    assert [file.name for file in files] == ["close_gripper.py", "test_close_gripper.py"]
+    catalogue = find_behaviours(["./my_behaviours"], tmp_path)
+    assert catalogue.problems == ()
+    assert catalogue.get("close_gripper").summary.startswith("Close gripper")
+    assert "2 passed" in run("pytest", "-q", "-p", "no:cacheprovider", str(folder), cwd=tmp_path)
+
+
+@pytest.mark.parametrize("name", ["close_gripper", "nnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnn"])
+def test_what_is_written_is_clean(tmp_path, name):
+    files = [str(file) for file in new_behaviour(name, tmp_path / "mine")]
+    settings = ["--config", str(ROOT / "pyproject.toml"), "--no-cache"]
+    run("ruff", "check", *settings, *files)
+    run("ruff", "format", "--check", *settings, *files)
+
+
+def test_nothing_is_overwritten(tmp_path):
+    (tmp_path / "test_close_gripper.py").write_text("mine")
+    with pytest.raises(InputError, match=r"test_close_gripper\.py is there already"):
+        new_behaviour("close_gripper", tmp_path)
+    assert [file.name for file in tmp_path.iterdir()] == ["test_close_gripper.py"]
+
+
+@pytest.mark.parametrize(
+    ("name", "sentence"),
+    [
+        ("CloseGripper", "lower-case words joined by underscores"),
+        ("close-gripper", "lower-case words joined by underscores"),
+        ("close__gripper", "lower-case words joined by underscores"),
+        ("../evil", "lower-case words joined by underscores"),
+        ("", "lower-case words joined by underscores"),
+        ("spin", "'spin' is taken: Turn in place by an angle"),
+        ("retry", "word of the mission language"),
+        ("while", "word of the mission language or of Python"),
+        ("n" * 41, "at most 40 letters"),
+        ("test_it", "would be taken for a test"),
+    ],
+)
+def test_names_that_will_not_do(tmp_path, name, sentence):
+    with pytest.raises(InputError, match=sentence):
+        new_behaviour(name, tmp_path)
+    assert list(tmp_path.iterdir()) == []
