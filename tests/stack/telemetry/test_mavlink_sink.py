@@ -1,0 +1,209 @@
+import os
+import socket
+from math import pi
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from stack.errors import InputError
+from stack.telemetry.hub import Telemetry
+from stack.telemetry.mavlink_sink import MavlinkSink, read_address, text_chunks
+from stack.telemetry.records import MissionState
+from stack.types import Battery, Pose2D, Twist
+
+os.environ["MAVLINK20"] = "1"
+from pymavlink import mavutil
+
+
+@pytest.fixture
+def station():
+    """A ground station on a free port of this machine, read by pymavlink itself."""
+    link = mavutil.mavlink_connection("udpin:127.0.0.1:0", dialect="ardupilotmega")
+    yield link
+    link.close()
+
+
+def address_of(station):
+    return f"udpout:127.0.0.1:{station.port.getsockname()[1]}"
+
+
+def received(station):
+    """All messages that have come, by type. Loopback delivers before a send returns."""
+    messages = {}
+    while (message := station.recv_match(blocking=False)) is not None:
+        messages.setdefault(message.get_type(), []).append(message)
+    return messages
+
+
+@pytest.fixture
+def telemetry(station, info, clock):
+    dropped = []
+    telemetry = Telemetry(info, [MavlinkSink(address_of(station), clock)], dropped.append)
+    yield telemetry
+    telemetry.close(None)
+    assert dropped == []
+
+
+def drive(telemetry, clock, snapshot_at, seconds, **changes):
+    """Twenty steps a second, in real time."""
+    for step in range(round(seconds * 20)):
+        time = step / 20
+        telemetry.advance(step, time)
+        telemetry.publish(lambda time=time: snapshot_at(time=time, **changes))
+        clock.now += 0.05
+
+
+def test_rates_are_those_of_robot_time(station, telemetry, clock, snapshot_at):
+    drive(telemetry, clock, snapshot_at, 10.0)
+    messages = received(station)
+    counts = {kind: len(found) for kind, found in messages.items()}
+    assert counts["ATTITUDE"] == counts["LOCAL_POSITION_NED"] == 100
+    assert counts["SYS_STATUS"] == 10 and counts["BATTERY_STATUS"] == 5
+    assert 10 <= counts["HEARTBEAT"] <= 12  # one at opening, one as the mission starts to run
+    assert "BAD_DATA" not in counts and messages["ATTITUDE"][0].get_msgbuf()[0] == 0xFD  # version 2
+
+
+def test_it_is_a_rover_of_ardupilot(station, telemetry, clock, snapshot_at):
+    drive(telemetry, clock, snapshot_at, 0.1)
+    beat = received(station)["HEARTBEAT"][-1]
+    assert (beat.get_srcSystem(), beat.get_srcComponent()) == (1, 1)
+    assert beat.type == mavutil.mavlink.MAV_TYPE_GROUND_ROVER
+    assert beat.autopilot == mavutil.mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA
+    assert mavutil.mode_string_v10(beat) == "AUTO"
+    assert beat.base_mode & mavutil.mavlink.MAV_MODE_FLAG_SAFETY_ARMED
+
+
+@pytest.mark.parametrize(
+    ("state", "mode", "armed"),
+    [
+        (MissionState.PAUSED, "HOLD", True),
+        (MissionState.EMERGENCY_STOP, "HOLD", False),
+        (MissionState.SUCCESS, "HOLD", False),
+    ],
+)
+def test_states_are_modes(station, telemetry, clock, snapshot_at, state, mode, armed):
+    drive(telemetry, clock, snapshot_at, 0.2, state=state)
+    beat = received(station)["HEARTBEAT"][-1]
+    assert mavutil.mode_string_v10(beat) == mode
+    assert bool(beat.base_mode & mavutil.mavlink.MAV_MODE_FLAG_SAFETY_ARMED) == armed
+
+
+def test_north_east_down(station, telemetry, clock, snapshot_at):
+    # Facing west (180°), 1 m/s forward, turning left: south component 0, east component -1.
+    pose, speed = Pose2D(3.0, 7.0, pi), Twist(1.0, 0.5)
+    drive(telemetry, clock, snapshot_at, 0.05, pose=pose, measured=speed)
+    messages = received(station)
+    place, attitude = messages["LOCAL_POSITION_NED"][0], messages["ATTITUDE"][0]
+    assert (place.x, place.y, place.z) == (7.0, 3.0, 0.0)
+    assert (place.vx, place.vy) == pytest.approx((0.0, -1.0), abs=1e-6)
+    assert attitude.yaw == pytest.approx(-pi / 2) and attitude.yawspeed == -0.5
+
+
+def test_battery_and_health(station, telemetry, clock, snapshot_at):
+    lost = {"battery": Battery(0.15, voltage=23.5), "quality": 0.1}
+    drive(telemetry, clock, snapshot_at, 0.05, **lost)
+    messages = received(station)
+    status, battery = messages["SYS_STATUS"][0], messages["BATTERY_STATUS"][0]
+    assert (status.voltage_battery, status.battery_remaining) == (23500, 15)
+    assert (battery.voltages[0], battery.battery_remaining) == (23500, 15)
+    assert battery.charge_state == mavutil.mavlink.MAV_BATTERY_CHARGE_STATE_LOW
+    laser = mavutil.mavlink.MAV_SYS_STATUS_SENSOR_LASER_POSITION
+    gps = mavutil.mavlink.MAV_SYS_STATUS_SENSOR_GPS
+    present, healthy = (
+        status.onboard_control_sensors_present,
+        status.onboard_control_sensors_health,
+    )
+    assert present & laser and not healthy & laser and not present & gps
+
+
+def test_warnings_and_what_is_said_become_texts(station, telemetry):
+    telemetry.emit("node_status", "not for the station", source="tree")
+    telemetry.emit("say", "hello", source="mission")
+    long = "The way to the meeting room is blocked by something 1.2 m ahead: planning again"
+    telemetry.emit("replan", long, source="navigation", level="warning")
+    texts = received(station)["STATUSTEXT"]
+    assert (texts[0].text, texts[0].severity, texts[0].id) == ("hello", 6, 0)
+    assert "".join(piece.text for piece in texts[1:]) == long
+    assert {piece.id for piece in texts[1:]} == {1}
+    assert [piece.chunk_seq for piece in texts[1:]] == [0, 1]
+
+
+def test_the_link_stays_alive_while_robot_time_stands_still(station, telemetry, clock, snapshot_at):
+    drive(telemetry, clock, snapshot_at, 0.1)
+    received(station)
+    for _ in range(50):
+        telemetry.publish(snapshot_at)
+        clock.now += 0.1
+    messages = received(station)
+    assert messages.keys() == {"HEARTBEAT"} and 4 <= len(messages["HEARTBEAT"]) <= 6
+
+
+def test_a_station_that_connects_is_served(info, clock, snapshot_at):
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    telemetry = Telemetry(info, [MavlinkSink(f"udp:127.0.0.1:{port}", clock)])
+    caller = mavutil.mavlink_connection(f"udpout:127.0.0.1:{port}", dialect="ardupilotmega")
+    caller.mav.heartbeat_send(6, 8, 0, 0, 4)
+    drive(telemetry, clock, snapshot_at, 1.0)
+    assert len(received(caller)["ATTITUDE"]) >= 9
+    caller.close()
+    telemetry.close(None)
+
+
+def test_a_device_that_is_not_there_costs_only_the_sink(info, clock):
+    dropped = []
+    sink = MavlinkSink("serial:/dev/tty_of_nobody", clock)
+    telemetry = Telemetry(info, [sink], dropped.append)
+    telemetry.emit("say", "x", source="mission")
+    assert len(dropped) == 1 and dropped[0].startswith("MavlinkSink failed and is left out")
+
+
+@pytest.mark.parametrize(
+    ("text", "written"),
+    [
+        ("udpout:127.0.0.1:14550", "udpout:127.0.0.1:14550"),
+        ("udpout:station.lan:14550", "udpout:station.lan:14550"),
+        ("udp:127.0.0.1:14550", "udpin:127.0.0.1:14550"),
+        ("tcp:localhost:5760", "tcpin:localhost:5760"),
+        ("serial:/dev/ttyUSB0:115200", "/dev/ttyUSB0"),
+    ],
+)
+def test_addresses(text, written):
+    assert read_address(text).pymavlink == written
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("", "expected udpout"),
+        ("14550", "expected udpout"),
+        ("udpout:14550", "expected udpout"),
+        ("http://127.0.0.1:1", "expected udpout"),
+        ("udpout:a b:1", "expected udpout"),
+        ("udpout:127.0.0.1:0", "port '0' is not in 1..65535"),
+        ("udpout:127.0.0.1:99999", "port '99999'"),
+        ("udp:0.0.0.0:14550", "would listen at 0.0.0.0, where anybody"),
+        ("tcp:192.168.1.2:5760", "send to one station with udpout:192.168.1.2:5760"),
+        ("serial:/etc/passwd", "expected udpout"),
+        ("serial:/dev/ttyUSB0:fast", "expected udpout"),
+    ],
+)
+def test_addresses_that_will_not_do(text, why):
+    with pytest.raises(InputError, match=why):
+        MavlinkSink(text)
+
+
+@settings(deadline=None, max_examples=200)
+@given(st.text(st.characters(exclude_categories=["Cs"]), max_size=120))
+def test_pieces_of_a_text_make_it_whole(text):
+    pieces = list(text_chunks(text))
+    assert b"".join(pieces).decode() == " ".join(text.split())
+    assert all(len(piece) <= 50 for piece in pieces)
+    assert len(pieces) == 1 or len(pieces[-1]) < 50
+
+
+def test_an_endless_text_is_cut():
+    pieces = list(text_chunks("ü" * 1000))
+    assert len(pieces) == 8 and len(pieces[-1]) == 48
