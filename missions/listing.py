@@ -109,7 +109,8 @@ def _robot_sentence(name: str) -> str:
 
 
 def _declared(part: object) -> list[Declaration]:
-    return list(declarations(type(part)).values())
+    cls: type = type(part)
+    return list(declarations(cls).values())
 
 
 def _describe_robot(name: str) -> str:

@@ -66,7 +66,8 @@ def cpu_features() -> str:
     """The instruction sets numpy dispatches to: results are bit-identical per such set."""
     import numpy as np
 
-    extensions = dict(np.show_config(mode="dicts") or {}).get("SIMD Extensions", {})
+    shown: Any = np.show_config(mode="dicts") or {}
+    extensions = shown.get("SIMD Extensions", {})
     return " ".join([*extensions.get("baseline", ()), *extensions.get("found", ())])
 
 

@@ -108,12 +108,12 @@ def begin(tmp_path: Path, mission: str = "02_office_patrol") -> subprocess.Popen
 
 
 def wait_for_events(folder: Path, count: int, patience: float = 60.0) -> None:
-    deadline = time.monotonic() + patience
+    deadline = time.monotonic() + patience  # noqa: TID251
     events = folder / "events.jsonl"
-    while time.monotonic() < deadline:
+    while time.monotonic() < deadline:  # noqa: TID251
         if events.exists() and events.read_bytes().count(b"\n") >= count:
             return
-        time.sleep(0.05)
+        time.sleep(0.05)  # noqa: TID251
     raise AssertionError(f"no {count} events within {patience} s")
 
 
