@@ -91,7 +91,7 @@ class LostRobot(KinematicRobot):
         if not ready:
             return ()
         step, pose, turning = ready[-1]
-        self.blurred += abs(turning) > 0.2
+        self.blurred += abs(turning) > 0.05
         seen = [self._sighting(marker, pose, step * PERIOD) for marker in self.markers]
         return tuple(one for one in seen if one is not None)
 
