@@ -126,7 +126,7 @@ class LostRobot(KinematicRobot):
             self.twist = STANDSTILL
             self.motion.succeed()
         else:
-            speed = min(max(2.0 * self.turn_left, -TURNING_SPEED), TURNING_SPEED)
+            speed = min(max(5.0 * self.turn_left, -TURNING_SPEED), TURNING_SPEED)
             self.twist = Twist(0.0, speed)
         self.alive_until = self.time + 0.1
 
