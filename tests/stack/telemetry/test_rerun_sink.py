@@ -148,7 +148,7 @@ def test_rows_are_turned_for_the_screen_and_colours_are_quiet():
     cells = np.array([[0, 100], [-1, 0]], np.int8)
     picture = map_picture(OccupancyGrid(cells, 0.05))
     assert picture.shape == (2, 2, 4) and picture[:, :, :3].max() < 170
-    assert (picture[1, 1] > picture[1, 0])[:3].all()  # row 0 of the grid is at the bottom
+    assert (picture[1, 1] > picture[0, 1])[:3].all()  # row 0 of the grid is at the bottom
     costs = cost_picture(CostGrid(np.array([[0, 1, 252, 253, 254, 255]], np.uint8), 0.05), "x")
     assert costs[0, :, 3].tolist() == [0, 10, 95, 130, 130, 0]
 
