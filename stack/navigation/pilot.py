@@ -284,5 +284,5 @@ class Pilot:
             "relocalised",
             f"now at ({pose.x:.2f}, {pose.y:.2f}, {degrees(pose.heading):.0f} deg) by {source}, "
             f"{jump:.2f} m and {degrees(turn):.0f} deg from before",
-            source=source, jump=round(jump, 3), turn=round(turn, 4),
+            by=source, jump=round(jump, 3), turn=round(turn, 4),
         )  # fmt: skip
