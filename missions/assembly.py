@@ -11,7 +11,6 @@ from missions.language.reading import read_mission
 from missions.resources import (
     catalogue_of,
     find_mission,
-    load_map,
     load_robot,
     load_world,
     resources,
@@ -21,7 +20,7 @@ from stack.description import RobotDescription
 from stack.errors import InputError, ParameterError
 from stack.parameters import read_quantity
 from stack.sim.world import World
-from stack.types import OccupancyGrid, Pose2D
+from stack.types import Pose2D
 
 __all__ = ["Plan", "RunOptions", "prepare"]
 
@@ -59,7 +58,6 @@ class Plan:
     mission: Mission
     robot: RobotDescription
     world: World
-    grid: OccupancyGrid
     start: Pose2D
     belief: Pose2D | None
     choices: dict[str, Choice]
@@ -80,12 +78,14 @@ def prepare(name: str | Path, options: RunOptions) -> Plan:
     if options.camera == "off":
         robot = replace(robot, camera=None)
     start = _start_pose(options.start, mission, world)
-    grid = _map_of(mission, world, beside)
+    if mission.map == "none":
+        raise InputError(
+            "map: none (driving without a map) is not supported yet; use from_world or a map.yaml"
+        )
     return Plan(
         mission=mission,
         robot=robot,
         world=world,
-        grid=grid,
         start=start,
         belief=_belief(mission, start),
         choices=all_chosen(
@@ -122,15 +122,3 @@ def _belief(mission: Mission, start: Pose2D) -> Pose2D | None:
     if mission.initial_pose == "start":
         return start
     return mission.initial_pose if isinstance(mission.initial_pose, Pose2D) else None
-
-
-def _map_of(mission: Mission, world: World, beside: Path) -> OccupancyGrid:
-    if mission.map == "from_world":
-        from stack.sim.rasterise import rasterise
-
-        return rasterise(world)
-    if mission.map == "none":
-        raise InputError(
-            "map: none (driving without a map) is not supported yet; use from_world or a map.yaml"
-        )
-    return load_map(mission.map, beside)

@@ -9,7 +9,7 @@ from typing import Any
 
 from missions.assembly import Plan, RunOptions
 from missions.pictures import PictureStore
-from missions.resources import versions
+from missions.resources import load_map, versions
 from missions.trees.compiler import compile_mission
 from missions.trees.mission_tree import MissionTree
 from missions.witness import SimulationWitness
@@ -28,6 +28,7 @@ from stack.safety.safety import Safety, SafetyParameters
 from stack.telemetry.hub import Telemetry
 from stack.telemetry.recorder import RunFolder
 from stack.telemetry.records import Layer, RunInfo, Sink
+from stack.types import OccupancyGrid
 
 IDLE_SECONDS = 0.02
 """Wall seconds between two looks for commands while the robot is held."""
@@ -79,12 +80,13 @@ def wire(
     telemetry = Telemetry(info, sinks, log)
     rates = Rates()
     period = 1.0 / rates.control
+    grid = _map_of(plan)
     costs = plan.choices["costmap"].parameters
-    local = Costmap(costs, robot.footprint, plan.grid, window=LOCAL_WINDOW)
-    whole = Costmap(costs, robot.footprint, plan.grid)
+    local = Costmap(costs, robot.footprint, grid, window=LOCAL_WINDOW)
+    whole = Costmap(costs, robot.footprint, grid)
     safety = Safety(robot, SafetyParameters(), period)
     navigation = _navigation(plan, period, local, whole, telemetry)
-    localiser = _localiser(plan, seed)
+    localiser = _localiser(plan, grid, seed)
     controller = navigation.controller
     pilot = Pilot(
         PilotParts(
@@ -112,9 +114,18 @@ def wire(
     parts = Parts(
         body=body, fusion=OdometryFusion(), localiser=localiser, local_costmap=local,
         global_costmap=whole, navigation=navigation, pilot=pilot, safety=safety,
-        tree=tree, telemetry=telemetry, map_layer=Layer(1, plan.grid), witness=witness,
+        tree=tree, telemetry=telemetry, map_layer=Layer(1, grid), witness=witness,
     )  # fmt: skip
     return Wiring(Runtime(parts, rates, _idle), body, tree, telemetry, witness)
+
+
+def _map_of(plan: Plan) -> OccupancyGrid:
+    """The map that the mission names; drawing the world's needs OpenCV, so not before a run."""
+    if plan.mission.map == "from_world":
+        from stack.sim.rasterise import rasterise
+
+        return rasterise(plan.world)
+    return load_map(plan.mission.map, plan.mission.source.parent)
 
 
 def _emitter(telemetry: Telemetry, source: str) -> Callable[..., None]:
@@ -156,8 +167,8 @@ def _idle() -> None:
     sleep(IDLE_SECONDS)
 
 
-def _localiser(plan: Plan, seed: int) -> Localiser:
-    localiser = Localiser(plan.grid, LocaliserParameters(), seed)
+def _localiser(plan: Plan, grid: OccupancyGrid, seed: int) -> Localiser:
+    localiser = Localiser(grid, LocaliserParameters(), seed)
     if plan.belief is None:
         localiser.scatter()
     else:
