@@ -81,7 +81,7 @@ class Dashboard(App[str]):
                 yield VitalsPane()
             yield MapPane()
             with Charts(id="charts"):
-                speeds = {"wanted": palette.BUSY, "driven": palette.PATH}
+                speeds = {"set": palette.BUSY, "real": palette.PATH}
                 yield Chart("Speed", "m/s", speeds, 0.0, 0.2)
                 yield Chart("Scan fit", "", {"fit": palette.PARTICLE}, 0.0, 1.0)
                 yield Chart("Pose error", "m", {"off by": palette.PERSON}, 0.0, 0.05)
@@ -108,6 +108,7 @@ class Dashboard(App[str]):
 
     def refresh_now(self) -> None:
         """Take what is new and show it."""
+        self._keep_a_focus()
         fresh = self._receive()
         link = self._link()
         panes = self._panes
@@ -153,7 +154,7 @@ class Dashboard(App[str]):
         panes.query_one(VitalsPane).show(snapshot)
         speed, fit, error = panes.query(Chart)
         now = snapshot.time
-        speed.add(now, wanted=snapshot.commanded.linear, driven=snapshot.measured.linear)
+        speed.add(now, set=snapshot.commanded.linear, real=snapshot.measured.linear)
         fit.add(now, fit=snapshot.quality)
         error.display = snapshot.truth is not None
         if snapshot.truth is not None:
@@ -246,9 +247,9 @@ class Dashboard(App[str]):
     def action_focus_pane(self, name: str) -> None:
         """Give a pane the focus; one that has no room here comes over the whole screen."""
         pane = self.screen.query_one(f"#{name}")
-        full = any(self.screen.has_class(f"full-{other}") for other in PANES)
+        filled = any(self.screen.has_class(f"full-{other}") for other in PANES)
         hidden = any(not node.display for node in (pane, pane.parent) if node is not None)
-        if full or hidden:
+        if filled or hidden:
             self._fill_with(name)
         pane.focus()
 
@@ -261,12 +262,17 @@ class Dashboard(App[str]):
     def action_all_panes(self) -> None:
         """Back to all panes."""
         self._fill_with("")
-        if self.focused is None or not self.focused.display:
-            self.query_one(MapPane).focus()
 
     def _fill_with(self, name: str) -> None:
         for pane in PANES:
             self.screen.set_class(pane == name, f"full-{pane}")
+
+    def _keep_a_focus(self) -> None:
+        """Give the map the focus when the pane that had it has no room any more."""
+        screen = self._panes
+        filled = any(screen.has_class(f"full-{pane}") for pane in PANES)
+        if not filled and (screen.focused is None or not screen.focused.size):
+            screen.set_focus(screen.query_one(MapPane))
 
     def action_speed(self, factor: float) -> None:
         """Simulate faster or slower."""

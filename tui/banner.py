@@ -13,6 +13,9 @@ from tui.palette import BAD, BUSY, GOOD, TEXT, WARN, css
 LOST_AFTER = 5.0
 """Wall seconds of silence after which the engine counts as lost."""
 
+MARGIN = 6
+"""Columns of the banner that are not text."""
+
 TONES = {"good": GOOD, "bad": BAD, "warn": WARN, "busy": BUSY}
 OUTCOMES = {
     MissionState.SUCCESS: ("good", "✔ MISSION SUCCEEDED"),
@@ -122,7 +125,10 @@ class Banner(Static):
         for tone in TONES:
             self.set_class(tone == said.tone, tone)
         text = Text(said.headline, style=f"bold {css(TONES[said.tone])}")
-        text.append(f"   {said.then}", style=f"bold {css(TEXT)}")
-        if said.why:
-            text.append(f"\n{said.why}", style=css(TEXT))
+        then = Text(f"   {said.then}", style=f"bold {css(BUSY)}")
+        why = Text(said.why, style=f"not bold {css(TEXT)}")
+        if text.cell_len + then.cell_len + why.cell_len + 3 <= self.app.size.width - MARGIN:
+            text.append("   " if said.why else "").append_text(why).append_text(then)
+        else:
+            text.append_text(then).append("\n").append_text(why)
         self.update(text)

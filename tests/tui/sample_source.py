@@ -208,8 +208,9 @@ def _resample(corners: np.ndarray, spacing: float) -> np.ndarray:
 
 def finished(source: SampleSource, state: MissionState, reason: str = "") -> None:
     """Let the source's run be over."""
+    ended = "success" if state is MissionState.SUCCESS else "failure"
     rows = tuple(
-        replace(row, status="success" if state is MissionState.SUCCESS else row.status)
+        replace(row, status=ended if row.status == "running" else row.status)
         for row in _tree(source.tick * PERIOD)
     )
     source.changes.update(
