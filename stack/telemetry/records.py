@@ -22,6 +22,9 @@ from stack.types import (
     Twist,
 )
 
+ROUTINE = frozenset({"pose", "node_status"})
+"""Kinds of events that come all the time: for machines and records, not for people's eyes."""
+
 
 class MissionState(StrEnum):
     """A mission in one word."""

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from stack.telemetry.records import Event, Layer, MissionState, RunInfo, Snapshot
+from stack.telemetry.records import ROUTINE, Event, Layer, MissionState, RunInfo, Snapshot
 from stack.telemetry.tree_text import activity
 
 if TYPE_CHECKING:
@@ -51,8 +51,9 @@ class RerunSink:
     def event(self, event: Event) -> None:
         """A line of the log."""
         assert self._drawing is not None
-        self._drawing.at(event.time)
-        self._drawing.event(event)
+        if event.kind not in ROUTINE:
+            self._drawing.at(event.time)
+            self._drawing.event(event)
 
     def wants_snapshot(self, time: float) -> bool:
         """Whether a period of robot time has passed."""
