@@ -26,6 +26,7 @@ from tui.screens import Help, Question
 from tui.source import Source
 from tui.status_bar import STALE_AFTER, StatusBar
 from tui.tree_pane import TreePane
+from tui.tuning import Change, Tuning
 from tui.vitals_pane import VitalsPane
 
 REFRESH = 0.1
@@ -273,6 +274,42 @@ class Dashboard(App[str]):
         filled = any(screen.has_class(f"full-{pane}") for pane in PANES)
         if not filled and (screen.focused is None or not screen.focused.size):
             screen.set_focus(screen.query_one(MapPane))
+
+    def action_tune(self) -> None:
+        """Change a parameter in force."""
+        if self.snapshot is None or not self.snapshot.parameters:
+            self.notify("this run has told no parameters yet", timeout=2.0)
+            return
+        self.push_screen(Tuning(self.snapshot.parameters), self._tuned)
+
+    def _tuned(self, change: Change | None) -> None:
+        if change is not None:
+            self._send("set_parameter", name=change.name, value=change.value)
+
+    def action_goal(self) -> None:
+        """Send the robot to a place."""
+        self._ask_place("Send the robot to", "set_goal")
+
+    def action_stands_at(self) -> None:
+        """Tell the localisation at which place the robot stands."""
+        self._ask_place("The robot stands at", "set_pose")
+
+    def _ask_place(self, question: str, kind: str) -> None:
+        info = self.source.info
+        places = info.places if info is not None else {}
+        if not places:
+            self.notify("this run has no named places", timeout=2.0)
+            return
+
+        def answered(name: str | None) -> None:
+            if name:
+                pose = places[name]
+                self._send(kind, x=pose.x, y=pose.y, heading=pose.heading)
+
+        answers = {"": "Nowhere: go back"} | {
+            name: f"{name}  ({pose.x:.2f}, {pose.y:.2f})" for name, pose in places.items()
+        }
+        self.push_screen(Question(question, answers), answered)
 
     def action_speed(self, factor: float) -> None:
         """Simulate faster or slower."""

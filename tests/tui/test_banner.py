@@ -42,7 +42,8 @@ def test_a_silent_engine_is_lost_after_five_seconds():
     assert notice(RUNNING, Link(4.9)) is None
     said = notice(RUNNING, Link(5.1))
     assert said.tone == "bad" and "ENGINE LOST" in said.headline and "watch" in said.then
-    assert "NO ENGINE ANSWERS" in notice(None, Link(5.1)).headline
+    assert notice(None, Link(19.9)) is None  # kernels may be compiling
+    assert "NO ENGINE ANSWERS" in notice(None, Link(20.1)).headline
 
 
 def test_an_engine_that_ends_without_a_last_word_has_crashed():

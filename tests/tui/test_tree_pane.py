@@ -53,6 +53,9 @@ async def test_a_long_tree_follows_what_runs_and_lets_the_operator_look_elsewher
         assert "say done" in "\n".join(lines_of(pane))
         pane.follow()
         assert "go to lab" in "\n".join(lines_of(pane))
+        assert pane.top <= pane.chosen < pane.top + pane.list_height
+        pane.choose(-100)
+        assert "office patrol" in lines_of(pane)[0]
 
 
 async def test_the_chosen_node_is_told_in_full():
