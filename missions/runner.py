@@ -76,6 +76,7 @@ def execute(
                 lambda: compose_snapshot(wiring.runtime),
             )
         finally:
+            wiring.runtime.parts.navigation.close()
             wiring.body.close()
 
 

@@ -19,7 +19,9 @@ from stack.localisation.localiser import Localiser
 from stack.localisation.odometry import OdometryFusion
 from stack.navigation.navigation import Navigation
 from stack.navigation.pilot import Pilot
+from stack.navigation.tasks import Activity
 from stack.parameters import parameter
+from stack.robot import Task
 from stack.safety.safety import Safety
 from stack.snapshots import compose_snapshot
 from stack.telemetry.hub import Telemetry
@@ -32,6 +34,7 @@ from stack.types import (
     Odometry,
     Pose2D,
     PoseEstimate,
+    TaskStatus,
     Twist,
 )
 
@@ -181,6 +184,14 @@ class Stages:
         }
 
 
+@dataclass(frozen=True)
+class Detour:
+    """A drive that the operator ordered, and the mission's own that waits meanwhile."""
+
+    task: Task
+    set_aside: Activity | None
+
+
 class Runtime:
     """Runs a mission step by step. Nothing here reads a clock but the body's."""
 
@@ -205,6 +216,7 @@ class Runtime:
         self._image: Image | None = None
         self._ticks_every = rates.every(rates.tree, "tree")
         self._resume_to = MissionState.RUNNING
+        self._detour: Detour | None = None
 
     def step(self) -> None:
         """One control period, or nothing but service to the operator while the robot is held."""
@@ -229,7 +241,8 @@ class Runtime:
                 self.parts.tree.tick()
             self._conclude()
         with measure("navigate"):
-            wanted = self.parts.pilot.advance() if self._ticking() else STANDSTILL
+            moving = self._ticking() or self._on_detour()
+            wanted = self.parts.pilot.advance() if moving else STANDSTILL
         with measure("safety"):
             self.commanded = self._limit(wanted)
         self.parts.body.drive(self.commanded)
@@ -299,7 +312,16 @@ class Runtime:
 
     def _held_and_standing(self) -> bool:
         held = self.state in (MissionState.PAUSED, MissionState.EMERGENCY_STOP)
-        return held and self._standing()
+        return held and self._standing() and not self._on_detour()
+
+    def _on_detour(self) -> bool:
+        """Whether the robot drives where the operator sent it while the mission is paused."""
+        detour = self._detour
+        return (
+            self.state is MissionState.PAUSED
+            and detour is not None
+            and detour.task.status is TaskStatus.RUNNING
+        )
 
     def _standing(self) -> bool:
         twist = self.odometry.twist
@@ -380,6 +402,9 @@ class Runtime:
     def _command_resume(self, _: dict[str, object]) -> str:
         if self.state is not MissionState.PAUSED:
             return f"nothing to resume: the mission is {self.state}"
+        if self._detour is not None:
+            self.parts.navigation.take_up(self._detour.set_aside)
+            self._detour = None
         self.state = MissionState.RUNNING
         return ""
 
@@ -412,6 +437,16 @@ class Runtime:
         self.parts.pilot.set_pose(
             _pose(arguments), position_deviation=0.3, heading_deviation=0.3, source="operator"
         )
+
+    def _command_set_goal(self, arguments: dict[str, object]) -> str:
+        """Pause the mission and drive somewhere; `resume` takes its own drive up again."""
+        if self.state not in (MissionState.RUNNING, MissionState.PAUSED):
+            return f"the mission is {self.state}"
+        goal = _pose(arguments)
+        aside = self._detour.set_aside if self._detour else self.parts.navigation.set_aside()
+        self.state = MissionState.PAUSED
+        self._detour = Detour(self.parts.pilot.navigate_to(goal), aside)
+        return ""
 
     def _command_set_parameter(self, arguments: dict[str, object]) -> None:
         self.parts.pilot.set_parameter(str(arguments["name"]), arguments["value"])

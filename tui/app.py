@@ -29,6 +29,9 @@ from tui.tree_pane import TreePane
 from tui.tuning import Change, Tuning
 from tui.vitals_pane import VitalsPane
 
+FASTEST = 64.0
+"""What `<` slows down from when a run goes as fast as it can."""
+
 REFRESH = 0.1
 PANES = ("tree", "map", "vitals", "events", "charts")
 
