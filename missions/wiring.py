@@ -18,12 +18,13 @@ from stack.costmap.costmap import Costmap
 from stack.localisation.localiser import Localiser
 from stack.localisation.odometry import OdometryFusion
 from stack.localisation.parameters import LocaliserParameters
+from stack.loop_parts import Parts, Rates
 from stack.navigation.navigation import Navigation
 from stack.navigation.pilot import Parts as PilotParts
 from stack.navigation.pilot import Pilot
 from stack.navigation.tuning import Tunable
 from stack.perception.markers import MarkerDetector
-from stack.runtime import Parts, Rates, Runtime
+from stack.runtime import Runtime
 from stack.safety.safety import Safety, SafetyParameters
 from stack.telemetry.hub import Telemetry
 from stack.telemetry.recorder import RunFolder
