@@ -82,15 +82,18 @@ def prepare(name: str | Path, options: RunOptions) -> Plan:
         raise InputError(
             "map: none (driving without a map) is not supported yet; use from_world or a map.yaml"
         )
+    choices = all_chosen(
+        robot, {kind: (part.use, part.values) for kind, part in mission.navigation.items()}
+    )
+    layers = tuple(layer.located(beside) for layer in choices["costmap"].parts)
+    choices["costmap"] = replace(choices["costmap"], parts=layers)
     return Plan(
         mission=mission,
         robot=robot,
         world=world,
         start=start,
         belief=_belief(mission, start),
-        choices=all_chosen(
-            robot, {kind: (part.use, part.values) for kind, part in mission.navigation.items()}
-        ),
+        choices=choices,
         text=path.read_text("utf-8"),
     )
 

@@ -24,8 +24,10 @@ from stack.navigation.pilot import Parts as PilotParts
 from stack.navigation.pilot import Pilot
 from stack.navigation.tuning import Tunable
 from stack.perception.markers import MarkerDetector
+from stack.perception.tracker import Tracker
+from stack.perception.tracker_parameters import TrackerParameters
 from stack.runtime import Runtime
-from stack.safety.safety import Safety, SafetyParameters
+from stack.safety.safety import Safety
 from stack.telemetry.hub import Telemetry
 from stack.telemetry.recorder import RunFolder
 from stack.telemetry.records import Layer, RunInfo, Sink
@@ -82,10 +84,9 @@ def wire(
     rates = Rates()
     period = 1.0 / rates.control
     grid = _map_of(plan)
-    costs = plan.choices["costmap"].parameters
-    local = Costmap(costs, robot.footprint, grid, window=LOCAL_WINDOW)
-    whole = Costmap(costs, robot.footprint, grid)
-    safety = Safety(robot, SafetyParameters(), period)
+    local, whole = _costmaps(plan, grid)
+    guard = plan.choices["safety"]
+    safety = Safety(robot, guard.parameters, period, guard.parts)
     navigation = _navigation(plan, period, local, whole, telemetry)
     localiser = _localiser(plan, grid, seed)
     controller = navigation.controller
@@ -116,6 +117,7 @@ def wire(
         body=body, fusion=OdometryFusion(), localiser=localiser, local_costmap=local,
         global_costmap=whole, navigation=navigation, pilot=pilot, safety=safety,
         tree=tree, telemetry=telemetry, map_layer=Layer(1, grid), witness=witness,
+        tracker=_tracker(grid, local, whole),
     )  # fmt: skip
     return Wiring(Runtime(parts, rates, _idle), body, tree, telemetry, witness)
 
@@ -127,6 +129,25 @@ def _map_of(plan: Plan) -> OccupancyGrid:
 
         return rasterise(plan.world)
     return load_map(plan.mission.map, plan.mission.source.parent)
+
+
+def _costmaps(plan: Plan, grid: OccupancyGrid) -> tuple[Costmap, Costmap]:
+    """The local and the global one, each with the layers that it is to have."""
+    choice, footprint = plan.choices["costmap"], plan.robot.footprint
+    layers = {
+        name: [layer for layer in choice.parts if layer.only in ("both", name)]
+        for name in ("local", "global")
+    }
+    costs = choice.parameters
+    local = Costmap(costs, footprint, grid, window=LOCAL_WINDOW, layers=layers["local"])
+    return local, Costmap(costs, footprint, grid, layers=layers["global"])
+
+
+def _tracker(grid: OccupancyGrid, *costmaps: Costmap) -> Tracker | None:
+    """Somebody who follows moving things, where a costmap's layer asks for it."""
+    if not any(costmap.needs_tracks for costmap in costmaps):
+        return None
+    return Tracker(TrackerParameters(), grid)
 
 
 def _emitter(telemetry: Telemetry, source: str) -> Callable[..., None]:

@@ -4,7 +4,8 @@ A component class has a class attribute `Parameters` (a frozen dataclass of `par
 and a docstring whose first line says what it is. Its module must not import numba, cv2 or its
 kernels at module level but in `__init__`, so that checking a mission imports none of them.
 Plugins name such a class under the entry-point groups `treepilot.planners`,
-`treepilot.controllers` and `treepilot.costmap_layers`.
+`treepilot.controllers` and `treepilot.costmap_layers`. What a layer has to do is said in
+stack/costmap/layer.py.
 """
 
 from __future__ import annotations
@@ -22,8 +23,23 @@ from stack.types import CostGrid, Footprint, Path, Pose2D, Twist
 BUILT_IN: dict[str, dict[str, str]] = {
     "planner": {"astar": "stack.planning.astar:Astar"},
     "controller": {"pure_pursuit": "stack.control.pure_pursuit:PurePursuit"},
+    "costmap_layer": {
+        "static": "stack.costmap.static_layer:StaticLayer",
+        "obstacle": "stack.costmap.obstacle_layer:ObstacleLayer",
+        "range": "stack.costmap.range_layer:RangeLayer",
+        "denoise": "stack.costmap.denoise_layer:DenoiseLayer",
+        "keepout": "stack.costmap.zone_layers:KeepoutLayer",
+        "inflation": "stack.costmap.inflation_layer:InflationLayer",
+        "preferred_lanes": "stack.costmap.zone_layers:PreferredLanesLayer",
+        "speed_zones": "stack.costmap.zone_layers:SpeedZonesLayer",
+        "social": "stack.costmap.social_layer:SocialLayer",
+    },
 }
-GROUPS = {"planner": "treepilot.planners", "controller": "treepilot.controllers"}
+GROUPS = {
+    "planner": "treepilot.planners",
+    "controller": "treepilot.controllers",
+    "costmap_layer": "treepilot.costmap_layers",
+}
 
 
 class Planner(Protocol):
@@ -87,12 +103,17 @@ class Controller(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """A component by name with its checked parameters."""
+    """A component by name with its checked parameters.
+
+    Attributes:
+        parts: what it is made of besides: the layers of a costmap, the zones of the safety stage.
+    """
 
     kind: str
     name: str
     component: type
     parameters: Any
+    parts: tuple[Any, ...] = ()
 
 
 def available(kind: str) -> dict[str, str]:

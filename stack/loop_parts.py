@@ -13,6 +13,7 @@ from stack.localisation.odometry import OdometryFusion
 from stack.navigation.navigation import Navigation
 from stack.navigation.pilot import Pilot
 from stack.parameters import parameter
+from stack.perception.tracker import Tracker
 from stack.safety.safety import Safety
 from stack.telemetry.hub import Telemetry
 from stack.telemetry.records import Layer, TreeRow
@@ -122,3 +123,4 @@ class Parts:
     telemetry: Telemetry
     map_layer: Layer
     witness: Witness | None = None
+    tracker: Tracker | None = None

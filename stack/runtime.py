@@ -160,13 +160,17 @@ class Runtime:
         if observation.scan is None:
             return
         pose = self.parts.localiser.estimate.pose
-        self.parts.local_costmap.update(pose, observation.scan, observation.time)
-        self.parts.global_costmap.update(pose, observation.scan, observation.time)
+        scan, time, tracker = observation.scan, observation.time, self.parts.tracker
+        tracks = None if tracker is None else tracker.update(pose, scan, time)
+        self.parts.local_costmap.update(pose, scan, time, tracks=tracks)
+        self.parts.global_costmap.update(pose, scan, time, tracks=tracks)
 
     def _limit(self, wanted: Twist) -> Twist:
-        return self.parts.safety.limit(
-            wanted, scan=self.parts.pilot.scan, time=self.parts.body.time,
-            measured=self.odometry.twist,
+        parts, pose = self.parts, self.parts.localiser.estimate.pose
+        deceleration = parts.body.description.limits.linear_deceleration
+        return parts.safety.limit(
+            wanted, scan=parts.pilot.scan, time=parts.body.time, measured=self.odometry.twist,
+            speed_limit=parts.global_costmap.speed_limit(pose, deceleration),
         )  # fmt: skip
 
     def _note_trajectory(self) -> None:

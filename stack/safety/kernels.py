@@ -85,3 +85,30 @@ def time_to_contact(
                 break
             time += max(room / fastest, smallest)
     return best, found
+
+
+@njit(cache=True, nogil=True)
+def count_inside(points: FloatArray, corners: FloatArray) -> int:
+    """How many of the points (m, 2) lie in a polygon (n, 2)."""
+    count = 0
+    for i in range(points.shape[0]):
+        if signed_distance(corners, points[i, 0], points[i, 1]) < 0.0:
+            count += 1
+    return count
+
+
+@njit(cache=True, nogil=True)
+def nearest(points: FloatArray, corners: FloatArray, zone: FloatArray) -> tuple[float, int]:
+    """Distance from a polygon (n, 2) to the nearest of the points (m, 2) inside a zone (k, 2).
+
+    Returns:
+        Metres, inf when no point is in the zone; and which point it is (-1).
+    """
+    best, found = inf, -1
+    for i in range(points.shape[0]):
+        x, y = points[i, 0], points[i, 1]
+        if signed_distance(zone, x, y) < 0.0:
+            distance = signed_distance(corners, x, y)
+            if distance < best:
+                best, found = distance, i
+    return best, found

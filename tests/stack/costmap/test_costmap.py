@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stack.costmap.costmap import Costmap, inflation_costs
+from stack.costmap.costmap import Costmap
+from stack.costmap.inflation_layer import inflation_costs
 from stack.costmap.parameters import CostmapParameters
 from stack.errors import ParameterError
 from stack.parameters import build
