@@ -6,7 +6,7 @@ Each takes polygons (`zones`), a mask (a ROS map.yaml whose occupied cells are t
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import inf, sqrt
+from math import inf
 from typing import Any, ClassVar
 
 import numpy as np
@@ -15,7 +15,7 @@ from stack.costmap.footprint import inside
 from stack.costmap.layer import NO_BOX, Box, Canvas, Frame, Region, Senses, part
 from stack.costmap.zones import Zone, ZoneCells, read_mask, read_zones
 from stack.parameters import parameter
-from stack.types import LETHAL_COST, Footprint, Pose2D
+from stack.types import LETHAL_COST, FloatArray, Footprint, OccupancyGrid, Pose2D
 
 
 @dataclass(frozen=True)
@@ -162,16 +162,15 @@ class SpeedZonesLayer:
         """The mask is read once."""
         self._parameters = parameters
 
-    def speed_at(self, x: float, y: float) -> float:
-        """The limit at a place, m/s; inf without one."""
-        point = np.array([[x, y]])
-        limits = [z.speed for z in self._parameters.zones if inside(z.points, point)[0]]
-        mask = self._mask
-        if mask is not None:
-            row, column = mask.cell_at(x, y)
-            if mask.contains(row, column) and 1 <= mask.cells[row, column] <= 100:
-                limits.append(float(mask.cells[row, column]) / 100.0 * self._parameters.full_speed)
-        return min(limits, default=inf)
+    def speeds_at(self, points: FloatArray) -> FloatArray:
+        """(n,) limits in m/s at points (n, 2), metres, map frame; inf where there is none."""
+        limits = np.full(len(points), inf)
+        for zone in self._parameters.zones:
+            found = inside(zone.points, points)
+            limits[found] = np.minimum(limits[found], zone.speed)
+        if self._mask is not None:
+            limits = np.minimum(limits, self._masked(self._mask, points))
+        return limits
 
     def speed_limit(self, pose: Pose2D, deceleration: float) -> float:
         """The speed from which no zone straight ahead is entered too fast, m/s.
@@ -186,11 +185,18 @@ class SpeedZonesLayer:
             return inf
         distances = np.arange(0.0, self._parameters.look_ahead + 1e-9, self._STEP)
         ahead = pose.transform(np.column_stack([distances, np.zeros(distances.size)]))
-        limits = [self.speed_at(float(x), float(y)) for x, y in ahead]
-        return min(
-            sqrt(limit**2 + 2.0 * deceleration * float(distance))
-            for limit, distance in zip(limits, distances, strict=True)
-        )
+        squared = self.speeds_at(ahead) ** 2 + 2.0 * deceleration * distances
+        return float(np.sqrt(squared.min()))
+
+    def _masked(self, mask: OccupancyGrid, points: FloatArray) -> FloatArray:
+        cells = np.floor((points - mask.origin) / mask.resolution).astype(int)
+        rows, columns = mask.cells.shape
+        limits = np.full(len(points), inf)
+        on_mask = (cells >= 0).all(axis=1) & (cells < (columns, rows)).all(axis=1)
+        percent = mask.cells[cells[on_mask, 1], cells[on_mask, 0]].astype(np.float64)
+        speeds = percent / 100.0 * self._parameters.full_speed
+        limits[on_mask] = np.where((percent >= 1) & (percent <= 100), speeds, inf)
+        return limits
 
     def lay_out(self, frame: Frame, shift: tuple[int, int] | None) -> None:
         """Limits are looked up by place."""

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from math import cos, hypot, inf, sin
 
+import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from stack.types import FloatArray
 
@@ -88,27 +90,18 @@ def time_to_contact(
 
 
 @njit(cache=True, nogil=True)
-def count_inside(points: FloatArray, corners: FloatArray) -> int:
-    """How many of the points (m, 2) lie in a polygon (n, 2)."""
-    count = 0
+def inside(points: FloatArray, corners: FloatArray) -> NDArray[np.bool_]:
+    """(m,): which of the points (m, 2) lie in a polygon (n, 2)."""
+    found = np.empty(points.shape[0], dtype=np.bool_)
     for i in range(points.shape[0]):
-        if signed_distance(corners, points[i, 0], points[i, 1]) < 0.0:
-            count += 1
-    return count
+        found[i] = signed_distance(corners, points[i, 0], points[i, 1]) < 0.0
+    return found
 
 
 @njit(cache=True, nogil=True)
-def nearest(points: FloatArray, corners: FloatArray, zone: FloatArray) -> tuple[float, int]:
-    """Distance from a polygon (n, 2) to the nearest of the points (m, 2) inside a zone (k, 2).
-
-    Returns:
-        Metres, inf when no point is in the zone; and which point it is (-1).
-    """
-    best, found = inf, -1
+def nearest(points: FloatArray, corners: FloatArray) -> float:
+    """Distance from a polygon (n, 2) to the nearest of the points (m, 2), metres; inf for none."""
+    best = inf
     for i in range(points.shape[0]):
-        x, y = points[i, 0], points[i, 1]
-        if signed_distance(zone, x, y) < 0.0:
-            distance = signed_distance(corners, x, y)
-            if distance < best:
-                best, found = distance, i
-    return best, found
+        best = min(best, signed_distance(corners, points[i, 0], points[i, 1]))
+    return best

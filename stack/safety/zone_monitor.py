@@ -17,6 +17,8 @@ class ZoneMonitor:
 
     LOOK_AHEAD = 0.2
     """Seconds over which a twist is asked whether it leads away."""
+    GAIN = 0.25
+    """Share of what its rim travels that it has to gain in distance for that."""
     SLACK = 0.005
 
     def __init__(self, zones: Sequence[SafetyZone], footprint: Footprint) -> None:
@@ -24,6 +26,7 @@ class ZoneMonitor:
 
         self._kernels = kernels
         self._zones = [(zone, zone.outline(footprint)) for zone in zones]
+        self._radius = footprint.circumscribed_radius
         self._footprint = np.ascontiguousarray(footprint.points, dtype=np.float64)
 
     def limited(self, twist: Twist, points: FloatArray) -> tuple[Twist, str]:
@@ -55,7 +58,7 @@ class ZoneMonitor:
         """The share of a twist's speed that one zone allows."""
         if zone.action == "approach":
             return min(1.0, self._time_to_contact(zone, outline, twist, points) / zone.time)
-        if self._kernels.count_inside(points, outline) < zone.points:
+        if np.count_nonzero(self._kernels.inside(points, outline)) < zone.points:
             return 1.0
         if zone.action == "stop":
             return 1.0 if self._leads_away(outline, twist, points) else 0.0
@@ -79,11 +82,13 @@ class ZoneMonitor:
         return float(time)
 
     def _leads_away(self, outline: FloatArray, twist: Twist, points: FloatArray) -> bool:
-        """Whether driving on takes the robot away from what is nearest to it in a zone."""
-        now, which = self._kernels.nearest(points, self._footprint, outline)
-        there = moved(twist, self.LOOK_AHEAD).inverse().transform(points[which : which + 1])
-        then = self._kernels.signed_distance(self._footprint, there[0, 0], there[0, 1])
-        return bool(then > now + 0.001)
+        """Whether driving on takes the robot away from everything in a zone."""
+        inside = self._kernels.inside(points, outline)
+        there = moved(twist, self.LOOK_AHEAD).inverse().transform(points[inside])
+        now = self._kernels.nearest(points[inside], self._footprint)
+        gain = self._kernels.nearest(there, self._footprint) - now
+        rim = hypot(twist.linear, twist.lateral) + abs(twist.angular) * self._radius
+        return bool(gain > 0.0 and gain >= self.GAIN * rim * self.LOOK_AHEAD)
 
 
 def _reason(zone: SafetyZone, share: float) -> str:
