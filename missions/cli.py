@@ -38,6 +38,7 @@ class Kind(StrEnum):
     MISSIONS = "missions"
     PLANNERS = "planners"
     CONTROLLERS = "controllers"
+    LAYERS = "layers"
 
 
 class Camera(StrEnum):

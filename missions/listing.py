@@ -14,6 +14,8 @@ from stack.errors import InputError
 from stack.parameters import Declaration, declarations, suggestion
 
 HERE = Path()
+COMPONENTS = {"planners": "planner", "controllers": "controller", "layers": "costmap_layer"}
+"""What `list` calls the kinds of components."""
 
 
 def rows_of(kind: str) -> list[tuple[str, str]]:
@@ -23,8 +25,8 @@ def rows_of(kind: str) -> list[tuple[str, str]]:
         return [(name, _kind_summary(catalogue, name)) for name in catalogue.names()]
     if kind == "robots":
         return [(name, _robot_sentence(name)) for name in robot_names()]
-    if kind in ("planners", "controllers"):
-        single = kind[:-1]
+    if kind in COMPONENTS:
+        single = COMPONENTS[kind]
         return [(name, _first_line(component(single, name))) for name in available(single)]
     files = world_files() if kind == "worlds" else mission_files()
     return [(file.stem, _doc_of(file)) for file in files]
@@ -41,7 +43,7 @@ def description_of(name: str) -> str:
     if kind is not None:
         parts = [f"{name}: {kind.doc}", _table("ports", kind.ports.values())]
         return "\n".join(filter(None, [*parts, _table("outputs", kind.outputs.values())]))
-    for single in ("planner", "controller"):
+    for single in COMPONENTS.values():
         if name in available(single):
             cls = component(single, name)
             fields = declarations(cls.Parameters)  # type: ignore[attr-defined]
@@ -51,7 +53,8 @@ def description_of(name: str) -> str:
     for file in world_files():
         if file.stem == name:
             return f"{name}: {_doc_of(file)}\n  file: {file.name}"
-    known = [*catalogue.names(), *available("planner"), *available("controller"), *robot_names()]
+    components = [other for single in COMPONENTS.values() for other in available(single)]
+    known = [*catalogue.names(), *components, *robot_names()]
     raise InputError(f"nothing is called {name!r}; {suggestion(name, known)}")
 
 

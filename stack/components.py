@@ -132,7 +132,8 @@ def component(kind: str, name: str) -> type:
     """
     known = available(kind)
     if name not in known:
-        raise InputError(f"there is no {kind} {name!r}; {suggestion(name, known)}")
+        what = kind.replace("_", " ")
+        raise InputError(f"there is no {what} {name!r}; {suggestion(name, known)}")
     module, _, attribute = known[name].partition(":")
     try:
         found: type = getattr(import_module(module), attribute)

@@ -78,8 +78,7 @@ def read_layers(raw: Any, costmap: CostmapParameters) -> tuple[LayerChoice, ...]
     """The layers in a mission's list: names, or {use: name, only: local, parameter: value}.
 
     Raises:
-        InputError: no such layer.
-        ParameterError: anything else that will not do; named `layers`.
+        ParameterError: no such layer, or anything else that will not do; named `layers`.
     """
     if not isinstance(raw, Sequence) or isinstance(raw, str):
         raise ParameterError("layers", f"expected a list of layers, got {raw!r}")
@@ -90,6 +89,8 @@ def read_layers(raw: Any, costmap: CostmapParameters) -> tuple[LayerChoice, ...]
             choice.parameters(costmap)
         except ParameterError as error:
             raise ParameterError("layers", f"layer {number}: {error}", error.hint) from None
+        except InputError as error:
+            raise ParameterError("layers", f"layer {number}: {error}") from None
         if any(other.name == choice.name for other in choices):
             raise ParameterError(
                 "layers", f"layer {number}: {choice.name!r} is there twice",

@@ -111,6 +111,11 @@ class Costmap:
         return marked
 
     @property
+    def layers(self) -> tuple[str, ...]:
+        """Names of the layers, in the order in which they paint."""
+        return tuple(self._layers)
+
+    @property
     def needs_tracks(self) -> bool:
         """Whether a layer wants to know what moves."""
         return any(layer.needs_tracks for layer in self._layers.values())

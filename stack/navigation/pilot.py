@@ -230,22 +230,41 @@ class Pilot:
         """Velocity with a time to live; cancels another motion task under way."""
         self._navigation.drive_for(twist, seconds)
 
-    def clear_costmap(self, which: str = "both") -> None:
+    def clear_costmap(
+        self, which: str = "both", *, radius: float | None = None, layer: str | None = None
+    ) -> None:
         """Forget sensed obstacles: `local`, `global` or `both`. The static map stays.
 
+        Args:
+            which: costmap.
+            radius: metres round the robot; None is everywhere.
+            layer: name of the one layer that is to forget; None is all.
+
         Raises:
-            ParameterError: another word.
+            ParameterError: another word, or no such layer.
         """
         known = ("local", "global", "both")
         if which not in known:
             raise ParameterError(
                 "which", f"there is no {which!r} costmap", suggestion(which, known)
             )
-        if which != "global":
-            self._parts.local_costmap.clear()
-        if which != "local":
-            self._parts.global_costmap.clear()
-        self._parts.emit("recovery", f"cleared costmap: {which}", costmap=which)
+        named = {"local": self._parts.local_costmap, "global": self._parts.global_costmap}
+        costmaps = [costmap for name, costmap in named.items() if which in (name, "both")]
+        layers = [name for costmap in costmaps for name in costmap.layers]
+        if layer is not None and layer not in layers:
+            raise ParameterError(
+                "layer", f"there is no layer {layer!r} here", suggestion(layer, layers)
+            )
+        for costmap in costmaps:
+            if layer is not None and layer not in costmap.layers:
+                continue
+            if radius is None:
+                costmap.clear(layer=layer)
+            else:
+                costmap.clear_around(self.pose, radius, layer=layer)
+        within = "" if radius is None else f", {radius:g} m around the robot"
+        only = "" if layer is None else f", layer {layer}"
+        self._parts.emit("recovery", f"cleared costmap: {which}{within}{only}", costmap=which)
 
     def relocalise(self) -> MotionTask:
         """Find the pose anywhere on the map from lidar alone; fails AMBIGUOUS rather than guess."""

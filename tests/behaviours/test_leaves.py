@@ -108,6 +108,11 @@ def test_clears_the_costmap_that_is_meant(robot):
     assert robot.asked("clear_costmap") == [{"which": "local"}]
 
 
+def test_clear_costmap_may_keep_what_is_far_or_of_other_layers(robot):
+    assert tick(ClearCostmap(radius=1.5, layer="obstacle"), robot) is Status.SUCCESS
+    assert robot.asked("clear_costmap") == [{"which": "both", "radius": 1.5, "layer": "obstacle"}]
+
+
 def test_keeps_a_picture_newer_than_the_start(robot):
     robot.time, robot.picture = 10.0, picture(9.9)
     photo = TakePhoto(label="shelf a/../x")

@@ -77,7 +77,9 @@ def test_a_folder_that_is_not_empty_is_refused(tmp_path):
     assert [item.name for item in tmp_path.iterdir()] == ["precious.txt"]
 
 
-@pytest.mark.parametrize("kind", ["behaviours", "robots", "worlds", "missions", "planners"])
+@pytest.mark.parametrize(
+    "kind", ["behaviours", "robots", "worlds", "missions", "planners", "layers"]
+)
 def test_lists_say_something_about_everything(kind):
     done = treepilot("list", kind)
     assert done.returncode == 0

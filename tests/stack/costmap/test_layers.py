@@ -435,7 +435,7 @@ def test_an_entry_that_will_not_do_is_named_with_its_number(entry, words):
 
 
 def test_an_unknown_layer_is_an_error_with_a_suggestion():
-    with pytest.raises(InputError, match="did you mean 'obstacle'"):
+    with pytest.raises(ParameterError, match=r"layer 1: .* did you mean 'obstacle'"):
         read_layers(["obstacles"], CostmapParameters())
     with pytest.raises(ParameterError, match="expected a list of layers"):
         read_layers("static", CostmapParameters())

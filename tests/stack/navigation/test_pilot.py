@@ -226,6 +226,14 @@ def test_costmaps_are_cleared_by_name(rig):
     assert "did you mean 'local'" in error.value.hint
 
 
+def test_a_costmap_is_cleared_around_the_robot_or_in_one_layer(rig):
+    rig.pilot.clear_costmap("local", radius=1.5, layer="obstacle")
+    assert rig.toy.local.cleared_around == (rig.pilot.pose, 1.5, "obstacle")
+    with pytest.raises(ParameterError, match="no layer 'obstacles'") as error:
+        rig.pilot.clear_costmap("both", layer="obstacles")
+    assert "did you mean 'obstacle'" in error.value.hint
+
+
 def test_a_pose_that_is_set_is_told_with_source_and_jump(rig):
     rig.pilot.set_pose(
         Pose2D(4.0, 3.0, pi / 2), position_deviation=0.2, heading_deviation=0.1, source="marker"
