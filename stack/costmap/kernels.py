@@ -206,6 +206,30 @@ def hear(
 
 
 @njit(cache=True, nogil=True)
+def raise_on_way(
+    cells, left_x, low_y, resolution, start_x, start_y, speed_x, speed_y, horizon, radius, reach,
+    cost, fade, spread,
+):  # fmt: skip
+    """Raise known cells along a straight way, see SocialLayer; cells' corner is (left_x, low_y)."""
+    squared = max(speed_x * speed_x + speed_y * speed_y, 1e-12)
+    slope = fade / max(horizon, 1e-12)
+    for row in range(cells.shape[0]):
+        y = low_y + (row + 0.5) * resolution - start_y
+        for column in range(cells.shape[1]):
+            value = cells[row, column]
+            if value >= INSCRIBED:
+                continue
+            x = left_x + (column + 0.5) * resolution - start_x
+            time = min(max((x * speed_x + y * speed_y) / squared, 0.0), horizon)
+            beyond = max(np.hypot(x - speed_x * time, y - speed_y * time) - radius, 0.0)
+            if beyond > reach:
+                continue
+            share = beyond / spread
+            raised = cost * (1.0 - slope * time) * np.exp(-0.5 * share * share)
+            cells[row, column] = max(value, int(raised + 1e-9))
+
+
+@njit(cache=True, nogil=True)
 def write_changed(base, canvas, canvas_top, canvas_left, top, bottom, left, right):
     """Copy a box from a canvas; returns the box of the cells that changed."""
     first_row, last_row, first_column, last_column = bottom, top - 1, right, left - 1

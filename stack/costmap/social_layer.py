@@ -3,13 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
-import numpy as np
-
-from stack.costmap.layer import NO_BOX, Box, Canvas, Frame, Region, Senses, is_some, joined, part
+from stack.costmap.layer import (
+    NO_BOX,
+    Box,
+    Canvas,
+    Costs,
+    Frame,
+    Region,
+    Senses,
+    is_some,
+    joined,
+    part,
+)
 from stack.parameters import parameter
-from stack.types import INSCRIBED_COST, FloatArray, Footprint, Track
+from stack.types import Footprint, Track
+
+_REACH = 3.0
+"""Deviations beside the way beyond which nothing costs more."""
 
 
 class SocialLayer:
@@ -41,6 +53,9 @@ class SocialLayer:
     reach = 0
 
     def __init__(self, parameters: Parameters, footprint: Footprint) -> None:
+        from stack.costmap import kernels
+
+        self._kernels: Any = kernels
         self._parameters = parameters
         self._frame = Frame((0, 0), 1.0, (0.0, 0.0))
         self._time = 0.0
@@ -71,8 +86,7 @@ class SocialLayer:
             top, bottom, left, right = box
             cells = part(canvas.cells, (top - canvas.box[0], bottom - canvas.box[0],
                                         left - canvas.box[2], right - canvas.box[2]))  # fmt: skip
-            costs = np.maximum(self._costs(track, box), cells)
-            np.copyto(cells, costs, where=cells < INSCRIBED_COST)
+            self._raise(cells, track, box)
 
     def clear(self, region: Region | None) -> Box:
         """Forget who moves until the next update."""
@@ -84,24 +98,20 @@ class SocialLayer:
         """Marks nothing lethal."""
         return None
 
-    def _costs(self, track: Track, box: Box) -> np.ndarray[tuple[int, int], np.dtype[np.uint8]]:
-        """(rows, columns) costs of one person's way."""
-        settings = self._parameters
-        x, y = self._frame.middles(box)
-        start_x, start_y = track.position_after(self._time - track.stamp)
-        speed_x, speed_y = track.velocity
-        squared = max(speed_x**2 + speed_y**2, 1e-12)
-        along = ((x - start_x) * speed_x + (y - start_y) * speed_y) / squared
-        time: FloatArray = np.clip(along, 0.0, settings.horizon)
-        apart = np.hypot(x - start_x - speed_x * time, y - start_y - speed_y * time)
-        beyond = np.maximum(apart - track.radius, 0.0)
-        faded = 1.0 - settings.fade * time / max(settings.horizon, 1e-12)
-        costs = settings.cost * faded * np.exp(-0.5 * (beyond / settings.spread) ** 2)
-        return np.floor(costs + 1e-9).astype(np.uint8)
+    def _raise(self, cells: Costs, track: Track, box: Box) -> None:
+        """Paint one person's way on the cells of a box."""
+        settings, frame = self._parameters, self._frame
+        self._kernels.raise_on_way(
+            cells, frame.origin[0] + box[2] * frame.resolution,
+            frame.origin[1] + box[0] * frame.resolution, frame.resolution,
+            *track.position_after(self._time - track.stamp), *track.velocity,
+            settings.horizon, track.radius, _REACH * settings.spread,
+            float(settings.cost), settings.fade, settings.spread,
+        )  # fmt: skip
 
     def _box(self, track: Track) -> Box:
-        """The cells that a person's way may make cost something: within three deviations."""
-        margin = track.radius + 3.0 * self._parameters.spread
+        """The cells that a person's way makes cost something."""
+        margin = track.radius + _REACH * self._parameters.spread
         age = self._time - track.stamp
         ends = (track.position_after(age), track.position_after(age + self._parameters.horizon))
         (x, y), (other_x, other_y) = ends

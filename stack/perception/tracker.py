@@ -135,36 +135,42 @@ class Tracker:
 
     def _correct(self, discs: list[Disc]) -> set[int]:
         """Match discs with followers, the nearest pairs first; indices of the matched discs."""
+        distances = self._mahalanobis(discs)
         pairs = sorted(
-            (distance, index, follower.id, follower)
-            for follower in self._followers
-            for index, disc in enumerate(discs)
-            for distance in [self._mahalanobis(follower, disc)]
-            if distance <= self.parameters.gate
+            (float(distances[order, index]), index, order)
+            for order, index in np.argwhere(distances <= self.parameters.gate).tolist()
         )
         taken: set[int] = set()
         followed: set[int] = set()
-        for _, index, number, follower in pairs:
-            if index not in taken and number not in followed:
+        for _, index, order in pairs:
+            if index not in taken and order not in followed:
                 taken.add(index)
-                followed.add(number)
-                self._take(follower, discs[index])
+                followed.add(order)
+                self._take(self._followers[order], discs[index])
         return taken
 
-    def _noise(self, disc: Disc) -> FloatArray:
-        deviation = self.parameters.position_noise * (1.0 if disc.is_whole else _HIDDEN_NOISE)
-        noise: FloatArray = deviation**2 * np.eye(2)
-        return noise
+    def _variance(self, disc: Disc) -> float:
+        """Of a disc's middle along each axis, m²."""
+        factor = 1.0 if disc.is_whole else _HIDDEN_NOISE
+        return (factor * self.parameters.position_noise) ** 2
 
-    def _mahalanobis(self, follower: _Follower, disc: Disc) -> float:
-        apart = np.array([disc.x, disc.y]) - follower.state[:2]
-        spread = follower.covariance[:2, :2] + self._noise(disc)
-        return float(apart @ np.linalg.solve(spread, apart))
+    def _mahalanobis(self, discs: list[Disc]) -> FloatArray:
+        """(followers, discs): squared distances d^T S^-1 d, S = H P H^T + R."""
+        if not self._followers or not discs:
+            return np.zeros((0, 0))
+        noise = np.array([self._variance(disc) for disc in discs])
+        state = np.array([item.state[:2] for item in self._followers])
+        spread = np.array([item.covariance[:2, :2] for item in self._followers])
+        x = np.array([disc.x for disc in discs]) - state[:, :1]
+        y = np.array([disc.y for disc in discs]) - state[:, 1:]
+        xx, xy, yy = spread[:, :1, 0] + noise, spread[:, :1, 1], spread[:, 1:, 1] + noise
+        distances: FloatArray = (yy * x * x - 2.0 * xy * x * y + xx * y * y) / (xx * yy - xy * xy)
+        return distances
 
     def _take(self, follower: _Follower, disc: Disc) -> None:
         """K = P H^T S^-1; x' = x + K (z - H x); P' = (I - K H) P."""
         covariance = follower.covariance
-        spread = covariance[:2, :2] + self._noise(disc)
+        spread = covariance[:2, :2] + self._variance(disc) * np.eye(2)
         gain = np.linalg.solve(spread, covariance[:2, :]).T
         follower.state = follower.state + gain @ (np.array([disc.x, disc.y]) - follower.state[:2])
         corrected = covariance - gain @ covariance[:2, :]
