@@ -169,7 +169,7 @@ app.add_typer(new_app, name="new")
 def new_behaviour(
     name: Annotated[str, typer.Argument(help="in snake_case, e.g. ring_bell")],
 ) -> None:
-    """A plugin behaviour with its test and a mission, in the current folder."""
+    """A plugin behaviour with its test, in the current folder."""
     from behaviours.scaffold import new_behaviour as write
 
     for path in write(name, Path.cwd()):

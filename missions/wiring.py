@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from time import sleep  # noqa: TID251 - only while the simulation is held
 from typing import Any
@@ -28,7 +28,7 @@ from stack.runtime import Runtime
 from stack.safety.safety import Safety, SafetyParameters
 from stack.telemetry.hub import Telemetry
 from stack.telemetry.recorder import RunFolder
-from stack.telemetry.records import Layer, RunInfo, Sink
+from stack.telemetry.records import Layer, RunInfo
 from stack.types import OccupancyGrid
 
 IDLE_SECONDS = 0.02
@@ -66,19 +66,12 @@ def run_info(plan: Plan, run_id: str, seed: int) -> RunInfo:
     )
 
 
-def wire(
-    plan: Plan,
-    options: RunOptions,
-    info: RunInfo,
-    sinks: Sequence[Sink],
-    folder: RunFolder | None,
-) -> Wiring:
+def wire(plan: Plan, options: RunOptions, telemetry: Telemetry, folder: RunFolder | None) -> Wiring:
     """Build everything and connect it; the first step may follow."""
     seed, robot = options.seed, plan.robot
     log = folder.log if folder is not None else _nowhere
     body = SimulatedBody(robot, plan.world, start=plan.start, seed=seed)
     body.pace = options.speed
-    telemetry = Telemetry(info, sinks, log)
     rates = Rates()
     period = 1.0 / rates.control
     grid = _map_of(plan)
