@@ -61,15 +61,17 @@ class Dashboard(App[str]):
     VERTICAL_BREAKPOINTS = HEIGHTS
     BINDINGS: ClassVar[list[BindingType]] = [key.binding() for key in KEYS]
 
-    def __init__(self, source: Source, *, live: bool = True) -> None:
+    def __init__(self, source: Source, *, live: bool = True, interrupts: bool = False) -> None:
         """Watch a source.
 
         Args:
             source: the run; closed with the dashboard.
+            interrupts: ctrl+c returns `interrupt` at once, as it should where the run was begun;
+                otherwise it asks as q does.
             live: refresh by a timer. Tests switch it off and call `refresh_now`.
         """
         super().__init__()
-        self.source, self._live = source, live
+        self.source, self._live, self._interrupts = source, live, interrupts
         self.snapshot: Snapshot | None = None
         self._speed_factor = 1.0
         self._stop_id, self._stop_age = "", 0
@@ -197,6 +199,13 @@ class Dashboard(App[str]):
     def _abort_answered(self, answer: str | None) -> None:
         if answer == "abort":
             self._send("abort", reason="operator")
+
+    def action_interrupt(self) -> None:
+        """End the run that was begun with this dashboard; leave any other."""
+        if self._interrupts and not self.is_over:
+            self.exit("interrupt")
+        else:
+            self.action_leave()
 
     def action_leave(self) -> None:
         """Leave; while the mission runs, ask whether to leave it running."""
