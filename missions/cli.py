@@ -152,6 +152,23 @@ def describe(
 
 
 @app.command()
+def trace(
+    run: Annotated[Path, typer.Argument(help="a run's folder")],
+    node: Annotated[str, typer.Option(help="only this node, by name or kind, and below")] = "",
+    since: Annotated[float, typer.Option(help="robot time, s")] = 0.0,
+    until: Annotated[float, typer.Option(help="robot time, s")] = 1e18,
+    summary: Annotated[bool, typer.Option("--summary", help="a line a node instead")] = False,
+) -> None:
+    """Tell a finished run's story node by node, and why a node was never reached."""
+    from missions import tracing
+
+    told = tracing.read_trace(run)
+    lines = tracing.summary(told) if summary else tracing.story(told, node, since, until)
+    for line in lines:
+        typer.echo(line)
+
+
+@app.command()
 def doctor(
     place: Annotated[str, typer.Argument(help="a world's name or file, or a ROS map.yaml")],
     robot: Annotated[str, typer.Option(help="whose footprint: a name or a robot.yaml")] = "scout",

@@ -104,6 +104,8 @@ def wire(plan: Plan, options: RunOptions, telemetry: Telemetry, folder: RunFolde
     )
     tree = compile_mission(plan.mission)
     tree.setup(pilot, _tree_emitter(telemetry), log)
+    rows = [[row.id, row.parent, row.kind, row.name] for row in tree.rows()]
+    telemetry.emit("tree", f"{len(rows)} nodes", source="tree", rows=rows)
     witness = SimulationWitness(body, plan.world)
     parts = Parts(
         body=body, fusion=OdometryFusion(), localiser=localiser, local_costmap=local,
