@@ -17,6 +17,7 @@ from missions.resources import (
     resources,
 )
 from stack.components import Choice
+from stack.costmap.unexplored import unexplored
 from stack.description import RobotDescription
 from stack.errors import InputError, ParameterError
 from stack.parameters import read_quantity
@@ -24,6 +25,10 @@ from stack.sim.world import World
 from stack.types import OccupancyGrid, Pose2D
 
 __all__ = ["Plan", "RunOptions", "prepare"]
+
+
+NOWHERE = Pose2D(0.0, 0.0)
+"""Where the map frame begins when the robot has neither a map nor an idea where it is."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +59,12 @@ class RunOptions:
 
 @dataclass(frozen=True)
 class Plan:
-    """A mission that was read and checked with everything it names. Nothing has moved."""
+    """A mission that was read and checked with everything it names. Nothing has moved.
+
+    Attributes:
+        grid: the map; unknown ground round the belief when the mission drives without one.
+        belief: where the robot believes it starts, map frame; None when it has no idea.
+    """
 
     mission: Mission
     robot: RobotDescription
@@ -64,6 +74,11 @@ class Plan:
     belief: Pose2D | None
     choices: dict[str, Choice]
     text: str
+
+    @property
+    def is_mapped(self) -> bool:
+        """Whether there is a map to be localised on."""
+        return self.mission.map != "none"
 
 
 def prepare(name: str | Path, options: RunOptions) -> Plan:
@@ -80,17 +95,19 @@ def prepare(name: str | Path, options: RunOptions) -> Plan:
     if options.camera == "off":
         robot = replace(robot, camera=None)
     start = _start_pose(options.start, mission, world)
-    grid = _map_of(mission, world, beside)
+    belief = _belief(mission, start)
+    choices = all_chosen(
+        robot, {kind: (part.use, part.values) for kind, part in mission.navigation.items()}
+    )
+    resolution = choices["costmap"].parameters.resolution
     return Plan(
         mission=mission,
         robot=robot,
         world=world,
-        grid=grid,
+        grid=_map_of(mission, world, beside, unexplored([belief or NOWHERE], resolution)),
         start=start,
-        belief=_belief(mission, start),
-        choices=all_chosen(
-            robot, {kind: (part.use, part.values) for kind, part in mission.navigation.items()}
-        ),
+        belief=belief,
+        choices=choices,
         text=path.read_text("utf-8"),
     )
 
@@ -124,13 +141,11 @@ def _belief(mission: Mission, start: Pose2D) -> Pose2D | None:
     return mission.initial_pose if isinstance(mission.initial_pose, Pose2D) else None
 
 
-def _map_of(mission: Mission, world: World, beside: Path) -> OccupancyGrid:
+def _map_of(mission: Mission, world: World, beside: Path, unmapped: OccupancyGrid) -> OccupancyGrid:
     if mission.map == "from_world":
         from stack.sim.rasterise import rasterise
 
         return rasterise(world)
     if mission.map == "none":
-        raise InputError(
-            "map: none (driving without a map) is not supported yet; use from_world or a map.yaml"
-        )
+        return unmapped
     return load_map(mission.map, beside)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from time import sleep  # noqa: TID251 - only while the simulation is held
 from typing import Any
 
-from missions.assembly import Plan, RunOptions
+from missions.assembly import NOWHERE, Plan, RunOptions
 from missions.pictures import PictureStore
 from missions.resources import versions
 from missions.trees.compiler import compile_mission
@@ -15,6 +15,8 @@ from missions.trees.mission_tree import MissionTree
 from missions.witness import SimulationWitness
 from robots.simulated import SimulatedBody
 from stack.costmap.costmap import Costmap
+from stack.costmap.unexplored import Ground
+from stack.localisation.dead_reckoning import DeadReckoning
 from stack.localisation.localiser import Localiser
 from stack.localisation.odometry import OdometryFusion
 from stack.localisation.parameters import LocaliserParameters
@@ -28,6 +30,7 @@ from stack.safety.safety import Safety, SafetyParameters
 from stack.telemetry.hub import Telemetry
 from stack.telemetry.recorder import RunFolder
 from stack.telemetry.records import Layer, RunInfo, Sink
+from stack.types import Pose2D
 
 IDLE_SECONDS = 0.02
 """Wall seconds between two looks for commands while the robot is held."""
@@ -80,7 +83,8 @@ def wire(
     rates = Rates()
     period = 1.0 / rates.control
     costs = plan.choices["costmap"].parameters
-    local = Costmap(costs, robot.footprint, plan.grid, window=LOCAL_WINDOW)
+    static = plan.grid if plan.is_mapped else None
+    local = Costmap(costs, robot.footprint, static, window=LOCAL_WINDOW)
     whole = Costmap(costs, robot.footprint, plan.grid)
     safety = Safety(robot, SafetyParameters(), period)
     navigation = _navigation(plan, period, local, whole, telemetry)
@@ -97,6 +101,7 @@ def wire(
             emit=_emitter(telemetry, "navigation"),
             markers=plan.world.markers,
             detector=MarkerDetector(plan.world.markers) if robot.camera else None,
+            cover=_leave_as_it_is if plan.is_mapped else Ground(plan.grid, [whole]).cover,
             tunables={
                 "controller": Tunable.of(controller),
                 "navigator": Tunable.of(navigation),
@@ -156,7 +161,13 @@ def _idle() -> None:
     sleep(IDLE_SECONDS)
 
 
-def _localiser(plan: Plan, seed: int) -> Localiser:
+def _leave_as_it_is(poses: Iterable[Pose2D]) -> None:
+    """A map ends where it ends."""
+
+
+def _localiser(plan: Plan, seed: int) -> Localiser | DeadReckoning:
+    if not plan.is_mapped:
+        return DeadReckoning(plan.belief or NOWHERE)
     localiser = Localiser(plan.grid, LocaliserParameters(), seed)
     if plan.belief is None:
         localiser.scatter()
