@@ -104,7 +104,7 @@ def prepare(name: str | Path, options: RunOptions) -> Plan:
         mission=mission,
         robot=robot,
         world=world,
-        grid=_map_of(mission, world, beside, unexplored([belief or NOWHERE], resolution)),
+        grid=_map_of(mission, world, start, beside) or unexplored([belief or NOWHERE], resolution),
         start=start,
         belief=belief,
         choices=choices,
@@ -141,11 +141,12 @@ def _belief(mission: Mission, start: Pose2D) -> Pose2D | None:
     return mission.initial_pose if isinstance(mission.initial_pose, Pose2D) else None
 
 
-def _map_of(mission: Mission, world: World, beside: Path, unmapped: OccupancyGrid) -> OccupancyGrid:
+def _map_of(mission: Mission, world: World, start: Pose2D, beside: Path) -> OccupancyGrid | None:
+    """The map; None when the mission drives without one."""
     if mission.map == "from_world":
         from stack.sim.rasterise import rasterise
 
-        return rasterise(world)
+        return rasterise(replace(world, start=start))
     if mission.map == "none":
-        return unmapped
+        return None
     return load_map(mission.map, beside)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from time import sleep  # noqa: TID251 - only while the simulation is held
 from typing import Any
 
@@ -80,6 +81,9 @@ def wire(
     body = SimulatedBody(robot, plan.world, start=plan.start, seed=seed)
     body.pace = options.speed
     telemetry = Telemetry(info, sinks, log)
+    for warning in plan.world.warnings:
+        where = f"{Path(warning.mark.file).name}:{warning.mark.line}"
+        telemetry.emit("world", f"{where} {warning.sentence}", source="world", level="warning")
     rates = Rates()
     period = 1.0 / rates.control
     costs = plan.choices["costmap"].parameters
