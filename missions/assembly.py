@@ -25,6 +25,10 @@ from stack.types import Pose2D
 __all__ = ["Plan", "RunOptions", "prepare"]
 
 
+NOWHERE = Pose2D(0.0, 0.0)
+"""Where the map frame begins when the robot has neither a map nor an idea where it is."""
+
+
 @dataclass(frozen=True)
 class RunOptions:
     """How a mission is run; what `treepilot run` takes.
@@ -53,7 +57,11 @@ class RunOptions:
 
 @dataclass(frozen=True)
 class Plan:
-    """A mission that was read and checked with everything it names. Nothing has moved."""
+    """A mission that was read and checked with everything it names. Nothing has moved.
+
+    Attributes:
+        belief: where the robot believes it starts, map frame; None when it has no idea.
+    """
 
     mission: Mission
     robot: RobotDescription
@@ -62,6 +70,11 @@ class Plan:
     belief: Pose2D | None
     choices: dict[str, Choice]
     text: str
+
+    @property
+    def is_mapped(self) -> bool:
+        """Whether there is a map to be localised on."""
+        return self.mission.map != "none"
 
 
 def prepare(name: str | Path, options: RunOptions) -> Plan:
@@ -78,19 +91,17 @@ def prepare(name: str | Path, options: RunOptions) -> Plan:
     if options.camera == "off":
         robot = replace(robot, camera=None)
     start = _start_pose(options.start, mission, world)
-    if mission.map == "none":
-        raise InputError(
-            "map: none (driving without a map) is not supported yet; use from_world or a map.yaml"
-        )
+    belief = _belief(mission, start)
+    choices = all_chosen(
+        robot, {kind: (part.use, part.values) for kind, part in mission.navigation.items()}
+    )
     return Plan(
         mission=mission,
         robot=robot,
         world=world,
         start=start,
-        belief=_belief(mission, start),
-        choices=all_chosen(
-            robot, {kind: (part.use, part.values) for kind, part in mission.navigation.items()}
-        ),
+        belief=belief,
+        choices=choices,
         text=path.read_text("utf-8"),
     )
 

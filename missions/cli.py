@@ -208,6 +208,44 @@ def new_behaviour(
         typer.echo(f"wrote {path.name}")
 
 
+bench_app = typer.Typer(no_args_is_help=True, help="Measure against published benchmarks.")
+app.add_typer(bench_app, name="bench")
+
+
+@bench_app.command("barn")
+def bench_barn(  # noqa: PLR0913 - each is an option of the command
+    worlds: Annotated[
+        Path, typer.Option(help="folder of .world files, one of them, or a .json of grids")
+    ],
+    trials: Annotated[int, typer.Option(min=1, help="runs in each world; trial n has seed n")] = 1,
+    jobs: Annotated[int, typer.Option(min=1, help="processes")] = 1,
+    out: Annotated[
+        Path, typer.Option(help="the table's folder; an interrupted bench goes on there")
+    ] = Path("bench/barn"),
+    only: Annotated[str, typer.Option(metavar="NAMES", help="worlds, such as 3,17,200")] = "",
+    mission: Annotated[str, typer.Option(help="another mission with the argument goal")] = "",
+    set_: Annotated[
+        list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="a mission argument")
+    ] = None,
+) -> None:
+    """Cross unknown, narrow worlds and score it as the BARN Challenge does."""
+    from missions.bench.barn_bench import BenchOptions, report, run_barn
+    from missions.bench.barn_crossing import Setup
+    from missions.resources import MISSIONS
+
+    setup = Setup(mission or str(MISSIONS / "bench" / "barn.yaml"), _assignments(set_ or []))
+    names = tuple(name.strip() for name in only.split(",") if name.strip())
+    options = BenchOptions(worlds, setup, out, names, trials, jobs)
+    crossings = run_barn(options, lambda line: typer.echo(line, err=True))
+    for line in report(crossings):
+        typer.echo(line)
+
+
+@bench_app.callback()
+def _bench() -> None:
+    """Measure against published benchmarks."""
+
+
 @new_app.callback()
 def _new() -> None:
     """Write a working example to start from."""

@@ -132,7 +132,7 @@ def summary(trace: Trace) -> list[str]:
 
 def _is_reset(event: Event) -> bool:
     """Whether a node that had ended was made ready to run again: nothing was halted."""
-    return event.fields["to"] == "idle" and event.fields["from"] != "running"
+    return bool(event.fields["to"] == "idle" and event.fields["from"] != "running")
 
 
 def _chosen(trace: Trace, only: str) -> set[int] | None:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
 from time import sleep  # noqa: TID251 - only while the simulation is held
 from typing import Any
 
-from missions.assembly import Plan, RunOptions
+from missions.assembly import NOWHERE, Plan, RunOptions
 from missions.pictures import PictureStore
 from missions.resources import load_map, versions
 from missions.trees.compiler import compile_mission
@@ -15,6 +16,8 @@ from missions.trees.mission_tree import MissionTree
 from missions.witness import SimulationWitness
 from robots.simulated import SimulatedBody
 from stack.costmap.costmap import Costmap
+from stack.costmap.unexplored import Ground, unexplored
+from stack.localisation.dead_reckoning import DeadReckoning
 from stack.localisation.localiser import Localiser
 from stack.localisation.odometry import OdometryFusion
 from stack.localisation.parameters import LocaliserParameters
@@ -29,7 +32,7 @@ from stack.safety.safety import Safety, SafetyParameters
 from stack.telemetry.hub import Telemetry
 from stack.telemetry.recorder import RunFolder
 from stack.telemetry.records import Layer, RunInfo
-from stack.types import OccupancyGrid
+from stack.types import OccupancyGrid, Pose2D
 
 IDLE_SECONDS = 0.02
 """Wall seconds between two looks for commands while the robot is held."""
@@ -72,11 +75,15 @@ def wire(plan: Plan, options: RunOptions, telemetry: Telemetry, folder: RunFolde
     log = folder.log if folder is not None else _nowhere
     body = SimulatedBody(robot, plan.world, start=plan.start, seed=seed)
     body.pace = options.speed
+    for warning in plan.world.warnings:
+        where = f"{Path(warning.mark.file).name}:{warning.mark.line}"
+        telemetry.emit("world", f"{where} {warning.sentence}", source="world", level="warning")
     rates = Rates()
     period = 1.0 / rates.control
     grid = _map_of(plan)
     costs = plan.choices["costmap"].parameters
-    local = Costmap(costs, robot.footprint, grid, window=LOCAL_WINDOW)
+    static = grid if plan.is_mapped else None
+    local = Costmap(costs, robot.footprint, static, window=LOCAL_WINDOW)
     whole = Costmap(costs, robot.footprint, grid)
     safety = Safety(robot, SafetyParameters(), period)
     navigation = _navigation(plan, period, local, whole, telemetry)
@@ -93,6 +100,7 @@ def wire(plan: Plan, options: RunOptions, telemetry: Telemetry, folder: RunFolde
             emit=_emitter(telemetry, "navigation"),
             markers=plan.world.markers,
             detector=MarkerDetector(plan.world.markers) if robot.camera else None,
+            cover=_leave_as_it_is if plan.is_mapped else Ground(grid, [whole]).cover,
             tunables={
                 "controller": Tunable.of(controller),
                 "navigator": Tunable.of(navigation),
@@ -116,11 +124,17 @@ def wire(plan: Plan, options: RunOptions, telemetry: Telemetry, folder: RunFolde
 
 
 def _map_of(plan: Plan) -> OccupancyGrid:
-    """The map that the mission names; drawing the world's needs OpenCV, so not before a run."""
+    """The map that the mission names, or unknown ground round the start when it names none.
+
+    Drawing the world's map needs OpenCV, so not before a run.
+    """
     if plan.mission.map == "from_world":
         from stack.sim.rasterise import rasterise
 
-        return rasterise(plan.world)
+        return rasterise(replace(plan.world, start=plan.start))
+    if plan.mission.map == "none":
+        resolution = plan.choices["costmap"].parameters.resolution
+        return unexplored([plan.belief or NOWHERE], resolution)
     return load_map(plan.mission.map, plan.mission.source.parent)
 
 
@@ -163,7 +177,13 @@ def _idle() -> None:
     sleep(IDLE_SECONDS)
 
 
-def _localiser(plan: Plan, grid: OccupancyGrid, seed: int) -> Localiser:
+def _leave_as_it_is(poses: Iterable[Pose2D]) -> None:
+    """A map ends where it ends."""
+
+
+def _localiser(plan: Plan, grid: OccupancyGrid, seed: int) -> Localiser | DeadReckoning:
+    if not plan.is_mapped:
+        return DeadReckoning(plan.belief or NOWHERE)
     localiser = Localiser(grid, LocaliserParameters(), seed)
     if plan.belief is None:
         localiser.scatter()

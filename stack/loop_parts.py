@@ -8,6 +8,7 @@ from typing import Protocol
 from stack.body import Body
 from stack.costmap.costmap import Costmap
 from stack.errors import InputError
+from stack.localisation.dead_reckoning import DeadReckoning
 from stack.localisation.localiser import Localiser
 from stack.localisation.odometry import OdometryFusion
 from stack.navigation.navigation import Navigation
@@ -112,7 +113,7 @@ class Parts:
 
     body: Body
     fusion: OdometryFusion
-    localiser: Localiser
+    localiser: Localiser | DeadReckoning
     local_costmap: Costmap
     global_costmap: Costmap
     navigation: Navigation
