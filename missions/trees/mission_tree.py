@@ -8,6 +8,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from missions.language.scope import UNSET
+from missions.trees.advancing import run
 from missions.trees.execution import WORDS, Execution, Record, halt
 from missions.trees.slots import Slot
 from stack.documents import Finding
@@ -71,8 +72,7 @@ class MissionTree:
             return
         self.ticks += 1
         self._execution.standing_by.clear()
-        for node in self.root.tick():
-            self._execution.became(node, node.status)
+        run(self.root)
 
     @property
     def status(self) -> Status:
