@@ -53,6 +53,9 @@ class Retry(Decorator):
         self.feedback_message = f"attempt {self.attempts.number} of {most}"
         return Status.RUNNING
 
+    def postpone(self, seconds: float) -> None:
+        self.resume_at += seconds
+
 
 class Recover(Advancing, composites.Composite):
     """After a failure of its first child, runs the next of the others, then tries again.

@@ -1,8 +1,8 @@
 """From a checked mission to a running tree.
 
 Modifiers become decorators around their node, outermost first:
-when > while > on_failure > repeat > recover > retry > timeout > node. A used tree is put in where
-it is used, with slots of its own for its `out` where they are not bound.
+when > while > on_failure > repeat > recover > retry > timeout > every > node. A used tree is put
+in where it is used, with slots of its own for its `out` where they are not bound.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from py_trees.common import Status
 
 from behaviours.base import RobotBehaviour
 from behaviours.catalogue import build
+from missions.language.events import HOLD, NO_HOLD
 from missions.language.model import (
     Catalogue,
     Composite,
@@ -27,10 +28,11 @@ from missions.language.model import (
     Use,
     Writes,
 )
-from missions.language.modifiers import ATTEMPTS, DELAY, LIMIT, TIMES
+from missions.language.modifiers import ATTEMPTS, DELAY, LIMIT, PERIOD, TIMES
 from missions.language.scope import Symbol
 from missions.trees import composites, decorators
 from missions.trees.attempts import Attempts, Recover, Retry
+from missions.trees.events import Event, Events, Trigger
 from missions.trees.execution import Execution, Record
 from missions.trees.labels import detail_of, value_text
 from missions.trees.leaves import LeafGuard
@@ -77,8 +79,23 @@ class _Compiler:
         }
 
     def tree(self) -> MissionTree:
-        root = self.step(self.mission.root, Frame(self.execution, self.readers, self.writers))
+        frame = Frame(self.execution, self.readers, self.writers)
+        root = self.step(self.mission.root, frame)
+        if self.mission.events:
+            root = self._events(root, frame)
         return MissionTree(self.mission.name, root, self.execution, self.slots)
+
+    def _events(self, root: Behaviour, frame: Frame) -> Behaviour:
+        made = []
+        for event in self.mission.events:
+            trigger = Trigger(event.when.bind(frame), frame.checked(event.hold, HOLD))
+            node = Event(event.name, self.step(event.step, frame), self.execution, trigger,
+                         event.then)  # fmt: skip
+            held = f", held for {value_text(event.hold)}" if event.hold != NO_HOLD else ""
+            detail = f"when {event.when.source}{held}, then {event.then}"
+            self._note(node, "event", event.mark, label=event.name, detail=detail)
+            made.append(node)
+        return self._note(Events(made, root, self.execution), "events", self.mission.events[0].mark)
 
     def step(self, step: Step, frame: Frame) -> Behaviour:
         """A node with its decorators, inside out."""
@@ -89,7 +106,7 @@ class _Compiler:
             around = within = replace(again, attempts=self._attempts(given.recover.attempts, again))
         if given.retry:
             within = replace(around, attempts=self._attempts(given.retry.attempts, around))
-        node = self.body(step, within)
+        node = self._periodic(step, self.body(step, within), within)
         node = self._timed(step, node, around)
         if given.retry and within.attempts:
             delay = around.checked(given.retry.delay, DELAY)
@@ -101,6 +118,14 @@ class _Compiler:
 
     def _attempts(self, value: Any, frame: Frame) -> Attempts:
         return Attempts(frame.checked(value, ATTEMPTS))
+
+    def _periodic(self, step: Step, node: Behaviour, frame: Frame) -> Behaviour:
+        period = step.modifiers.every
+        if period is None:
+            return node
+        name = f"every {value_text(period)}"
+        every = decorators.Every(name, node, self.execution, frame.checked(period, PERIOD))
+        return self._note(every, "every", step.mark)
 
     def _timed(self, step: Step, node: Behaviour, frame: Frame) -> Behaviour:
         limit = step.modifiers.timeout

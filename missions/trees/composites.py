@@ -145,9 +145,7 @@ def in_turn(node: Sequence | Fallback, goes_on: Status, fresh: bool) -> Status:
     return _outcome(node, node.current_child)
 
 
-def from_the_top(
-    node: ReactiveSequence | ReactiveFallback, goes_on: Status, fresh: bool
-) -> Status:
+def from_the_top(node: ReactiveSequence | ReactiveFallback, goes_on: Status, fresh: bool) -> Status:
     """All children again as long as they end with `goes_on`."""
     if fresh:
         node.reset()

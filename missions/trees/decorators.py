@@ -128,6 +128,41 @@ class Timeout(Decorator):
             return self.execution.fail(self, why, self.child.name)
         return Status.RUNNING
 
+    def postpone(self, seconds: float) -> None:
+        self.began += seconds
+
+
+class Every(Decorator):
+    """Runs the child at most once in a period; in between its last result stands.
+
+    The period counts from start to start and outlives halts. A run that was halted left no result:
+    the next tick starts the child again.
+    """
+
+    def __init__(
+        self, name: str, child: Behaviour, execution: Execution, period: Callable[[], float]
+    ) -> None:
+        super().__init__(name, child, execution)
+        self.period, self.began = period, 0.0
+        self.result: Status | None = None
+
+    def advance(self, fresh: bool) -> Status:
+        now = self.execution.robot.time
+        if self.child.status is not Status.RUNNING:
+            if self.result is not None and now < self.began + self.period() - TOLERANCE:
+                self.feedback_message = f"as {now - self.began:.1f} s ago"
+                return self._again(self.result)
+            halt(self.child)
+            self.began, self.result = now, None
+        status = run(self.child)
+        self.result = None if status is Status.RUNNING else status
+        return self._again(status)
+
+    def _again(self, status: Status) -> Status:
+        if status is Status.FAILURE:
+            return self.execution.pass_on(self, self.child)
+        return status
+
 
 class ForEach(Decorator):
     """The child once per item, with the item in the loop variable; an empty list succeeds at once.
