@@ -22,10 +22,15 @@ Overrides = Mapping[str, str | Node]
 
 
 class DeclarationReader:
-    """Reads the declaring sections of one file."""
+    """Reads the declaring sections of one file.
+
+    Attributes:
+        declared: the mission's arguments, once they have been read.
+    """
 
     def __init__(self, values: ValueReader) -> None:
         self.values, self.findings = values, values.findings
+        self.declared: dict[str, Declaration] = {}
 
     def places(self, node: Node | None, world: Mapping[str, Pose2D], where: Mark) -> Layer:
         """Places by name: the world's, and the mission's own in front of them."""
@@ -62,7 +67,7 @@ class DeclarationReader:
         for key, entry in self._entries(node, "arguments"):
             name = str(key.value)
             section = Section(entry, self.findings, f"the argument {name!r}", "E101")
-            declared = self._argument(name, section)
+            declared = self.declared[name] = self._argument(name, section)
             default = section.node_of("default")
             section.done()
             value = UNSET if default is None else self._literal(declared, default, scope)

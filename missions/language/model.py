@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from behaviours.catalogue import BehaviourKind
+from missions.language.case_model import Case
 from missions.language.expressions import CheckedExpression
 from missions.language.scope import Symbol
 from stack.documents import Finding, Mark
@@ -240,6 +241,7 @@ class Mission:
         places: the world's and the mission's own, map frame.
         arguments: name -> value in force.
         blackboard: the declared keys with type and initial value.
+        cases: what `treepilot test` runs.
         events: what pre-empts `run`, the most important first.
         trees: by name, included ones too.
         parameter_files: as written, already merged into `navigation`.
@@ -263,4 +265,5 @@ class Mission:
     blackboard: Mapping[str, Symbol] = field(default_factory=dict)
     trees: Mapping[str, Tree] = field(default_factory=dict)
     events: tuple[Event, ...] = ()
+    cases: tuple[Case, ...] = ()
     warnings: tuple[Finding, ...] = ()

@@ -6,6 +6,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+from missions.language.case_model import Case
+from missions.language.cases import CaseReader, Known
 from missions.language.declarations import DeclarationReader, Layer, Overrides
 from missions.language.events import EventReader
 from missions.language.expressions import Surroundings
@@ -76,8 +78,14 @@ class _Reading:
         run = top.node_of("run", required=True)
         root = nodes.read(run, Surroundings(scope)) if run else None
         events = EventReader(nodes).events(top.node_of("events"), Surroundings(scope))
+        tests = top.node_of("tests")
         top.done()
         self._flow(root, events, trees, scope)
+        cases: tuple[Case, ...] = ()
+        if root is not None and not self.findings.errors:
+            roots = (*_starts(root, events), *_roots_of(trees))
+            known = Known(self.declarations.declared, places, keys, events, trees, roots)
+            cases = CaseReader(known, self.findings).cases(tests)
         self.findings.raise_errors()
         assert root is not None
         warnings = sorted(
@@ -92,7 +100,7 @@ class _Reading:
             plugins=tuple(item.value for item in plugins),
             places={key: symbol.value for key, symbol in places.items()},
             arguments={key: symbol.value for key, symbol in arguments.items()},
-            blackboard=keys, trees=trees, events=events, warnings=tuple(warnings),
+            blackboard=keys, trees=trees, events=events, cases=cases, warnings=tuple(warnings),
         )  # fmt: skip
 
     def _names(
@@ -160,7 +168,7 @@ class _Reading:
         """What can be said only once every node is known to be right."""
         if root is None or self.findings.errors:
             return
-        starts = [root, *(event.step for event in events)]
+        starts = _starts(root, events)
         reached = check_recursion(trees, starts, self.findings)
         own = [tree for tree in trees.values() if tree.mark.file == self.top.node.mark.file]
         for tree in own:
@@ -169,7 +177,7 @@ class _Reading:
         if self.findings.errors:
             return
         OrderCheck(trees, self.findings).mission(root, events)
-        roots = [*starts, *(tree.root for tree in trees.values() if tree.root)]
+        roots = [*starts, *_roots_of(trees)]
         for use in (use for step in roots for use in uses_of(step)):
             if trees[use.tree] in own:
                 warn_of_other_meaning(use, trees[use.tree], scope, self.findings)
@@ -193,3 +201,12 @@ class _Reading:
                 verb = "never written" if symbol.role is Role.OUTPUT else "never used"
                 sentence = f"the {symbol.role} {symbol.name!r} is {verb}"
                 self.findings.warning("W102", symbol.mark, sentence)
+
+
+def _starts(root: Step, events: tuple[Event, ...]) -> list[Step]:
+    """What runs by itself: the mission and its events."""
+    return [root, *(event.step for event in events)]
+
+
+def _roots_of(trees: dict[str, Tree]) -> list[Step]:
+    return [tree.root for tree in trees.values() if tree.root]

@@ -7,6 +7,7 @@ in where it is used, with slots of its own for its `out` where they are not boun
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -34,7 +35,7 @@ from missions.trees import composites, decorators
 from missions.trees.attempts import Attempts, Recover, Retry
 from missions.trees.events import Event, Events, Trigger
 from missions.trees.execution import Execution, Record
-from missions.trees.labels import detail_of, value_text
+from missions.trees.labels import detail_of, names_of, value_text
 from missions.trees.leaves import LeafGuard
 from missions.trees.mission_tree import MissionTree
 from missions.trees.slots import Frame, Read, Slot, Write
@@ -52,22 +53,29 @@ _COMPOSITES: dict[str, Any] = {
 _TRIES_OTHERS = ("fallback", "reactive_fallback", "round_robin")
 
 
-def compile_mission(mission: Mission, catalogue: Catalogue | None = None) -> MissionTree:
+StandIn = Callable[[Leaf | Use], RobotBehaviour | None]
+"""What to put in the place of a behaviour or tree, for tests of missions; None leaves it."""
+
+
+def compile_mission(
+    mission: Mission, catalogue: Catalogue | None = None, stand_in: StandIn = lambda step: None
+) -> MissionTree:
     """The tree of a mission, ready for `setup`.
 
     Args:
         mission: read and checked; its nodes already carry the behaviours' classes.
         catalogue: not needed; taken so that reading and compiling are called alike.
+        stand_in: asked for every behaviour and used tree.
 
     Raises:
         InputError: a behaviour's class refuses to be built with the ports it declares.
     """
-    return _Compiler(mission).tree()
+    return _Compiler(mission, stand_in).tree()
 
 
 class _Compiler:
-    def __init__(self, mission: Mission) -> None:
-        self.mission, self.execution = mission, Execution()
+    def __init__(self, mission: Mission, stand_in: StandIn) -> None:
+        self.mission, self.execution, self.stand_in = mission, Execution(), stand_in
         self.execution.place_names = {pose: name for name, pose in mission.places.items()}
         self.slots = {name: Slot(symbol) for name, symbol in mission.blackboard.items()}
         symbols = mission.blackboard
@@ -94,6 +102,7 @@ class _Compiler:
             held = f", held for {value_text(event.hold)}" if event.hold != NO_HOLD else ""
             detail = f"when {event.when.source}{held}, then {event.then}"
             self._note(node, "event", event.mark, label=event.name, detail=detail)
+            self.execution.record(node).names = (event.name,)
             made.append(node)
         return self._note(Events(made, root, self.execution), "events", self.mission.events[0].mark)
 
@@ -106,7 +115,9 @@ class _Compiler:
             around = within = replace(again, attempts=self._attempts(given.recover.attempts, again))
         if given.retry:
             within = replace(around, attempts=self._attempts(given.retry.attempts, around))
-        node = self._periodic(step, self.body(step, within), within)
+        body = self.body(step, within)
+        self.execution.record(body).names = names_of(step)
+        node = self._periodic(step, body, within)
         node = self._timed(step, node, around)
         if given.retry and within.attempts:
             delay = around.checked(given.retry.delay, DELAY)
@@ -175,6 +186,11 @@ class _Compiler:
     def body(self, step: Step, frame: Frame) -> Behaviour:
         """A node without its decorators."""
         detail = detail_of(step)
+        if isinstance(step, Leaf | Use) and (other := self.stand_in(step)) is not None:
+            for name, symbol in step.outputs.items():
+                other.bind_output(name, frame.writers[symbol])
+            LeafGuard(other, self.execution)
+            return self._note(other, step.kind, step.mark, label=other.name, detail=detail)
         if isinstance(step, Leaf):
             node = self._leaf(step, frame)
             return self._note(node, step.kind, step.mark, label=node.name, detail=detail)

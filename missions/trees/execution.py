@@ -40,6 +40,7 @@ class Record:
         label: what a failure's path calls it; "" leaves it out (decorators, unnamed composites).
         detail: its ports as written, for drawings.
         mark: where it stands in the mission file.
+        names: what tests of missions may call it: its own name, its behaviour or tree, its event.
     """
 
     node: Behaviour
@@ -52,6 +53,7 @@ class Record:
     status: Status = Status.INVALID
     since: float = 0.0
     row: TreeRow | None = None
+    names: tuple[str, ...] = ()
 
 
 def _nobody(*_: Any, **__: Any) -> None:

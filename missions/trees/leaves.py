@@ -23,7 +23,7 @@ class LeafGuard:
 
     def __init__(self, leaf: Behaviour, execution: Execution) -> None:
         self.leaf, self.execution = leaf, execution
-        self.moves = bool(getattr(type(leaf), "uses_wheels", False))
+        self.moves = bool(getattr(leaf, "uses_wheels", False))
         self.active, self.broken = False, False
         self._initialise, self._update, self._terminate = (
             leaf.initialise, leaf.update, leaf.terminate,
