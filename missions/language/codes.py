@@ -113,7 +113,7 @@ CODES: dict[str, Code] = {
                  "places: {n: [0, 0]}\nblackboard: {n: {type: int}}", "rename one of them"),
     "W102": Code("unused name", "nobody reads or writes it", "blackboard: {n: {type: int}}",
                  "remove it"),
-    "W103": Code("unused tree", "`run` never gets there", "trees: {spare: {do: stop}}",
+    "W103": Code("unused tree", "`run` never gets there", "trees: {spare: {do: {say: hello}}}",
                  "remove it, or `use` it"),
     "W104": Code("text with $", "a text is not filled in; `$name` inside it stays as it is",
                  "run: {say: arrived at $dock}", "give the value alone, as $name"),
