@@ -102,17 +102,47 @@ def check(
     install: Annotated[
         bool, typer.Option("--install", help="also check that no other package shadows ours")
     ] = False,
+    json: Annotated[bool, typer.Option("--json", help="findings as JSON, for editors")] = False,
 ) -> None:
     """Report everything wrong with mission files, as file:line:column; nothing moves."""
-    from missions.checking import check_files, check_install
+    from missions.checking import as_json, check_files, check_install
 
     findings = check_install() if install else []
     findings += check_files(missions)
+    errors = sum(finding.is_error or strict for finding in findings)
+    if json:
+        typer.echo(as_json(findings))
+        raise typer.Exit(2 if errors else 0)
     for finding in findings:
         typer.echo(finding.text, err=finding.is_error)
-    errors = sum(finding.is_error or strict for finding in findings)
     typer.echo(f"{len(missions)} checked, {errors} with errors" if errors else "all good", err=True)
     raise typer.Exit(2 if errors else 0)
+
+
+@app.command()
+def explain(
+    code: Annotated[str, typer.Argument(help="the code of a finding, e.g. E132")],
+) -> None:
+    """What a finding means: its cause, an example and the fix."""
+    from missions.explaining import explanation
+
+    typer.echo(explanation(code))
+
+
+@app.command()
+def test(
+    missions: Annotated[list[str], typer.Argument(help="mission files with `tests`")],
+    keyword: Annotated[str, typer.Option("-k", help="only tests with this in their name")] = "",
+    coverage: Annotated[
+        bool, typer.Option("--coverage", help="list the nodes that no test ticks")
+    ] = False,
+) -> None:
+    """Run the tests that missions carry: no simulator, behaviours replaced, a virtual clock."""
+    from missions.testing.session import Wanted, run_files
+
+    session = run_files(missions, Wanted(keyword, coverage))
+    typer.echo(session.text)
+    raise typer.Exit(session.exit_code)
 
 
 @app.command()

@@ -1,8 +1,13 @@
-"""How all inner nodes tick: one way for composites and decorators."""
+"""How all inner nodes tick: by direct calls, one way for composites and decorators.
+
+py_trees ticks with nested generators: each visited node is handed up through every node above it.
+Here a node calls `once` of its child and gets the status back. `tick`, for py_trees' own tools,
+is made from that.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator
+from collections.abc import Iterator
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
@@ -13,8 +18,10 @@ from missions.trees.execution import Execution, halt
 from stack.errors import ParameterError
 from stack.types import Failure, FailureCode
 
-Advance = Generator[Behaviour, None, Status]
-"""Yields the nodes that were ticked, as py_trees does, and returns the node's own status."""
+
+def run(node: Behaviour) -> Status:
+    """Tick a node of a compiled tree and all below it that has a turn."""
+    return node.once()  # type: ignore[attr-defined, no-any-return] # leaves get it by LeafGuard
 
 
 class Advancing(Behaviour):
@@ -22,25 +29,35 @@ class Advancing(Behaviour):
 
     execution: Execution
 
-    def advance(self, fresh: bool) -> Advance:
+    def advance(self, fresh: bool) -> Status:
         """One tick; `fresh` when the node was not running before."""
         raise NotImplementedError
 
-    def tick(self) -> Iterator[Behaviour]:
+    def once(self) -> Status:
         """Tick what is to be ticked below; a value that is missing is this node's failure."""
+        execution = self.execution
         fresh = self.status is not Status.RUNNING
         if fresh:
             self.feedback_message = ""
+            execution.starts(self)
         try:
-            status = yield from self.advance(fresh)
+            status = self.advance(fresh)
         except (NotSet, ArithmeticError, ParameterError) as error:
             for child in self.children:
                 halt(child)
-            status = self.execution.fail(self, Failure(FailureCode.FAILED, str(error)))
+            status = execution.fail(self, Failure(FailureCode.FAILED, str(error)))
         if status is not Status.RUNNING:
             self.stop(status)
         self.status = status
-        yield self
+        execution.answered(self, status)
+        return status
+
+    def tick(self) -> Iterator[Behaviour]:
+        """As `once`, and yields the nodes that were ticked, as py_trees does."""
+        visited = self.execution.visited = []
+        self.once()
+        self.execution.visited = None
+        yield from visited
 
     def update(self) -> Status:
         """Nothing of its own: `advance` decides."""
@@ -56,6 +73,9 @@ class Advancing(Behaviour):
         for child in self.children:
             halt(child)
 
+    def postpone(self, seconds: float) -> None:
+        """Move what the node waits for into the future: it was interrupted for that long."""
+
 
 class Decorator(Advancing, PyTreesDecorator):
     """An inner node with one child, which is always halted before the node itself."""
@@ -70,7 +90,6 @@ class Decorator(Advancing, PyTreesDecorator):
             halt(self.child)
         self.terminate(new_status)
         self.status = new_status
-        self.iterator = self.tick()
 
     def start_child_afresh(self) -> None:
         """A finished child forgets its outcome, so that its next run shows as a run."""

@@ -15,7 +15,7 @@ from py_trees import composites
 from py_trees.behaviour import Behaviour
 from py_trees.common import ParallelPolicy, Status
 
-from missions.trees.advancing import Advance, Advancing
+from missions.trees.advancing import Advancing, run
 from missions.trees.execution import Execution, halt
 
 
@@ -26,7 +26,7 @@ class Sequence(Advancing, composites.Sequence):
         super().__init__(name, memory=True, children=children)
         self.execution = execution
 
-    def advance(self, fresh: bool) -> Advance:
+    def advance(self, fresh: bool) -> Status:
         return in_turn(self, Status.SUCCESS, fresh)
 
 
@@ -37,7 +37,7 @@ class Fallback(Advancing, composites.Selector):
         super().__init__(name, memory=True, children=children)
         self.execution = execution
 
-    def advance(self, fresh: bool) -> Advance:
+    def advance(self, fresh: bool) -> Status:
         return in_turn(self, Status.FAILURE, fresh)
 
 
@@ -48,7 +48,7 @@ class ReactiveSequence(Advancing, composites.Sequence):
         super().__init__(name, memory=False, children=children)
         self.execution = execution
 
-    def advance(self, fresh: bool) -> Advance:
+    def advance(self, fresh: bool) -> Status:
         return from_the_top(self, Status.SUCCESS, fresh)
 
 
@@ -59,7 +59,7 @@ class ReactiveFallback(Advancing, composites.Selector):
         super().__init__(name, memory=False, children=children)
         self.execution = execution
 
-    def advance(self, fresh: bool) -> Advance:
+    def advance(self, fresh: bool) -> Status:
         return from_the_top(self, Status.FAILURE, fresh)
 
 
@@ -76,13 +76,13 @@ class Parallel(Advancing, composites.Parallel):
         super().__init__(name, ParallelPolicy.SuccessOnAll(synchronise=True), list(children))
         self.execution, self.needed = execution, needed
 
-    def advance(self, fresh: bool) -> Advance:
+    def advance(self, fresh: bool) -> Status:
         if fresh:
             self.reset()
         for child in self.children:
             if child.status in (Status.SUCCESS, Status.FAILURE):
                 continue
-            yield from child.tick()
+            run(child)
             status = self._verdict()
             if status is not Status.RUNNING:
                 for other in self.children:
@@ -111,13 +111,13 @@ class RoundRobin(Advancing, composites.Composite):
         super().__init__(name, children)
         self.execution, self.position, self.tried = execution, 0, 0
 
-    def advance(self, fresh: bool) -> Advance:
+    def advance(self, fresh: bool) -> Status:
         if fresh:
             self.reset()
             self.tried = 0
         while True:
             child = self.current_child = self.children[self.position]
-            yield from child.tick()
+            run(child)
             if child.status is Status.RUNNING:
                 return Status.RUNNING
             self.position = (self.position + 1) % len(self.children)
@@ -129,7 +129,7 @@ class RoundRobin(Advancing, composites.Composite):
                 return self.execution.pass_on(self, child)
 
 
-def in_turn(node: Sequence | Fallback, goes_on: Status, fresh: bool) -> Advance:
+def in_turn(node: Sequence | Fallback, goes_on: Status, fresh: bool) -> Status:
     """Children in turn as long as they end with `goes_on`, starting where the node was."""
     if fresh:
         node.reset()
@@ -137,7 +137,7 @@ def in_turn(node: Sequence | Fallback, goes_on: Status, fresh: bool) -> Advance:
     assert node.current_child is not None
     for child in node.children[node.children.index(node.current_child) :]:
         node.current_child = child
-        yield from child.tick()
+        run(child)
         if child.status is not goes_on:
             break
         if goes_on is Status.FAILURE:
@@ -145,9 +145,7 @@ def in_turn(node: Sequence | Fallback, goes_on: Status, fresh: bool) -> Advance:
     return _outcome(node, node.current_child)
 
 
-def from_the_top(
-    node: ReactiveSequence | ReactiveFallback, goes_on: Status, fresh: bool
-) -> Advance:
+def from_the_top(node: ReactiveSequence | ReactiveFallback, goes_on: Status, fresh: bool) -> Status:
     """All children again as long as they end with `goes_on`."""
     if fresh:
         node.reset()
@@ -159,7 +157,7 @@ def from_the_top(
         depth = len(execution.standing_by)
         if running is not None:
             execution.standing_by.append(running)
-        yield from child.tick()
+        run(child)
         del execution.standing_by[depth:]
         if child.status is not goes_on:
             break

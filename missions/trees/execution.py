@@ -40,6 +40,7 @@ class Record:
         label: what a failure's path calls it; "" leaves it out (decorators, unnamed composites).
         detail: its ports as written, for drawings.
         mark: where it stands in the mission file.
+        names: what tests of missions may call it: its own name, its behaviour or tree, its event.
     """
 
     node: Behaviour
@@ -52,6 +53,7 @@ class Record:
     status: Status = Status.INVALID
     since: float = 0.0
     row: TreeRow | None = None
+    names: tuple[str, ...] = ()
 
 
 def _nobody(*_: Any, **__: Any) -> None:
@@ -71,6 +73,8 @@ class Execution:
         standing_by: running children of reactive composites while an earlier child is looked at;
             they are halted before a behaviour that moves the robot starts.
         place_names: for showing poses by name.
+        starts: told of every node that begins a run.
+        visited: while py_trees' own tools tick: the nodes that have answered.
     """
 
     robot: Robot = field(init=False)
@@ -82,6 +86,8 @@ class Execution:
     place_names: dict[Pose2D, str] = field(default_factory=dict)
     records: dict[int, Record] = field(default_factory=dict)
     trails: dict[int, Trail] = field(default_factory=dict)
+    starts: Callable[[Behaviour], None] = _nobody
+    visited: list[Behaviour] | None = None
 
     def record(self, node: Behaviour) -> Record:
         """The record of a node of this tree."""
@@ -121,6 +127,12 @@ class Execution:
             text=f"{path}: {trail.failure.code} {trail.failure.sentence}",
             fields={"node": self.record(node).id, "code": str(trail.failure.code)},
         )  # fmt: skip
+
+    def answered(self, node: Behaviour, status: Status) -> None:
+        """A node has been ticked."""
+        if self.visited is not None:
+            self.visited.append(node)
+        self.became(node, status)
 
     def became(self, node: Behaviour, status: Status) -> None:
         """Emit a change of status; called in the order in which nodes answer or are halted."""

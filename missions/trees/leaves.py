@@ -17,17 +17,18 @@ class LeafGuard:
 
     Whatever they raise becomes FAILURE of that leaf with code EXCEPTION, the traceback goes to the
     log, and the tree stays whole. The leaf's own `terminate` is called exactly once after each
-    `initialise`: py_trees alone calls it again whenever a finished parent is reset.
+    `initialise`: py_trees alone calls it again whenever a finished parent is reset. `once` is the
+    leaf's tick as a direct call.
     """
 
     def __init__(self, leaf: Behaviour, execution: Execution) -> None:
         self.leaf, self.execution = leaf, execution
-        self.moves = bool(getattr(type(leaf), "uses_wheels", False))
+        self.moves = bool(getattr(leaf, "uses_wheels", False))
         self.active, self.broken = False, False
         self._initialise, self._update, self._terminate = (
             leaf.initialise, leaf.update, leaf.terminate,
         )  # fmt: skip
-        for name in ("initialise", "update", "terminate"):
+        for name in ("initialise", "update", "terminate", "once"):
             setattr(leaf, name, getattr(self, name))
 
     def initialise(self) -> None:
@@ -35,10 +36,23 @@ class LeafGuard:
         if self.moves:
             self.execution.free_the_wheels()
         self.active, self.broken = True, False
+        self.execution.starts(self.leaf)
         self.leaf.feedback_message = ""
         if hasattr(self.leaf, "failure"):
             self.leaf.failure = None
         self.broken = not self._safely("initialise")
+
+    def once(self) -> Status:
+        """Tick the leaf as py_trees' Behaviour.tick does, without its generator."""
+        leaf = self.leaf
+        if leaf.status is not Status.RUNNING:
+            self.initialise()
+        status = self.update()
+        if status is not Status.RUNNING:
+            leaf.stop(status)
+        leaf.status = status
+        self.execution.answered(leaf, status)
+        return status
 
     def update(self) -> Status:
         """Tick the leaf; it has ended properly before the tree knows its outcome."""

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from typing import Any
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from missions.language.scope import UNSET
+from missions.trees.advancing import run
+from missions.trees.events import Event
 from missions.trees.execution import WORDS, Execution, Record, halt
 from missions.trees.slots import Slot
 from stack.documents import Finding
@@ -71,8 +74,7 @@ class MissionTree:
             return
         self.ticks += 1
         self._execution.standing_by.clear()
-        for node in self.root.tick():
-            self._execution.became(node, node.status)
+        run(self.root)
 
     @property
     def status(self) -> Status:
@@ -115,6 +117,29 @@ class MissionTree:
             name: "not set" if slot.value is UNSET else self._execution.describe(slot.value)
             for name, slot in self._slots.items()
         }
+
+    def values(self) -> dict[str, Any]:
+        """Every declared key with its value; UNSET where there is none."""
+        return {name: slot.value for name, slot in self._slots.items()}
+
+    def write(self, key: str, value: Any) -> None:
+        """Give a blackboard key a value."""
+        self._slots[key].write(value)
+
+    def force(self, event: str) -> None:
+        """Let an event come with the next tick, whatever its `when`."""
+        for record in self._records:
+            if isinstance(record.node, Event) and record.node.name == event:
+                record.node.trigger.forced = True
+
+    def watch(self, starts: Callable[[Record], None]) -> None:
+        """Be told of every node that begins a run."""
+        self._execution.starts = lambda node: starts(self._execution.record(node))
+
+    @property
+    def records(self) -> tuple[Record, ...]:
+        """What is known of every node, in drawing order."""
+        return tuple(self._records)
 
     def rows(self) -> tuple[TreeRow, ...]:
         """Every node in drawing order; the same tuple as long as nothing has changed."""

@@ -2,7 +2,7 @@
 
 import py_trees
 import pytest
-from hypothesis import given, settings
+from hypothesis import given, reject, settings
 from hypothesis import strategies as st
 from py_trees.common import Status
 
@@ -195,7 +195,10 @@ TREES = st.recursive(
 def test_every_start_has_one_end_and_halting_leaves_nothing_running(
     tmp_path_factory, node, scripts
 ):
-    it = ran(tmp_path_factory.mktemp("tree"), f"run: {node}")
+    try:
+        it = ran(tmp_path_factory.mktemp("tree"), f"run: {node}")
+    except InputError:
+        reject()  # two at the wheel
     it.robot.answers.update(zip("abcdefghx", scripts, strict=True))
     for _ in range(6):
         it.ticks()
