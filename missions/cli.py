@@ -1,4 +1,4 @@
-"""The `treepilot` command. Only here are things printed and processes exited.
+"""The `treepilot` command: words in, exit codes out. It and `launch` are where things are printed.
 
 Exit codes: 0 success · 1 the mission failed or was aborted · 2 the input is wrong ·
 3 internal error · 130 interrupted.
@@ -322,9 +322,6 @@ def main() -> None:
         raise SystemExit(3) from None
     except KeyboardInterrupt:
         raise SystemExit(130) from None
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        raise SystemExit(0) from None
     except Exception:
         import traceback
 

@@ -53,6 +53,7 @@ def description_of(name: str) -> str:
         if file.stem == name:
             return _describe_world(name)
     known = [*catalogue.names(), *available("planner"), *available("controller"), *robot_names()]
+    known += [file.stem for file in world_files()]
     raise InputError(f"nothing is called {name!r}; {suggestion(name, known)}")
 
 

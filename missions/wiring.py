@@ -119,6 +119,7 @@ def wire(plan: Plan, options: RunOptions, telemetry: Telemetry, folder: RunFolde
         body=body, fusion=OdometryFusion(), localiser=localiser, local_costmap=local,
         global_costmap=whole, navigation=navigation, pilot=pilot, safety=safety,
         tree=tree, telemetry=telemetry, map_layer=Layer(1, grid), witness=witness,
+        keep_camera_on=options.camera == "on",
     )  # fmt: skip
     return Wiring(Runtime(parts, rates, _idle), body, tree, telemetry, witness)
 

@@ -27,6 +27,10 @@ class MissionTree(Protocol):
         """One tick of the tree."""
         ...
 
+    def leave_out(self, seconds: float) -> None:
+        """Time that passed while the mission was paused: no limit or delay counts it."""
+        ...
+
     def halt(self) -> None:
         """Halt whatever runs, so that the robot is left standing."""
         ...
@@ -123,3 +127,4 @@ class Parts:
     telemetry: Telemetry
     map_layer: Layer
     witness: Witness | None = None
+    keep_camera_on: bool = False

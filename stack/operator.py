@@ -92,6 +92,8 @@ class Operator:
     def _pause(self, _: Arguments) -> str | None:
         if self._conduct.state is MissionState.EMERGENCY_STOP:
             return "the emergency stop is engaged; release it first"
+        if self._detour is not None:
+            self._detour.task.cancel()
         self._conduct.state = MissionState.PAUSED
         return None
 

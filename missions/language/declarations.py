@@ -72,7 +72,8 @@ class DeclarationReader:
             section.done()
             value = UNSET if default is None else self._literal(declared, default, scope)
             if name in overrides:
-                value = self._set(declared, overrides[name], scope)
+                given = self._set(declared, overrides[name], scope)
+                value = value if given is UNSET else given  # one finding for one mistake
             elif default is None:
                 hint = f"--set {name}=…, or give it a default"
                 self.findings.error("E108", key.mark, f"the argument {name!r} has no value", hint)

@@ -35,7 +35,7 @@ class Retry(Decorator):
         self.attempts, self.delay, self.resume_at = attempts, delay, 0.0
 
     def advance(self, fresh: bool) -> Status:
-        now = self.execution.robot.time
+        now = self.execution.time
         if fresh:
             self.attempts.number, self.resume_at = 1, now
         if self.child.status is not Status.RUNNING:

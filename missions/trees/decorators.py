@@ -116,13 +116,13 @@ class Timeout(Decorator):
 
     def advance(self, fresh: bool) -> Status:
         if fresh:
-            self.seconds, self.began = self.limit(), self.execution.robot.time
+            self.seconds, self.began = self.limit(), self.execution.time
         run(self.child)
         if self.child.status is Status.FAILURE:
             return self.execution.pass_on(self, self.child)
         if self.child.status is Status.SUCCESS:
             return Status.SUCCESS
-        if self.execution.robot.time - self.began >= self.seconds - TOLERANCE:
+        if self.execution.time - self.began >= self.seconds - TOLERANCE:
             halt(self.child)
             why = Failure(FailureCode.TIMED_OUT, f"not done after {self.seconds:g} s")
             return self.execution.fail(self, why, self.child.name)
@@ -147,7 +147,7 @@ class Every(Decorator):
         self.result: Status | None = None
 
     def advance(self, fresh: bool) -> Status:
-        now = self.execution.robot.time
+        now = self.execution.time
         if self.child.status is not Status.RUNNING:
             if self.result is not None and now < self.began + self.period() - TOLERANCE:
                 self.feedback_message = f"as {now - self.began:.1f} s ago"

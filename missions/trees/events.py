@@ -76,7 +76,7 @@ class Events(Advancing, composites.Composite):
         self.left_at: dict[int, float] = {}
 
     def advance(self, fresh: bool) -> Status:
-        now = self.execution.robot.time
+        now = self.execution.time
         if fresh:
             self.reset()
             self.stack = [self.mission]

@@ -82,6 +82,7 @@ class Execution:
     log: Callable[[str], None] = _nobody
     error: str = ""
     recoveries: int = 0
+    left_out: float = 0.0
     standing_by: list[Behaviour] = field(default_factory=list)
     place_names: dict[Pose2D, str] = field(default_factory=dict)
     records: dict[int, Record] = field(default_factory=dict)
@@ -148,6 +149,11 @@ class Execution:
                 "message": node.feedback_message if status is not Status.RUNNING else "",
             },
         )  # fmt: skip
+
+    @property
+    def time(self) -> float:
+        """Robot time without pauses: what time limits, delays and holds run on."""
+        return self.robot.time - self.left_out
 
     def free_the_wheels(self) -> None:
         """Halt what would be pre-empted anyway, before a behaviour that moves the robot starts."""

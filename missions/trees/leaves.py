@@ -81,12 +81,12 @@ class LeafGuard:
         except NotSet as error:
             self._fail(FailureCode.FAILED, str(error))
             return Status.FAILURE
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             self._report(error)
             return Status.FAILURE
         if status in (Status.RUNNING, Status.SUCCESS, Status.FAILURE):
             return status
-        said = f"update returned {status!r}, wanted is RUNNING, SUCCESS or FAILURE"
+        said = f"update returned a {type(status).__name__}, wanted is RUNNING, SUCCESS or FAILURE"
         self._fail(FailureCode.EXCEPTION, said)
         self._tell(said)
         return Status.FAILURE
@@ -98,12 +98,12 @@ class LeafGuard:
         except NotSet as error:
             self._fail(FailureCode.FAILED, str(error))
             return False
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             self._report(error)
             return False
         return True
 
-    def _report(self, error: Exception) -> None:
+    def _report(self, error: BaseException) -> None:
         said = f"{type(error).__name__}: {error}"
         self.execution.log(f"{self.leaf.name}\n{format_exc()}")
         self._fail(FailureCode.EXCEPTION, said)

@@ -81,6 +81,10 @@ class MissionTree:
         """RUNNING, SUCCESS or FAILURE; INVALID before the first tick and after a halt."""
         return self.root.status
 
+    def leave_out(self, seconds: float) -> None:
+        """Time that passed while the mission was paused: no limit or delay counts it."""
+        self._execution.left_out += seconds
+
     @property
     def outcome(self) -> str:
         """running | success | failure, for those who do not know py_trees."""
