@@ -11,7 +11,6 @@ from missions.language.reading import read_mission
 from missions.resources import (
     catalogue_of,
     find_mission,
-    load_map,
     load_robot,
     load_world,
     resources,
@@ -21,9 +20,13 @@ from stack.description import RobotDescription
 from stack.errors import InputError, ParameterError
 from stack.parameters import read_quantity
 from stack.sim.world import World
-from stack.types import OccupancyGrid, Pose2D
+from stack.types import Pose2D
 
 __all__ = ["Plan", "RunOptions", "prepare"]
+
+
+NOWHERE = Pose2D(0.0, 0.0)
+"""Where the map frame begins when the robot has neither a map nor an idea where it is."""
 
 
 @dataclass(frozen=True)
@@ -54,16 +57,24 @@ class RunOptions:
 
 @dataclass(frozen=True)
 class Plan:
-    """A mission that was read and checked with everything it names. Nothing has moved."""
+    """A mission that was read and checked with everything it names. Nothing has moved.
+
+    Attributes:
+        belief: where the robot believes it starts, map frame; None when it has no idea.
+    """
 
     mission: Mission
     robot: RobotDescription
     world: World
-    grid: OccupancyGrid
     start: Pose2D
     belief: Pose2D | None
     choices: dict[str, Choice]
     text: str
+
+    @property
+    def is_mapped(self) -> bool:
+        """Whether there is a map to be localised on."""
+        return self.mission.map != "none"
 
 
 def prepare(name: str | Path, options: RunOptions) -> Plan:
@@ -80,17 +91,17 @@ def prepare(name: str | Path, options: RunOptions) -> Plan:
     if options.camera == "off":
         robot = replace(robot, camera=None)
     start = _start_pose(options.start, mission, world)
-    grid = _map_of(mission, world, beside)
+    belief = _belief(mission, start)
+    choices = all_chosen(
+        robot, {kind: (part.use, part.values) for kind, part in mission.navigation.items()}
+    )
     return Plan(
         mission=mission,
         robot=robot,
         world=world,
-        grid=grid,
         start=start,
-        belief=_belief(mission, start),
-        choices=all_chosen(
-            robot, {kind: (part.use, part.values) for kind, part in mission.navigation.items()}
-        ),
+        belief=belief,
+        choices=choices,
         text=path.read_text("utf-8"),
     )
 
@@ -122,15 +133,3 @@ def _belief(mission: Mission, start: Pose2D) -> Pose2D | None:
     if mission.initial_pose == "start":
         return start
     return mission.initial_pose if isinstance(mission.initial_pose, Pose2D) else None
-
-
-def _map_of(mission: Mission, world: World, beside: Path) -> OccupancyGrid:
-    if mission.map == "from_world":
-        from stack.sim.rasterise import rasterise
-
-        return rasterise(world)
-    if mission.map == "none":
-        raise InputError(
-            "map: none (driving without a map) is not supported yet; use from_world or a map.yaml"
-        )
-    return load_map(mission.map, beside)

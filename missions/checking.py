@@ -16,7 +16,7 @@ from missions.trees import show
 from missions.trees.compiler import compile_mission
 from stack.documents import Finding, Mark, read_file
 from stack.errors import InputError
-from stack.sim.world_file import read_world
+from stack.sim.import_world import GAZEBO, is_ros_map, read_any_world
 
 OUR_PACKAGES = ("missions", "behaviours", "stack", "tui", "robots")
 
@@ -39,18 +39,19 @@ def _check(name: str) -> list[CheckLine]:
     try:
         path = find_mission(name)
         if _is_world(path):
-            read_world(path)
-            return []
+            return _lines(read_any_world(path).warnings)
         plan = prepare(path, RunOptions())
     except InputError as error:
         if not error.findings:
             return [CheckLine(f"{name}: {error}", True)]
         return _lines(error.findings)
-    return _lines(plan.mission.warnings)
+    return _lines([*plan.mission.warnings, *plan.world.warnings])
 
 
 def _is_world(path: Path) -> bool:
-    """Whether the file's first key says that it is a world."""
+    """Whether the file's ending or first key says that it is a world."""
+    if path.suffix in GAZEBO or is_ros_map(path):
+        return True
     keys = [key.value for key, _ in read_file(path, "mission").entries]
     return "world" in keys and "mission" not in keys and "run" not in keys
 

@@ -182,6 +182,38 @@ def describe(
 
 
 @app.command()
+def trace(
+    run: Annotated[Path, typer.Argument(help="a run's folder")],
+    node: Annotated[str, typer.Option(help="only this node, by name or kind, and below")] = "",
+    since: Annotated[float, typer.Option(help="robot time, s")] = 0.0,
+    until: Annotated[float, typer.Option(help="robot time, s")] = 1e18,
+    summary: Annotated[bool, typer.Option("--summary", help="a line a node instead")] = False,
+) -> None:
+    """Tell a finished run's story node by node, and why a node was never reached."""
+    from missions import tracing
+
+    told = tracing.read_trace(run)
+    lines = tracing.summary(told) if summary else tracing.story(told, node, since, until)
+    for line in lines:
+        typer.echo(line)
+
+
+@app.command()
+def doctor(
+    place: Annotated[str, typer.Argument(help="a world's name or file, or a ROS map.yaml")],
+    robot: Annotated[str, typer.Option(help="whose footprint: a name or a robot.yaml")] = "scout",
+    png: Annotated[Path | None, typer.Option(help="draw what was found")] = None,
+) -> None:
+    """Find doors and places that a robot's footprint closes; exit code 1 if there are any."""
+    from missions.doctor import diagnose
+
+    found = diagnose(place, robot, png)
+    for line in found.lines:
+        typer.echo(line)
+    raise typer.Exit(1 if found.closed else 0)
+
+
+@app.command()
 def watch(
     run: Annotated[str, typer.Argument(help="a run's name or folder [default: the newest]")] = "",
 ) -> None:
@@ -199,11 +231,49 @@ app.add_typer(new_app, name="new")
 def new_behaviour(
     name: Annotated[str, typer.Argument(help="in snake_case, e.g. ring_bell")],
 ) -> None:
-    """A plugin behaviour with its test and a mission, in the current folder."""
+    """A plugin behaviour with its test, in the current folder."""
     from behaviours.scaffold import new_behaviour as write
 
     for path in write(name, Path.cwd()):
         typer.echo(f"wrote {path.name}")
+
+
+bench_app = typer.Typer(no_args_is_help=True, help="Measure against published benchmarks.")
+app.add_typer(bench_app, name="bench")
+
+
+@bench_app.command("barn")
+def bench_barn(  # noqa: PLR0913 - each is an option of the command
+    worlds: Annotated[
+        Path, typer.Option(help="folder of .world files, one of them, or a .json of grids")
+    ],
+    trials: Annotated[int, typer.Option(min=1, help="runs in each world; trial n has seed n")] = 1,
+    jobs: Annotated[int, typer.Option(min=1, help="processes")] = 1,
+    out: Annotated[
+        Path, typer.Option(help="the table's folder; an interrupted bench goes on there")
+    ] = Path("bench/barn"),
+    only: Annotated[str, typer.Option(metavar="NAMES", help="worlds, such as 3,17,200")] = "",
+    mission: Annotated[str, typer.Option(help="another mission with the argument goal")] = "",
+    set_: Annotated[
+        list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="a mission argument")
+    ] = None,
+) -> None:
+    """Cross unknown, narrow worlds and score it as the BARN Challenge does."""
+    from missions.bench.barn_bench import BenchOptions, report, run_barn
+    from missions.bench.barn_crossing import Setup
+    from missions.resources import MISSIONS
+
+    setup = Setup(mission or str(MISSIONS / "bench" / "barn.yaml"), _assignments(set_ or []))
+    names = tuple(name.strip() for name in only.split(",") if name.strip())
+    options = BenchOptions(worlds, setup, out, names, trials, jobs)
+    crossings = run_barn(options, lambda line: typer.echo(line, err=True))
+    for line in report(crossings):
+        typer.echo(line)
+
+
+@bench_app.callback()
+def _bench() -> None:
+    """Measure against published benchmarks."""
 
 
 @new_app.callback()

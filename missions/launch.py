@@ -147,11 +147,11 @@ def _run_with_dashboard(options: LaunchOptions) -> int:
     engine = _spawn_engine(options.mission, run_options)
     with _interrupts() as caught:
         run = _await_engine(engine, run_options.out.name, caught)
-        outcome = _dashboard(run) if run is not None else "over"
+        outcome = _dashboard(run, interrupts=True) if run is not None else "over"
         if outcome == "leave" and engine.poll() is None:
             print(f"the mission goes on; treepilot watch {run_options.out.name}")
             return 0
-        if caught and engine.poll() is None:
+        if (caught or outcome == "interrupt") and engine.poll() is None:
             engine.send_signal(signal.SIGINT)
         return _await_end(engine, run_options.out)
 
@@ -179,12 +179,12 @@ def _await_engine(
     return None
 
 
-def _dashboard(run: RunHandle) -> str:
-    """Show a run until the operator leaves: over | leave | abort."""
+def _dashboard(run: RunHandle, *, interrupts: bool = False) -> str:
+    """Show a run until the operator leaves: over | leave | abort | interrupt | lost."""
     from stack.telemetry.client import TelemetryClient
     from tui.app import Dashboard
 
-    return Dashboard(TelemetryClient(run.address)).run() or "over"
+    return Dashboard(TelemetryClient(run.address), interrupts=interrupts).run() or "over"
 
 
 def _await_end(engine: subprocess.Popen[bytes], folder: Path) -> int:

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from stack.telemetry.records import Event, RunInfo, Snapshot
+from stack.telemetry.records import ROUTINE, Event, RunInfo, Snapshot
 
 HEARTBEAT = 10.0
 """Robot seconds between two lines that say all is well."""
 
-SILENT = frozenset({"pose", "node_status", "plan", "goal", "task"})
+SILENT = ROUTINE | {"plan", "goal", "task"}
 """Kinds that are in the records but would drown the lines."""
 
 

@@ -46,7 +46,7 @@ def compose_report(  # noqa: PLR0913 - the measured figures, by keyword
             "mean": witness.mean_error,
             "max": counters["localisation_error_max"],
         },
-        relocalised_by=relocalisations[-1]["source"] if relocalisations else "",
+        relocalised_by=relocalisations[-1]["by"] if relocalisations else "",
         relocalisations=relocalisations,
         battery=pilot.battery.charge,
         stages={name: _timing(stage) for name, stage in runtime.stages.timings().items()},

@@ -14,8 +14,9 @@ from stack.description import RobotDescription
 from stack.documents import Finding, Findings, Mark, Node
 from stack.errors import InputError
 from stack.parameters import suggestion
+from stack.sim.import_world import read_any_world
 from stack.sim.world import World
-from stack.sim.world_file import find_world, read_world
+from stack.sim.world_file import find_world
 from stack.types import OccupancyGrid
 
 MISSIONS = Path(__file__).parent
@@ -55,7 +56,7 @@ def find_mission(name_or_path: str | Path) -> Path:
 @lru_cache(maxsize=16)
 def load_world(name_or_path: str, beside: Path) -> World:
     """A world by name or path; paths are relative to the mission's folder."""
-    return read_world(find_world(name_or_path, beside, WORLDS))
+    return read_any_world(find_world(name_or_path, beside, WORLDS))
 
 
 @lru_cache(maxsize=16)

@@ -143,7 +143,10 @@ class Execution:
         before, node = WORDS[previous], record.node
         self.emit(
             level="info", kind="node_status", text=f"{node.name}: {before} > {WORDS[status]}",
-            fields={"node": record.id, "name": node.name, "from": before, "to": WORDS[status]},
+            fields={
+                "node": record.id, "name": node.name, "from": before, "to": WORDS[status],
+                "message": node.feedback_message if status is not Status.RUNNING else "",
+            },
         )  # fmt: skip
 
     def free_the_wheels(self) -> None:
