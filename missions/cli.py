@@ -220,6 +220,8 @@ def watch(
     """Attach the dashboard to a running mission; closing it stops nothing."""
     from missions.launch import watch_run
 
+    if not _on_a_terminal():
+        raise InputError("watch needs a terminal; without one read the run's events.jsonl")
     raise typer.Exit(watch_run(run))
 
 

@@ -39,6 +39,10 @@ FILE_CODES: dict[str, Code] = {
                  "leave some out"),
     "E206": Code("world: nothing solid", "the world has no walls, boxes or cylinders",
                  "walls: []", "give it walls"),
+    "E207": Code("world: not XML", "a .world or .sdf file is not XML",
+                 "<world><model></world>", "close what is open"),
+    "E208": Code("world: left out", "something of a Gazebo world is left out or replaced",
+                 "<plugin filename='fog.so'/>", "nothing, if it does not matter (a warning)"),
     "E301": Code("robot: shape", "a key is unknown, missing, or has a wrong type, unit or range",
                  "limits: {linear_speed: fast}", "use the key that is suggested"),
     "E302": Code("robot: URDF", "the URDF cannot be read or lacks a link or joint that is named",
@@ -49,6 +53,8 @@ FILE_CODES: dict[str, Code] = {
                  "write it as ROS map_server does"),
     "E402": Code("map: picture", "the map's picture cannot be read", "image: nowhere.pgm",
                  "name a PGM or PNG"),
+    "E412": Code("start: in the way", "the robot would start outside the world or inside something",
+                 "start: [100, 100]", "start at one of the world's places"),
 }  # fmt: skip
 """Codes of files, worlds, robots and maps; missions' own are in missions.language.codes."""
 

@@ -141,7 +141,8 @@ def _map_of(plan: Plan) -> OccupancyGrid:
 
 def _emitter(telemetry: Telemetry, source: str) -> Callable[..., None]:
     def emit(kind: str, text: str, level: str = "info", **fields: Any) -> None:
-        telemetry.emit(kind, text, source=source, level=level, **fields)
+        said_by = "mission" if kind == "say" else source
+        telemetry.emit(kind, text, source=said_by, level=level, **fields)
 
     return emit
 

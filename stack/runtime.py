@@ -89,7 +89,8 @@ class Runtime:
         if self.state.is_over:
             return
         self.state, self.reason = state, reason
-        self.parts.tree.halt()
+        if self.parts.tree.outcome == "running":  # a tree that has ended keeps its picture
+            self.parts.tree.halt()
         self.parts.telemetry.emit(
             "mission_ended", f"{state}: {reason}" if reason else str(state), source="mission",
             level="info" if state is MissionState.SUCCESS else "warning",

@@ -14,9 +14,11 @@ from py_trees.common import Status
 from py_trees.decorators import Decorator as PyTreesDecorator
 
 from missions.language.scope import NotSet
-from missions.trees.execution import Execution, halt
+from missions.trees.execution import Execution, Record, halt
 from stack.errors import ParameterError
 from stack.types import Failure, FailureCode
+
+_RUNNING, _INVALID = Status.RUNNING, Status.INVALID
 
 
 def run(node: Behaviour) -> Status:
@@ -28,6 +30,7 @@ class Advancing(Behaviour):
     """An inner node: `advance` says what one tick does, the rest is the same for all."""
 
     execution: Execution
+    record: Record | None = None
 
     def advance(self, fresh: bool) -> Status:
         """One tick; `fresh` when the node was not running before."""
@@ -36,21 +39,33 @@ class Advancing(Behaviour):
     def once(self) -> Status:
         """Tick what is to be ticked below; a value that is missing is this node's failure."""
         execution = self.execution
-        fresh = self.status is not Status.RUNNING
+        fresh = self.status is not _RUNNING
         if fresh:
             self.feedback_message = ""
-            execution.starts(self)
+            if execution.starts is not None:
+                execution.starts(self)
         try:
             status = self.advance(fresh)
         except (NotSet, ArithmeticError, ParameterError) as error:
             for child in self.children:
                 halt(child)
             status = execution.fail(self, Failure(FailureCode.FAILED, str(error)))
-        if status is not Status.RUNNING:
+        if status is not _RUNNING:
             self.stop(status)
         self.status = status
-        execution.answered(self, status)
+        record = self.record
+        if record is not None and record.status is not status:
+            execution.changed(record, status)
+        if execution.visited is not None:
+            execution.visited.append(self)
         return status
+
+    def stop(self, new_status: Status = Status.INVALID) -> None:
+        """Bring all below to rest when the node itself is halted."""
+        if new_status is _INVALID:
+            self.reset()
+        self.terminate(new_status)
+        self.status = new_status
 
     def tick(self) -> Iterator[Behaviour]:
         """As `once`, and yields the nodes that were ticked, as py_trees does."""
@@ -65,13 +80,14 @@ class Advancing(Behaviour):
 
     def terminate(self, new_status: Status) -> None:
         """Make a halt known at once; other changes are known when the node has answered."""
-        if new_status is Status.INVALID:
+        if new_status is _INVALID:
             self.execution.became(self, new_status)
 
     def reset(self) -> None:
         """Bring all children to rest before a new run."""
         for child in self.children:
-            halt(child)
+            if child.status is not _INVALID:
+                child.stop(_INVALID)
 
     def postpone(self, seconds: float) -> None:
         """Move what the node waits for into the future: it was interrupted for that long."""
@@ -84,7 +100,7 @@ class Decorator(Advancing, PyTreesDecorator):
         super().__init__(name, child)
         self.child, self.execution = child, execution
 
-    def stop(self, new_status: Status) -> None:
+    def stop(self, new_status: Status = Status.INVALID) -> None:
         """Halt the child if it runs, or when this node is halted itself."""
         if new_status is Status.INVALID or self.child.status is Status.RUNNING:
             halt(self.child)

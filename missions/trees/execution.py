@@ -73,7 +73,7 @@ class Execution:
         standing_by: running children of reactive composites while an earlier child is looked at;
             they are halted before a behaviour that moves the robot starts.
         place_names: for showing poses by name.
-        starts: told of every node that begins a run.
+        starts: told of every node that begins a run; None while nobody wants to know.
         visited: while py_trees' own tools tick: the nodes that have answered.
     """
 
@@ -87,7 +87,7 @@ class Execution:
     place_names: dict[Pose2D, str] = field(default_factory=dict)
     records: dict[int, Record] = field(default_factory=dict)
     trails: dict[int, Trail] = field(default_factory=dict)
-    starts: Callable[[Behaviour], None] = _nobody
+    starts: Callable[[Behaviour], None] | None = None
     visited: list[Behaviour] | None = None
 
     def record(self, node: Behaviour) -> Record:
@@ -129,19 +129,19 @@ class Execution:
             fields={"node": self.record(node).id, "code": str(trail.failure.code)},
         )  # fmt: skip
 
-    def answered(self, node: Behaviour, status: Status) -> None:
-        """A node has been ticked."""
-        if self.visited is not None:
-            self.visited.append(node)
-        self.became(node, status)
-
     def became(self, node: Behaviour, status: Status) -> None:
         """Emit a change of status; called in the order in which nodes answer or are halted."""
         record = self.records.get(id(node))
-        if record is None or record.status is status:
-            return
-        before, record.status = WORDS[record.status], status
+        if record is not None and record.status is not status:
+            self.changed(record, status)
+
+    def changed(self, record: Record, status: Status) -> None:
+        """As `became`, of a node whose record is at hand and whose status is another."""
+        previous, record.status = record.status, status
         record.since, record.row = self.robot.time, None
+        if self.emit is _nobody:
+            return
+        before, node = WORDS[previous], record.node
         self.emit(
             level="info", kind="node_status", text=f"{node.name}: {before} > {WORDS[status]}",
             fields={

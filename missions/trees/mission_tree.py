@@ -9,7 +9,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from missions.language.scope import UNSET
-from missions.trees.advancing import run
+from missions.trees.advancing import Advancing, run
 from missions.trees.events import Event
 from missions.trees.execution import WORDS, Execution, Record, halt
 from missions.trees.slots import Slot
@@ -39,23 +39,30 @@ class MissionTree:
             record.id = number
             record.parent = -1 if parent is None else execution.record(parent).id
             self._records.append(record)
+            if isinstance(node, Advancing):
+                node.record = record
+            else:
+                node.update.__self__.record = record  # type: ignore[attr-defined] # its guard
         self._rows: tuple[TreeRow, ...] = ()
 
     def setup(
-        self, robot: Robot, emit: Callable[..., None], log: Callable[[str], None] | None = None
-    ) -> None:
+        self, robot: Robot, emit: Callable[..., None] | None = None,
+        log: Callable[[str], None] | None = None,
+    ) -> None:  # fmt: skip
         """Hand the robot to every node.
 
         Args:
             robot: what behaviours and expressions see.
             emit: called as emit(level=…, kind=…, text=…, fields=…) for node_status, recovery,
-                failure_passed_over and exception.
+                failure_passed_over, event, event_done and exception; None listens to nothing.
             log: takes tracebacks, which are not part of the hashed event log.
 
         Raises:
             InputError: a behaviour's setup raises; nothing has moved.
         """
-        self._execution.robot, self._execution.emit = robot, emit
+        self._execution.robot = robot
+        if emit is not None:
+            self._execution.emit = emit
         if log is not None:
             self._execution.log = log
         findings = []

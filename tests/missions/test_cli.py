@@ -59,7 +59,7 @@ def test_checking_imports_no_heavy_library(library):
         (("list", "things"), "things"),
         (("explain", "E1322"), "did you mean 'E132'"),
         (("check", "missing.yaml"), "missing.yaml:1:1 error[E001]"),
-        (("watch", "no-such-run"), "no run 'no-such-run' is live"),
+        (("watch", "no-such-run"), "watch needs a terminal"),
     ],
 )
 def test_wrong_usage_exits_with_2_and_says_what_to_do(words, expected, tmp_path):

@@ -50,7 +50,7 @@ def test_an_answer_that_is_no_status_is_a_failure(run):
     it = run("run: {broken: status}")
     it.ticks()
     assert it.tree.failure.code == "EXCEPTION"
-    assert it.tree.failure.sentence.startswith("update returned None")
+    assert it.tree.failure.sentence.startswith("update returned a NoneType")
 
 
 def test_a_setup_that_raises_is_reported_where_the_node_stands(run):
