@@ -27,7 +27,8 @@ def test_a_start_inside_a_wall_is_refused():
 def test_a_mission_file_with_a_bad_start_is_found_at_its_line(tmp_path):
     path = tmp_path / "far.yaml"
     path.write_text(
-        "mission: far\nformat: 1\nrobot: scout\nworld: office\nstart: [50, 50]\nrun: {say: hello}\n",
+        "mission: far\nformat: 1\nrobot: scout\nworld: office\nstart: [50, 50]\n"
+        "run: {say: hello}\n",
         "utf-8",
     )
     assert refusal(path).startswith(f"{path}:5:8 error[E412]")
