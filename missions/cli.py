@@ -1,4 +1,4 @@
-"""The `treepilot` command. Only here are things printed and processes exited.
+"""The `treepilot` command: words in, exit codes out. It and `launch` are where things are printed.
 
 Exit codes: 0 success · 1 the mission failed or was aborted · 2 the input is wrong ·
 3 internal error · 130 interrupted.
@@ -102,17 +102,47 @@ def check(
     install: Annotated[
         bool, typer.Option("--install", help="also check that no other package shadows ours")
     ] = False,
+    json: Annotated[bool, typer.Option("--json", help="findings as JSON, for editors")] = False,
 ) -> None:
     """Report everything wrong with mission files, as file:line:column; nothing moves."""
-    from missions.checking import check_files, check_install
+    from missions.checking import as_json, check_files, check_install
 
     findings = check_install() if install else []
     findings += check_files(missions)
+    errors = sum(finding.is_error or strict for finding in findings)
+    if json:
+        typer.echo(as_json(findings))
+        raise typer.Exit(2 if errors else 0)
     for finding in findings:
         typer.echo(finding.text, err=finding.is_error)
-    errors = sum(finding.is_error or strict for finding in findings)
     typer.echo(f"{len(missions)} checked, {errors} with errors" if errors else "all good", err=True)
     raise typer.Exit(2 if errors else 0)
+
+
+@app.command()
+def explain(
+    code: Annotated[str, typer.Argument(help="the code of a finding, e.g. E132")],
+) -> None:
+    """What a finding means: its cause, an example and the fix."""
+    from missions.explaining import explanation
+
+    typer.echo(explanation(code))
+
+
+@app.command()
+def test(
+    missions: Annotated[list[str], typer.Argument(help="mission files with `tests`")],
+    keyword: Annotated[str, typer.Option("-k", help="only tests with this in their name")] = "",
+    coverage: Annotated[
+        bool, typer.Option("--coverage", help="list the nodes that no test ticks")
+    ] = False,
+) -> None:
+    """Run the tests that missions carry: no simulator, behaviours replaced, a virtual clock."""
+    from missions.testing.session import Wanted, run_files
+
+    session = run_files(missions, Wanted(keyword, coverage))
+    typer.echo(session.text)
+    raise typer.Exit(session.exit_code)
 
 
 @app.command()
@@ -152,12 +182,46 @@ def describe(
 
 
 @app.command()
+def trace(
+    run: Annotated[Path, typer.Argument(help="a run's folder")],
+    node: Annotated[str, typer.Option(help="only this node, by name or kind, and below")] = "",
+    since: Annotated[float, typer.Option(help="robot time, s")] = 0.0,
+    until: Annotated[float, typer.Option(help="robot time, s")] = 1e18,
+    summary: Annotated[bool, typer.Option("--summary", help="a line a node instead")] = False,
+) -> None:
+    """Tell a finished run's story node by node, and why a node was never reached."""
+    from missions import tracing
+
+    told = tracing.read_trace(run)
+    lines = tracing.summary(told) if summary else tracing.story(told, node, since, until)
+    for line in lines:
+        typer.echo(line)
+
+
+@app.command()
+def doctor(
+    place: Annotated[str, typer.Argument(help="a world's name or file, or a ROS map.yaml")],
+    robot: Annotated[str, typer.Option(help="whose footprint: a name or a robot.yaml")] = "scout",
+    png: Annotated[Path | None, typer.Option(help="draw what was found")] = None,
+) -> None:
+    """Find doors and places that a robot's footprint closes; exit code 1 if there are any."""
+    from missions.doctor import diagnose
+
+    found = diagnose(place, robot, png)
+    for line in found.lines:
+        typer.echo(line)
+    raise typer.Exit(1 if found.closed else 0)
+
+
+@app.command()
 def watch(
     run: Annotated[str, typer.Argument(help="a run's name or folder [default: the newest]")] = "",
 ) -> None:
     """Attach the dashboard to a running mission; closing it stops nothing."""
     from missions.launch import watch_run
 
+    if not _on_a_terminal():
+        raise InputError("watch needs a terminal; without one read the run's events.jsonl")
     raise typer.Exit(watch_run(run))
 
 
@@ -169,7 +233,7 @@ app.add_typer(new_app, name="new")
 def new_behaviour(
     name: Annotated[str, typer.Argument(help="in snake_case, e.g. ring_bell")],
 ) -> None:
-    """A plugin behaviour with its test and a mission, in the current folder."""
+    """A plugin behaviour with its test, in the current folder."""
     from behaviours.scaffold import new_behaviour as write
 
     for path in write(name, Path.cwd()):
@@ -260,9 +324,6 @@ def main() -> None:
         raise SystemExit(3) from None
     except KeyboardInterrupt:
         raise SystemExit(130) from None
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        raise SystemExit(0) from None
     except Exception:
         import traceback
 

@@ -130,9 +130,7 @@ def _table(folder: Path) -> dict[tuple[str, int], Crossing]:
     return rows
 
 
-def _crossings(
-    tasks: Sequence[tuple[BarnWorld, int]], options: BenchOptions
-) -> Iterator[Crossing]:
+def _crossings(tasks: Sequence[tuple[BarnWorld, int]], options: BenchOptions) -> Iterator[Crossing]:
     """The runs as they come to their ends."""
     if options.jobs == 1 or len(tasks) < 2:
         for case, trial in tasks:
@@ -157,9 +155,7 @@ def _cross_and_draw(case: BarnWorld, setup: Setup, trial: int, out: Path) -> Cro
         folder.mkdir(exist_ok=True)
         plan, _ = setup.plan(trial)
         picture = folder / f"{case.name}-{trial}.png"
-        draw_crossing(
-            picture, case.world, trace, plan.robot.footprint, crossing, setup.goal(plan)
-        )
+        draw_crossing(picture, case.world, trace, plan.robot.footprint, crossing, setup.goal(plan))
     return crossing
 
 

@@ -12,6 +12,7 @@ from missions.bench.barn_score import GOAL_RADIUS, START_DISTANCE, TIME_LIMIT, C
 from missions.bench.barn_worlds import BarnWorld, path_length
 from missions.wiring import Wiring, run_info, wire
 from stack.errors import InputError
+from stack.telemetry.hub import Telemetry
 from stack.telemetry.records import Event, RunInfo, Snapshot
 from stack.types import Pose2D
 
@@ -124,7 +125,8 @@ def cross(case: BarnWorld, setup: Setup, trial: int) -> tuple[Crossing, list[Pos
     goal = setup.goal(plan)
     length = path_length(case, plan.robot, plan.start, goal)
     notes, watch = Notes(), Watch(goal)
-    wiring = wire(plan, options, run_info(plan, f"barn-{case.name}", trial), [notes], None)
+    telemetry = Telemetry(run_info(plan, f"barn-{case.name}", trial), [notes])
+    wiring = wire(plan, options, telemetry, None)
     try:
         while not watch.status:
             wiring.runtime.step()
@@ -168,8 +170,8 @@ def _cause(watch: Watch, wiring: Wiring, notes: Notes) -> str:
     if watch.status == "contact":
         news = [text for kind, text in wiring.body.news() if kind == "contact"]
         return (
-            f"{(news or [notes.contact])[0]} after {watch.time:.1f} s, at {speed.linear:.2f} m/s and "
-            f"{speed.angular:.2f} rad/s"
+            f"{(news or [notes.contact])[0]} after {watch.time:.1f} s, at {speed.linear:.2f} m/s"
+            f" and {speed.angular:.2f} rad/s"
         )
     where = f"at ({end.x:.2f}, {end.y:.2f}), {end.distance_to(watch.goal):.1f} m from the goal"
     trouble = f"; last: {notes.trouble}" if notes.trouble else ""

@@ -21,7 +21,7 @@ DRIVEN, ROBOT, GOAL = (200, 110, 30), (40, 40, 220), (90, 170, 60)
 """Blue, green, red."""
 
 
-def draw_crossing(
+def draw_crossing(  # noqa: PLR0913 - one call from one place
     path: Path, world: World, trace: Sequence[Pose2D], footprint: Footprint, crossing: Crossing,
     goal: Pose2D,
 ) -> None:  # fmt: skip

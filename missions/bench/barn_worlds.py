@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from stack.documents import Finding, Mark
 from stack.description import RobotDescription
+from stack.documents import Finding, Mark
 from stack.errors import InputError
 from stack.sim.world import Cylinder, World
 from stack.types import Pose2D

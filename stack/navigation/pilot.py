@@ -33,8 +33,8 @@ from stack.types import (
 CAMERA_LEASE = 1.0
 """Seconds of robot time for which asking for a picture keeps the camera on."""
 
-JUMP = 0.3
-"""Metres: after a larger jump of the pose, what was sensed before lies in the wrong places."""
+JUMP, TURN = 0.3, 0.2
+"""Metres and radians: after a larger jump, what was sensed before lies in the wrong places."""
 
 
 class MarkerDetector(Protocol):
@@ -283,12 +283,12 @@ class Pilot:
         """Tell of a new pose, and forget what was sensed from a wrong one."""
         jump = before.distance_to(pose)
         turn = abs(wrap_angle(pose.heading - before.heading))
-        if jump > JUMP:
+        if jump > JUMP or turn > TURN:
             self._parts.local_costmap.clear()
             self._parts.global_costmap.clear()
         self._parts.emit(
             "relocalised",
             f"now at ({pose.x:.2f}, {pose.y:.2f}, {degrees(pose.heading):.0f} deg) by {source}, "
             f"{jump:.2f} m and {degrees(turn):.0f} deg from before",
-            source=source, jump=round(jump, 3), turn=round(turn, 4),
+            by=source, jump=round(jump, 3), turn=round(turn, 4),
         )  # fmt: skip

@@ -68,12 +68,17 @@ def test_without_a_camera_the_kidnapped_robot_does_not_guess():
     trace = Trace()
     options = RunOptions(seed=1, camera="off", serve=False)
     report = run_mission("05_kidnapped", options, [trace])
-    assert report.status == "failure"
     assert report.relocalised_by != "marker"
     lifted = next(event.time for event in trace.events if event.kind == "lifted")
     settled = [sample for sample in trace.errors if sample[0] > lifted + 5.0]
     confidently_wrong = [sample for sample in settled if sample[1] > 0.5 and sample[2] > 0.5]
     assert not confidently_wrong
+    # It gives up, or has driven to where the two rooms differ and found out by lidar alone.
+    if report.status == "success":
+        assert report.relocalised_by == "lidar"
+        assert settled[-1][1] < 0.1
+    else:
+        assert "LOST" in report.reason or "AMBIGUOUS" in report.reason
 
 
 @pytest.mark.slow

@@ -28,7 +28,7 @@ COURT = sorted({*((i, 0) for i in COLUMNS), *((i, j) for j in ROWS for i in (0, 
 """Cells of the walls of a court that is open to the north, like the benchmark's."""
 
 SLALOM = [*((i, 36) for i in range(1, 21)), *((i, 48) for i in range(9, 29))]
-"""Two walls across it, with a gap of 1.05 m on either side in turn: start to goal is a double bend."""
+"""Two walls across it, with a gap of 1.05 m on either side in turn: a double bend."""
 
 
 def grids(path, *worlds):
@@ -44,7 +44,7 @@ def places(cells):
 
 
 def blind_mission(tmp_path):
-    """A mission that drives straight on, whatever stands there, into a wall that stands close by."""
+    """A mission that drives straight on, whatever stands there, into a wall close by."""
     text = (MISSIONS / "bench" / "barn.yaml").read_text("utf-8")
     text = text[: text.index("run:")] + "run:\n  say: $goal is not worth the way\n"
     text = text.replace("../worlds/thicket.yaml", str(MISSIONS / "worlds" / "thicket.yaml"))
@@ -106,7 +106,7 @@ def test_another_setting_does_not_mix_with_the_results_there(tmp_path):
     blind = Setup(blind_mission(tmp_path))
     run_barn(BenchOptions(file, blind, tmp_path / "out"), print)
     other = Setup(blind.mission, {"goal": "[0, 20, 0]"})
-    with pytest.raises(InputError, match="results of other settings.*choose another --out"):
+    with pytest.raises(InputError, match=r"results of other settings.*choose another --out"):
         run_barn(BenchOptions(file, other, tmp_path / "out"), print)
 
 

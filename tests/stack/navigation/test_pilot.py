@@ -232,7 +232,7 @@ def test_a_pose_that_is_set_is_told_with_source_and_jump(rig):
     )
     assert rig.estimator.started == [(Pose2D(4.0, 3.0, pi / 2), 0.2, 0.1)]
     _, text, fields = rig.last("relocalised")
-    assert fields == {"source": "marker", "jump": 3.0, "turn": round(pi / 2, 4)}
+    assert fields == {"by": "marker", "jump": 3.0, "turn": round(pi / 2, 4)}
     assert text == "now at (4.00, 3.00, 90 deg) by marker, 3.00 m and 90 deg from before"
     assert (rig.toy.local.cleared, rig.toy.globe.cleared) == (1, 1)
 
@@ -256,7 +256,7 @@ def test_relocalising_stands_gathers_scans_and_sets_the_pose(rig):
     assert len(set(stamps)) == 3
     assert stamps[0] > stopped_from + 0.3  # not one from while it still rolled
     _, _, fields = rig.last("relocalised")
-    assert (fields["source"], fields["jump"]) == ("lidar", pytest.approx(2.0, abs=1e-3))
+    assert (fields["by"], fields["jump"]) == ("lidar", pytest.approx(2.0, abs=1e-3))
     assert "87% of the scans" in task.feedback
 
 
