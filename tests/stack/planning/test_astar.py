@@ -347,3 +347,18 @@ def test_work_arrays_start_over_when_their_range_is_used_up():
     for _ in range(9):  # 32 bits hold three such ranges
         assert workspace.run(costs, 0, 399, 0)
         assert len(kernels.extract(workspace.parents, 20, 0, 399)) == 20
+
+
+def test_cheap_unknown_ground_is_explored_and_dear_is_gone_round():
+    """Straight on over 1 m of unknown ground, or a bow of 2 x 0.3 m round it over free floor."""
+    cells = np.zeros((60, 60), dtype=np.uint8)
+    cells[10:50, 20:40] = UNKNOWN_COST
+    costs = CostGrid(cells, 0.05)
+    start, goal = Pose2D(0.3, 0.8), Pose2D(2.7, 0.8)
+
+    def ground_crossed(unknown_as):
+        path = Astar(replace(EXACT, unknown_as=unknown_as), ROBOT).plan(costs, start, goal)
+        return sum(cells[costs.cell_at(x, y)] == UNKNOWN_COST for x, y in path.points[:, :2])
+
+    assert ground_crossed(0.0) == pytest.approx(20, abs=1)  # 1 m of points 5 cm apart
+    assert ground_crossed(126.0) <= 4  # 1 m would count as 2.5 m; smoothing cuts the corners
