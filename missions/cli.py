@@ -40,6 +40,14 @@ class Kind(StrEnum):
     CONTROLLERS = "controllers"
 
 
+class SchemaKind(StrEnum):
+    """What `treepilot schema` knows."""
+
+    MISSION = "mission"
+    WORLD = "world"
+    ROBOT = "robot"
+
+
 class Camera(StrEnum):
     """When the camera renders."""
 
@@ -149,6 +157,33 @@ def describe(
     from missions.listing import description_of
 
     typer.echo(description_of(name))
+
+
+@app.command()
+def schema(
+    kind: Annotated[SchemaKind, typer.Argument(help="of which files")] = SchemaKind.MISSION,
+    out: Annotated[Path | None, typer.Option(help="write it there [default: print it]")] = None,
+    plugins: Annotated[
+        list[str] | None, typer.Option(metavar="PLUGIN", help="as under `plugins` of a mission")
+    ] = None,
+) -> None:
+    """JSON Schema of mission, world or robot files, for editors (docs/editors.md)."""
+    from missions.editor.schemas import schema_text
+
+    text = schema_text(kind.value, plugins or [])
+    if out is None:
+        typer.echo(text, nl=False)
+    else:
+        out.write_text(text, "utf-8")
+        typer.echo(f"wrote {out}", err=True)
+
+
+@app.command()
+def lsp() -> None:
+    """A language server for mission files, on standard input and output (docs/editors.md)."""
+    from missions.editor.serving import serve
+
+    serve()
 
 
 @app.command()
