@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from behaviours.catalogue import BehaviourKind
 from missions.choices import DEFAULTS, SETTINGS
 from missions.editor.asking import parameters_of, tree_text
 from missions.editor.describing import (
@@ -30,7 +29,6 @@ from stack.components import available
 from stack.parameters import Declaration
 
 WRITABLE = ("blackboard key", "`out`")
-_LISTS = ("sequence", "reactive", "fallback", "reactive_fallback", "parallel", "round_robin")
 
 
 @dataclass(frozen=True)
@@ -38,12 +36,12 @@ class Candidate:
     """Something that may be written.
 
     Attributes:
-        label: what is shown and, without `insert`, written.
+        label: what is shown and written.
         sort: "keyword", "behaviour", "port", "value", "name", "tree" or "file".
         detail: a few words beside the label.
         text: markdown.
         key: a `:` follows it.
-        insert: what is written after the label and its `:`.
+        value: what is written after that.
     """
 
     label: str
@@ -51,7 +49,7 @@ class Candidate:
     detail: str = ""
     text: str = ""
     key: bool = False
-    insert: str = ""
+    value: str = ""
 
 
 def candidates(reading: Reading, item: Item, *, alone: bool) -> list[Candidate]:
@@ -64,7 +62,8 @@ def candidates(reading: Reading, item: Item, *, alone: bool) -> list[Candidate]:
     """
     offer = _OFFER.get(item.use)
     found = list(offer(reading, item)) if offer else []
-    found += [_word(option) for option in item.options]
+    key = item.use is Use.SUB_KEY
+    found += [Candidate(word, "keyword" if key else "value", key=key) for word in item.options]
     if alone and item.use in (Use.VALUE, Use.EXPRESSION) and item.owner:
         found += _ports(reading, item)
     if alone and item.use is Use.COMPONENT:
@@ -83,21 +82,12 @@ def _keys(texts: dict[str, str]) -> Iterator[Candidate]:
 
 def _kinds(reading: Reading, item: Item) -> Iterator[Candidate]:
     for word in COMPOSITES:
-        insert = "" if word in _LISTS else " "
-        yield Candidate(word, "keyword", text=word_text(word), key=True, insert=insert)
+        yield Candidate(word, "keyword", text=word_text(word), key=True)
     for name in reading.catalogue.names():
         kind = reading.catalogue.kinds[name]
-        needs = [port for port, declared in kind.ports.items() if declared.required]
+        needy = any(declared.required for declared in kind.ports.values())
         yield Candidate(name, "behaviour", kind.summary, behaviour_text(kind),
-                        key=bool(kind.ports), insert=_needed(needs, kind))  # fmt: skip
-
-
-def _needed(needs: list[str], kind: BehaviourKind) -> str:
-    if not kind.ports:
-        return ""
-    if not needs:
-        return " {}"
-    return f" {{{', '.join(f'{port}: ' for port in needs)[:-1]}}}" if len(needs) == 1 else " "
+                        key=bool(kind.ports), value="" if needy else "{}")  # fmt: skip
 
 
 def _modifiers(reading: Reading, item: Item) -> Iterator[Candidate]:

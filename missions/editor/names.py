@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 from missions.editor.outline import Around, Signature, signature_of, type_word
@@ -135,6 +136,17 @@ def _included(top: Node, path: Path) -> Iterator[tuple[Path, Node]]:
 
 
 def _read(path: Path) -> Node | None:
+    """A file that this one refers to; None when it cannot be read."""
+    try:
+        changed = path.stat().st_mtime_ns
+    except OSError:
+        return None
+    return _read_once(path, changed)
+
+
+@lru_cache(maxsize=64)
+def _read_once(path: Path, changed: int) -> Node | None:
+    """Worlds are long and asked for at every letter: read again only when they have changed."""
     try:
         return read_file(path)
     except InputError:

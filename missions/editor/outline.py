@@ -44,6 +44,7 @@ class Use(StrEnum):
     COMPONENT_KIND = auto()
     COMPONENT = auto()
     PARAMETER = auto()
+    SUB_KEY = auto()
     WORD = auto()
 
 
@@ -188,9 +189,9 @@ class _Walk:
             yield Item(key, Use.DECLARED, owner=word)
             kind = type_word(value.get("type"))
             if value.kind == "scalar" and options:
-                yield Item(value, Use.WORD, owner=word, options=options)
+                yield Item(value, Use.SUB_KEY, owner=word, options=options)
             for inner, given in value.entries:
-                yield Item(inner, Use.WORD, owner=word, options=options)
+                yield Item(inner, Use.SUB_KEY, owner=word, options=options)
                 if inner.value == "type":
                     yield Item(given, Use.TYPE)
                 elif inner.value in ("default", "initial"):
@@ -247,7 +248,7 @@ class _Walk:
                 yield from self._value(items, Declaration(str(name.value), list), around)
         elif word in COMPOSITES:
             for key, value in body.entries:
-                yield Item(key, Use.WORD, around, options=("succeed_on", "do"))
+                yield Item(key, Use.SUB_KEY, around, options=("succeed_on", "do"))
                 yield from self._children(value, around)
             yield from self._children(body, around)
         else:
@@ -313,7 +314,7 @@ class _Walk:
         if not value.is_mapping:
             yield from self._value(value, ATTEMPTS, around)
         for inner, given in value.entries:
-            yield Item(inner, Use.WORD, around, owner=name, options=known)
+            yield Item(inner, Use.SUB_KEY, around, owner=name, options=known)
             if inner.value in _SUB_KEYS[name]:
                 yield from self._value(given, _SUB_KEYS[name][str(inner.value)], around)
             elif inner.value == "unless":

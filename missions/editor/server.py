@@ -229,7 +229,7 @@ def _mention(lines: Iterable[str], other: Path, path: Path) -> Mark:
 def _completion(candidate: Candidate, replaced: lsp.Range, has_colon: bool) -> lsp.CompletionItem:
     text = candidate.label
     if candidate.key and not has_colon:
-        text += f":{candidate.insert or ' '}" if candidate.insert != "" else ": "
+        text += f": {candidate.value}"
     return lsp.CompletionItem(
         label=candidate.label, kind=_SORTS[candidate.sort], detail=candidate.detail or None,
         documentation=lsp.MarkupContent(lsp.MarkupKind.Markdown, candidate.text)

@@ -5,7 +5,12 @@ import sys
 from pathlib import Path
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
+from missions.editor.asking import definition, explanation
+from missions.editor.completing import candidates
+from missions.editor.reading import findings_in, read, read_at_cursor
 from missions.editor.serving import serve
 from missions.language.codes import CODES
 from missions.resources import mission_files
@@ -49,6 +54,8 @@ trees:
         - take_photo: {}
           out: {image: $picture}
 """
+
+YAML = {f"E{number:03d}" for number in range(1, 20)}
 
 PLUGIN = '''from py_trees.common import Status
 
@@ -127,7 +134,15 @@ def test_a_column_behind_an_emoji_counts_as_the_editor_counts(opened):
 
 @pytest.mark.parametrize(
     "text",
-    ["", "run: [", "\t", "run:\n  - {", "mission: a\n...\n---\n", "a: &x [*x]", "!!python/name:os.a"],
+    [
+        "",
+        "run: [",
+        "\t",
+        "run:\n  - {",
+        "mission: a\n...\n---\n",
+        "a: &x [*x]",
+        "!!python/name:os.a",
+    ],
 )
 def test_any_text_gets_an_answer(opened, text):
     assert all(line.split()[0].startswith("E") for line in opened.change(text))
@@ -146,14 +161,16 @@ def test_a_fault_in_the_world_shows_where_the_mission_names_it(opened, folder):
 def test_a_world_file_has_its_own_findings(client, folder):
     lines = client.open(folder / "hall.yaml", "world: hall\nwals: []\n")
     assert any(line.startswith("E201 1:0-4 1 a world file has no key 'wals'") for line in lines)
-    assert client.open(folder / "hall.yaml", "world: h\nwalls: [{points: [[2, 0], [2, 1]]}]\n") == []
+    assert (
+        client.open(folder / "hall.yaml", "world: h\nwalls: [{points: [[2, 0], [2, 1]]}]\n") == []
+    )
 
 
 @pytest.mark.parametrize(
     ("marked", "words"),
     [
         ("navigate_to|_pose: {", ["Drive to a pose", "`goal`", "required", "`path_length`"]),
-        ("tole|rance", ["How near", "number in m", "0.25"]),
+        ("tole|rance", ["How near", "number in m", "> 0"]),
         ("wav|e:", ["Wave to whoever is near", "`times` (whole number, >= 1)"]),
         ("ti|mes: 2", ["How often", "default `3`"]),
         ("seq|uence:\n    - for", ["children in turn until one fails"]),
@@ -191,8 +208,8 @@ def test_hover_goes_on_while_the_file_is_broken(opened):
     [
         ("use: ins|pect", ("patrol.yaml", 26)),
         ("$she|lf", ("patrol.yaml", 7)),
-        ("$do|ck", ("small_room.yaml", 7)),
-        ("start: do|ck", ("small_room.yaml", 7)),
+        ("$do|ck", ("small_room.yaml", 8)),
+        ("start: do|ck", ("small_room.yaml", 8)),
         ("$dwe|ll", ("patrol.yaml", 11)),
         ("{goal: $tar|get", ("patrol.yaml", 28)),
         ("target: $st|op}", ("patrol.yaml", 18)),
@@ -212,16 +229,16 @@ def test_go_to_definition(opened, marked, place):
     ("old", "marked", "wanted", "unwanted"),
     [
         # kinds of nodes, ports and modifiers
-        ("- wave: {times: 2}", "- wa|", {"wave": "wave: {}", "wait": "wait: {time: }",
+        ("- wave: {times: 2}", "- wa|", {"wave": "wave: {}", "wait": "wait: ",
                                          "sequence": "sequence: "}, ["timeout", "mission"]),
         ("wave: {times: 2}", "wave: {|}", {"times": "times: "}, ["wave", "timeout"]),
         ("tolerance: 30 cm}", "to|}", {"tolerance": "tolerance: "}, ["$dock"]),
-        ("timeout: 90 s", "ti|", {"timeout": "timeout: ", "retry": "retry: "}, ["out", "wave"]),
+        ("timeout: 90 s", "ti|", {"timeout": "timeout: ", "retry": "retry: "}, ["do", "wave"]),
         ("out: {image: $picture}", "|", {"out": "out: "}, ["with", "do"]),
-        ("  wall_follow: {side: left}", "  wall_follow:\n        s|", {"side": "side: "}, ["wave"]),
-        ("side: left", "side: |", {"left": "left", "right": "right"}, ["$photo"][:0]),
+        ("- wall_follow: {side: left}", "- wall_follow:\n        s|", {"side": "side: "}, ["wave"]),
+        ("side: left", "side: |", {"left": "left", "right": "right"}, []),
         # names
-        ("{goal: $target", "{goal: $|", {"$target": "$target", "$dock": "$dock", "$shelf": "$shelf"},
+        ("{goal: $target", "{goal: $|", {"$target": "$target", "$dock": "$dock"},
          ["$dwell", "$visited"]),
         ("wait: $dwell", "wait: $d|", {"$dwell": "$dwell"}, ["$dock", "$picture"]),
         ("with: {target: $stop}", "with: {target: |}", {"$stop": "$stop"}, ["$dwell"]),
@@ -247,7 +264,8 @@ def test_completion_of_a_text_that_is_being_typed(opened, old, marked, wanted, u
     piece = marked.replace("|", "")
     opened.change(MISSION.replace(old, piece, 1))
     start = MISSION.index(old)
-    opened.at = lambda _: position(opened.text, start + marked.index("|"))
+    offset = start + marked.index("|")
+    opened.at = lambda _: position(opened.text, offset)
     try:
         found = opened.complete(marked)
     finally:
@@ -265,7 +283,24 @@ def test_completion_knows_the_names_below_an_open_bracket(opened):
     opened.hover("wav|e:")
     broken = MISSION.replace("with: {target: $stop}", "with: {target: $")
     opened.change(broken)
-    assert "$stop" in opened.complete("with: {target: $|") or opened.notes
+    assert "$stop" in opened.complete("with: {target: $|")
+
+
+@settings(deadline=None, max_examples=40)
+@given(st.integers(0, len(MISSION)), st.integers(0, len(MISSION)), st.sampled_from("x:${[]}'\n- #"))
+def test_no_state_of_a_text_makes_it_stumble(at, until, letter):
+    text = MISSION[:at] + letter + MISSION[until:]
+    before = text[: at + 1]
+    line, column = before.count("\n") + 1, len(before) - before.rfind("\n")
+    path = Path("patrol.yaml")
+    assert all(finding.code in {*CODES, *YAML} for finding in findings_in(text, path))
+    found = read_at_cursor(text, path, line, column)
+    if found:
+        list(candidates(found.reading, found.item, alone=True))
+    reading = read(text, path)
+    for item in reading.items if reading else ():
+        explanation(reading, item, str(item.node.value))
+        definition(reading, item, str(item.node.value))
 
 
 def test_without_pygls_it_says_what_to_install(monkeypatch):
