@@ -128,10 +128,19 @@ def show(
     mission: MissionArgument,
     dot: Annotated[bool, typer.Option("--dot", help="as Graphviz")] = False,
     mermaid: Annotated[bool, typer.Option("--mermaid", help="as Mermaid")] = False,
+    svg: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="into an SVG file; needs Graphviz")
+    ] = None,
 ) -> None:
     """Draw the compiled tree: exactly what runs."""
     from missions.checking import drawing
 
+    if svg is not None:
+        from missions.graphviz import save_svg
+
+        save_svg(mission, str(svg))
+        typer.echo(f"wrote {svg}", err=True)
+        return
     style = "dot" if dot else "mermaid" if mermaid else "text"
     typer.echo(
         drawing(mission, style, colours=sys.stdout.isatty() and "NO_COLOR" not in os.environ)
@@ -200,15 +209,51 @@ new_app = typer.Typer(no_args_is_help=True, help="Write a working example to sta
 app.add_typer(new_app, name="new")
 
 
+NewName = Annotated[str, typer.Argument(help="as missions will write it, e.g. ring_bell")]
+PluginFolder = Annotated[Path, typer.Option("--in", help="the folder of plugins, made if need be")]
+
+
 @new_app.command("behaviour")
-def new_behaviour(
-    name: Annotated[str, typer.Argument(help="in snake_case, e.g. ring_bell")],
-) -> None:
-    """A plugin behaviour with its test and a mission, in the current folder."""
+def new_behaviour(name: NewName, folder: PluginFolder = Path("my_behaviours")) -> None:
+    """A plugin behaviour and its test."""
     from behaviours.scaffold import new_behaviour as write
 
-    for path in write(name, Path.cwd()):
-        typer.echo(f"wrote {path.name}")
+    _tell_of(write(name, folder), folder, f"run:\n  {name}: {{}}")
+
+
+@new_app.command("planner")
+def new_planner(name: NewName, folder: PluginFolder = Path("my_plugins")) -> None:
+    """A global planner and its test."""
+    from missions.scaffold import new_component
+
+    setting = f"navigation: {{planner: {name}}}"
+    _tell_of(new_component("planner", name, folder), folder, setting)
+
+
+@new_app.command("controller")
+def new_controller(name: NewName, folder: PluginFolder = Path("my_plugins")) -> None:
+    """A controller, which follows paths, and its test."""
+    from missions.scaffold import new_component
+
+    setting = f"navigation: {{controller: {name}}}"
+    _tell_of(new_component("controller", name, folder), folder, setting)
+
+
+@new_app.command("layer")
+def new_layer(name: NewName, folder: PluginFolder = Path("my_plugins")) -> None:
+    """A layer of the costmaps and its test."""
+    from missions.scaffold import new_component
+
+    setting = f"navigation: {{costmap: {{layers: [static, obstacle, inflation, {name}]}}}}"
+    _tell_of(new_component("layer", name, folder), folder, setting)
+
+
+def _tell_of(files: list[Path], folder: Path, setting: str) -> None:
+    plugin = folder if folder.is_absolute() else f"./{folder}"
+    for file in files:
+        typer.echo(f"wrote {file}")
+    typer.echo(f"\nIts test:  python -m pytest {files[-1]}\nIn a mission beside the folder:\n")
+    typer.echo("\n".join(f"    {line}" for line in [f"plugins: [{plugin}]", *setting.splitlines()]))
 
 
 @new_app.callback()

@@ -16,7 +16,7 @@ from missions.editor.value_schemas import (
     words,
 )
 from missions.language.value_types import NAMED
-from stack.components import available, component
+from stack.components import GROUPS, available, component
 from stack.errors import InputError
 from stack.parameters import Declaration, declarations
 
@@ -128,8 +128,19 @@ def _navigation() -> Schema:
     kinds = {kind: _component(kind, default) for kind, default in DEFAULTS.items()}
     for kind, settings in SETTINGS.items():
         fields = _fields(settings)
+        if kind == "costmap" and "costmap_layer" in GROUPS:
+            fields["layers"] = _layers()
         kinds[kind] = documented(section(fields), f"Settings of the {kind}.")
     return {**section(kinds), "type": ["object", "null"]}
+
+
+def _layers() -> Schema:
+    """Layers by name or with parameters, in the order in which they paint."""
+    names = list(available("costmap_layer"))
+    use = {"type": "string", "examples": names}
+    layer = {"type": ["string", "object"], "examples": names, "required": ["use"],
+             "properties": {"use": use}}  # fmt: skip
+    return documented({"type": "array", "items": layer}, "The layers, the first one first.")
 
 
 def _component(kind: str, default: str) -> Schema:
