@@ -140,7 +140,7 @@ def show(
 
         save_svg(mission, str(svg))
         typer.echo(f"wrote {svg}", err=True)
-        return
+        raise typer.Exit
     style = "dot" if dot else "mermaid" if mermaid else "text"
     typer.echo(
         drawing(mission, style, colours=sys.stdout.isatty() and "NO_COLOR" not in os.environ)

@@ -14,7 +14,7 @@ from re import escape
 from typing import Any
 
 from missions.editor.describing import declaration_text
-from stack.parameters import REQUIRED, Declaration, units
+from stack.parameters import REQUIRED, Declaration, declarations, has_fields, units
 from stack.types import Assignments, Expression, Pose2D
 
 Schema = dict[str, Any]
@@ -50,6 +50,12 @@ def of_type(kind: Any, declared: Declaration, *, references: bool = True) -> Sch
         inner = next(arm for arm in typing.get_args(kind) if arm is not types.NoneType)
         schema = of_type(inner, declared, references=references)
         return {**schema, "type": [*schema["type"], "null"]} if "type" in schema else schema
+    if has_fields(kind):
+        fields = declarations(kind)
+        return {
+            **section({name: of_declaration(fields[name], references=False) for name in fields}),
+            "type": ["object"],
+        }
     if kind is Expression:
         return {"type": list(SCALARS)}
     if kind is Assignments:
