@@ -1,4 +1,4 @@
-"""The `treepilot` command. Only here are things printed and processes exited.
+"""The `treepilot` command: words in, exit codes out. It and `launch` are where things are printed.
 
 Exit codes: 0 success · 1 the mission failed or was aborted · 2 the input is wrong ·
 3 internal error · 130 interrupted.
@@ -16,6 +16,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # halves numpy's import time
 
 import typer
 
+from missions.cli_new import new_app
 from stack.errors import BodyError, InputError, ParameterError, TelemetryError
 
 HELP = """Run behaviour-tree missions on a simulated or a real robot.
@@ -110,17 +111,47 @@ def check(
     install: Annotated[
         bool, typer.Option("--install", help="also check that no other package shadows ours")
     ] = False,
+    json: Annotated[bool, typer.Option("--json", help="findings as JSON, for editors")] = False,
 ) -> None:
     """Report everything wrong with mission files, as file:line:column; nothing moves."""
-    from missions.checking import check_files, check_install
+    from missions.checking import as_json, check_files, check_install
 
     findings = check_install() if install else []
     findings += check_files(missions)
+    errors = sum(finding.is_error or strict for finding in findings)
+    if json:
+        typer.echo(as_json(findings))
+        raise typer.Exit(2 if errors else 0)
     for finding in findings:
         typer.echo(finding.text, err=finding.is_error)
-    errors = sum(finding.is_error or strict for finding in findings)
     typer.echo(f"{len(missions)} checked, {errors} with errors" if errors else "all good", err=True)
     raise typer.Exit(2 if errors else 0)
+
+
+@app.command()
+def explain(
+    code: Annotated[str, typer.Argument(help="the code of a finding, e.g. E132")],
+) -> None:
+    """What a finding means: its cause, an example and the fix."""
+    from missions.explaining import explanation
+
+    typer.echo(explanation(code))
+
+
+@app.command()
+def test(
+    missions: Annotated[list[str], typer.Argument(help="mission files with `tests`")],
+    keyword: Annotated[str, typer.Option("-k", help="only tests with this in their name")] = "",
+    coverage: Annotated[
+        bool, typer.Option("--coverage", help="list the nodes that no test ticks")
+    ] = False,
+) -> None:
+    """Run the tests that missions carry: no simulator, behaviours replaced, a virtual clock."""
+    from missions.testing.session import Wanted, run_files
+
+    session = run_files(missions, Wanted(keyword, coverage))
+    typer.echo(session.text)
+    raise typer.Exit(session.exit_code)
 
 
 @app.command()
@@ -196,69 +227,87 @@ def lsp() -> None:
 
 
 @app.command()
+def trace(
+    run: Annotated[Path, typer.Argument(help="a run's folder")],
+    node: Annotated[str, typer.Option(help="only this node, by name or kind, and below")] = "",
+    since: Annotated[float, typer.Option(help="robot time, s")] = 0.0,
+    until: Annotated[float, typer.Option(help="robot time, s")] = 1e18,
+    summary: Annotated[bool, typer.Option("--summary", help="a line a node instead")] = False,
+) -> None:
+    """Tell a finished run's story node by node, and why a node was never reached."""
+    from missions import tracing
+
+    told = tracing.read_trace(run)
+    lines = tracing.summary(told) if summary else tracing.story(told, node, since, until)
+    for line in lines:
+        typer.echo(line)
+
+
+@app.command()
+def doctor(
+    place: Annotated[str, typer.Argument(help="a world's name or file, or a ROS map.yaml")],
+    robot: Annotated[str, typer.Option(help="whose footprint: a name or a robot.yaml")] = "scout",
+    png: Annotated[Path | None, typer.Option(help="draw what was found")] = None,
+) -> None:
+    """Find doors and places that a robot's footprint closes; exit code 1 if there are any."""
+    from missions.doctor import diagnose
+
+    found = diagnose(place, robot, png)
+    for line in found.lines:
+        typer.echo(line)
+    raise typer.Exit(1 if found.closed else 0)
+
+
+@app.command()
 def watch(
     run: Annotated[str, typer.Argument(help="a run's name or folder [default: the newest]")] = "",
 ) -> None:
     """Attach the dashboard to a running mission; closing it stops nothing."""
     from missions.launch import watch_run
 
+    if not _on_a_terminal():
+        raise InputError("watch needs a terminal; without one read the run's events.jsonl")
     raise typer.Exit(watch_run(run))
 
 
-new_app = typer.Typer(no_args_is_help=True, help="Write a working example to start from.")
 app.add_typer(new_app, name="new")
 
-
-NewName = Annotated[str, typer.Argument(help="as missions will write it, e.g. ring_bell")]
-PluginFolder = Annotated[Path, typer.Option("--in", help="the folder of plugins, made if need be")]
-
-
-@new_app.command("behaviour")
-def new_behaviour(name: NewName, folder: PluginFolder = Path("my_behaviours")) -> None:
-    """A plugin behaviour and its test."""
-    from behaviours.scaffold import new_behaviour as write
-
-    _tell_of(write(name, folder), folder, f"run:\n  {name}: {{}}")
+bench_app = typer.Typer(no_args_is_help=True, help="Measure against published benchmarks.")
+app.add_typer(bench_app, name="bench")
 
 
-@new_app.command("planner")
-def new_planner(name: NewName, folder: PluginFolder = Path("my_plugins")) -> None:
-    """A global planner and its test."""
-    from missions.scaffold import new_component
+@bench_app.command("barn")
+def bench_barn(  # noqa: PLR0913 - each is an option of the command
+    worlds: Annotated[
+        Path, typer.Option(help="folder of .world files, one of them, or a .json of grids")
+    ],
+    trials: Annotated[int, typer.Option(min=1, help="runs in each world; trial n has seed n")] = 1,
+    jobs: Annotated[int, typer.Option(min=1, help="processes")] = 1,
+    out: Annotated[
+        Path, typer.Option(help="the table's folder; an interrupted bench goes on there")
+    ] = Path("bench/barn"),
+    only: Annotated[str, typer.Option(metavar="NAMES", help="worlds, such as 3,17,200")] = "",
+    mission: Annotated[str, typer.Option(help="another mission with the argument goal")] = "",
+    set_: Annotated[
+        list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="a mission argument")
+    ] = None,
+) -> None:
+    """Cross unknown, narrow worlds and score it as the BARN Challenge does."""
+    from missions.bench.barn_bench import BenchOptions, report, run_barn
+    from missions.bench.barn_crossing import Setup
+    from missions.resources import MISSIONS
 
-    setting = f"navigation: {{planner: {name}}}"
-    _tell_of(new_component("planner", name, folder), folder, setting)
-
-
-@new_app.command("controller")
-def new_controller(name: NewName, folder: PluginFolder = Path("my_plugins")) -> None:
-    """A controller, which follows paths, and its test."""
-    from missions.scaffold import new_component
-
-    setting = f"navigation: {{controller: {name}}}"
-    _tell_of(new_component("controller", name, folder), folder, setting)
-
-
-@new_app.command("layer")
-def new_layer(name: NewName, folder: PluginFolder = Path("my_plugins")) -> None:
-    """A layer of the costmaps and its test."""
-    from missions.scaffold import new_component
-
-    setting = f"navigation: {{costmap: {{layers: [static, obstacle, inflation, {name}]}}}}"
-    _tell_of(new_component("layer", name, folder), folder, setting)
-
-
-def _tell_of(files: list[Path], folder: Path, setting: str) -> None:
-    plugin = folder if folder.is_absolute() else f"./{folder}"
-    for file in files:
-        typer.echo(f"wrote {file}")
-    typer.echo(f"\nIts test:  python -m pytest {files[-1]}\nIn a mission beside the folder:\n")
-    typer.echo("\n".join(f"    {line}" for line in [f"plugins: [{plugin}]", *setting.splitlines()]))
+    setup = Setup(mission or str(MISSIONS / "bench" / "barn.yaml"), _assignments(set_ or []))
+    names = tuple(name.strip() for name in only.split(",") if name.strip())
+    options = BenchOptions(worlds, setup, out, names, trials, jobs)
+    crossings = run_barn(options, lambda line: typer.echo(line, err=True))
+    for line in report(crossings):
+        typer.echo(line)
 
 
-@new_app.callback()
-def _new() -> None:
-    """Write a working example to start from."""
+@bench_app.callback()
+def _bench() -> None:
+    """Measure against published benchmarks."""
 
 
 @app.callback(invoke_without_command=True)
@@ -302,9 +351,6 @@ def main() -> None:
         raise SystemExit(3) from None
     except KeyboardInterrupt:
         raise SystemExit(130) from None
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        raise SystemExit(0) from None
     except Exception:
         import traceback
 

@@ -7,7 +7,6 @@ from collections.abc import Callable
 from pathlib import Path
 
 from missions.editor.describing import (
-    EVENT_KEYS,
     TOP_KEYS,
     TREE_KEYS,
     behaviour_text,
@@ -17,6 +16,8 @@ from missions.editor.describing import (
 from missions.editor.names import Name, TreeName
 from missions.editor.outline import Item, Use
 from missions.editor.reading import Reading
+from missions.language.cases import CASE_KEYS, EXPECT_KEYS
+from missions.language.events import EVENT_KEYS
 from missions.language.robot_values import ROBOT_VALUES
 from missions.language.value_types import NAMED, ValueType
 from missions.listing import description_of
@@ -171,7 +172,8 @@ def _keyed(texts: dict[str, str]) -> Callable[[Reading, Item, str], str]:
 
 _EXPLAIN: dict[Use, Callable[[Reading, Item, str], str]] = {
     Use.TOP_KEY: _keyed(TOP_KEYS), Use.TREE_KEY: _keyed(TREE_KEYS),
-    Use.EVENT_KEY: _keyed(EVENT_KEYS), Use.KIND: _kind, Use.INPUT: _input, Use.TREE: _tree,
+    Use.EVENT_KEY: _keyed(EVENT_KEYS), Use.CASE_KEY: _keyed({**CASE_KEYS, **EXPECT_KEYS}),
+    Use.KIND: _kind, Use.INPUT: _input, Use.TREE: _tree,
     Use.MODIFIER: lambda reading, item, word: word_text(word),
     Use.PORT: _declared, Use.OUTPUT: _declared, Use.VALUE: _declared,
     Use.EXPRESSION: _expression, Use.KEY: _plain_name, Use.PLACE: _plain_name,

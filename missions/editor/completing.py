@@ -9,7 +9,6 @@ from pathlib import Path
 from missions.choices import DEFAULTS, SETTINGS
 from missions.editor.asking import parameters_of, tree_text
 from missions.editor.describing import (
-    EVENT_KEYS,
     TOP_KEYS,
     TREE_KEYS,
     behaviour_text,
@@ -20,6 +19,7 @@ from missions.editor.names import Name
 from missions.editor.node_schemas import beside
 from missions.editor.outline import Item, Use
 from missions.editor.reading import Reading
+from missions.language.events import EVENT_KEYS
 from missions.language.nodes import COMPOSITES
 from missions.language.robot_values import ROBOT_VALUES
 from missions.language.value_types import BOOL, NAMED, ValueType, type_of
@@ -62,7 +62,7 @@ def candidates(reading: Reading, item: Item, *, alone: bool) -> list[Candidate]:
     """
     offer = _OFFER.get(item.use)
     found = list(offer(reading, item)) if offer else []
-    key = item.use is Use.SUB_KEY
+    key = item.use in (Use.SUB_KEY, Use.CASE_KEY)
     found += [Candidate(word, "keyword" if key else "value", key=key) for word in item.options]
     if alone and item.use in (Use.VALUE, Use.EXPRESSION) and item.owner:
         found += _ports(reading, item)

@@ -32,14 +32,6 @@ TOP_KEYS: dict[str, str] = {
 }
 """Keys at the top of a mission file."""
 
-EVENT_KEYS: dict[str, str] = {
-    "when": "The condition, looked at on every tick.",
-    "hold": "How long it must have been true; at once by default.",
-    "do": "The node that is run then, to its end.",
-    "then": "`resume` (the default) goes on where the mission was, `restart` begins `run` again, "
-    "`abort` ends the mission as failed.",
-}
-
 TREE_KEYS: dict[str, str] = {
     "in": "What goes into the tree: `{target: Pose}`.",
     "out": "What comes out of it: `{photo: path}`.",

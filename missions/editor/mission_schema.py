@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from behaviours.catalogue import Catalogue
 from missions.choices import DEFAULTS, SETTINGS
-from missions.editor.describing import EVENT_KEYS, TOP_KEYS, TREE_KEYS
+from missions.editor.describing import TOP_KEYS, TREE_KEYS
 from missions.editor.node_schemas import EXPRESSION, NODE, node_schema
 from missions.editor.value_schemas import (
     Schema,
@@ -15,6 +15,8 @@ from missions.editor.value_schemas import (
     section,
     words,
 )
+from missions.language.cases import CASE_KEYS, EXPECT_KEYS
+from missions.language.events import EVENT_KEYS, HOLD, THEN
 from missions.language.value_types import NAMED
 from stack.components import GROUPS, available, component
 from stack.errors import InputError
@@ -23,7 +25,7 @@ from stack.parameters import Declaration, declarations
 DRAFT = "https://json-schema.org/draft/2020-12/schema"
 TEXT: Schema = {"type": "string"}
 TEXTS: Schema = {"type": "array", "items": {"type": "string", "minLength": 1}}
-DURATION = Declaration("hold", float, unit="s", default=0.0, at_least=0.0)
+DURATION = Declaration("", float, unit="s", at_least=0.0)
 
 
 def mission_schema(catalogue: Catalogue) -> Schema:
@@ -96,8 +98,8 @@ def _tree() -> Schema:
 
 def _events() -> Schema:
     keys = {
-        "when": EXPRESSION, "hold": of_declaration(DURATION), "do": NODE,
-        "then": {"enum": ["resume", "restart", "abort"]},
+        "when": EXPRESSION, "hold": of_declaration(HOLD), "do": NODE,
+        "then": {"enum": list(THEN)},
     }  # fmt: skip
     event = section({key: documented(keys[key], text) for key, text in EVENT_KEYS.items()},
                     ["when", "do"])  # fmt: skip
@@ -106,22 +108,36 @@ def _events() -> Schema:
 
 
 def _test() -> Schema:
-    """A case under `tests`; its mocks and expectations are checked by `treepilot test`."""
-    return {
-        "type": "object", "required": ["name", "expect"],
-        "properties": {
-            "name": documented({"type": "string", "minLength": 1}, "What the case shows."),
-            "arguments": documented({"type": "object"}, "Values of arguments in this case."),
-            "mock": documented(
-                {"type": "object", "additionalProperties": {"type": ["object", "string", "array"]}},
-                "What behaviours do instead: "
-                "`navigate_to_pose: {takes: 10 s, returns: [failure, success]}`."),
-            "at": documented(
-                {"type": "object", "additionalProperties": {"type": "object"}},
-                "What the robot sees from a time on: `4 s: {battery.charge: 0.1}`."),
-            "expect": documented({"type": "object"}, "What must be so at the end."),
-        },
+    """A case under `tests`."""
+    duration = of_declaration(DURATION, references=False)
+    outcome: Schema = {"type": ["string", "array"]}
+    takes = {**duration, "type": [*duration["type"], "array"]}
+    mock = section({"returns": outcome, "takes": takes, "sets": {"type": "object"}})
+    keys: dict[str, Schema] = {
+        "name": {"type": "string", "minLength": 1},
+        "arguments": {"type": "object"},
+        "mock": _mapping({**mock, **outcome, "type": ["string", "array", "object"]}),
+        "at": _mapping({"type": "object"}),
+        "expect": _expectation(duration),
+    }
+    return section({key: documented(keys[key], text) for key, text in CASE_KEYS.items()})
+
+
+def _expectation(duration: Schema) -> Schema:
+    count = {"type": ["integer", "array"], "minimum": 0, "minItems": 1, "maxItems": 2}
+    keys = {
+        "status": {"enum": ["success", "failure", "running"]}, "failure": TEXT,
+        "ran": _mapping(count), "order": {"type": ["array", "string"]},
+        "within": {**duration, "type": [*duration["type"], "object"]},
     }  # fmt: skip
+    return {
+        "type": "object",
+        "properties": {key: documented(keys[key], EXPECT_KEYS[key]) for key in keys},
+    }
+
+
+def _mapping(schema: Schema) -> Schema:
+    return {"type": ["object", "null"], "additionalProperties": schema}
 
 
 def _navigation() -> Schema:

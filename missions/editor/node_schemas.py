@@ -17,10 +17,9 @@ from missions.editor.value_schemas import (
     section,
     words,
 )
-from missions.language.modifiers import ATTEMPTS, DELAY, LIMIT, MODIFIERS, TIMES
+from missions.language.modifiers import ATTEMPTS, DELAY, LIMIT, MODIFIERS, PERIOD, TIMES
 from missions.language.nodes import COMPOSITES
 from missions.language.ports import bare_port
-from stack.parameters import Declaration
 from stack.types import Assignments
 
 NODE: Schema = {"$ref": "#/$defs/node"}
@@ -33,7 +32,6 @@ TARGET: Schema = {
 DOTTED = r"^[A-Za-z_]\w*(\.[A-Za-z_]\w*)+$"
 """A plain py_trees class by its dotted name."""
 
-EVERY = Declaration("every", float, unit="s", above=0.0)
 _ONLY_FOR = {"with": ("use",), "do": ("for_each",)}
 
 
@@ -139,7 +137,7 @@ def _modifiers() -> dict[str, Schema]:
         "retry": {**of_declaration(replace(ATTEMPTS, name="retry")), **retry,
                   "type": ["integer", "string", "object"]},
         "timeout": of_declaration(LIMIT),
-        "every": of_declaration(EVERY),
+        "every": of_declaration(PERIOD),
         "with": {"type": ["object", "null"]},
         "out": {"type": "object", "additionalProperties": TARGET},
         "do": NODE,

@@ -11,6 +11,8 @@ from dataclasses import dataclass, replace
 from enum import StrEnum, auto
 
 from behaviours.catalogue import Catalogue
+from missions.language.cases import CASE_KEYS, EXPECT_KEYS
+from missions.language.events import HOLD, THEN
 from missions.language.modifiers import ATTEMPTS, DELAY, LIMIT, MODIFIERS, TIMES
 from missions.language.nodes import COMPOSITES
 from missions.language.ports import bare_port
@@ -44,6 +46,7 @@ class Use(StrEnum):
     COMPONENT_KIND = auto()
     COMPONENT = auto()
     PARAMETER = auto()
+    CASE_KEY = auto()
     SUB_KEY = auto()
     WORD = auto()
 
@@ -82,6 +85,7 @@ _SINGLE = {
     "start": Use.PLACE, "initial_pose": Use.PLACE, "world": Use.WORLD, "robot": Use.ROBOT,
     "map": Use.FILE,
 }  # fmt: skip
+_EXPECTED = tuple(word for word in EXPECT_KEYS if not word.startswith("$"))
 _DECLARING: dict[str, tuple[str, ...]] = {
     "arguments": ("type", "default", "range", "one_of", "unit", "doc"),
     "blackboard": ("type", "initial", "optional", "unit", "doc"),
@@ -154,8 +158,8 @@ class _Walk:
                 yield from self._event(body)
         elif word in ("places", "arguments", "blackboard"):
             yield from self._declarations(word, value)
-        elif word == "navigation":
-            yield from self._navigation(value)
+        elif word in ("navigation", "tests"):
+            yield from self._navigation(value) if word == "navigation" else self._cases(value)
 
     def _tree(self, name: str, body: Node) -> Iterator[Item]:
         if not body.is_mapping:
@@ -177,9 +181,9 @@ class _Walk:
             if key.value == "when":
                 yield Item(value, Use.EXPRESSION)
             elif key.value == "hold":
-                yield Item(value, Use.VALUE, declared=DELAY)
+                yield Item(value, Use.VALUE, declared=HOLD)
             elif key.value == "then":
-                yield Item(value, Use.WORD, options=("resume", "restart", "abort"))
+                yield Item(value, Use.WORD, options=THEN)
             elif key.value == "do":
                 yield from self.node(value, Around())
 
@@ -196,6 +200,25 @@ class _Walk:
                     yield Item(given, Use.TYPE)
                 elif inner.value in ("default", "initial"):
                     yield from self._value(given, kind.declaration(str(key.value)), Around())
+
+    def _cases(self, node: Node) -> Iterator[Item]:
+        for case in node.items:
+            if not case.is_mapping:
+                yield Item(case, Use.CASE_KEY, options=tuple(CASE_KEYS))
+            for key, value in case.entries:
+                yield Item(key, Use.CASE_KEY, options=tuple(CASE_KEYS))
+                if key.value == "expect":
+                    yield from self._expectation(value)
+                elif key.value == "mock":
+                    yield from (Item(name, Use.KIND) for name, _ in value.entries)
+
+    def _expectation(self, node: Node) -> Iterator[Item]:
+        if not node.is_mapping:
+            yield Item(node, Use.CASE_KEY, options=_EXPECTED)
+        for key, value in node.entries:
+            yield Item(key, Use.CASE_KEY, options=_EXPECTED)
+            if key.value == "status":
+                yield Item(value, Use.WORD, options=("success", "failure", "running"))
 
     def _navigation(self, node: Node) -> Iterator[Item]:
         if not node.is_mapping:

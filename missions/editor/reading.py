@@ -26,6 +26,7 @@ class Sort(StrEnum):
     WORLD = "world"
     ROBOT = "robot"
     TREES = "trees"
+    OTHER = "other"
 
 
 @dataclass(frozen=True)
@@ -42,14 +43,15 @@ class Reading:
 
 
 def sort_of(text: str) -> Sort:
-    """What kind of file a text is, by the keys at its margin."""
-    keys = re.findall(r"^([a-z_]+)\s*:", text, re.MULTILINE)
-    if "mission" in keys or "run" in keys:
+    """What kind of file a text is, by the keys at its margin; editors ask of any YAML file."""
+    keys = set(re.findall(r"^([a-z_]+)\s*:", text, re.MULTILINE))
+    if "mission" in keys or {"run", "robot"} <= keys or {"run", "world"} <= keys:
         return Sort.MISSION
-    for sort in (Sort.WORLD, Sort.ROBOT):
-        if sort.value in keys:
-            return sort
-    return Sort.TREES if "trees" in keys or "places" in keys else Sort.MISSION
+    if "world" in keys and keys & {"walls", "boxes", "places", "bounds", "format"}:
+        return Sort.WORLD
+    if "robot" in keys and keys & {"wheels", "urdf", "footprint"}:
+        return Sort.ROBOT
+    return Sort.TREES if keys & {"trees", "places"} else Sort.OTHER
 
 
 def findings_in(text: str, path: Path) -> tuple[Finding, ...]:
@@ -62,7 +64,7 @@ def findings_in(text: str, path: Path) -> tuple[Finding, ...]:
             read_world(path, text)
         elif sort is Sort.ROBOT:
             read_robot(path, text)
-        else:
+        elif sort is Sort.TREES:
             read_text(text, str(path))
     except InputError as error:
         return error.findings or (Finding(Mark(str(path)), "E110", str(error)),)

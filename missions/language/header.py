@@ -16,7 +16,6 @@ from stack.parameters import Declaration, suggestion
 from stack.types import Pose2D
 
 FORMAT = 1
-LATER = ("events", "tests", "include")
 RESERVED = ("localisation", "mapping", "sensors", "perception", "safety", "faults")
 
 T = TypeVar("T")
@@ -37,8 +36,8 @@ class HeaderReader:
         return self.top.value(declared) or ""
 
     def unsupported(self) -> None:
-        """Report keys of later versions, and another format."""
-        for word in (*LATER, *RESERVED):
+        """Report reserved keys, and another format."""
+        for word in RESERVED:
             if self.top.node_of(word) is not None:
                 key = next(key for key, _ in self.top.node.entries if key.value == word)
                 sentence = f"`{word}` is not supported yet: it comes with a later version"

@@ -38,6 +38,10 @@ class AstarParameters:
         help="how many times its length a way costs more where the costmap is fullest (252)",
     )  # fmt: skip
     allow_unknown: bool = parameter(True, help="plan through cells nobody has seen")
+    unknown_as: float = parameter(
+        126.0, at_least=0.0, at_most=252.0,
+        help="cost that cells nobody has seen count as; less explores more",
+    )  # fmt: skip
     tolerance: float = parameter(
         0.2, "m", at_least=0.0, at_most=5.0,
         help="when the goal cannot be reached, a place this near will do; 0 is exactly there",
@@ -72,7 +76,9 @@ class Astar:
         self._escape_distance = max(
             parameters.escape_distance, 1.3 * robot.footprint.inscribed_radius
         )
-        self._tables = StepCosts.of(parameters.cost_weight, parameters.allow_unknown)
+        self._tables = StepCosts.of(
+            parameters.cost_weight, parameters.allow_unknown, parameters.unknown_as
+        )
         self._smoother = Smoother(self._tables.traverse)
         self._workspace = Workspace(0, 0, self._tables)
 

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from stack.types import INSCRIBED_COST, LETHAL_COST, UNKNOWN_COST, CostGrid
 
 _FREE_STEP = 100  # what a straight step over a free cell costs: whole numbers within 0.5 %
-_UNKNOWN_AS = 126  # unknown cells cost as much as half-inflated ones, where they may be crossed
 
 
 @dataclass(frozen=True)
@@ -29,10 +28,13 @@ class StepCosts:
     escape: NDArray[np.int64]
 
     @staticmethod
-    def of(cost_weight: float, allow_unknown: bool) -> StepCosts:
-        """Tables in which a cell of cost c takes 1 + cost_weight · c / 252 times a free one's."""
+    def of(cost_weight: float, allow_unknown: bool, unknown_as: float = 126.0) -> StepCosts:
+        """Tables in which a cell of cost c takes 1 + cost_weight · c / 252 times a free one's.
+
+        Unknown cells count as cells of cost `unknown_as`.
+        """
         share = np.arange(256, dtype=np.float64) / (INSCRIBED_COST - 1)
-        share[UNKNOWN_COST] = _UNKNOWN_AS / (INSCRIBED_COST - 1)
+        share[UNKNOWN_COST] = unknown_as / (INSCRIBED_COST - 1)
         traverse = np.rint(_FREE_STEP * (1.0 + cost_weight * share)).astype(np.int64)
         traverse[INSCRIBED_COST : LETHAL_COST + 1] = 0
         if not allow_unknown:

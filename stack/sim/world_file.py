@@ -100,7 +100,7 @@ def read_world(path: Path, text: str | None = None) -> World:
     findings.raise_errors()
     _check_size(top, reading, world)
     solid = outlines(world)
-    world = replace(world, bounds=bounds or _bounds_around(world, solid))
+    world = replace(world, bounds=bounds or bounds_round(world, solid, MARGIN))
     _check_placement(top, world, solid)
     findings.raise_errors()
     return world
@@ -134,13 +134,13 @@ def _bounds(top: Section) -> Bounds | None:
     return x_min, y_min, x_max, y_max
 
 
-def _bounds_around(world: World, solid: list[Outline]) -> Bounds:
-    """Bounds round everything solid, every place and the start, on multiples of 0.1 m."""
+def bounds_round(world: World, solid: list[Outline], margin: float) -> Bounds:
+    """Bounds a margin round everything solid, every place and the start, on multiples of 0.1 m."""
     poses = [world.start, *world.places.values()]
     extents = [outline.extent for outline in solid]
     extents += [(pose.x, pose.y, pose.x, pose.y) for pose in poses]
-    low = np.min(np.array(extents)[:, :2], axis=0) - MARGIN
-    high = np.max(np.array(extents)[:, 2:], axis=0) + MARGIN
+    low = np.min(np.array(extents)[:, :2], axis=0) - margin
+    high = np.max(np.array(extents)[:, 2:], axis=0) + margin
     x_min, y_min = (floor(round(10 * float(value), 6)) / 10 for value in low)
     x_max, y_max = (ceil(round(10 * float(value), 6)) / 10 for value in high)
     return x_min, y_min, x_max, y_max

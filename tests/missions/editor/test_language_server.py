@@ -158,9 +158,14 @@ def test_a_fault_in_the_world_shows_where_the_mission_names_it(opened, folder):
     assert "cellar.yaml:2:1" in first and "'wals'" in first
 
 
+def test_other_yaml_files_are_left_alone(client, folder):
+    assert client.open(folder / "compose.yaml", "services:\n  web: {image: nginx}\n") == []
+    assert client.open(folder / "workflow.yaml", "jobs: [\nrun: make\n") == []
+
+
 def test_a_world_file_has_its_own_findings(client, folder):
-    lines = client.open(folder / "hall.yaml", "world: hall\nwals: []\n")
-    assert any(line.startswith("E201 1:0-4 1 a world file has no key 'wals'") for line in lines)
+    lines = client.open(folder / "hall.yaml", "world: hall\nformat: 1\nwals: []\n")
+    assert any(line.startswith("E201 2:0-4 1 a world file has no key 'wals'") for line in lines)
     assert (
         client.open(folder / "hall.yaml", "world: h\nwalls: [{points: [[2, 0], [2, 1]]}]\n") == []
     )
@@ -223,6 +228,43 @@ def test_hover_goes_on_while_the_file_is_broken(opened):
 )
 def test_go_to_definition(opened, marked, place):
     assert opened.definition(marked) == place
+
+
+INCLUDING = """\
+mission: m
+robot: scout
+world: small_room
+include: [common.yaml]
+events:
+  - low: {when: battery.charge < 0.2, hold: 2 s, do: {use: to_the, with: {goal: $shop}}}
+run: {wait: 1 s, every: 3 s}
+tests:
+  - name: nothing happens
+    expect: {status: success}
+"""
+COMMON = """\
+places:
+  shop: [3, 4]
+trees:
+  to_the:
+    in: {goal: Pose}
+    do: {navigate_to_pose: $goal}
+"""
+
+
+def test_included_trees_and_places_events_and_cases(client, folder):
+    (folder / "common.yaml").write_text(COMMON)
+    assert client.open(folder / "including.yaml", INCLUDING) == []
+    assert client.definition("use: to_|the") == ("common.yaml", 4)
+    assert client.definition("$sh|op") == ("common.yaml", 2)
+    assert client.definition("[com|mon.yaml") == ("common.yaml", 1)
+    assert "how long it must have been true" in client.hover("ho|ld: 2 s")
+    assert "run at most once" in client.hover("ev|ery")
+    assert "what must come out" in client.hover("exp|ect")
+    assert {"goal", "to_the"}.isdisjoint(client.complete("status: |success"))
+    assert "failure" in client.complete("status: |success")
+    assert client.open(folder / "common.yaml", COMMON) == []
+    assert client.definition("$go|al") == ("common.yaml", 5)
 
 
 @pytest.mark.parametrize(

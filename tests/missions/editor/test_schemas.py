@@ -159,6 +159,9 @@ def test_typical_mistakes_in_nodes_are_refused(node, complaint):
         ("trees: {a: {in: {n: number}, do: relocalise}}", "trees.a.in.n: 'number' does not"),
         ("trees: {a: {}}", "trees.a: 'do' is a required property"),
         ("events: [{lost: {when: time > 3}}]", "events.0.lost: 'do' is a required property"),
+        ("tests: [{nam: a}]", "tests.0: Additional properties are not allowed ('nam'"),
+        ("tests: [{expect: {status: fine}}]", "tests.0.expect.status: 'fine' is not one of"),
+        ("tests: [{mock: {wait: {take: 3 s}}}]", "tests.0.mock.wait: Additional properties"),
         ("events: [{lost: {when: 1, do: relocalise, then: stop}}]", "events.0.lost.then: 'stop'"),
     ],
 )
@@ -172,6 +175,8 @@ def test_typical_mistakes_at_the_top_are_refused(text, complaint):
     [
         "events: [{low: {when: battery.charge < $least, hold: 2 s, do: relocalise, then: abort}}]",
         "include: [common.yaml]",
+        "tests: [{name: a}, {mock: {wait: real, say: [failure, success], spin: {takes: [1 s, 2]}},"
+        " expect: {visited: 2, order: [a, b], within: {wait: 3 s}, ran: {wait: [1, 2]}}}]",
         "tests: [{name: a, mock: {wait: {takes: 3 s}}, at: {4 s: {battery.charge: 0.1}},"
         " expect: {status: success, ran: {wait: 2}, within: 10 min}}]",
         "arguments: {a: {type: list of Pose, default: [$dock]}, b: {type: int, range: [0, 3]}}",

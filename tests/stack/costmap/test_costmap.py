@@ -77,7 +77,7 @@ def test_inflation_is_the_exact_distance_to_the_nearest_obstacle(occupied, unkno
         cells.cells[cell] = UNKNOWN
     for cell in occupied:
         cells.cells[cell] = OCCUPIED
-    table = inflation_costs(CostmapParameters(), ROUND.inscribed_radius, 0.05)
+    table = inflation_costs(CostmapParameters(), ROUND, 0.05)
     grid = np.indices((30, 40)).reshape(2, -1).T
     expected = np.where(cells.cells == UNKNOWN, UNKNOWN_COST, FREE_COST)
     if occupied:
