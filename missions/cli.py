@@ -16,6 +16,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # halves numpy's import time
 
 import typer
 
+from missions.cli_new import new_app
 from stack.errors import BodyError, InputError, ParameterError, TelemetryError
 
 HELP = """Run behaviour-tree missions on a simulated or a real robot.
@@ -38,6 +39,14 @@ class Kind(StrEnum):
     MISSIONS = "missions"
     PLANNERS = "planners"
     CONTROLLERS = "controllers"
+
+
+class SchemaKind(StrEnum):
+    """What `treepilot schema` knows."""
+
+    MISSION = "mission"
+    WORLD = "world"
+    ROBOT = "robot"
 
 
 class Camera(StrEnum):
@@ -150,10 +159,19 @@ def show(
     mission: MissionArgument,
     dot: Annotated[bool, typer.Option("--dot", help="as Graphviz")] = False,
     mermaid: Annotated[bool, typer.Option("--mermaid", help="as Mermaid")] = False,
+    svg: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="into an SVG file; needs Graphviz")
+    ] = None,
 ) -> None:
     """Draw the compiled tree: exactly what runs."""
     from missions.checking import drawing
 
+    if svg is not None:
+        from missions.graphviz import save_svg
+
+        save_svg(mission, str(svg))
+        typer.echo(f"wrote {svg}", err=True)
+        raise typer.Exit
     style = "dot" if dot else "mermaid" if mermaid else "text"
     typer.echo(
         drawing(mission, style, colours=sys.stdout.isatty() and "NO_COLOR" not in os.environ)
@@ -179,6 +197,33 @@ def describe(
     from missions.listing import description_of
 
     typer.echo(description_of(name))
+
+
+@app.command()
+def schema(
+    kind: Annotated[SchemaKind, typer.Argument(help="of which files")] = SchemaKind.MISSION,
+    out: Annotated[Path | None, typer.Option(help="write it there [default: print it]")] = None,
+    plugins: Annotated[
+        list[str] | None, typer.Option(metavar="PLUGIN", help="as under `plugins` of a mission")
+    ] = None,
+) -> None:
+    """JSON Schema of mission, world or robot files, for editors (docs/editors.md)."""
+    from missions.editor.schemas import schema_text
+
+    text = schema_text(kind.value, plugins or [])
+    if out is None:
+        typer.echo(text, nl=False)
+    else:
+        out.write_text(text, "utf-8")
+        typer.echo(f"wrote {out}", err=True)
+
+
+@app.command()
+def lsp() -> None:
+    """A language server for mission files, on standard input and output (docs/editors.md)."""
+    from missions.editor.serving import serve
+
+    serve()
 
 
 @app.command()
@@ -225,20 +270,7 @@ def watch(
     raise typer.Exit(watch_run(run))
 
 
-new_app = typer.Typer(no_args_is_help=True, help="Write a working example to start from.")
 app.add_typer(new_app, name="new")
-
-
-@new_app.command("behaviour")
-def new_behaviour(
-    name: Annotated[str, typer.Argument(help="in snake_case, e.g. ring_bell")],
-) -> None:
-    """A plugin behaviour with its test, in the current folder."""
-    from behaviours.scaffold import new_behaviour as write
-
-    for path in write(name, Path.cwd()):
-        typer.echo(f"wrote {path.name}")
-
 
 bench_app = typer.Typer(no_args_is_help=True, help="Measure against published benchmarks.")
 app.add_typer(bench_app, name="bench")
@@ -276,11 +308,6 @@ def bench_barn(  # noqa: PLR0913 - each is an option of the command
 @bench_app.callback()
 def _bench() -> None:
     """Measure against published benchmarks."""
-
-
-@new_app.callback()
-def _new() -> None:
-    """Write a working example to start from."""
 
 
 @app.callback(invoke_without_command=True)

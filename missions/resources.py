@@ -9,6 +9,7 @@ from pathlib import Path
 from behaviours.catalogue import Catalogue, find_behaviours
 from missions.choices import chosen
 from missions.language.model import Resources
+from missions.plugged import plugged_components
 from robots.load import find_robot, read_robot
 from stack.description import RobotDescription
 from stack.documents import Finding, Findings, Mark, Node
@@ -80,6 +81,7 @@ def resources(world: str | None = None) -> Resources:
         check_component=lambda kind, use, values: _ignored(
             chosen(kind, {**values, **({"use": use} if use else {})})
         ),
+        plugged_components=plugged_components,
     )
 
 

@@ -61,9 +61,15 @@ class ControlState:
 
 
 class Controller(Protocol):
-    """Follows a path."""
+    """Follows a path.
+
+    Attributes:
+        parameters: those in force; live tuning puts others there between two steps, or calls
+            `configure(parameters)` where there is such a method.
+    """
 
     Parameters: ClassVar[type]
+    parameters: Any
 
     def __init__(self, parameters: Any, robot: RobotDescription, period: float) -> None: ...
 
@@ -104,19 +110,22 @@ def available(kind: str) -> dict[str, str]:
 
 
 def component(kind: str, name: str) -> type:
-    """The class of a component.
+    """The class of a component: by the name of an installed one, or as `module:Class`.
 
     Raises:
         InputError: there is no such component, or its module cannot be imported.
     """
     known = available(kind)
-    if name not in known:
+    if name not in known and ":" not in name:
         raise InputError(f"there is no {kind} {name!r}; {suggestion(name, known)}")
-    module, _, attribute = known[name].partition(":")
+    where = known.get(name, name)
+    module, _, attribute = where.partition(":")
     try:
         found: type = getattr(import_module(module), attribute)
-    except (ImportError, AttributeError) as error:
-        raise InputError(f"the {kind} {name!r} in {known[name]} cannot be used: {error}") from error
+    except Exception as error:  # a plugin's module may raise anything
+        raise InputError(f"the {kind} {name!r} in {where} cannot be used: {error}") from error
+    if not hasattr(found, "Parameters"):
+        raise InputError(f"the {kind} {name!r} in {where} cannot be used: it has no `Parameters`")
     return found
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
@@ -44,12 +44,17 @@ class Resources:
         check_robot: (robot as written, mission's folder).
         check_map: (map as written, mission's folder); not asked for `from_world` and `none`.
         check_component: (kind, name or None for the default, raw parameters).
+        plugged_components: (plugins as written, mission's folder) -> the components in them: kind
+            -> name -> where it is, as the other callables take it instead of a name.
     """
 
     world_places: Callable[[str, Path], Mapping[str, Pose2D]] = lambda name, beside: {}
     check_robot: Callable[[str, Path], None] = _anything_goes
     check_map: Callable[[str, Path], None] = _anything_goes
     check_component: Callable[[str, str | None, Mapping[str, Any]], None] = _anything_goes
+    plugged_components: Callable[[Sequence[str], Path], Mapping[str, Mapping[str, str]]] = (
+        lambda plugins, beside: {}
+    )
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,7 +24,7 @@ from missions.language.nodes import NodeReader
 from missions.language.outcomes import OutcomeCheck
 from missions.language.scope import Role, Scope, Symbol
 from missions.language.values import ValueReader
-from stack.documents import Findings, Node, Section, read_file
+from stack.documents import Findings, Node, Section, read_document
 from stack.errors import InputError
 from stack.types import Pose2D
 
@@ -34,7 +34,7 @@ CatalogueFor = Callable[[list[Node], Path, Findings], Catalogue]
 
 def read_mission(
     path: Path, catalogue_for: CatalogueFor, resources: Resources | None = None,
-    overrides: Overrides | None = None,
+    overrides: Overrides | None = None, text: str | None = None,
 ) -> Mission:  # fmt: skip
     """The mission in a file, checked against what is installed.
 
@@ -43,11 +43,12 @@ def read_mission(
         catalogue_for: makes the catalogue, plugins included.
         resources: worlds, robots, maps and components; by default nothing outside is looked at.
         overrides: argument -> value: as text from `--set`, as a node from a test case.
+        text: what is read instead of the file's, from an editor that has not saved it.
 
     Raises:
         InputError: with every error found.
     """
-    top = Section(read_file(path, "mission"), Findings(), "the mission", "E101")
+    top = Section(read_document(path, "mission", text), Findings(), "the mission", "E101")
     return _Reading(top, path, resources or Resources()).mission(catalogue_for, overrides or {})
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from stack.documents import Findings, Mark, Node, Section, read_file
+from stack.documents import Findings, Mark, Node, Section, read_document
 from stack.errors import InputError
 from stack.parameters import Declaration, suggestion
 from stack.sim import world_items as items
@@ -65,14 +65,14 @@ def find_world(name_or_path: str, beside: Path, shipped: Path) -> Path:
     return found
 
 
-def read_world(path: Path) -> World:
-    """The world in a file.
+def read_world(path: Path, text: str | None = None) -> World:
+    """The world in a file, or in a text that an editor has not saved there yet.
 
     Raises:
         InputError: every finding, each with its position.
     """
     findings = Findings()
-    top = Section(read_file(path, "world file"), findings, "a world file", SHAPE)
+    top = Section(read_document(path, "world file", text), findings, "a world file", SHAPE)
     reading = Reading(findings)
     name = top.value(Declaration("world", str, "its name"))
     top.value(Declaration("format", int, "of this file", default=1, at_least=1, at_most=1))

@@ -26,7 +26,8 @@ def treepilot(*words: str, cwd: Path | None = None) -> subprocess.CompletedProce
 def test_help_teaches_and_imports_nothing_heavy():
     done = treepilot("--help")
     assert done.returncode == 0
-    for command in ("run", "check", "show", "list", "describe", "watch", "new", "explain", "test"):
+    commands = "run check show list describe watch new explain test schema lsp".split()
+    for command in commands:
         assert command in done.stdout
 
 
@@ -97,6 +98,27 @@ def test_show_draws_the_tree_in_three_ways():
     assert "navigate_to_pose" in treepilot("show", "02_office_patrol").stdout
     assert treepilot("show", "02_office_patrol", "--dot").stdout.startswith("digraph")
     assert "flowchart" in treepilot("show", "02_office_patrol", "--mermaid").stdout
+
+
+def test_schemas_are_printed_or_written(tmp_path):
+    printed = json.loads(treepilot("schema", "world", cwd=tmp_path).stdout)
+    assert printed["$schema"] == "https://json-schema.org/draft/2020-12/schema"
+    done = treepilot("schema", "--out", "mission.schema.json", cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (0, "")
+    written = json.loads((tmp_path / "mission.schema.json").read_text())
+    assert "navigate_to_pose" in written["$defs"]["node"]["properties"]
+
+
+def test_new_says_what_it_wrote_and_how_to_use_it(tmp_path):
+    done = treepilot("new", "planner", "beeline", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "wrote my_plugins/test_beeline.py" in done.stdout
+    assert "    plugins: [./my_plugins]\n    navigation: {planner: beeline}\n" in done.stdout
+    assert (tmp_path / "my_plugins" / "beeline.py").is_file()
+    again = treepilot("new", "planner", "beeline", cwd=tmp_path)
+    assert again.returncode == 2 and "is there already" in again.stderr
+    done = treepilot("new", "behaviour", "ring_bell", "--in", "mine", cwd=tmp_path)
+    assert "plugins: [./mine]" in done.stdout and (tmp_path / "mine" / "ring_bell.py").is_file()
 
 
 def test_check_gives_findings_as_json_for_editors(tmp_path):
