@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import asin
+
 from stack.components import ControlState
 from stack.control.track import Track
 from stack.types import Pose2D, wrap_angle
@@ -9,8 +11,8 @@ from stack.types import Pose2D, wrap_angle
 LOOKAHEAD = 0.4
 """Metres ahead on the path whose direction counts."""
 
-NEAREST = 0.1
-"""A point nearer than this, in metres, has no direction worth turning to."""
+CLOSE = 0.15
+"""Metres to the goal from which a robot makes straight for it, however little that takes."""
 
 DISENGAGE = 0.3
 """Share of the angle that begins a turn at which the turn ends."""
@@ -28,20 +30,28 @@ class RotationShim:
     def __init__(self) -> None:
         self._turning = False
 
-    def angle(self, track: Track, state: ControlState, least: float) -> float | None:
+    def angle(
+        self, track: Track, state: ControlState, least: float, precision: float
+    ) -> float | None:
         """The angle to turn by now, None when the path may be driven.
 
         Args:
             track: of the path, advanced to the pose.
             state: of the robot.
             least: radians off the path that begin a turn.
+            precision: metres by which the goal may be missed.
         """
-        distance = min(LOOKAHEAD, track.remaining)
-        if distance < NEAREST:
+        pose, goal = state.pose, track.path.goal
+        distance = pose.distance_to(goal)
+        if track.remaining > LOOKAHEAD:
+            x, y = track.nearer_point(pose, LOOKAHEAD)
+            goal = Pose2D(x, y)
+        elif distance <= precision:
             self._turning = False
             return None
-        x, y = track.nearer_point(state.pose, distance)
-        angle = wrap_angle(state.pose.bearing_to(Pose2D(x, y)) - state.pose.heading)
+        elif distance <= CLOSE:
+            least = min(least, asin(precision / distance))
+        angle = wrap_angle(pose.bearing_to(goal) - pose.heading)
         if self._turning:
             self._turning = abs(angle) > DISENGAGE * least
         else:

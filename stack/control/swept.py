@@ -82,12 +82,12 @@ def fill(footprint: Footprint, spacing: float) -> FloatArray:
 
 
 def outline(footprint: Footprint, spacing: float) -> FloatArray:
-    """(m, 2) points on the edge of a footprint, corners first, base frame."""
+    """(m, 2) points round the edge of a footprint in order, base frame."""
     corners = footprint.points
-    points = [corners]
+    points = []
     for start, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):
         pieces = max(1, ceil(hypot(*(end - start)) / spacing))
-        points.append(start + (end - start) * (np.arange(1, pieces) / pieces)[:, None])
+        points.append(start + (end - start) * (np.arange(pieces) / pieces)[:, None])
     return np.vstack(points)
 
 

@@ -104,7 +104,7 @@ class Mppi:
         p = self.parameters
         if not (p.rotate_to_heading and self._turns_in_place):
             return None
-        angle = self._shim.angle(track, state, p.rotate_angle)
+        angle = self._shim.angle(track, state, p.rotate_angle, p.goal_position)
         twist = None if angle is None else self._turn.twist(state, last, angle)
         if twist is not None:
             self._stand()

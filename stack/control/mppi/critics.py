@@ -21,6 +21,9 @@ from stack.types import wrap_angle
 ALIGN_STRIDE = 4
 """Steps from one comparison of path and rollout to the next."""
 
+OUTLINE_EVERY = 2.0
+"""Cells that a rollout may move on before its outline is looked at again."""
+
 LATE_COLLISION = 0.2
 """Share of the collision cost that a collision at the end of the horizon has."""
 
@@ -67,9 +70,12 @@ def look_around(
     """Find what each rollout meets; the cost and obstacles critics read it."""
     ratio = p.obstacles_critical_weight / p.obstacles_weight if p.obstacles_weight else 0.0
     margins = np.array([p.obstacles_margin, p.critical_margin, ratio], np.float32)
+    step = max(p.cruise_speed * p.time_step, 1e-3)
+    stride = max(1, int(OUTLINE_EVERY * float(obstacles.geometry[3]) / step))
     kernels.near_obstacles(
         rollouts.poses, obstacles.cells, obstacles.distance, obstacles.geometry, body.discs,
-        body.points, margins, rollouts.obstacle_cost, rollouts.repulsion, rollouts.hits,
+        body.points, body.gap, stride, margins,
+        rollouts.obstacle_cost, rollouts.repulsion, rollouts.hits,
     )  # fmt: skip
 
 
@@ -83,7 +89,8 @@ def constraint(j: Judgement, rollouts: Rollouts) -> None:
 def cost(j: Judgement, rollouts: Rollouts) -> None:
     """Costmap cost under the base; collisions of the footprint, sooner ones more."""
     p = j.parameters
-    j.add(rollouts, rollouts.obstacle_cost, p.cost_weight, p.cost_power)
+    if j.path.remaining > p.near_goal:
+        j.add(rollouts, rollouts.obstacle_cost, p.cost_weight, p.cost_power)
     steps = rollouts.poses.shape[1]
     late = rollouts.hits / steps
     price = np.where(late < 1.0, 1.0 - (1.0 - LATE_COLLISION) * late, 0.0)
@@ -93,7 +100,8 @@ def cost(j: Judgement, rollouts: Rollouts) -> None:
 def obstacles(j: Judgement, rollouts: Rollouts) -> None:
     """Clearance of the footprint below the margins."""
     p = j.parameters
-    j.add(rollouts, rollouts.repulsion, p.obstacles_weight, p.obstacles_power)
+    if j.path.remaining > p.near_goal:
+        j.add(rollouts, rollouts.repulsion, p.obstacles_weight, p.obstacles_power)
 
 
 def goal(j: Judgement, rollouts: Rollouts) -> None:
@@ -105,8 +113,14 @@ def goal(j: Judgement, rollouts: Rollouts) -> None:
 
 
 def goal_angle(j: Judgement, rollouts: Rollouts) -> None:
-    """Mean angle to the goal's heading, close to it."""
+    """Mean angle to the goal's heading, close to it.
+
+    Not for a differential drive: it cannot come nearer to a goal while it faces elsewhere, and
+    turns in place once it is there.
+    """
     p = j.parameters
+    if p.motion_model == "differential":
+        return
     if p.goal_angle_weight and j.path.remaining <= p.goal_angle_range:
         j.kernels.mean_turn(rollouts.poses, j.path.goal.heading, rollouts.term)
         j.add(rollouts, rollouts.term, p.goal_angle_weight, p.goal_angle_power)

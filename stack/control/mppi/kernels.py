@@ -168,7 +168,7 @@ def roll_out(
 @njit(cache=True, nogil=True)
 def near_obstacles(
     poses: Array32, cells: NDArray[np.uint8], distance: Array32, geometry: Array32,
-    discs: Array32, outline: Array32, margins: Array32,
+    discs: Array32, outline: Array32, gap: float, stride: int, margins: Array32,
     cost: Array32, repulsion: Array32, hits: NDArray[np.int64],
 ) -> None:  # fmt: skip
     """What rollouts meet: costs under the base, clearance, and the first collision.
@@ -182,7 +182,9 @@ def near_obstacles(
         distance: (rows, columns) metres from a cell's middle to that of the nearest lethal cell.
         geometry: (4,) x and y of the grid's outer corner, cells per metre, metres per cell.
         discs: (k, 3) x, y, radius in the base frame; together they cover the footprint.
-        outline: (m, 2) points on the footprint's edge, base frame.
+        outline: (m, 2) points round the footprint's edge, base frame.
+        gap: most metres between two of them; those within a point's clearance are passed over.
+        stride: steps from one look at the outline to the next.
         margins: (3,) clearance wanted, critical clearance, critical weight over the usual one.
         cost: (batch,), written: mean cost in 0..1 up to the end or a collision.
         repulsion: (batch,), written: mean violation of the margins.
@@ -198,6 +200,7 @@ def near_obstacles(
         offset = np.sqrt(discs[i, 0] * discs[i, 0] + discs[i, 1] * discs[i, 1])
         reach = max(reach, np.float32(offset) + discs[i, 2])
     far = reach + max(wanted, doubt) + doubt
+    per_gap = np.float32(1.0 / gap)
     share = ONE / np.float32(HIGHEST_PASSABLE)
     for b in range(batch):
         cost[b], repulsion[b], hits[b] = ZERO, ZERO, steps
@@ -227,16 +230,19 @@ def near_obstacles(
                 repulsion[b] += wanted - max(clearance, ZERO)
                 if clearance < critical:
                     repulsion[b] += ratio * (critical - max(clearance, -critical))
-            if clearance + HALF * resolution < doubt:
-                for i in range(outline.shape[0]):
+            if clearance + HALF * resolution < doubt and t % stride == stride - 1:
+                i = 0
+                while i < outline.shape[0]:
                     px = (x + c * outline[i, 0] - s * outline[i, 1] - left) * per_metre
                     py = (y + s * outline[i, 0] + c * outline[i, 1] - bottom) * per_metre
-                    if (
-                        ZERO <= px < columns and ZERO <= py < rows
-                        and distance[int(py), int(px)] == ZERO
-                    ):  # fmt: skip
-                        hits[b] = t
-                        break
+                    i += 1
+                    if ZERO <= px < columns and ZERO <= py < rows:
+                        room = distance[int(py), int(px)]
+                        if room == ZERO:
+                            hits[b] = t
+                            break
+                        if room > doubt:
+                            i += int((room - doubt) * per_gap)
     per_step = ONE / np.float32(steps)
     for b in range(batch):
         cost[b] *= per_step

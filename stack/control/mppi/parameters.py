@@ -77,6 +77,10 @@ class MppiParameters:
     critical_margin: float = parameter(
         0.04, "m", at_least=0.0, help="clearance round the footprint that is hardly given up"
     )
+    near_goal: float = parameter(
+        0.5, "m", at_least=0.0,
+        help="way left at which costs and clearance no longer count, only collisions",
+    )  # fmt: skip
     goal_weight: float = parameter(5.0, at_least=0.0, help="distance to the goal, near it")
     goal_power: int = parameter(1, at_least=1, at_most=4, help="of the goal critic")
     goal_range: float = parameter(

@@ -62,11 +62,13 @@ class Outline:
 
     Attributes:
         discs: (k, 3) float32 x, y, radius; together they cover it.
-        points: (m, 2) float32 on its edge.
+        points: (m, 2) float32 round its edge.
+        gap: most metres between neighbouring points.
     """
 
     discs: Array32
     points: Array32
+    gap: float
 
     @staticmethod
     def of(footprint: Footprint, resolution: float) -> Outline:
@@ -87,8 +89,9 @@ class Outline:
             middle = np.array([(begin + end) / 2, (part[:, 1].min() + part[:, 1].max()) / 2])
             radius = float(np.linalg.norm(part - middle, axis=1).max())
             discs.append((*(middle if axis == 0 else middle[::-1]), radius))
-        points = outline(footprint, 0.7 * resolution)
-        return Outline(np.array(discs, np.float32), np.array(points, np.float32))
+        gap = 0.7 * resolution
+        points = outline(footprint, gap)
+        return Outline(np.array(discs, np.float32), np.array(points, np.float32), gap)
 
 
 @dataclass(frozen=True, slots=True)
