@@ -24,6 +24,8 @@ BUILT_IN: dict[str, dict[str, str]] = {
     "controller": {
         "pure_pursuit": "stack.control.pure_pursuit:PurePursuit",
         "mppi": "stack.control.mppi.controller:Mppi",
+        "dwb": "stack.control.dwb.controller:Dwb",
+        "graceful": "stack.control.graceful:Graceful",
     },
 }
 GROUPS = {"planner": "treepilot.planners", "controller": "treepilot.controllers"}

@@ -74,7 +74,7 @@ def look_around(
     stride = max(1, int(OUTLINE_EVERY * float(obstacles.geometry[3]) / step))
     kernels.near_obstacles(
         rollouts.poses, obstacles.cells, obstacles.distance, obstacles.geometry, body.discs,
-        body.points, body.gap, stride, margins,
+        body.core, body.points, body.gap, stride, margins,
         rollouts.obstacle_cost, rollouts.repulsion, rollouts.hits,
     )  # fmt: skip
 

@@ -166,9 +166,29 @@ def roll_out(
 
 
 @njit(cache=True, nogil=True)
+def _between(distance: Array32, column: float, row: float) -> float:
+    """The distance field between the middles of four cells, bilinear; far away off the grid.
+
+    Args:
+        distance: (rows, columns), at the middles of the cells.
+        column: cells from the left edge, float32.
+        row: cells from the bottom edge, float32.
+    """
+    rows, columns = distance.shape
+    u, v = column - HALF, row - HALF
+    if not (ZERO <= u < columns - 1 and ZERO <= v < rows - 1):
+        return FAR
+    i, j = int(v), int(u)
+    du, dv = u - np.float32(j), v - np.float32(i)
+    low = distance[i, j] + du * (distance[i, j + 1] - distance[i, j])
+    high = distance[i + 1, j] + du * (distance[i + 1, j + 1] - distance[i + 1, j])
+    return low + dv * (high - low)
+
+
+@njit(cache=True, nogil=True)
 def near_obstacles(
     poses: Array32, cells: NDArray[np.uint8], distance: Array32, geometry: Array32,
-    discs: Array32, outline: Array32, gap: float, stride: int, margins: Array32,
+    discs: Array32, core: Array32, outline: Array32, gap: float, stride: int, margins: Array32,
     cost: Array32, repulsion: Array32, hits: NDArray[np.int64],
 ) -> None:  # fmt: skip
     """What rollouts meet: costs under the base, clearance, and the first collision.
@@ -182,6 +202,7 @@ def near_obstacles(
         distance: (rows, columns) metres from a cell's middle to that of the nearest lethal cell.
         geometry: (4,) x and y of the grid's outer corner, cells per metre, metres per cell.
         discs: (k, 3) x, y, radius in the base frame; together they cover the footprint.
+        core: (l, 3) x, y, radius of discs well within it: what a fast edge has jumped over.
         outline: (m, 2) points round the footprint's edge, base frame.
         gap: most metres between two of them; those within a point's clearance are passed over.
         stride: steps from one look at the outline to the next.
@@ -194,12 +215,13 @@ def near_obstacles(
     rows, columns = cells.shape
     left, bottom, per_metre, resolution = geometry[0], geometry[1], geometry[2], geometry[3]
     wanted, critical, ratio = margins[0], margins[1], margins[2]
-    doubt = np.float32(1.4143) * resolution
+    doubt = np.float32(0.5) * resolution
+    diagonal = np.float32(1.4143) * resolution
     reach = ZERO
     for i in range(discs.shape[0]):
         offset = np.sqrt(discs[i, 0] * discs[i, 0] + discs[i, 1] * discs[i, 1])
         reach = max(reach, np.float32(offset) + discs[i, 2])
-    far = reach + max(wanted, doubt) + doubt
+    far = reach + max(wanted, doubt) + diagonal
     per_gap = np.float32(1.0 / gap)
     share = ONE / np.float32(HIGHEST_PASSABLE)
     for b in range(batch):
@@ -223,26 +245,31 @@ def near_obstacles(
             for i in range(discs.shape[0]):
                 px = (x + c * discs[i, 0] - s * discs[i, 1] - left) * per_metre
                 py = (y + s * discs[i, 0] + c * discs[i, 1] - bottom) * per_metre
-                if ZERO <= px < columns and ZERO <= py < rows:
-                    clearance = min(clearance, distance[int(py), int(px)] - discs[i, 2])
+                clearance = min(clearance, _between(distance, px, py) - discs[i, 2])
             clearance -= HALF * resolution
             if clearance < wanted:
                 repulsion[b] += wanted - max(clearance, ZERO)
                 if clearance < critical:
                     repulsion[b] += ratio * (critical - max(clearance, -critical))
-            if clearance + HALF * resolution < doubt and t % stride == stride - 1:
+            if clearance < doubt and t % stride == stride - 1:
+                touched = False
+                for i in range(core.shape[0]):
+                    px = (x + c * core[i, 0] - s * core[i, 1] - left) * per_metre
+                    py = (y + s * core[i, 0] + c * core[i, 1] - bottom) * per_metre
+                    if ZERO <= px < columns and ZERO <= py < rows:
+                        touched |= distance[int(py), int(px)] < core[i, 2]
                 i = 0
-                while i < outline.shape[0]:
+                while i < outline.shape[0] and not touched:
                     px = (x + c * outline[i, 0] - s * outline[i, 1] - left) * per_metre
                     py = (y + s * outline[i, 0] + c * outline[i, 1] - bottom) * per_metre
                     i += 1
                     if ZERO <= px < columns and ZERO <= py < rows:
                         room = distance[int(py), int(px)]
-                        if room == ZERO:
-                            hits[b] = t
-                            break
-                        if room > doubt:
-                            i += int((room - doubt) * per_gap)
+                        touched = room == ZERO
+                        if room > diagonal:
+                            i += int((room - diagonal) * per_gap)
+                if touched:
+                    hits[b] = t
     per_step = ONE / np.float32(steps)
     for b in range(batch):
         cost[b] *= per_step

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from stack.control.ends import EndsParameters
 from stack.parameters import parameter
 
 MODELS = ("differential", "omni", "ackermann")
 
 
 @dataclass(frozen=True)
-class MppiParameters:
+class MppiParameters(EndsParameters):
     """Settings of `Mppi`. Names and meanings of the critics follow Nav2's.
 
     A critic's cost is (weight × term) ** power; a weight of 0 leaves the critic out.
@@ -68,7 +69,7 @@ class MppiParameters:
         1.5, at_least=0.0, help="repulsion by obstacles nearer than `obstacles_margin`"
     )
     obstacles_critical_weight: float = parameter(
-        20.0, at_least=0.0, help="repulsion by obstacles nearer than `critical_margin`"
+        60.0, at_least=0.0, help="repulsion by obstacles nearer than `critical_margin`"
     )
     obstacles_power: int = parameter(1, at_least=1, at_most=4, help="of the obstacles critic")
     obstacles_margin: float = parameter(
@@ -122,27 +123,6 @@ class MppiParameters:
     angular_deadband: float = parameter(
         0.0, "rad/s", at_least=0.0, help="turning speeds below this the drive does not make"
     )
-
-    rotate_to_heading: bool = parameter(
-        True, help="turn in place towards a path that lies far off; never with ackermann"
-    )
-    rotate_angle: float = parameter(
-        1.0, "rad", above=0.0, help="turns in place when the path lies farther off than this"
-    )
-    rotate_speed: float = parameter(1.4, "rad/s", above=0.0, help="top speed of turns in place")
-    brake_share: float = parameter(
-        0.5, above=0.0, at_most=1.0, help="share of the robot's acceleration used to end a turn"
-    )
-    response_time: float = parameter(
-        0.1, "s", at_least=0.0, help="from a command to the robot's answer"
-    )
-    goal_position: float = parameter(
-        0.05, "m", above=0.0, help="distance at which it stops and turns to the goal's heading"
-    )
-    goal_heading: float = parameter(0.02, "rad", above=0.0, help="error at which it stops turning")
     time_to_collision: float = parameter(
         1.0, "s", above=0.0, help="what is commanded stays clear for this long"
-    )
-    patience: float = parameter(
-        1.0, "s", at_least=0.0, help="waits this long for the way to clear before it gives up"
     )

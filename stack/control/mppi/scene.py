@@ -18,6 +18,10 @@ NO_OBSTACLE = 1e6
 """Distance, in metres, where there is nothing lethal on the grid."""
 
 
+MOST_CORE = 12
+"""Discs within a footprint at most."""
+
+
 @dataclass(frozen=True, slots=True)
 class Obstacles:
     """A costmap as the kernels read it.
@@ -62,11 +66,14 @@ class Outline:
 
     Attributes:
         discs: (k, 3) float32 x, y, radius; together they cover it.
+        core: (l, 3) float32 x, y, radius: where the distance to a lethal cell is below the radius,
+            the cell lies within.
         points: (m, 2) float32 round its edge.
         gap: most metres between neighbouring points.
     """
 
     discs: Array32
+    core: Array32
     points: Array32
     gap: float
 
@@ -91,7 +98,27 @@ class Outline:
             discs.append((*(middle if axis == 0 else middle[::-1]), radius))
         gap = 0.7 * resolution
         points = outline(footprint, gap)
-        return Outline(np.array(discs, np.float32), np.array(points, np.float32), gap)
+        core = _core(footprint, filled, resolution)
+        return Outline(np.array(discs, np.float32), core, np.array(points, np.float32), gap)
+
+
+def _core(footprint: Footprint, filled: FloatArray, resolution: float) -> Array32:
+    """(l, 3) discs within a footprint, each as large as the edge allows, greedily chosen.
+
+    A position is rounded to its cell, so a disc counts as smaller by half a cell's diagonal.
+    """
+    edge = outline(footprint, 0.01)
+    room = np.linalg.norm(filled[:, None] - edge, axis=2).min(axis=1)
+    discs: list[tuple[float, float, float]] = []
+    left = np.ones(len(filled), dtype=bool)
+    while left.any() and len(discs) < MOST_CORE:
+        best = int(np.argmax(np.where(left, room, -1.0)))
+        if room[best] < 1.5 * resolution:
+            break
+        x, y = filled[best]
+        discs.append((x, y, room[best] - 0.71 * resolution))
+        left &= np.linalg.norm(filled - filled[best], axis=1) > 0.6 * room[best]
+    return np.array(discs, np.float32).reshape(-1, 3)
 
 
 @dataclass(frozen=True, slots=True)

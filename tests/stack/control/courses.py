@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from math import pi
 
 from stack.components import component
+from stack.planning.astar import Astar, AstarParameters
 from stack.types import Footprint, Pose2D
 from tests.stack.navigation.toy_drive import ToyDrive
 from tests.stack.navigation.toy_world import RECTANGLE, ToyWorld, robot
@@ -29,7 +31,7 @@ class Course:
 
 def walls_along(*corners):
     """Segments that join corners in turn."""
-    return [(*a, *b) for a, b in zip(corners, corners[1:], strict=False)]
+    return [(*a, *b) for a, b in pairwise(corners)]
 
 
 def s_bend(width: float) -> Course:
@@ -86,4 +88,5 @@ def controller(name: str, world: ToyWorld, **parameters):
 def toy_drive(name: str, walls, start: Pose2D, shape: str = "box", **parameters) -> ToyDrive:
     """Navigation in a toy world with a controller by name."""
     world = ToyWorld(walls, robot(SHAPES[shape]), start)
-    return ToyDrive(world, controller=controller(name, world, **parameters))
+    planner = Astar(AstarParameters(), world.robot)
+    return ToyDrive(world, planner=planner, controller=controller(name, world, **parameters))
