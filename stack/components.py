@@ -21,7 +21,12 @@ from stack.types import CostGrid, Footprint, Path, Pose2D, Twist
 
 BUILT_IN: dict[str, dict[str, str]] = {
     "planner": {"astar": "stack.planning.astar:Astar"},
-    "controller": {"pure_pursuit": "stack.control.pure_pursuit:PurePursuit"},
+    "controller": {
+        "pure_pursuit": "stack.control.pure_pursuit:PurePursuit",
+        "mppi": "stack.control.mppi.controller:Mppi",
+        "dwb": "stack.control.dwb.controller:Dwb",
+        "graceful": "stack.control.graceful:Graceful",
+    },
 }
 GROUPS = {"planner": "treepilot.planners", "controller": "treepilot.controllers"}
 
