@@ -9,7 +9,6 @@ import numpy as np
 from numba import njit
 
 NOT_REACHED = 1.0e300
-SLACK = 1e-9
 
 
 @njit(cache=True, nogil=True)
@@ -22,44 +21,44 @@ def line_cost(cells, weights, row, column, end_row, end_column, budget):
     Returns:
         The cost, or infinity without a way or where it would exceed the budget.
     """
-    rise, run = end_row - row, end_column - column
-    length = np.hypot(rise, run)
-    row_step, column_step = (1 if rise > 0 else -1), (1 if run > 0 else -1)
-    rise, run = abs(rise), abs(run)
+    rise, run = abs(end_row - row), abs(end_column - column)
+    length = np.hypot(float(rise), float(run))
+    row_step, column_step = (1 if end_row > row else -1), (1 if end_column > column else -1)
+    # border k is crossed at (2 k + 1) / (2 n) of the line: in whole numbers, so that corners count
+    never = 1 << 60
+    whole = 2 * max(rise, 1) * max(run, 1)
+    row_gap, column_gap = 2 * max(run, 1), 2 * max(rise, 1)
+    to_row = row_gap // 2 if rise > 0 else never
+    to_column = column_gap // 2 if run > 0 else never
+    scale = length / whole
     weight = weights[cells[row, column]]
-    if weight == 0.0:
-        return np.inf
-    total, travelled = 0.0, 0.0
-    crossed_rows, crossed_columns = 0, 0
-    while crossed_rows < rise or crossed_columns < run:
-        # the next border is crossed at (2 k + 1) / (2 n) of the line: compared in whole numbers
-        to_row = (2 * crossed_rows + 1) * run if crossed_rows < rise else np.int64(1) << 60
-        to_column = (2 * crossed_columns + 1) * rise if crossed_columns < run else np.int64(1) << 60
-        if rise == 0:
-            share = (2 * crossed_columns + 1) / (2.0 * run)
-        elif run == 0:
-            share = (2 * crossed_rows + 1) / (2.0 * rise)
-        else:
-            share = min(to_row, to_column) / (2.0 * rise * run)
-        total += weight * (share - travelled) * length
-        travelled = share
-        if total > budget:
+    least = weights[0]
+    total, travelled = 0.0, 0
+    for _ in range(rise + run):
+        border = min(to_row, to_column)
+        if border >= whole:
+            break
+        total += weight * scale * (border - travelled)
+        travelled = border
+        if weight == 0.0 or total + least * scale * (whole - border) > budget:
             return np.inf
         if to_row == to_column:
             beside, above = cells[row, column + column_step], cells[row + row_step, column]
             if weights[beside] == 0.0 or weights[above] == 0.0:
                 return np.inf
-        if to_row <= to_column:
             row += row_step
-            crossed_rows += 1
-        if to_column <= to_row:
             column += column_step
-            crossed_columns += 1
+            to_row += row_gap
+            to_column += column_gap
+        elif to_row < to_column:
+            row += row_step
+            to_row += row_gap
+        else:
+            column += column_step
+            to_column += column_gap
         weight = weights[cells[row, column]]
-        if weight == 0.0:
-            return np.inf
-    total += weight * (1.0 - travelled) * length
-    return total if total <= budget else np.inf
+    total += weight * scale * (whole - travelled)
+    return total if weight > 0.0 and total <= budget else np.inf
 
 
 @njit(cache=True, nogil=True)
@@ -121,104 +120,76 @@ def _step_cost(cells, weights, row, column, rise, run):
 
 
 @njit(cache=True, nogil=True)
-def search(cells, weights, least, costs, parents, checked, closed, start, goal):
+def _straight_from(cells, weights, costs, parents, cell):
+    """Join a cell to the parent of its neighbour where the straight line from there is cheaper."""
+    columns = cells.shape[1]
+    parent = parents[parents[cell]]
+    if parent == parents[cell]:
+        return
+    line = line_cost(
+        cells, weights, parent // columns, parent % columns, cell // columns, cell % columns,
+        costs[cell] - costs[parent],
+    )  # fmt: skip
+    if costs[parent] + line <= costs[cell]:
+        costs[cell], parents[cell] = costs[parent] + line, parent
+
+
+@njit(cache=True, nogil=True)
+def search(cells, weights, least, costs, parents, closed, start, goal):
     """Lazy Theta* (Nash, Koenig and Tovey 2010) where cells have costs.
 
-    A cell is offered its neighbour's parent at the least that the straight line from it could
-    cost; what the line costs is found out when the cell comes up. Where it is blocked, or dearer
-    than the way by the best neighbour, the cell takes that neighbour for its parent. A cell that
-    turns out dearer than it was offered goes back in the queue.
+    Lazy: a cell waits at what it costs by way of its neighbour; the line from that neighbour's
+    parent is measured once, when the cell comes up, and taken where it is cheaper. Since a cell
+    never waits at more than the cheapest path of steps to it, none found is dearer than that.
 
     Args:
         cells: (rows, columns) uint8.
         weights: (256,).
         least: the smallest weight above 0.
         costs: (n,) float64 cost so far, filled with NOT_REACHED.
-        parents: (n,) int64; valid where closed.
-        checked: (n,) int64 parent whose line was measured last, filled with -1.
+        parents: (n,) int32; valid where closed.
         closed: (n,) bool, all False.
         start: cell number.
-        goal: cell number; -1 reaches every cell that can be.
+        goal: cell number.
 
     Returns:
         (whether the goal was reached, cells expanded).
     """
     columns = cells.shape[1]
-    goal_row, goal_column = (goal // columns, goal % columns) if goal >= 0 else (0, 0)
-    heavy = least if goal >= 0 else 0.0
+    goal_row, goal_column = goal // columns, goal % columns
     capacity = 4096
     heap = np.empty((capacity, 2))
-    costs[start], parents[start], checked[start] = 0.0, start, start
-    distance = np.hypot(start // columns - goal_row, start % columns - goal_column)
-    _push(heap, 0, heavy * distance, start)
+    costs[start], parents[start] = 0.0, start
+    _push(heap, 0, 0.0, start)
     waiting, expanded = 1, 0
     while waiting > 0:
-        f, cell = _pop(heap, waiting)
+        _, cell = _pop(heap, waiting)
         waiting -= 1
         if closed[cell]:
             continue
-        row, column = cell // columns, cell % columns
-        to_go = heavy * np.hypot(row - goal_row, column - goal_column)
-        if f > costs[cell] + to_go + SLACK:
-            continue  # a better offer was made after this entry
-        if checked[cell] != parents[cell]:
-            best, best_parent = NOT_REACHED, cell
-            for rise in range(-1, 2):
-                for run in range(-1, 2):
-                    if not _may_step(cells, weights, row, column, rise, run):
-                        continue
-                    near = (row + rise) * columns + column + run
-                    if not closed[near]:
-                        continue
-                    cost = costs[near] + _step_cost(cells, weights, row, column, rise, run)
-                    if cost < best:
-                        best, best_parent = cost, near
-            parent = parents[cell]
-            line = line_cost(
-                cells, weights, parent // columns, parent % columns, row, column,
-                best - costs[parent] + SLACK,
-            )  # fmt: skip
-            checked[cell] = parent
-            if costs[parent] + line <= best:
-                best, best_parent = costs[parent] + line, parent
-            worse = best > costs[cell] + SLACK
-            costs[cell], parents[cell], checked[cell] = best, best_parent, best_parent
-            if worse:
-                _push(heap, waiting, best + to_go, cell)
-                waiting += 1
-                continue
+        _straight_from(cells, weights, costs, parents, cell)
         closed[cell] = True
         expanded += 1
         if cell == goal:
             return True, expanded
-        if waiting + 16 >= capacity:
+        if waiting + 8 >= capacity:
             capacity *= 2
             longer = np.empty((capacity, 2))
             longer[:waiting] = heap[:waiting]
             heap = longer
-        parent = parents[cell]
-        parent_row, parent_column = parent // columns, parent % columns
+        row, column = cell // columns, cell % columns
         for rise in range(-1, 2):
             for run in range(-1, 2):
                 if not _may_step(cells, weights, row, column, rise, run):
                     continue
                 near_row, near_column = row + rise, column + run
                 near = near_row * columns + near_column
-                if closed[near]:
+                cost = costs[cell] + _step_cost(cells, weights, row, column, rise, run)
+                if closed[near] or cost >= costs[near]:
                     continue
-                stepped = costs[cell] + _step_cost(cells, weights, row, column, rise, run)
-                offer, offered = stepped, cell
-                exact = True
-                if parent != cell:
-                    line = least * np.hypot(near_row - parent_row, near_column - parent_column)
-                    if costs[parent] + line < stepped:
-                        offer, offered, exact = costs[parent] + line, parent, False
-                if offer >= costs[near] - SLACK:
-                    continue
-                costs[near], parents[near] = offer, offered
-                checked[near] = offered if exact else -1
-                away = heavy * np.hypot(near_row - goal_row, near_column - goal_column)
-                _push(heap, waiting, offer + away, near)
+                costs[near], parents[near] = cost, cell
+                to_go = least * np.hypot(near_row - goal_row, near_column - goal_column)
+                _push(heap, waiting, cost + to_go, near)
                 waiting += 1
     return False, expanded
 
