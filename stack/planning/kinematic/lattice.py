@@ -29,7 +29,7 @@ class LatticeParameters:
     turning_radius: float = parameter(
         0.5, "m", above=0.0, at_most=2.0, help="least radius of the arcs; turns in place are apart"
     )
-    allow_reverse: bool = parameter(False, help="also short straights backward")
+    allow_reverse: bool = parameter(True, help="also short straights backward")
     cost_weight: float = parameter(
         3.0, at_least=0.0, at_most=50.0,
         help="how many times its length a way costs more where the costmap is fullest (252)",

@@ -14,6 +14,7 @@ from stack.planning.smoothing import SPACING
 from stack.types import FloatArray, Path
 
 _ROUNDING = 1.05  # chords of an arc bend this much more than the arc, where they are uneven
+_SHARES = (1.0, 0.6, 0.3)  # of the way to the smooth line, tried in turn
 _PINNED = 2  # points at each end of a stretch that keep its heading
 _SAME_PLACE = 1e-9  # m
 
@@ -35,30 +36,36 @@ class Shaping:
     def path(self, ground: Ground, drive: Drive) -> Path:
         """The path along a drive; each stretch in one direction smoothed by itself.
 
-        A smoothed stretch is taken when the footprint touches nothing along it and no bend is
-        tighter than the turning radius; else the stretch stays as it was found. A turn in place
+        A stretch is moved as far to its smooth line as the footprint touches nothing and no bend is
+        tighter than the turning radius, or stays as it was found. A turn in place
         shows as a corner: only its last pose is kept.
         """
-        poses = drive.poses.copy()
-        if self.smoother != "none":
-            ends = np.flatnonzero(np.diff(drive.ways) != 0)
-            for first, last in zip([0, *ends], [*ends, len(poses) - 1], strict=True):
-                way = int(drive.ways[last])
-                if way != 0 and last - first > 2 * _PINNED:
-                    poses[first : last + 1] = self._stretch(ground, poses[first : last + 1], way)
-        steps = np.hypot(*np.diff(poses[:, :2], axis=0).T)
-        return Path(poses[np.append(steps > _SAME_PLACE, True)])
+        poses, ways = drive.poses, drive.ways
+        stretches = [poses[:1]]
+        ends = np.flatnonzero(np.diff(ways) != 0)
+        for first, last in zip([0, *ends], [*ends, len(poses) - 1], strict=True):
+            stretch = poses[first : last + 1]
+            if ways[last] != 0 and self.smoother != "none":
+                stretch = self._stretch(ground, stretch, int(ways[last]))
+            stretches.append(stretch[1:])
+        found = np.vstack(stretches)
+        steps = np.hypot(*np.diff(found[:, :2], axis=0).T)
+        return Path(found[np.append(steps > _SAME_PLACE, True)])
 
     def _stretch(self, ground: Ground, poses: FloatArray, way: int) -> FloatArray:
-        points = poses[:, :2]
+        even = evenly(poses, way)
+        if len(even) <= 2 * _PINNED + 1:
+            return poses
+        points = even[:, :2]
         if self.smoother == "simple":
             shaped = self._rounded(ground, points)
         else:
             shaped = shape(self.smoother, ground.costs, points, self.radius, _PINNED)
-        moved = _with_headings(shaped, poses, way)
-        if not bends_within(moved, way, self.radius * (1.0 / _ROUNDING)):
-            return poses
-        return moved if ground.weight(moved) > 0.0 else poses
+        for share in _SHARES:
+            moved = _with_headings(points + share * (shaped - points), even, way)
+            if bends_within(moved, way, self.radius / _ROUNDING) and ground.weight(moved) > 0.0:
+                return moved
+        return poses
 
     def _rounded(self, ground: Ground, points: FloatArray) -> FloatArray:
         from stack.planning import kernels
@@ -71,6 +78,30 @@ class Shaping:
         shaped = points.copy()
         shaped[1:-1] = moved * scale + origin
         return shaped
+
+
+def evenly(poses: FloatArray, way: int) -> FloatArray:
+    """Poses along the same curve, evenly spaced: cubics through (n, 3) with their headings."""
+    steps = np.hypot(*np.diff(poses[:, :2], axis=0).T)
+    keep = np.append(True, steps > _SAME_PLACE)
+    poses, steps = poses[keep], steps[keep[1:]]
+    along = np.append(0.0, np.cumsum(steps))
+    at = np.linspace(0.0, along[-1], max(1, round(float(along[-1]) / SPACING)) + 1)
+    before = np.clip(np.searchsorted(along, at, side="right") - 1, 0, max(len(steps) - 1, 0))
+    if not len(steps):
+        return poses
+    t = ((at - along[before]) / steps[before])[:, None]
+    tangents = way * np.column_stack([np.cos(poses[:, 2]), np.sin(poses[:, 2])])
+    begin, end = poses[before, :2], poses[before + 1, :2]
+    leave, arrive = (tangents[index] * steps[before, None] for index in (before, before + 1))
+    points = (
+        (1 + 2 * t) * (1 - t) ** 2 * begin + t * (1 - t) ** 2 * leave
+        + t**2 * (3 - 2 * t) * end + t**2 * (t - 1) * arrive
+    )  # fmt: skip
+    turn = _wrapped(poses[before + 1, 2] - poses[before, 2])
+    even = np.column_stack([points, poses[before, 2] + t[:, 0] * turn])
+    even[0], even[-1] = poses[0], poses[-1]
+    return even
 
 
 def bends_within(poses: FloatArray, way: int, radius: float) -> bool:

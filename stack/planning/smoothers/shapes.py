@@ -14,8 +14,12 @@ from stack.types import LETHAL_COST, UNKNOWN_COST, CostGrid, FloatArray
 WINDOW, ORDER, PASSES = 7, 3, 2
 """Of the Savitzky-Golay filter: points, degree of the polynomials, how often it is applied."""
 
-_WEIGHTS = np.array([0.05, 0.05, 0.05, 0.002])  # smoothness, clearance, curvature, distance
-_ITERATIONS = 150
+_STAGES = (
+    (120, np.array([0.04, 0.04, 0.06, 0.002])),
+    (80, np.array([0.04, 0.0, 0.08, 0.0])),  # irons out the kinks of the costmap's cells
+)
+"""Iterations of the descent, and weights of smoothness, clearance, curvature and distance."""
+_EASIER = 1.15  # the descent aims at arcs this much wider than asked, for it ends short of its aim
 _CLEAR_FIELD = UNKNOWN_COST // 2  # unknown cells repel as half-inflated ones
 
 
@@ -65,10 +69,10 @@ class Descent:
         scale, origin = costs.resolution, np.array(costs.origin)
         low, high = _box(costs, points)
         field = _field(costs.cells[low[1] : high[1], low[0] : high[0]])
-        moved = descend(
-            field, (points - origin) / scale - low, pinned, scale / self.radius, _WEIGHTS,
-            _ITERATIONS,
-        )  # fmt: skip
+        tightest = scale / (_EASIER * self.radius)
+        moved = (points - origin) / scale - low
+        for iterations, weights in _STAGES:
+            moved = descend(field, moved, pinned, tightest, weights, iterations)
         shaped: FloatArray = (moved + low) * scale + origin
         shaped[:pinned], shaped[len(points) - pinned :] = points[:pinned], points[-pinned:]
         return shaped
