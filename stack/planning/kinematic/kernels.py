@@ -82,6 +82,7 @@ class Aim(NamedTuple):
         start: (2,) where the search began.
         escape: metres from there within which the footprint may touch something.
         escape_cost: cost to the goal from the place where that ends.
+        contacts: what `contact` may count there.
     """
 
     goal: NDArray[np.float64]
@@ -94,6 +95,7 @@ class Aim(NamedTuple):
     start: NDArray[np.float64]
     escape: float
     escape_cost: float
+    contacts: int
 
 
 class Nodes(NamedTuple):
@@ -154,19 +156,20 @@ def stretch(place, poses, contacts):
     Args:
         place: costmap.
         poses: (n, 3), map frame.
-        contacts: what `contact` may count at the first pose; no more with each one.
+        contacts: what `contact` may count; nothing any more after the first clear pose.
 
     Returns:
         (mean weight of a metre, or 0 where the footprint cannot pass; contacts at the last pose).
     """
-    total = 0.0
+    total, touching = 0.0, contacts
     for index in range(poses.shape[0]):
         weight, touching = contact(place, poses[index, 0], poses[index, 1], poses[index, 2])
         if touching > contacts:
             return 0.0, touching
         total += max(weight, place.weights[0])
-        contacts = touching
-    return total / max(poses.shape[0], 1), contacts
+        if touching == 0:
+            contacts = 0
+    return total / max(poses.shape[0], 1), touching
 
 
 @njit(cache=True, nogil=True)
@@ -342,7 +345,8 @@ def expand(place, moves, aim, nodes, state, most, bound):
                 driven[index, 0] = x + c * forward - s * left
                 driven[index, 1] = y + s * forward + c * left
                 driven[index, 2] = heading + moves.poses[turn, move, index, 2]
-            weight, contacts = stretch(place, driven[:samples], nodes.contacts[node])
+            allowed = aim.contacts if nodes.contacts[node] > 0 else 0
+            weight, contacts = stretch(place, driven[:samples], allowed)
             if weight == 0.0:
                 continue
             end = driven[samples - 1]

@@ -97,7 +97,10 @@ class TurnDriveTurn:
             [np.zeros(len(turns[0])), np.ones(len(driven)), np.zeros(len(turns[1]))]
         )
         cost = length + self.prices.rotation * (abs(first) + abs(last))
-        return Drive(np.vstack([turns[0], driven, turns[1]]), ways.astype(np.int64), cost)
+        poses = np.vstack([turns[0], driven, turns[1]])
+        if len(poses):
+            poses[-1] = goal
+        return Drive(poses, ways.astype(np.int64), cost)
 
 
 class Lattice:
@@ -166,7 +169,7 @@ class Lattice:
         Where the robot cannot even turn that far, its moves begin askew to the lattice.
         """
         pose = np.array([start.x, start.y, start.heading])
-        contacts = ground.contacts(start)
+        contacts = ground.allowed(start)
         seeds = []
         aside = [wrap_angle(float(turn) - start.heading) for turn in lattice_headings()]
         for angle in sorted(aside, key=abs)[:2]:

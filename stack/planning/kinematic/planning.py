@@ -19,6 +19,7 @@ from stack.types import CostGrid, FailureCode, Footprint, Path, Pose2D
 
 _FLOOD_MARGIN = 0.3  # the field of costs to go covers ways this much dearer than the cheapest
 _PARTIAL_REACH = 3.0  # m; how far from a blocked goal a partial plan looks for a clear pose
+_TURNED = 0.35  # rad; how far the heading of a place within the tolerance may be off
 _ANY_HEADING = 8  # headings tried there
 
 
@@ -57,10 +58,12 @@ class PosePlanning:
         if field[begin] >= self._unreached:
             end = self._reachable(ground, start, goal, begin)
             field, horizon = self._field(costs, end, begin)
-        escape = self.endpoints.escape_distance if ground.contacts(start) else 0.0
+        contacts = ground.allowed(start)
+        escape = self.endpoints.escape_distance if contacts else 0.0
         query = Query(
-            start, self.seeds(ground, start), end, field, horizon, escape, float(field[begin])
-        )
+            start, self.seeds(ground, start), end, field, horizon,
+            escape, float(field[begin]), contacts,
+        )  # fmt: skip
         outcome = PoseSearch(self.method(costs.resolution), ground, query).run()
         drive = outcome.drive or self._nearest(outcome, start, goal)
         if len(drive.poses) < 2:
@@ -148,7 +151,10 @@ class PosePlanning:
         away = np.hypot(reached[:, 0] - goal.x, reached[:, 1] - goal.y)
         turned = np.abs(np.angle(np.exp(1j * (reached[:, 2] - goal.heading))))
         index = int(np.lexsort((turned, away))[0])
-        if self.endpoints.partial or away[index] <= self.endpoints.tolerance:
+        near = np.flatnonzero((away <= self.endpoints.tolerance) & (turned <= _TURNED))
+        if near.size:
+            return outcome.drive_to(int(near[np.lexsort((turned[near], away[near]))[0]]))
+        if self.endpoints.partial:
             return outcome.drive_to(index)
         if outcome.limited:
             raise NavigationError(

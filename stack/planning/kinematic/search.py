@@ -105,6 +105,14 @@ class Ground:
         contact: Any = kernels.contact
         return int(contact(self.place, pose.x, pose.y, pose.heading)[1])
 
+    def allowed(self, pose: Pose2D) -> int:
+        """What may be in contact while a pose is left: a little more than is at first.
+
+        As it moves, another number of samples falls into the same cells.
+        """
+        contacts = self.contacts(pose)
+        return 0 if contacts == 0 else contacts + contacts // 8 + 2
+
     def weight(self, poses: FloatArray, contacts: int = 0) -> float:
         """Mean weight of a metre over poses (n, 3); 0 where the footprint cannot pass."""
         from stack.planning.kinematic import kernels
@@ -124,6 +132,7 @@ class Query:
         horizon: no cell beyond what the field covers costs less.
         escape: metres around the start in which the footprint may be in contact.
         escape_cost: cost to the goal from where that ends.
+        contacts: how much of it may be.
     """
 
     start: Pose2D
@@ -133,6 +142,7 @@ class Query:
     horizon: float
     escape: float
     escape_cost: float
+    contacts: int
 
 
 @dataclass
@@ -171,7 +181,7 @@ class PoseSearch:
         self._aim = kernels.Aim(
             self._goal, query.field, query.horizon, method.table, method.table_step,
             method.table_slack, method.ratio, np.array([query.start.x, query.start.y]),
-            query.escape, query.escape_cost,
+            query.escape, query.escape_cost, query.contacts,
         )  # fmt: skip
         self._nodes: Any = self._room(_FIRST_ROOM)
         self._state = np.array([0, 0, 0, 1], dtype=np.int64)
@@ -226,7 +236,8 @@ class PoseSearch:
         """From a node to the goal in one go, when the footprint fits all along."""
         start = self._nodes.poses[node].copy()
         drive = self._method.shortcut(start, self._goal, self._ground.costs.resolution)
-        weight = self._ground.weight(drive.poses, int(self._nodes.contacts[node]))
+        allowed = self._query.contacts if self._nodes.contacts[node] > 0 else 0
+        weight = self._ground.weight(drive.poses, allowed)
         if weight == 0.0:
             return None
         return Drive(drive.poses, drive.ways, weight * drive.cost)

@@ -14,11 +14,15 @@ from stack.types import LETHAL_COST, UNKNOWN_COST, CostGrid, FloatArray
 WINDOW, ORDER, PASSES = 7, 3, 2
 """Of the Savitzky-Golay filter: points, degree of the polynomials, how often it is applied."""
 
+_IRONING = (1, 80, np.array([0.04, 0.0, 0.08, 0.0]))  # takes out the kinks of the costmap's cells
 _STAGES = (
-    (120, np.array([0.04, 0.04, 0.06, 0.002])),
-    (80, np.array([0.04, 0.0, 0.08, 0.0])),  # irons out the kinks of the costmap's cells
+    (4, 60, np.array([0.04, 0.06, 0.06, 0.002])),
+    (2, 60, np.array([0.04, 0.02, 0.08, 0.002])),
+    _IRONING,
 )
-"""Iterations of the descent, and weights of smoothness, clearance, curvature and distance."""
+"""Stride, iterations, and weights of smoothness, clearance, curvature and distance."""
+_GENTLE_STAGES = ((1, 120, np.array([0.04, 0.04, 0.06, 0.002])), _IRONING)
+"""For lines with headings at their ends, next to which large strides would leave kinks."""
 _EASIER = 1.15  # the descent aims at arcs this much wider than asked, for it ends short of its aim
 _CLEAR_FIELD = UNKNOWN_COST // 2  # unknown cells repel as half-inflated ones
 
@@ -71,8 +75,8 @@ class Descent:
         field = _field(costs.cells[low[1] : high[1], low[0] : high[0]])
         tightest = scale / (_EASIER * self.radius)
         moved = (points - origin) / scale - low
-        for iterations, weights in _STAGES:
-            moved = descend(field, moved, pinned, tightest, weights, iterations)
+        for stride, iterations, weights in _STAGES if pinned == 1 else _GENTLE_STAGES:
+            moved = descend(field, moved, pinned, stride, tightest, weights, iterations)
         shaped: FloatArray = (moved + low) * scale + origin
         shaped[:pinned], shaped[len(points) - pinned :] = points[:pinned], points[-pinned:]
         return shaped
