@@ -20,7 +20,12 @@ from stack.parameters import build, suggestion
 from stack.types import CostGrid, Footprint, Path, Pose2D, Twist
 
 BUILT_IN: dict[str, dict[str, str]] = {
-    "planner": {"astar": "stack.planning.astar:Astar"},
+    "planner": {
+        "astar": "stack.planning.astar:Astar",
+        "theta_star": "stack.planning.theta_star.planner:ThetaStar",
+        "hybrid_astar": "stack.planning.kinematic.hybrid_astar:HybridAstar",
+        "lattice": "stack.planning.kinematic.lattice:Lattice",
+    },
     "controller": {
         "pure_pursuit": "stack.control.pure_pursuit:PurePursuit",
         "mppi": "stack.control.mppi.controller:Mppi",

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.types import INSCRIBED_COST, LETHAL_COST, UNKNOWN_COST, CostGrid
+from stack.types import INSCRIBED_COST, LETHAL_COST, UNKNOWN_COST, CostGrid, Pose2D
 
 _FREE_STEP = 100  # what a straight step over a free cell costs: whole numbers within 0.5 %
 
@@ -94,6 +94,15 @@ class Workspace:
                 self._forget()
             else:
                 return bool(status == kernels.FOUND)
+
+    def nearest_reached(self, costs: CostGrid, place: Pose2D) -> tuple[int, int] | None:
+        """The cell with a way that the last search reached nearest to a place."""
+        x, y = costs.origin
+        row, column = self._kernels.nearest_reached(
+            costs.cells, self._tables.traverse, self.reached, self.base, self.limit,
+            (place.y - y) / costs.resolution, (place.x - x) / costs.resolution,
+        )  # fmt: skip
+        return None if row < 0 else (int(row), int(column))
 
     def _next_base(self) -> None:
         if self.base - self.limit - 1 < np.iinfo(self.reached.dtype).min:

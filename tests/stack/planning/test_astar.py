@@ -17,6 +17,7 @@ from stack.errors import NavigationError
 from stack.planning import kernels
 from stack.planning.astar import Astar, AstarParameters
 from stack.planning.search import StepCosts, Workspace
+from stack.planning.smoothers.choice import SMOOTHERS
 from stack.types import (
     FREE,
     INSCRIBED_COST,
@@ -121,15 +122,15 @@ def test_reachable_means_found_and_at_the_least_cost(costs, data):
             assert cost_of(costs, cells) <= 1.01 * optimum[goal] + 1e-9
 
 
-@given(cost_arrays(), st.data(), st.booleans())
+@given(cost_arrays(), st.data(), st.sampled_from(SMOOTHERS))
 @settings(deadline=None, max_examples=150)
-def test_plans_touch_nothing_and_join_start_and_goal(costs, data, smooth):
+def test_plans_touch_nothing_and_join_start_and_goal(costs, data, smoother):
     chosen = two_cells(costs, data)
     if chosen is None:
         return
     grid = CostGrid(costs, 0.05, (-3.0, 4.0))
     start, goal = (Pose2D(*grid.centre_of(*cell), 0.7) for cell in chosen)
-    planner = Astar(replace(EXACT, smooth=smooth), ROBOT)
+    planner = Astar(replace(EXACT, smoother=smoother), ROBOT)
     if chosen[1] not in dijkstra(costs, chosen[0]):
         with pytest.raises(NavigationError, match="NO_VALID_PATH"):
             planner.plan(grid, start, goal)
