@@ -46,9 +46,11 @@ class Planner(Protocol):
     def plan(self, costs: CostGrid, start: Pose2D, goal: Pose2D) -> Path:
         """A path of poses in the map frame from start to goal, smoothed, free of collisions.
 
+        Headings are the robot's: where it drives backward they point against the motion.
+
         Raises:
-            NavigationError: NO_VALID_PATH, START_OCCUPIED, GOAL_OCCUPIED, START_OUTSIDE_MAP or
-                GOAL_OUTSIDE_MAP.
+            NavigationError: NO_VALID_PATH, START_OCCUPIED, GOAL_OCCUPIED, START_OUTSIDE_MAP,
+                GOAL_OUTSIDE_MAP, or TIMED_OUT where a search has a limit.
         """
         ...
 

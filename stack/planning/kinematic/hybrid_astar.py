@@ -55,7 +55,7 @@ class HybridAstarParameters:
         help="tries to reach the goal in one go this often as it comes nearer",
     )  # fmt: skip
     max_expansions: int = parameter(
-        200_000, at_least=1, at_most=100_000_000, help="poses looked at before it gives up"
+        100_000, at_least=1, at_most=100_000_000, help="poses looked at before it gives up"
     )
     allow_unknown: bool = parameter(True, help="plan through cells nobody has seen")
     tolerance: float = parameter(

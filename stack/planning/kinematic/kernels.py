@@ -341,10 +341,10 @@ def expand(place, moves, aim, nodes, state, most, bound):
             if samples == 0:
                 continue
             for index in range(samples):
-                forward, left = moves.poses[turn, move, index, 0], moves.poses[turn, move, index, 1]
+                forward, left, bend = moves.poses[turn, move, index]
                 driven[index, 0] = x + c * forward - s * left
                 driven[index, 1] = y + s * forward + c * left
-                driven[index, 2] = heading + moves.poses[turn, move, index, 2]
+                driven[index, 2] = heading + bend
             allowed = aim.contacts if nodes.contacts[node] > 0 else 0
             weight, contacts = stretch(place, driven[:samples], allowed)
             if weight == 0.0:
