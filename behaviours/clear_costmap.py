@@ -10,6 +10,8 @@ from behaviours.base import RobotBehaviour, port
 class ClearCostmap(RobotBehaviour):
     """Forget sensed obstacles; what the map shows stays."""
 
+    can_fail = False
+
     which: str = port("which costmap", default="both", one_of=("local", "global", "both"))
     radius: float = port(
         "forget only this far round the robot; 0 is everywhere", unit="m", default=0.0, at_least=0.0

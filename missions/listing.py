@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from math import degrees
 from pathlib import Path
 
 from behaviours.catalogue import find_behaviours
-from missions.resources import load_robot, mission_files, world_files
+from missions.resources import MISSIONS, load_robot, load_world, mission_files, world_files
 from robots.load import robot_names
 from stack.components import available, component
 from stack.documents import read_file
@@ -52,9 +53,10 @@ def description_of(name: str) -> str:
         return _describe_robot(name)
     for file in world_files():
         if file.stem == name:
-            return f"{name}: {_doc_of(file)}\n  file: {file.name}"
+            return _describe_world(name)
     components = [other for single in COMPONENTS.values() for other in available(single)]
     known = [*catalogue.names(), *components, *robot_names()]
+    known += [file.stem for file in world_files()]
     raise InputError(f"nothing is called {name!r}; {suggestion(name, known)}")
 
 
@@ -109,6 +111,26 @@ def _robot_sentence(name: str) -> str:
         f"radius {robot.footprint.circumscribed_radius:.2f} m, {limits.linear_speed:g} m/s,"
         f" {limits.angular_speed:g} rad/s"
     )
+
+
+def _describe_world(name: str) -> str:
+    world = load_world(name, HERE)
+    x_min, y_min, x_max, y_max = world.bounds
+    rows = [
+        ("size", f"{x_max - x_min:g} x {y_max - y_min:g} m"),
+        ("doors", ", ".join(door.name for door in world.doors)),
+        ("people", ", ".join(person.name for person in world.people)),
+        ("markers", ", ".join(str(marker.number) for marker in world.markers)),
+        ("timeline", f"{len(world.timeline)} happenings" if world.timeline else ""),
+    ]
+    lines = [f"{name}: {_doc_of(MISSIONS / 'worlds' / f'{name}.yaml')}"]
+    lines += [f"  {title:<9} {text}" for title, text in rows if text]
+    lines += ["places:"]
+    lines += [
+        f"  {place:<12} [{pose.x:g}, {pose.y:g}, {degrees(pose.heading):.0f} deg]"
+        for place, pose in world.places.items()
+    ]
+    return "\n".join(lines)
 
 
 def _declared(part: object) -> list[Declaration]:

@@ -44,7 +44,7 @@ class ProgressLines:
         doing = f"{running[-1].name} {running[-1].message}".strip() if running else snapshot.state
         self._write(
             f"{snapshot.time:7.1f} s  at ({snapshot.pose.x:.1f}, {snapshot.pose.y:.1f}),"
-            f" {snapshot.speed:.0f} x: {doing}"
+            f" {snapshot.speed:.0f} x real time: {doing}"
         )
 
     def close(self, report: Mapping[str, Any] | None) -> None:

@@ -21,8 +21,18 @@ from stack.parameters import build, suggestion
 from stack.types import CostGrid, Footprint, Path, Pose2D, Twist
 
 BUILT_IN: dict[str, dict[str, str]] = {
-    "planner": {"astar": "stack.planning.astar:Astar"},
-    "controller": {"pure_pursuit": "stack.control.pure_pursuit:PurePursuit"},
+    "planner": {
+        "astar": "stack.planning.astar:Astar",
+        "theta_star": "stack.planning.theta_star.planner:ThetaStar",
+        "hybrid_astar": "stack.planning.kinematic.hybrid_astar:HybridAstar",
+        "lattice": "stack.planning.kinematic.lattice:Lattice",
+    },
+    "controller": {
+        "pure_pursuit": "stack.control.pure_pursuit:PurePursuit",
+        "mppi": "stack.control.mppi.controller:Mppi",
+        "dwb": "stack.control.dwb.controller:Dwb",
+        "graceful": "stack.control.graceful:Graceful",
+    },
     "costmap_layer": {
         "static": "stack.costmap.static_layer:StaticLayer",
         "obstacle": "stack.costmap.obstacle_layer:ObstacleLayer",
@@ -52,9 +62,11 @@ class Planner(Protocol):
     def plan(self, costs: CostGrid, start: Pose2D, goal: Pose2D) -> Path:
         """A path of poses in the map frame from start to goal, smoothed, free of collisions.
 
+        Headings are the robot's: where it drives backward they point against the motion.
+
         Raises:
-            NavigationError: NO_VALID_PATH, START_OCCUPIED, GOAL_OCCUPIED, START_OUTSIDE_MAP or
-                GOAL_OUTSIDE_MAP.
+            NavigationError: NO_VALID_PATH, START_OCCUPIED, GOAL_OCCUPIED, START_OUTSIDE_MAP,
+                GOAL_OUTSIDE_MAP, or TIMED_OUT where a search has a limit.
         """
         ...
 
@@ -77,9 +89,15 @@ class ControlState:
 
 
 class Controller(Protocol):
-    """Follows a path."""
+    """Follows a path.
+
+    Attributes:
+        parameters: those in force; live tuning puts others there between two steps, or calls
+            `configure(parameters)` where there is such a method.
+    """
 
     Parameters: ClassVar[type]
+    parameters: Any
 
     def __init__(self, parameters: Any, robot: RobotDescription, period: float) -> None: ...
 
@@ -125,20 +143,23 @@ def available(kind: str) -> dict[str, str]:
 
 
 def component(kind: str, name: str) -> type:
-    """The class of a component.
+    """The class of a component: by the name of an installed one, or as `module:Class`.
 
     Raises:
         InputError: there is no such component, or its module cannot be imported.
     """
     known = available(kind)
-    if name not in known:
+    if name not in known and ":" not in name:
         what = kind.replace("_", " ")
         raise InputError(f"there is no {what} {name!r}; {suggestion(name, known)}")
-    module, _, attribute = known[name].partition(":")
+    where = known.get(name, name)
+    module, _, attribute = where.partition(":")
     try:
         found: type = getattr(import_module(module), attribute)
-    except (ImportError, AttributeError) as error:
-        raise InputError(f"the {kind} {name!r} in {known[name]} cannot be used: {error}") from error
+    except Exception as error:  # a plugin's module may raise anything
+        raise InputError(f"the {kind} {name!r} in {where} cannot be used: {error}") from error
+    if not hasattr(found, "Parameters"):
+        raise InputError(f"the {kind} {name!r} in {where} cannot be used: it has no `Parameters`")
     return found
 
 

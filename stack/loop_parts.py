@@ -8,6 +8,7 @@ from typing import Protocol
 from stack.body import Body
 from stack.costmap.costmap import Costmap
 from stack.errors import InputError
+from stack.localisation.dead_reckoning import DeadReckoning
 from stack.localisation.localiser import Localiser
 from stack.localisation.odometry import OdometryFusion
 from stack.navigation.navigation import Navigation
@@ -25,6 +26,10 @@ class MissionTree(Protocol):
 
     def tick(self) -> None:
         """One tick of the tree."""
+        ...
+
+    def leave_out(self, seconds: float) -> None:
+        """Time that passed while the mission was paused: no limit or delay counts it."""
         ...
 
     def halt(self) -> None:
@@ -113,7 +118,7 @@ class Parts:
 
     body: Body
     fusion: OdometryFusion
-    localiser: Localiser
+    localiser: Localiser | DeadReckoning
     local_costmap: Costmap
     global_costmap: Costmap
     navigation: Navigation
@@ -124,3 +129,4 @@ class Parts:
     map_layer: Layer
     witness: Witness | None = None
     tracker: Tracker | None = None
+    keep_camera_on: bool = False

@@ -69,9 +69,11 @@ class Operator:
         for command in self._parts.telemetry.commands():
             refusal = self._carry_out(command)
             self._parts.telemetry.acknowledge(Ack(command.id, not refusal, refusal))
+            if command.kind == "speed" and not refusal:
+                continue  # changes nothing in the run, so it stays out of the hashed log
             self._parts.telemetry.emit(
                 "command", f"{command.kind}: {refusal or 'done'}", source="command",
-                level="warning" if refusal else "info",
+                level="warning" if refusal or command.kind == "estop" else "info",
                 command=command.kind, arguments=dict(command.arguments), refused=refusal,
             )  # fmt: skip
 
@@ -92,6 +94,8 @@ class Operator:
     def _pause(self, _: Arguments) -> str | None:
         if self._conduct.state is MissionState.EMERGENCY_STOP:
             return "the emergency stop is engaged; release it first"
+        if self._detour is not None:
+            self._detour.task.cancel()
         self._conduct.state = MissionState.PAUSED
         return None
 

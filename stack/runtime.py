@@ -47,13 +47,13 @@ class Runtime:
 
     def step(self) -> None:
         """One control period, or nothing but service to the operator while the robot is held."""
+        self.parts.telemetry.advance(self.steps, self.parts.body.time)
         if self._held_and_standing():
             self._idle()
             self._operator.apply_commands()
             self.parts.telemetry.publish(lambda: compose_snapshot(self))
             return
         measure = self.stages.measure
-        self.parts.telemetry.advance(self.steps, self.parts.body.time)
         with measure("commands"):
             self._operator.apply_commands()
         with measure("sense"):
@@ -77,9 +77,11 @@ class Runtime:
         with measure("publish"):
             self.parts.telemetry.publish(lambda: compose_snapshot(self))
         with measure("body", self._asleep):
-            if self.parts.pilot.camera_wanted:
+            if self.parts.pilot.camera_wanted or self.parts.keep_camera_on:
                 self.parts.body.ask_for_image()
             self.parts.body.wait(self.period)
+        if not self._ticking():
+            self.parts.tree.leave_out(self.period)
         self.steps += 1
 
     def end(self, state: MissionState, reason: str) -> None:
@@ -87,7 +89,8 @@ class Runtime:
         if self.state.is_over:
             return
         self.state, self.reason = state, reason
-        self.parts.tree.halt()
+        if self.parts.tree.outcome == "running":  # a tree that has ended keeps its picture
+            self.parts.tree.halt()
         self.parts.telemetry.emit(
             "mission_ended", f"{state}: {reason}" if reason else str(state), source="mission",
             level="info" if state is MissionState.SUCCESS else "warning",

@@ -5,6 +5,7 @@ It is a client of telemetry and nothing else; closing it never stops a mission u
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import ClassVar
 from uuid import uuid4
 
@@ -61,15 +62,19 @@ class Dashboard(App[str]):
     VERTICAL_BREAKPOINTS = HEIGHTS
     BINDINGS: ClassVar[list[BindingType]] = [key.binding() for key in KEYS]
 
-    def __init__(self, source: Source, *, live: bool = True) -> None:
+    def __init__(
+        self, source: Source, *, live: bool = True, interrupted: Callable[[], bool] | None = None
+    ) -> None:
         """Watch a source.
 
         Args:
             source: the run; closed with the dashboard.
+            interrupted: given where the run was begun: looked at with each refresh, true leaves
+                with `interrupt`, and so does ctrl+c. Otherwise ctrl+c asks as q does.
             live: refresh by a timer. Tests switch it off and call `refresh_now`.
         """
         super().__init__()
-        self.source, self._live = source, live
+        self.source, self._live, self._interrupted = source, live, interrupted
         self.snapshot: Snapshot | None = None
         self._speed_factor = 1.0
         self._stop_id, self._stop_age = "", 0
@@ -112,6 +117,9 @@ class Dashboard(App[str]):
 
     def refresh_now(self) -> None:
         """Take what is new and show it."""
+        if self._interrupted is not None and self._interrupted():
+            self.exit("interrupt")
+            return
         self._keep_a_focus()
         fresh = self._receive()
         link = self._link()
@@ -197,6 +205,13 @@ class Dashboard(App[str]):
     def _abort_answered(self, answer: str | None) -> None:
         if answer == "abort":
             self._send("abort", reason="operator")
+
+    def action_interrupt(self) -> None:
+        """End the run that was begun with this dashboard; leave any other."""
+        if self._interrupted is not None and not self.is_over:
+            self.exit("interrupt")
+        else:
+            self.action_leave()
 
     def action_leave(self) -> None:
         """Leave; while the mission runs, ask whether to leave it running."""

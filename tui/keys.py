@@ -75,5 +75,13 @@ KEYS = (
     Key("escape", "all_panes", "", "back to all panes", "esc"),
     Key("question_mark", "help", "Help", "this page", "?"),
     Key("q", "leave", "Quit", "leave; asks while the mission runs"),
-    Key("ctrl+c,ctrl+q", "leave", everywhere=True),
+    Key("ctrl+q", "leave", everywhere=True),
+    Key(
+        "ctrl+c",
+        "interrupt",
+        "",
+        "end a run begun here, at once; asks when watching",
+        "ctrl+c",
+        True,
+    ),
 )

@@ -117,6 +117,26 @@ def _first_lethal(
 
 
 @njit(cache=True, nogil=True)
+def _covered(
+    cells: np.ndarray, resolution: float, origin_x: float, origin_y: float,
+    body: FloatArray, x: float, y: float, heading: float,
+) -> tuple[np.ndarray, int]:  # fmt: skip
+    """Numbers of the lethal cells under the footprint, and how many of the array they fill."""
+    known = np.empty(body.shape[0], np.int64)
+    count = 0
+    place, cell = _first_lethal(
+        cells, resolution, origin_x, origin_y, body, x, y, heading, known, count, 0
+    )
+    while place >= 0:
+        known[count] = cell
+        count += 1
+        place, cell = _first_lethal(
+            cells, resolution, origin_x, origin_y, body, x, y, heading, known, count, place + 1
+        )
+    return known, count
+
+
+@njit(cache=True, nogil=True)
 def sweep(
     cells: np.ndarray, resolution: float, origin_x: float, origin_y: float, body: FloatArray,
     x: float, y: float, heading: float, linear: float, angular: float, horizon: float, step: float,
@@ -146,17 +166,7 @@ def sweep(
         highest passable cost under the base on the way.
     """
     rows, columns = cells.shape
-    known = np.empty(body.shape[0], np.int64)
-    count = 0
-    place, cell = _first_lethal(
-        cells, resolution, origin_x, origin_y, body, x, y, heading, known, count, 0
-    )
-    while place >= 0:
-        known[count] = cell
-        count += 1
-        place, cell = _first_lethal(
-            cells, resolution, origin_x, origin_y, body, x, y, heading, known, count, place + 1
-        )
+    known, count = _covered(cells, resolution, origin_x, origin_y, body, x, y, heading)
     worst = 0
     time = 0.0
     while True:
@@ -173,7 +183,7 @@ def sweep(
         x += span * linear * cos(middle)
         y += span * linear * sin(middle)
         heading += span * angular
-        place, cell = _first_lethal(
+        place, _ = _first_lethal(
             cells, resolution, origin_x, origin_y, body, x, y, heading, known, count, 0
         )
         if place >= 0:
@@ -181,3 +191,40 @@ def sweep(
         time += span
         if horizon - time < 1e-9:
             time = horizon
+
+
+@njit(cache=True, nogil=True)
+def clear_poses(
+    cells: np.ndarray, resolution: float, origin_x: float, origin_y: float, body: FloatArray,
+    x: float, y: float, heading: float, poses: FloatArray,
+) -> np.ndarray:  # fmt: skip
+    """How many poses of each motion are clear before the footprint covers lethal cells.
+
+    Cells that it covers now do not count, as in `sweep`.
+
+    Args:
+        cells: (rows, columns) uint8 costs, Nav2's values; off the grid is free.
+        resolution: side of a cell, metres.
+        origin_x: outer corner of cell (0, 0), map frame, metres.
+        origin_y: likewise.
+        body: (m, 2) points that fill the footprint, base frame, metres.
+        x: pose of the base now, in the map frame.
+        y: likewise.
+        heading: likewise.
+        poses: (n, k, 3) x, y, heading of k poses on each of n motions, map frame.
+
+    Returns:
+        (n,) int64 in 0..k.
+    """
+    known, count = _covered(cells, resolution, origin_x, origin_y, body, x, y, heading)
+    clear = np.full(poses.shape[0], poses.shape[1], np.int64)
+    for i in range(poses.shape[0]):
+        for j in range(poses.shape[1]):
+            place, _ = _first_lethal(
+                cells, resolution, origin_x, origin_y, body,
+                poses[i, j, 0], poses[i, j, 1], poses[i, j, 2], known, count, 0,
+            )  # fmt: skip
+            if place >= 0:
+                clear[i] = j
+                break
+    return clear

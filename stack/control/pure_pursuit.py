@@ -13,16 +13,19 @@ something that the path itself avoids, and all speeds follow the robot's acceler
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import ceil, copysign, cos, hypot, inf, pi, sin, sqrt
+from math import cos, sin
 
 import numpy as np
 
 from stack.components import ControlState
+from stack.control.patience import Patience
+from stack.control.ramps import Ramp, stopping_speed
+from stack.control.swept import SweptFootprint
 from stack.control.track import Track
+from stack.control.turning import TurnInPlace, TurnStyle
 from stack.description import RobotDescription
-from stack.errors import NavigationError
 from stack.parameters import parameter
-from stack.types import STANDSTILL, FailureCode, FloatArray, Footprint, Path, Pose2D, Twist
+from stack.types import STANDSTILL, Path, Pose2D, Twist
 from stack.types import wrap_angle as wrap
 
 SHORTER = (1.0, 0.6, 0.35)
@@ -97,17 +100,11 @@ class PurePursuit:
     def __init__(
         self, parameters: PurePursuitParameters, robot: RobotDescription, period: float
     ) -> None:
-        from stack.control import kernels
-
-        self._kernels = kernels
         self.parameters, self._limits, self._period = parameters, robot.limits, period
-        self._footprint = robot.footprint
-        self._radius = robot.footprint.circumscribed_radius
-        self._body: tuple[float, FloatArray] = (0.0, np.empty((0, 2)))
+        self._swept, self._patience = SweptFootprint(robot.footprint), Patience()
         self._track: Track | None = None
         self._arrived = self._turning = False
         self._last = STANDSTILL
-        self._blocked_since: float | None = None
         self._state: ControlState | None = None
 
     def set_path(self, path: Path) -> None:
@@ -126,12 +123,13 @@ class PurePursuit:
             return STANDSTILL
         fresh = track.travelled == 0.0
         track.advance(state.pose)
-        self._last = self._rebased(state.twist)
+        self._last = self._ramp.rebased(self._last, state.twist)
         if self._has_arrived(track, state.pose, fresh):
             chosen = self._turn(state, wrap(track.path.goal.heading - state.pose.heading))
         else:
             chosen = self._pursue(track, state)
-        self._last = self._patiently(chosen, state.time)
+        self._last = STANDSTILL
+        self._last = self._patience.bear(chosen, state.time, self.parameters.patience)
         return self._last
 
     @property
@@ -216,20 +214,8 @@ class PurePursuit:
         brake = p.brake_share * self._limits.linear_deceleration
         reach = max(speed * p.time_to_collision, speed * p.response_time + speed**2 / (2 * brake))
         reach = min(reach + p.clearance, track.remaining + p.goal_position)
-        free, cost = self._sweep(state, 1.0, curvature, reach)
+        free, cost = self._swept.arc(state.costs, pose, 1.0, curvature, reach)
         return _Arc(curvature, bearing, free, cost)
-
-    def _sweep(
-        self, state: ControlState, linear: float, angular: float, horizon: float
-    ) -> tuple[float, int]:
-        """Seconds that a twist stays clear (inf beyond the horizon), worst cost on the way."""
-        costs, pose = state.costs, state.pose
-        step = costs.resolution / (abs(linear) + abs(angular) * self._radius)
-        free, cost = self._kernels.sweep(
-            costs.cells, costs.resolution, *costs.origin, self._filled_body(costs.resolution),
-            pose.x, pose.y, pose.heading, linear, angular, horizon, step,
-        )  # fmt: skip
-        return free, cost
 
     def _cruise(self) -> float:
         return min(self.parameters.cruise_speed, self._limits.linear_speed)
@@ -244,104 +230,26 @@ class PurePursuit:
         speed = max(speed, min(p.min_speed, self._cruise()))
         if arc.curvature:
             speed = min(speed, self._limits.angular_speed / abs(arc.curvature))
-        stopping = self._stopping_speed(
-            remaining - 0.5 * p.goal_position, p.brake_share * self._limits.linear_deceleration
+        stopping = stopping_speed(
+            remaining - 0.5 * p.goal_position,
+            p.brake_share * self._limits.linear_deceleration,
+            p.response_time + self._period,
         )
         return min(speed, max(stopping, p.creep_speed))
 
     def _drive(self, arc: _Arc, remaining: float) -> Twist:
-        p, limits = self.parameters, self._limits
+        p = self.parameters
         speed = self._speed(arc, remaining)
         room = (arc.free - p.clearance) / p.time_to_collision
         speed = max(min(speed, room), min(p.creep_speed, speed))
-        rising, falling = limits.linear_acceleration, limits.linear_deceleration
-        last = self._last.linear
-        linear = min(max(speed, last - falling * self._period), last + rising * self._period)
-        angular = self._ramped_turn(linear * arc.curvature)
-        return Twist(linear, angular)
+        linear = self._ramp.forward(self._last.linear, speed)
+        return Twist(linear, self._ramp.turn(self._last.angular, linear * arc.curvature))
 
     def _turn(self, state: ControlState, angle: float) -> Twist | None:
-        """A turn in place by an angle, the other way round if only that is free, or None."""
-        linear = max(0.0, self._last.linear - self._limits.linear_deceleration * self._period)
-        if abs(angle) <= self.parameters.goal_heading:
-            return Twist(linear, 0.0)
-        for way in (angle, angle - copysign(2.0 * pi, angle)):
-            free, _ = self._sweep(state, 0.0, copysign(1.0, way), abs(way))
-            if free == inf:
-                return Twist(linear, self._ramped_turn(self._turn_speed(way)))
-        return None
+        p = self.parameters
+        style = TurnStyle(p.turn_speed, p.brake_share, p.goal_heading)
+        return TurnInPlace(self._swept, self._ramp, style).twist(state, self._last, angle)
 
-    def _turn_speed(self, angle: float) -> float:
-        limits = self._limits
-        top = min(self.parameters.turn_speed, limits.angular_speed)
-        brake = self.parameters.brake_share * limits.angular_acceleration
-        rate = self._stopping_speed(abs(angle) - 0.5 * self.parameters.goal_heading, brake)
-        return copysign(min(top, max(rate, 0.08)), angle)
-
-    def _stopping_speed(self, way: float, brake: float) -> float:
-        """The speed from which a robot that answers late still stops within the way."""
-        late = brake * (self.parameters.response_time + self._period)
-        return sqrt(late * late + 2.0 * brake * max(0.0, way)) - late
-
-    def _ramped_turn(self, angular: float) -> float:
-        change = self._limits.angular_acceleration * self._period
-        top = self._limits.angular_speed
-        angular = min(max(angular, -top), top)
-        return min(max(angular, self._last.angular - change), self._last.angular + change)
-
-    def _rebased(self, measured: Twist) -> Twist:
-        """The last command, no farther from the measured speed than a late robot explains."""
-        limits, late = self._limits, self.parameters.response_time + 2.0 * self._period
-        slack = max(limits.linear_acceleration, limits.linear_deceleration) * late
-        turn_slack = limits.angular_acceleration * late
-        last = self._last
-        return Twist(
-            min(max(last.linear, measured.linear - slack), measured.linear + slack),
-            min(max(last.angular, measured.angular - turn_slack), measured.angular + turn_slack),
-        )
-
-    def _patiently(self, chosen: Twist | None, time: float) -> Twist:
-        """The chosen twist; standstill while there is none, for as long as patience lasts."""
-        if chosen is not None:
-            self._blocked_since = None
-            return chosen
-        if self._blocked_since is None:
-            self._blocked_since = time
-        waited = time - self._blocked_since
-        if waited >= self.parameters.patience:
-            self._last = STANDSTILL
-            raise NavigationError(
-                FailureCode.COLLISION_AHEAD,
-                f"something stands in the way ahead; waited {waited:.1f} s for it",
-            )
-        return STANDSTILL
-
-    def _filled_body(self, resolution: float) -> FloatArray:
-        if self._body[0] != resolution:
-            self._body = (resolution, fill(self._footprint, 0.7 * resolution))
-        return self._body[1]
-
-
-def fill(footprint: Footprint, spacing: float) -> FloatArray:
-    """(m, 2) points on and within a footprint, no farther apart than `spacing`, base frame."""
-    corners = footprint.points
-    points = [corners]
-    for start, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):
-        pieces = max(1, ceil(hypot(*(end - start)) / spacing))
-        points.append(start + (end - start) * (np.arange(1, pieces) / pieces)[:, None])
-    low, high = corners.min(axis=0), corners.max(axis=0)
-    x, y = (np.arange(a, b, spacing) for a, b in zip(low, high, strict=True))
-    lattice = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
-    points.append(lattice[_inside(lattice, corners)])
-    return np.ascontiguousarray(np.vstack(points))
-
-
-def _inside(points: FloatArray, corners: FloatArray) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-    """Which points lie within a polygon, by counting the edges that a ray to +x crosses."""
-    found = np.zeros(len(points), dtype=bool)
-    for (ax, ay), (bx, by) in zip(corners, np.roll(corners, -1, axis=0), strict=True):
-        if ay == by:
-            continue
-        spans = (points[:, 1] < ay) != (points[:, 1] < by)
-        found ^= spans & (points[:, 0] < ax + (points[:, 1] - ay) * (bx - ax) / (by - ay))
-    return found
+    @property
+    def _ramp(self) -> Ramp:
+        return Ramp(self._limits, self._period, self.parameters.response_time)

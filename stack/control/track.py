@@ -91,6 +91,22 @@ class Track:
         first, last = np.searchsorted(own, [self.travelled, self.travelled + distance])
         return self.path.points[first : last + 1, :2]
 
+    def sampled(self, distance: float, spacing: float, *, beyond: bool = False) -> FloatArray:
+        """(k, 2) points evenly spaced on the next metres of the path, map frame, k >= 1.
+
+        The first is the place of the path nearest to the robot; the goal is the last when it is
+        that near, unless the way may go on straight `beyond` it.
+        """
+        if beyond:
+            lengths = self.travelled + spacing * np.arange(int(distance / spacing + 1e-6) + 1)
+        else:
+            begin = min(self.travelled, self.length)
+            span = min(distance, self.length - begin)
+            lengths = begin + spacing * np.arange(int(span / spacing + 1e-6) + 1)
+            if begin + span >= self.length and lengths[-1] < self.length - 0.2 * spacing:
+                lengths = np.append(lengths, self.length)
+        return np.column_stack([np.interp(lengths, self._lengths, axis) for axis in self._points.T])
+
     def _nearest(self, pose: Pose2D, reach: float) -> tuple[int, float, float]:
         found: tuple[int, float, float] = self._kernels.project(
             self._points, self._lengths, pose.x, pose.y, self._segment, reach

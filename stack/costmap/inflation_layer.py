@@ -13,23 +13,35 @@ from stack.types import INSCRIBED_COST, LETHAL_COST, Footprint
 
 
 def inflation_costs(
-    parameters: InflationParameters, inscribed_radius: float, resolution: float
+    parameters: InflationParameters, footprint: Footprint, resolution: float
 ) -> Costs:
     """Nav2's cost by squared distance in cells to the nearest lethal cell.
 
     cost(d) = 254 at d = 0, 253 for d <= r, else floor(252 · exp(-k (d - r))) with d in metres, r
-    the inscribed radius and k the cost scaling.
+    the inscribed radius and k the cost scaling. With a turning cost T the cost falls in a straight
+    line from 252 at r to T at the circumscribed radius R, and as T · exp(-k (d - R)) beyond: an
+    oblong robot then goes round a gap that it could pass but not turn in, unless that is far.
 
     Returns:
         (n² + 1,) uint8 where n is the inflation radius in whole cells.
     """
-    reach = floor(max(parameters.inflation_radius, inscribed_radius) / resolution + 1e-6)
+    inscribed, turning = footprint.inscribed_radius, footprint.circumscribed_radius
+    top = float(INSCRIBED_COST - 1)
+    if parameters.turning_cost == 0.0 or turning - inscribed < 1e-9:
+        turning, base = inscribed, top
+    else:
+        base = parameters.turning_cost
+    reach = floor(max(parameters.inflation_radius, turning) / resolution + 1e-6)
     costs = np.zeros(reach * reach + 1, dtype=np.uint8)
     for squared in range(costs.size):
         distance = float(squared) ** 0.5 * resolution
-        factor = exp(-parameters.cost_scaling * max(0.0, distance - inscribed_radius))
-        near = distance <= inscribed_radius + 1e-9
-        costs[squared] = INSCRIBED_COST if near else int((INSCRIBED_COST - 1) * factor)
+        if distance <= inscribed + 1e-9:
+            costs[squared] = INSCRIBED_COST
+        elif distance < turning:
+            share = (distance - inscribed) / (turning - inscribed)
+            costs[squared] = int(top + share * (base - top))
+        else:
+            costs[squared] = int(base * exp(-parameters.cost_scaling * (distance - turning)))
     costs[0] = LETHAL_COST
     return costs
 
@@ -67,8 +79,7 @@ class InflationLayer:
     def configure(self, parameters: InflationParameters) -> None:
         """Use other settings from now on."""
         self._parameters = parameters
-        radius = self._footprint.inscribed_radius
-        self._costs = inflation_costs(parameters, radius, self._resolution)
+        self._costs = inflation_costs(parameters, self._footprint, self._resolution)
         self._reach = round((self._costs.size - 1) ** 0.5)
 
     def lay_out(self, frame: Frame, shift: tuple[int, int] | None) -> None:

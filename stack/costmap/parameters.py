@@ -22,6 +22,10 @@ class InflationParameters:
     cost_scaling: float = parameter(
         4.0, above=0.0, at_most=100.0, help="how fast the cost falls with distance, per metre"
     )
+    turning_cost: float = parameter(
+        0.0, at_least=0.0, at_most=250.0,
+        help="cost, at least, where the robot cannot turn on the spot; 0 takes no notice of that",
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)

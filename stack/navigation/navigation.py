@@ -226,6 +226,8 @@ class Navigation:
         if self._activity is not None:
             self._activity.task.cancel("the mission goes on")
         self._activity = activity
+        if self.path is not None:  # the controller is shared, and follows the other's path
+            self.controller.set_path(self.path)
 
     def new_task(self, what: str) -> MotionTask:
         """A handle for an activity built elsewhere."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from math import degrees
 from typing import Any, Protocol
@@ -33,8 +33,8 @@ from stack.types import (
 CAMERA_LEASE = 1.0
 """Seconds of robot time for which asking for a picture keeps the camera on."""
 
-JUMP = 0.3
-"""Metres: after a larger jump of the pose, what was sensed before lies in the wrong places."""
+JUMP, TURN = 0.3, 0.2
+"""Metres and radians: after a larger jump, what was sensed before lies in the wrong places."""
 
 
 class MarkerDetector(Protocol):
@@ -61,6 +61,7 @@ class Parts:
         markers: the known markers of this place, map frame.
         detector: None when the robot has no camera.
         tunables: components whose parameters may be changed, by name.
+        cover: lets the ground of the costmaps grow to hold some poses, where there is no map.
     """
 
     body: Body
@@ -73,6 +74,7 @@ class Parts:
     markers: tuple[Marker, ...] = ()
     detector: MarkerDetector | None = None
     tunables: Mapping[str, Tunable] = field(default_factory=dict)
+    cover: Callable[[Iterable[Pose2D]], None] = lambda poses: None
 
 
 class Pilot:
@@ -106,6 +108,7 @@ class Pilot:
     def advance(self) -> Twist:
         """The velocity that the task under way wants in this step."""
         moment = Moment(self.time, self.estimate, self._odometry, self._scan)
+        self._parts.cover([moment.estimate.pose])
         return self._navigation.advance(moment)
 
     @property
@@ -202,12 +205,14 @@ class Pilot:
 
     def navigate_to(self, goal: Pose2D, *, tolerance: float | None = None) -> MotionTask:
         """Plan and drive to a pose in the map frame, replanning as the world changes."""
+        self._parts.cover([goal])
         return self._navigation.navigate_to(goal, tolerance=tolerance)
 
     def navigate_through(
         self, goals: list[Pose2D], *, tolerance: float | None = None
     ) -> MotionTask:
         """Drive past poses in turn to the last one without stopping in between."""
+        self._parts.cover(goals)
         return self._navigation.navigate_through(goals, tolerance=tolerance)
 
     def follow_path(self, path: Path) -> MotionTask:
@@ -216,6 +221,7 @@ class Pilot:
 
     def plan(self, goal: Pose2D, start: Pose2D | None = None) -> MotionTask:
         """Plan without driving; the answer is the task's `path`."""
+        self._parts.cover([goal])
         return self._navigation.plan(goal, start)
 
     def spin(self, angle: float, *, speed: float | None = None) -> MotionTask:
@@ -296,7 +302,7 @@ class Pilot:
         """Tell of a new pose, and forget what was sensed from a wrong one."""
         jump = before.distance_to(pose)
         turn = abs(wrap_angle(pose.heading - before.heading))
-        if jump > JUMP:
+        if jump > JUMP or turn > TURN:
             self._parts.local_costmap.clear()
             self._parts.global_costmap.clear()
         self._parts.emit(

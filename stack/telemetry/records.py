@@ -22,7 +22,7 @@ from stack.types import (
     Twist,
 )
 
-ROUTINE = frozenset({"pose", "node_status"})
+ROUTINE = frozenset({"pose", "node_status", "tree"})
 """Kinds of events that come all the time: for machines and records, not for people's eyes."""
 
 

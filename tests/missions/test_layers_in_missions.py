@@ -12,6 +12,7 @@ from missions.runner import run_mission
 from missions.wiring import run_info, wire
 from stack.errors import InputError
 from stack.mapping.ros_map import write_ros_map
+from stack.telemetry.hub import Telemetry
 from stack.types import FREE, OCCUPIED, OccupancyGrid
 from tests.benchmarks.missions import Trace
 
@@ -43,6 +44,11 @@ RUN = """run:
 """
 
 
+def wired(plan):
+    telemetry = Telemetry(run_info(plan, "test", 0), [], lambda text: None)
+    return wire(plan, RunOptions(serve=False), telemetry, None)
+
+
 @pytest.fixture
 def mission(tmp_path):
     (tmp_path / "house").mkdir()
@@ -60,7 +66,7 @@ def mission(tmp_path):
 
 def test_each_costmap_gets_the_layers_that_are_meant_for_it(mission):
     plan = prepare(mission(), RunOptions(serve=False))
-    wiring = wire(plan, RunOptions(serve=False), run_info(plan, "test", 0), (), None)
+    wiring = wired(plan)
     try:
         parts = wiring.runtime.parts
         lanes = "preferred_lanes"
@@ -74,7 +80,7 @@ def test_each_costmap_gets_the_layers_that_are_meant_for_it(mission):
 
 def test_without_the_social_layer_nobody_follows_people():
     plan = prepare("01_drive_to_a_point", RunOptions(serve=False))
-    wiring = wire(plan, RunOptions(serve=False), run_info(plan, "test", 0), (), None)
+    wiring = wired(plan)
     assert wiring.runtime.parts.tracker is None
     assert wiring.runtime.parts.local_costmap.layers == ("static", "obstacle", "inflation")
     wiring.body.close()

@@ -223,6 +223,14 @@ async def test_help_shows_every_key(pilot):
     assert not isinstance(pilot.app.screen, Help)
 
 
+async def test_ctrl_c_interrupts_a_run_that_was_begun_here(source):
+    app = Dashboard(source, live=False, interrupted=lambda: False)
+    async with app.run_test(size=(120, 40)) as pilot:
+        app.refresh_now()
+        await pilot.press("ctrl+c")
+    assert app.return_value == "interrupt"
+
+
 @pytest.mark.parametrize("key", ["q", "ctrl+c", "ctrl+q"])
 @pytest.mark.parametrize(
     ("answer", "result", "sent"),

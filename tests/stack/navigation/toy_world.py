@@ -84,14 +84,14 @@ class ToyWorld:
     def drive(self, command: Twist) -> None:
         """Half the way to the command in each step, then a step along the arc; scans at 10 Hz."""
         self.twist = Twist(
-            0.5 * (self.twist.linear + command.linear), 0.5 * (self.twist.angular + command.angular)
+            0.5 * (self.twist.linear + command.linear),
+            0.5 * (self.twist.angular + command.angular),
+            0.5 * (self.twist.lateral + command.lateral),
         )
         turn = self.twist.angular * self.period
-        step = Pose2D(
-            self.twist.linear * self.period * cos(turn / 2),
-            self.twist.linear * self.period * sin(turn / 2),
-            turn,
-        )
+        forward, left = self.twist.linear * self.period, self.twist.lateral * self.period
+        c, s = cos(turn / 2), sin(turn / 2)
+        step = Pose2D(c * forward - s * left, s * forward + c * left, turn)
         self.pose, self.odometry_pose = self.pose.compose(step), self.odometry_pose.compose(step)
         self.time = round(self.time + self.period, 9)
         self._steps += 1

@@ -1,0 +1,1 @@
+"""Sampling of velocities within the dynamic window."""

@@ -1,0 +1,138 @@
+"""The critics: what makes one pair of speeds better than another.
+
+Each is a function from a `Sampling` and the parameters to (n,) costs, to be multiplied by its
+weight. They follow the critics of Nav2's DWB controller; distances are metres to the polyline of
+the path where Nav2 counts cells of a wave front.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from stack.control.dwb.parameters import DwbParameters
+from stack.types import CostGrid, FloatArray
+
+HIGHEST_PASSABLE, LETHAL = 252, 254
+
+CREEPING = 0.1
+"""m/s below which a turn counts as twisting on the spot."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sampling:
+    """What was tried and what there is.
+
+    Attributes:
+        linear: (n,) speeds forward in the end, m/s.
+        angular: (n,) turning speeds in the end, rad/s.
+        poses: (n, k, 3) x, y, heading, map frame.
+        path: (m, 2) points of the path ahead up to the goal, evenly spaced, map frame.
+        onward: (l, 2) likewise, and farther, straight on beyond the goal.
+        spacing: metres between them.
+        costs: the local costmap.
+    """
+
+    linear: FloatArray
+    angular: FloatArray
+    poses: FloatArray
+    path: FloatArray
+    onward: FloatArray
+    spacing: float
+    costs: CostGrid
+
+    def ends(self, forward: float = 0.0) -> FloatArray:
+        """(n, 2) where each motion ends, or a point so many metres before the robot then."""
+        last = self.poses[:, -1]
+        return last[:, :2] + forward * np.column_stack([np.cos(last[:, 2]), np.sin(last[:, 2])])
+
+
+def to_path(path: FloatArray, spacing: float, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Distance of points (n, 2) to a path (m, 2), and the way left on it from there, both (n,)."""
+    squares = np.square(points[:, None, 0] - path[:, 0])
+    squares += np.square(points[:, None, 1] - path[:, 1])
+    nearest = np.argmin(squares, axis=1)
+    distance = np.sqrt(squares[np.arange(len(points)), nearest])
+    return distance, spacing * (len(path) - 1.0 - nearest)
+
+
+def path_distance(sampling: Sampling, p: DwbParameters) -> FloatArray:
+    """How far from the path a motion ends."""
+    return to_path(sampling.path, sampling.spacing, sampling.ends())[0]
+
+
+def goal_distance(sampling: Sampling, p: DwbParameters) -> FloatArray:
+    """How much of the path ahead a motion leaves."""
+    distance, left = to_path(sampling.path, sampling.spacing, sampling.ends())
+    return np.where(left > 0.0, left, distance)
+
+
+def path_align(sampling: Sampling, p: DwbParameters) -> FloatArray:
+    """How far from the path a point before the robot ends: turns the robot along it."""
+    points = sampling.ends(p.forward_point)
+    return to_path(sampling.onward, sampling.spacing, points)[0]
+
+
+def goal_align(sampling: Sampling, p: DwbParameters) -> FloatArray:
+    """How much of the path a point before the robot leaves: turns the robot onward."""
+    points = sampling.ends(p.forward_point)
+    return to_path(sampling.onward, sampling.spacing, points)[1]
+
+
+def obstacle(sampling: Sampling, p: DwbParameters) -> FloatArray:
+    """The highest passable cost under the base on the way, as a share of 252."""
+    costs, poses = sampling.costs, sampling.poses
+    columns, rows = (
+        np.floor((poses[..., k] - costs.origin[k]) / costs.resolution).astype(int) for k in (0, 1)
+    )
+    inside = (rows >= 0) & (rows < costs.cells.shape[0])
+    inside &= (columns >= 0) & (columns < costs.cells.shape[1])
+    found = costs.cells[np.where(inside, rows, 0), np.where(inside, columns, 0)].astype(float)
+    found[~inside | (found > LETHAL)] = 0.0
+    worst: FloatArray = np.minimum(found, HIGHEST_PASSABLE).max(axis=1) / HIGHEST_PASSABLE
+    return worst
+
+
+def prefer_forward(sampling: Sampling, p: DwbParameters) -> FloatArray:
+    """1 for driving backward, and up to 1 for turning on the spot."""
+    slow = np.clip(1.0 - sampling.linear / CREEPING, 0.0, 1.0)
+    twist = np.abs(sampling.angular) / p.turn_speed
+    return np.where(sampling.linear < 0.0, 1.0, slow * twist)
+
+
+def twirling(sampling: Sampling, p: DwbParameters) -> FloatArray:
+    """The turning speed."""
+    return np.abs(sampling.angular)
+
+
+Critic = Callable[[Sampling, DwbParameters], FloatArray]
+
+CRITICS: dict[str, Critic] = {
+    "path_distance": path_distance,
+    "goal_distance": goal_distance,
+    "path_align": path_align,
+    "goal_align": goal_align,
+    "obstacle": obstacle,
+    "prefer_forward": prefer_forward,
+    "twirling": twirling,
+}
+
+
+def judge(sampling: Sampling, p: DwbParameters, *, near_goal: bool) -> FloatArray:
+    """(n,) the weighted sum of all critics.
+
+    Args:
+        sampling: what was tried.
+        p: weights.
+        near_goal: the goal is near: its position counts, not the way on, and costs round it have
+            to be borne.
+    """
+    total = np.zeros(len(sampling.linear))
+    left_out = ("path_align", "goal_align", "obstacle") if near_goal else ()
+    for name, critic in CRITICS.items():
+        weight = getattr(p, f"{name}_weight")
+        if weight and name not in left_out:
+            total += weight * critic(sampling, p)
+    return total

@@ -1,0 +1,57 @@
+"""Settings of the dynamic window controller."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from stack.control.ends import EndsParameters
+from stack.parameters import parameter
+
+
+@dataclass(frozen=True)
+class DwbParameters(EndsParameters):
+    """Settings of `Dwb`. Names and meanings of the critics follow Nav2's; a weight of 0 is off."""
+
+    cruise_speed: float = parameter(
+        0.8, "m/s", above=0.0, at_most=5.0, help="top speed forward; the robot's limit holds"
+    )
+    reverse_speed: float = parameter(
+        0.1, "m/s", at_least=0.0, help="top speed backward; 0 never reverses"
+    )
+    turn_speed: float = parameter(1.9, "rad/s", above=0.0, help="top turning speed")
+    linear_samples: int = parameter(20, at_least=2, at_most=200, help="forward speeds tried")
+    angular_samples: int = parameter(21, at_least=3, at_most=201, help="turning speeds tried")
+    simulation_time: float = parameter(
+        1.7, "s", above=0.2, at_most=10.0, help="how far ahead each pair of speeds is driven"
+    )
+    simulation_step: float = parameter(
+        0.1, "s", above=0.01, at_most=0.5, help="between the poses looked at"
+    )
+    path_distance_weight: float = parameter(
+        8.0, at_least=0.0, help="distance of the end from the path, per metre"
+    )
+    goal_distance_weight: float = parameter(
+        6.0, at_least=0.0, help="way left on the path after the end, per metre"
+    )
+    path_align_weight: float = parameter(
+        8.0, at_least=0.0, help="distance of a point before the robot from the path, per metre"
+    )
+    goal_align_weight: float = parameter(
+        3.0, at_least=0.0, help="way left on the path from a point before the robot, per metre"
+    )
+    forward_point: float = parameter(
+        0.3, "m", above=0.0, help="how far before the robot that point is"
+    )
+    obstacle_weight: float = parameter(
+        1.0, at_least=0.0, help="highest costmap cost on the way, as a share of 252"
+    )
+    prefer_forward_weight: float = parameter(
+        1.0, at_least=0.0, help="driving backward, or turning with little speed"
+    )
+    twirling_weight: float = parameter(0.05, at_least=0.0, help="turning speed, per rad/s")
+    oscillation_distance: float = parameter(
+        0.05, "m", at_least=0.0, help="after a change of direction it is kept for this far"
+    )
+    oscillation_angle: float = parameter(
+        0.2, "rad", at_least=0.0, help="or for this much of a turn"
+    )

@@ -1,0 +1,128 @@
+"""Both ends of a path: turning towards it first, and to the goal's heading at last.
+
+Shared by the controllers that only know how to drive along it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from stack.components import ControlState
+from stack.control.arrival import Arrival
+from stack.control.patience import Patience
+from stack.control.ramps import Ramp
+from stack.control.rotation_shim import RotationShim
+from stack.control.swept import SweptFootprint
+from stack.control.track import Track
+from stack.control.turning import TurnInPlace, TurnStyle
+from stack.description import RobotDescription
+from stack.parameters import parameter
+from stack.types import STANDSTILL, Path, Twist, wrap_angle
+
+CAR_HEADING = 0.1
+"""Heading error, in radians, with which a car that cannot turn in place is content."""
+
+
+@dataclass(frozen=True)
+class EndsParameters:
+    """Settings of `PathEnds`, part of the parameters of each controller that uses it."""
+
+    rotate_to_heading: bool = parameter(
+        True, help="turn in place towards a path that lies far off the robot's heading"
+    )
+    rotate_angle: float = parameter(
+        1.0, "rad", above=0.0, help="turns in place when the path lies farther off than this"
+    )
+    rotate_speed: float = parameter(1.4, "rad/s", above=0.0, help="top speed of turns in place")
+    brake_share: float = parameter(
+        0.5, above=0.0, at_most=1.0, help="share of the robot's acceleration used to end a turn"
+    )
+    response_time: float = parameter(
+        0.1, "s", at_least=0.0, help="from a command to the robot's answer"
+    )
+    goal_position: float = parameter(
+        0.03, "m", above=0.0, help="distance at which it stops and turns to the goal's heading"
+    )
+    goal_heading: float = parameter(0.02, "rad", above=0.0, help="error at which it stops turning")
+    patience: float = parameter(
+        1.0, "s", at_least=0.0, help="waits this long for the way to clear before it gives up"
+    )
+
+
+class PathEnds:
+    """Knows where on its path the robot is, and drives what is not driving along it.
+
+    Attributes:
+        track: progress on the path; None before the first.
+        ramp: what the drive can do between two commands.
+        last: the command given last.
+    """
+
+    def __init__(
+        self, parameters: EndsParameters, robot: RobotDescription, swept: SweptFootprint,
+        period: float, *, turns_in_place: bool = True,
+    ) -> None:  # fmt: skip
+        p = self._parameters = parameters
+        self.ramp = Ramp(robot.limits, period, p.response_time)
+        style = TurnStyle(p.rotate_speed, p.brake_share, p.goal_heading)
+        self._turn = TurnInPlace(swept, self.ramp, style)
+        self._turns_in_place = turns_in_place
+        self._patience, self._arrival, self._shim = Patience(), Arrival(), RotationShim()
+        self.track: Track | None = None
+        self.last = STANDSTILL
+
+    def set_path(self, path: Path) -> None:
+        """A new path to follow, map frame."""
+        self.track, self._shim = Track(path), RotationShim()
+        self._arrival.set_path(path)
+
+    def begin(self, state: ControlState) -> Track | None:
+        """Take in where the robot is now; the track, None when there is no path."""
+        if self.track is not None:
+            self.track.advance(state.pose)
+        self.last = self.ramp.rebased(self.last, state.twist)
+        return self.track
+
+    def reached(self, state: ControlState) -> bool:
+        """Whether the goal's position is reached; for a car its heading as well."""
+        reached = self._arrival.reached(state.pose, self._parameters.goal_position)
+        content = self._turns_in_place or abs(self._heading_error(state)) <= CAR_HEADING
+        return reached and content
+
+    def finish(self, state: ControlState) -> Twist | None:
+        """At the goal: stop, and turn to its heading; None while that is blocked."""
+        if not self._turns_in_place:
+            return self.ramp.stopped(self.last)
+        return self._turn.twist(state, self.last, self._heading_error(state))
+
+    def turned(self, state: ControlState) -> Twist | None:
+        """A turn towards a path that lies far off; None when it need not or cannot be made."""
+        p = self._parameters
+        if self.track is None or not (p.rotate_to_heading and self._turns_in_place):
+            return None
+        angle = self._shim.angle(self.track, state, p.rotate_angle, p.goal_position)
+        return None if angle is None else self._turn.twist(state, self.last, angle)
+
+    def end(self, state: ControlState, chosen: Twist | None) -> Twist:
+        """The command: what was chosen, or a standstill when nothing is safe.
+
+        Raises:
+            NavigationError: COLLISION_AHEAD when nothing was safe for `patience`.
+        """
+        self.last = STANDSTILL
+        self.last = self._patience.bear(chosen, state.time, self._parameters.patience)
+        return self.last
+
+    def ramped(self, twist: Twist) -> Twist:
+        """The twist as far as it can be reached in one control period."""
+        ramp, last = self.ramp, self.last
+        return Twist(
+            ramp.forward(last.linear, twist.linear),
+            ramp.turn(last.angular, twist.angular),
+            ramp.forward(last.lateral, twist.lateral),
+        )
+
+    def _heading_error(self, state: ControlState) -> float:
+        if self.track is None:
+            return 0.0
+        return wrap_angle(self.track.path.goal.heading - state.pose.heading)

@@ -1,0 +1,219 @@
+"""Graceful motion: a smooth control law that steers into poses on the path.
+
+J. J. Park, B. Kuipers, "A smooth control law for graceful motion of differential wheeled mobile
+robots in 2D environment", ICRA 2011. In polar coordinates round the target, with distance r,
+heading of the robot delta and of the target phi, both against the line of sight, the curvature
+
+    kappa = -1/r (k_delta (delta - atan(-k_phi phi)) + (1 + k_phi / (1 + (k_phi phi)²)) sin delta)
+
+drives the robot into the target pose, and v = v_max / (1 + beta |kappa|^lambda) slows it in bends.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import atan, atan2, cos, hypot, sin
+
+import numpy as np
+
+from stack.components import ControlState
+from stack.control.ends import EndsParameters, PathEnds
+from stack.control.ramps import stopping_speed
+from stack.control.swept import SweptFootprint
+from stack.control.track import Track
+from stack.description import RobotDescription
+from stack.parameters import parameter
+from stack.types import STANDSTILL, FloatArray, Path, Pose2D, Twist, wrap_angle
+
+SPACING = 0.05
+"""Metres between the path points tried as targets."""
+
+TARGETS = 6
+"""How many targets between the farthest and the nearest are tried."""
+
+SIMULATION_STEP = 0.1
+"""Seconds between the poses of the simulated motion."""
+
+MOST_STEPS = 80
+"""Steps simulated at most on the way to a target."""
+
+REACHED = 0.05
+"""Metres from the target at which the simulated motion ends."""
+
+
+@dataclass(frozen=True)
+class GracefulParameters(EndsParameters):
+    """Settings of `Graceful`."""
+
+    cruise_speed: float = parameter(
+        0.8, "m/s", above=0.0, at_most=5.0, help="top speed; the robot's limit holds"
+    )
+    min_speed: float = parameter(
+        0.1, "m/s", above=0.0, help="slows down no further than this in bends"
+    )
+    turn_speed: float = parameter(1.9, "rad/s", above=0.0, help="top turning speed")
+    min_lookahead: float = parameter(0.25, "m", above=0.0, help="nearest target on the path")
+    max_lookahead: float = parameter(1.0, "m", above=0.0, help="farthest target on the path")
+    k_phi: float = parameter(
+        2.0, above=0.0, help="how much faster the target's heading is approached than its distance"
+    )
+    k_delta: float = parameter(
+        1.0, above=0.0, help="how fast the robot's heading follows the one that leads there"
+    )
+    beta: float = parameter(0.4, at_least=0.0, help="how much bends slow down")
+    slowing_power: float = parameter(
+        2.0, above=0.0, help="lambda: how sharply the speed falls with curvature"
+    )
+    cost_slowdown: float = parameter(
+        0.5, at_least=0.0, at_most=1.0, help="share of speed lost where an obstacle is nearest"
+    )
+    time_to_collision: float = parameter(
+        1.0, "s", above=0.0, help="slower when something would be touched sooner"
+    )
+
+
+class Graceful:
+    """Steers into poses on the path by a smooth control law (Park and Kuipers)."""
+
+    Parameters = GracefulParameters
+
+    def __init__(
+        self, parameters: GracefulParameters, robot: RobotDescription, period: float
+    ) -> None:
+        self._robot, self._period = robot, period
+        self._swept = SweptFootprint(robot.footprint)
+        self._path: Path | None = None
+        self._local_plan: FloatArray | None = None
+        self.configure(parameters)
+
+    def configure(self, parameters: GracefulParameters) -> None:
+        """Put other parameters in force."""
+        self.parameters = parameters
+        self._ends = PathEnds(parameters, self._robot, self._swept, self._period)
+        if self._path is not None:
+            self._ends.set_path(self._path)
+
+    def set_path(self, path: Path) -> None:
+        """A new path to follow, map frame."""
+        self._path = path
+        self._ends.set_path(path)
+
+    def command(self, state: ControlState) -> Twist:
+        """The velocity to drive now.
+
+        Raises:
+            NavigationError: COLLISION_AHEAD when nothing safe could be commanded for `patience`.
+        """
+        ends = self._ends
+        track = ends.begin(state)
+        if track is None:
+            return STANDSTILL
+        if ends.reached(state):
+            self._local_plan, chosen = None, ends.finish(state)
+        else:
+            chosen = ends.turned(state) or self._steered(track, state)
+        return ends.end(state, chosen)
+
+    @property
+    def local_plan(self) -> Path | None:
+        """The simulated motion to the target, map frame."""
+        return None if self._local_plan is None else Path(self._local_plan)
+
+    def _steered(self, track: Track, state: ControlState) -> Twist | None:
+        """Towards the farthest target whose simulated motion is clear; None: none is.
+
+        A nearer target keeps closer to the path. When the whole way to none is clear, the nearest
+        one is driven to as far as it is.
+        """
+        speed = self._top_speed(track, state)
+        self._local_plan = None
+        for target in self._targets(track, state.pose):
+            poses = self._simulate(state.pose, target, speed)
+            clear = int(self._swept.clear_poses(state.costs, state.pose, poses[None])[0])
+            if clear == len(poses):
+                break
+        else:
+            share = clear * SIMULATION_STEP / self.parameters.time_to_collision
+            speed = min(speed, speed * share)
+            if clear == 0 or speed < 0.3 * self.parameters.min_speed:
+                return None
+        self._local_plan = poses
+        linear, angular = self.law(state.pose, target, speed)
+        return self._ends.ramped(Twist(linear, angular))
+
+    def _top_speed(self, track: Track, state: ControlState) -> float:
+        """Cruise speed, less where costs are high and where the goal is near."""
+        p, limits = self.parameters, self._robot.limits
+        cruise = min(p.cruise_speed, limits.linear_speed)
+        costs, cell = state.costs, state.costs.cell_at(state.pose.x, state.pose.y)
+        cost = int(costs.cells[cell]) if costs.contains(*cell) else 0
+        if cost <= 254:
+            cruise *= 1.0 - p.cost_slowdown * min(cost, 252) / 252.0
+        distance = max(track.remaining, state.pose.distance_to(track.path.goal))
+        way = distance - 0.5 * p.goal_position
+        brake = p.brake_share * limits.linear_deceleration
+        stopping = stopping_speed(way, brake, p.response_time + self._period)
+        return min(cruise, max(stopping, 0.5 * p.min_speed))
+
+    def _targets(self, track: Track, pose: Pose2D) -> list[Pose2D]:
+        """Poses on the path between the lookahead distances, farthest first, map frame."""
+        p = self.parameters
+        points = track.sampled(p.max_lookahead, SPACING)
+        away = np.hypot(points[:, 0] - pose.x, points[:, 1] - pose.y)
+        eligible = np.flatnonzero((away >= p.min_lookahead) & (away <= p.max_lookahead))
+        if not len(eligible):
+            eligible = np.array([len(points) - 1])
+        picked = np.unique(np.linspace(0, len(eligible) - 1, TARGETS).round().astype(int))
+        return [_pose_on(points, int(eligible[index]), pose) for index in picked[::-1]]
+
+    def _simulate(self, pose: Pose2D, target: Pose2D, speed: float) -> FloatArray:
+        """(k, 3) the motion that the law makes on its way to a target, map frame."""
+        poses = []
+        for _ in range(MOST_STEPS):
+            linear, angular = self.law(pose, target, speed)
+            turn = angular * SIMULATION_STEP
+            middle, way = pose.heading + 0.5 * turn, linear * SIMULATION_STEP
+            pose = Pose2D(
+                pose.x + way * cos(middle), pose.y + way * sin(middle), pose.heading + turn
+            )
+            poses.append((pose.x, pose.y, pose.heading))
+            if pose.distance_to(target) <= max(REACHED, way):
+                break
+        return np.array(poses)
+
+    def law(self, pose: Pose2D, target: Pose2D, top: float) -> tuple[float, float]:
+        """Speeds forward (m/s) and turning (rad/s) by the control law.
+
+        Args:
+            pose: of the robot.
+            target: in the same frame.
+            top: m/s on a straight line.
+        """
+        p = self.parameters
+        distance = max(pose.distance_to(target), 1e-3)
+        sight = pose.bearing_to(target)
+        phi, delta = wrap_angle(target.heading - sight), wrap_angle(pose.heading - sight)
+        bend = p.k_phi * phi
+        kappa = (
+            -(
+                p.k_delta * (delta - atan(-bend))
+                + (1.0 + p.k_phi / (1.0 + bend * bend)) * sin(delta)
+            )
+            / distance
+        )
+        speed = top / (1.0 + p.beta * float(abs(kappa) ** p.slowing_power))
+        speed = max(speed, min(p.min_speed, top))
+        fastest = min(p.turn_speed, self._robot.limits.angular_speed)
+        if abs(kappa) * speed > fastest:
+            speed = fastest / abs(kappa)
+        return speed, kappa * speed
+
+
+def _pose_on(points: FloatArray, index: int, pose: Pose2D) -> Pose2D:
+    """A point of a polyline (k, 2) with its direction of travel there."""
+    x, y = points[index]
+    before, after = points[max(0, index - 2)], points[min(len(points) - 1, index + 2)]
+    dx, dy = after - before
+    if hypot(dx, dy) < 1e-6:
+        dx, dy = x - pose.x, y - pose.y
+    return Pose2D(float(x), float(y), atan2(dy, dx))

@@ -1,0 +1,120 @@
+"""Model-predictive path integral control: thousands of short futures, weighted by their cost."""
+
+from __future__ import annotations
+
+from math import ceil, hypot
+
+from stack.components import ControlState
+from stack.control.ends import PathEnds
+from stack.control.mppi.optimiser import Optimiser
+from stack.control.mppi.parameters import MppiParameters
+from stack.control.mppi.scene import Array32, LocalPath, Obstacles, Outline
+from stack.control.swept import SweptFootprint
+from stack.control.track import Track
+from stack.description import RobotDescription
+from stack.types import STANDSTILL, FloatArray, Path, Twist
+
+SLOWER = (1.0, 0.5, 0.25)
+"""Shares of the plan's speeds tried in turn while what it leads to is not clear."""
+
+STALLED, STALLED_TURN = 0.05, 0.15
+"""A plan that moves less than this (metres, radians) while the robot stands leads nowhere."""
+
+
+class Mppi:
+    """Follows a path by sampling controls and averaging the best (MPPI)."""
+
+    Parameters = MppiParameters
+
+    def __init__(self, parameters: MppiParameters, robot: RobotDescription, period: float) -> None:
+        self._robot, self._period = robot, period
+        self._swept = SweptFootprint(robot.footprint)
+        self._local_plan: FloatArray | None = None
+        self._outline: tuple[float, Outline] | None = None
+        self._path: Path | None = None
+        self.configure(parameters)
+
+    def configure(self, parameters: MppiParameters) -> None:
+        """Put other parameters in force; the plan begins anew."""
+        self.parameters = parameters
+        self._optimiser = Optimiser(parameters, self._robot.limits, self._period)
+        self._ends = PathEnds(
+            parameters, self._robot, self._swept, self._period,
+            turns_in_place=parameters.motion_model != "ackermann",
+        )  # fmt: skip
+        if self._path is not None:
+            self._ends.set_path(self._path)
+
+    def set_path(self, path: Path) -> None:
+        """A new path to follow, map frame."""
+        self._path = path
+        self._ends.set_path(path)
+
+    def command(self, state: ControlState) -> Twist:
+        """The velocity to drive now.
+
+        Raises:
+            NavigationError: COLLISION_AHEAD when nothing safe could be commanded for `patience`.
+        """
+        ends = self._ends
+        track = ends.begin(state)
+        if track is None:
+            return STANDSTILL
+        chosen = ends.finish(state) if ends.reached(state) else ends.turned(state)
+        if chosen is not None or ends.reached(state):
+            self._stand()
+        else:
+            chosen = self._planned(track, state)
+        twist = ends.end(state, chosen)
+        self._optimiser.remember(twist)
+        return twist
+
+    @property
+    def local_plan(self) -> Path | None:
+        """Where the plan leads, map frame."""
+        return None if self._local_plan is None else Path(self._local_plan)
+
+    def _stand(self) -> None:
+        self._optimiser.reset()
+        self._local_plan = None
+
+    def _planned(self, track: Track, state: ControlState) -> Twist | None:
+        """The first step of the improved plan, or of what of it is safe; None: nothing is."""
+        optimiser, p, costs = self._optimiser, self.parameters, state.costs
+        reach = optimiser.top_speed * p.steps * p.time_step + p.path_follow_ahead
+        path = LocalPath.of(track, state.pose, costs, reach, p.path_spacing)
+        around = Obstacles.of(costs, state.pose, self._swept.body(costs.resolution))
+        outline = self._outline_for(costs.resolution)
+        optimiser.shift()
+        optimiser.improve(state.pose.heading, self._ends.last, path, around, outline)
+        for share in SLOWER:
+            for controls in (optimiser.plan, optimiser.best()):
+                twist = self._if_safe(share * controls, state)
+                if twist is not None:
+                    return None if self._stalled(state) else self._ends.ramped(twist)
+        self._stand()
+        return None
+
+    def _if_safe(self, controls: Array32, state: ControlState) -> Twist | None:
+        """The first step of controls, if what they lead to soon is clear."""
+        p = self.parameters
+        poses, first = self._optimiser.trajectory(controls, state.pose, self._ends.last)
+        soon = ceil(p.time_to_collision / p.time_step)
+        clear = self._swept.clear_poses(state.costs, state.pose, poses[None, :soon])
+        if clear[0] < len(poses[:soon]):
+            return None
+        self._local_plan = poses
+        return first
+
+    def _stalled(self, state: ControlState) -> bool:
+        """Whether the robot stands and its plan leads nowhere: something holds it up."""
+        if self._local_plan is None or hypot(state.twist.linear, state.twist.lateral) > STALLED:
+            return False
+        x, y, heading = self._local_plan[-1]
+        moves = hypot(x - state.pose.x, y - state.pose.y) > STALLED
+        return not moves and abs(heading - state.pose.heading) < STALLED_TURN
+
+    def _outline_for(self, resolution: float) -> Outline:
+        if self._outline is None or self._outline[0] != resolution:
+            self._outline = (resolution, Outline.of(self._robot.footprint, resolution))
+        return self._outline[1]

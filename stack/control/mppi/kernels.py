@@ -1,0 +1,488 @@
+"""Compiled inner loops of MPPI: sampling, motion models, critics, the weighted mean.
+
+Arrays are float32 and laid out (steps, batch), so that the inner loops run over neighbouring
+rollouts and compile to vector instructions. Positions are in axes parallel to the map's, with the
+robot at the origin: single precision then resolves micrometres anywhere on a map.
+"""
+
+from __future__ import annotations
+
+from math import cos, exp, hypot, sin, sqrt
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Array32 = NDArray[np.float32]
+
+ZERO, ONE, HALF = np.float32(0.0), np.float32(1.0), np.float32(0.5)
+SIXTH, TWENTY_FOURTH = np.float32(1.0 / 6.0), np.float32(1.0 / 24.0)
+ONE_120TH, ONE_720TH = np.float32(1.0 / 120.0), np.float32(1.0 / 720.0)
+PI, TURN, PER_TURN = np.float32(np.pi), np.float32(2.0 * np.pi), np.float32(0.5 / np.pi)
+FAR = np.float32(1e9)
+HIGHEST_PASSABLE, LETHAL = 252, 254
+
+
+@njit(cache=True, nogil=True)
+def sample(
+    plan: Array32, noise: Array32, begins: NDArray[np.int64], scales: Array32, controls: Array32
+) -> None:  # fmt: skip
+    """Controls to try: the plan with noise.
+
+    Args:
+        plan: (axes, steps) speeds forward, turning and (omni) sideways.
+        noise: (axes, steps, n) table of noise, n >= batch.
+        begins: (axes,) first column of the table to use, by axis.
+        scales: (batch,) by which the noise is multiplied.
+        controls: (axes, steps, batch), written.
+    """
+    axes, steps, batch = controls.shape
+    for a in range(axes):
+        begin = begins[a]
+        for t in range(steps):
+            mean = plan[a, t]
+            for b in range(batch):
+                controls[a, t, b] = mean + scales[b] * noise[a, t, begin + b]
+
+
+@njit(cache=True, nogil=True)
+def pursue(
+    path: Array32, start: Array32, bounds: Array32, speed: float, lookahead: float,
+    column: int, controls: Array32,
+) -> None:  # fmt: skip
+    """Controls of a pure pursuit of the path (Coulter 1992), into one column.
+
+    Args:
+        path: (n, 2) points, the robot at the origin.
+        start: (5,) as for `roll_out`.
+        bounds: (10,) as for `roll_out`.
+        speed: m/s to drive at.
+        lookahead: metres.
+        column: of the controls.
+        controls: (axes, steps, batch), written.
+    """
+    axes, steps, _ = controls.shape
+    step, heading, fastest = float(bounds[8]), float(bounds[9]), float(bounds[2])
+    tightest = 1.0 / float(bounds[7]) if bounds[7] > ZERO else 0.0
+    brake = 0.5 * float(bounds[5]) / step
+    x, y, linear, index, last = 0.0, 0.0, float(start[0]), 0, path.shape[0] - 1
+    for t in range(steps):
+        while index < last and hypot(path[index, 0] - x, path[index, 1] - y) < lookahead:
+            index += 1
+        dx, dy = float(path[index, 0]) - x, float(path[index, 1]) - y
+        c, s = cos(heading), sin(heading)
+        forward, left = c * dx + s * dy, c * dy - s * dx
+        distance = hypot(dx, dy)
+        curvature = 2.0 * left / max(distance * distance, 1e-4)
+        if tightest > 0.0:
+            curvature = min(max(curvature, -1.0 / tightest), 1.0 / tightest)
+        wanted = speed if forward > 0.0 else 0.0
+        if index == last:
+            wanted = min(wanted, sqrt(2.0 * brake * distance))
+        if curvature != 0.0:
+            wanted = min(wanted, fastest / abs(curvature))
+        linear += min(max(wanted - linear, -float(bounds[5])), float(bounds[4]))
+        angular = min(max(linear * curvature, -fastest), fastest)
+        controls[0, t, column], controls[1, t, column] = linear, angular
+        if axes == 3:
+            controls[2, t, column] = ZERO
+        middle = heading + 0.5 * step * angular
+        x += step * linear * cos(middle)
+        y += step * linear * sin(middle)
+        heading += step * angular
+
+
+@njit(cache=True, nogil=True)
+def roll_out(
+    controls: Array32, start: Array32, bounds: Array32, velocities: Array32, poses: Array32,
+    excess: Array32,
+) -> None:  # fmt: skip
+    """Drive all controls through the motion model.
+
+    Args:
+        controls: (axes, steps, batch).
+        start: (5,) speed forward, turning, sideways; cosine and sine of the heading.
+        bounds: (10,) top speed forward and backward (both positive), turning, sideways; the most
+            that speed may rise, fall, turning speed change in a step; 1 / smallest turning radius
+            (0: turns in place); length of a step; heading.
+        velocities: (axes, steps, batch), written: what the drive makes of the controls.
+        poses: (5, steps, batch), written: x, y, heading, cosine and sine of the heading.
+        excess: (batch,), written: how far the controls were beyond the bounds, summed over steps.
+    """
+    axes, steps, batch = controls.shape
+    top, back, fastest, sideways = bounds[0], bounds[1], bounds[2], bounds[3]
+    rise, fall, swing = bounds[4], bounds[5], bounds[6]
+    inverse_radius, step, heading = bounds[7], bounds[8], bounds[9]
+    for b in range(batch):
+        excess[b] = ZERO
+    linear, angular = np.full(batch, start[0]), np.full(batch, start[1])
+    lateral = np.full(batch, start[2])
+    x, y = np.zeros(batch, np.float32), np.zeros(batch, np.float32)
+    angle, cosine = np.full(batch, heading), np.full(batch, start[3])
+    sine = np.full(batch, start[4])
+    for t in range(steps):
+        for b in range(batch):
+            wanted = controls[0, t, b]
+            reached = min(max(wanted, -back), top)
+            beyond = abs(wanted - reached)
+            now = linear[b]
+            low = now - (fall if now > ZERO else rise)
+            high = now + (rise if now >= ZERO else fall)
+            linear[b] = min(max(reached, low), high)
+            wanted = controls[1, t, b]
+            most = fastest
+            if inverse_radius > ZERO:
+                most = min(most, abs(linear[b]) * inverse_radius)
+            reached = min(max(wanted, -most), most)
+            excess[b] += beyond + abs(wanted - reached)
+            reached = min(max(reached, angular[b] - swing), angular[b] + swing)
+            angular[b] = min(max(reached, -most), most)
+        if axes == 3:
+            for b in range(batch):
+                wanted = controls[2, t, b]
+                reached = min(max(wanted, -sideways), sideways)
+                excess[b] += abs(wanted - reached)
+                now = lateral[b]
+                low = now - (fall if now > ZERO else rise)
+                high = now + (rise if now >= ZERO else fall)
+                lateral[b] = min(max(reached, low), high)
+                velocities[2, t, b] = lateral[b]
+        for b in range(batch):
+            turn = angular[b] * step
+            square = turn * turn
+            s = turn * (ONE - square * (SIXTH - square * ONE_120TH))
+            c = ONE - square * (HALF - square * (TWENTY_FOURTH - square * ONE_720TH))
+            old_c, old_s = cosine[b], sine[b]
+            new_c = old_c * c - old_s * s
+            new_s = old_s * c + old_c * s
+            middle_c, middle_s = HALF * (old_c + new_c), HALF * (old_s + new_s)
+            x[b] += step * (linear[b] * middle_c - lateral[b] * middle_s)
+            y[b] += step * (linear[b] * middle_s + lateral[b] * middle_c)
+            angle[b] += turn
+            cosine[b], sine[b] = new_c, new_s
+            velocities[0, t, b], velocities[1, t, b] = linear[b], angular[b]
+            poses[0, t, b], poses[1, t, b], poses[2, t, b] = x[b], y[b], angle[b]
+            poses[3, t, b], poses[4, t, b] = new_c, new_s
+
+
+@njit(cache=True, nogil=True)
+def _between(distance: Array32, column: float, row: float) -> float:
+    """The distance field between the middles of four cells, bilinear; far away off the grid.
+
+    Args:
+        distance: (rows, columns), at the middles of the cells.
+        column: cells from the left edge, float32.
+        row: cells from the bottom edge, float32.
+    """
+    rows, columns = distance.shape
+    u, v = column - HALF, row - HALF
+    if not (ZERO <= u < columns - 1 and ZERO <= v < rows - 1):
+        return FAR
+    i, j = int(v), int(u)
+    du, dv = u - np.float32(j), v - np.float32(i)
+    low = distance[i, j] + du * (distance[i, j + 1] - distance[i, j])
+    high = distance[i + 1, j] + du * (distance[i + 1, j + 1] - distance[i + 1, j])
+    return low + dv * (high - low)
+
+
+@njit(cache=True, nogil=True)
+def near_obstacles(
+    poses: Array32, cells: NDArray[np.uint8], distance: Array32, geometry: Array32,
+    discs: Array32, core: Array32, outline: Array32, gap: float, stride: int, margins: Array32,
+    cost: Array32, repulsion: Array32, hits: NDArray[np.int64],
+) -> None:  # fmt: skip
+    """What rollouts meet: costs under the base, clearance, and the first collision.
+
+    The clearance is first bounded by discs that cover the footprint; only where they leave doubt
+    is the footprint's outline looked up point by point.
+
+    Args:
+        poses: (5, steps, batch) x, y, heading, cosine, sine.
+        cells: (rows, columns) costs, Nav2's values; off the grid is free.
+        distance: (rows, columns) metres from a cell's middle to that of the nearest lethal cell.
+        geometry: (4,) x and y of the grid's outer corner, cells per metre, metres per cell.
+        discs: (k, 3) x, y, radius in the base frame; together they cover the footprint.
+        core: (l, 3) x, y, radius of discs well within it: what a fast edge has jumped over.
+        outline: (m, 2) points round the footprint's edge, base frame.
+        gap: most metres between two of them; those within a point's clearance are passed over.
+        stride: steps from one look at the outline to the next.
+        margins: (3,) clearance wanted, critical clearance, critical weight over the usual one.
+        cost: (batch,), written: mean cost in 0..1 up to the end or a collision.
+        repulsion: (batch,), written: mean violation of the margins.
+        hits: (batch,), written: step of the first collision; steps: none.
+    """
+    _, steps, batch = poses.shape
+    rows, columns = cells.shape
+    left, bottom, per_metre, resolution = geometry[0], geometry[1], geometry[2], geometry[3]
+    wanted, critical, ratio = margins[0], margins[1], margins[2]
+    doubt = np.float32(0.5) * resolution
+    diagonal = np.float32(1.4143) * resolution
+    reach = ZERO
+    for i in range(discs.shape[0]):
+        offset = np.sqrt(discs[i, 0] * discs[i, 0] + discs[i, 1] * discs[i, 1])
+        reach = max(reach, np.float32(offset) + discs[i, 2])
+    far = reach + max(wanted, doubt) + diagonal
+    per_gap = np.float32(1.0 / gap)
+    share = ONE / np.float32(HIGHEST_PASSABLE)
+    for b in range(batch):
+        cost[b], repulsion[b], hits[b] = ZERO, ZERO, steps
+    for t in range(steps):
+        for b in range(batch):
+            if hits[b] < steps:
+                continue
+            x, y = poses[0, t, b], poses[1, t, b]
+            across, along = (x - left) * per_metre, (y - bottom) * per_metre
+            if not (ZERO <= across < columns and ZERO <= along < rows):
+                continue
+            row, column = int(along), int(across)
+            value = cells[row, column]
+            if value <= LETHAL:
+                cost[b] += share * np.float32(min(value, HIGHEST_PASSABLE))
+            if distance[row, column] > far:
+                continue
+            c, s = poses[3, t, b], poses[4, t, b]
+            clearance = FAR
+            for i in range(discs.shape[0]):
+                px = (x + c * discs[i, 0] - s * discs[i, 1] - left) * per_metre
+                py = (y + s * discs[i, 0] + c * discs[i, 1] - bottom) * per_metre
+                clearance = min(clearance, _between(distance, px, py) - discs[i, 2])
+            clearance -= HALF * resolution
+            if clearance < wanted:
+                repulsion[b] += wanted - max(clearance, ZERO)
+                if clearance < critical:
+                    repulsion[b] += ratio * (critical - max(clearance, -critical))
+            if clearance < doubt and t % stride == stride - 1:
+                touched = False
+                for i in range(core.shape[0]):
+                    px = (x + c * core[i, 0] - s * core[i, 1] - left) * per_metre
+                    py = (y + s * core[i, 0] + c * core[i, 1] - bottom) * per_metre
+                    if ZERO <= px < columns and ZERO <= py < rows:
+                        touched |= distance[int(py), int(px)] < core[i, 2]
+                i = 0
+                while i < outline.shape[0] and not touched:
+                    px = (x + c * outline[i, 0] - s * outline[i, 1] - left) * per_metre
+                    py = (y + s * outline[i, 0] + c * outline[i, 1] - bottom) * per_metre
+                    i += 1
+                    if ZERO <= px < columns and ZERO <= py < rows:
+                        room = distance[int(py), int(px)]
+                        touched = room == ZERO
+                        if room > diagonal:
+                            i += int((room - diagonal) * per_gap)
+                if touched:
+                    hits[b] = t
+    per_step = ONE / np.float32(steps)
+    for b in range(batch):
+        cost[b] *= per_step
+        repulsion[b] *= per_step
+
+
+@njit(cache=True, nogil=True)
+def add(costs: Array32, term: Array32, weight: float, power: int) -> None:
+    """Add (weight × term) ** power to the costs of the rollouts, both (batch,)."""
+    factor = np.float32(weight)
+    for b in range(costs.shape[0]):
+        value = factor * term[b]
+        product = value
+        for _ in range(1, power):
+            product *= value
+        costs[b] += product
+
+
+@njit(cache=True, nogil=True)
+def price_of_noise(controls: Array32, plan: Array32, pull: Array32, term: Array32) -> None:
+    """Sum over axes and steps of pull × (control - plan) (Williams et al. 2018, eq. 33).
+
+    Args:
+        controls: (axes, steps, batch).
+        plan: (axes, steps).
+        pull: (axes, steps) the plan times the inverse covariance of the noise.
+        term: (batch,), written.
+    """
+    axes, steps, batch = controls.shape
+    for b in range(batch):
+        term[b] = ZERO
+    for a in range(axes):
+        for t in range(steps):
+            mean, factor = plan[a, t], pull[a, t]
+            for b in range(batch):
+                term[b] += factor * (controls[a, t, b] - mean)
+
+
+@njit(cache=True, nogil=True)
+def mean_distance(poses: Array32, x: float, y: float, term: Array32) -> None:
+    """Mean over the steps of the distance to a point, metres; into term (batch,)."""
+    _, steps, batch = poses.shape
+    goal_x, goal_y, share = np.float32(x), np.float32(y), ONE / np.float32(steps)
+    for b in range(batch):
+        term[b] = ZERO
+    for t in range(steps):
+        for b in range(batch):
+            dx, dy = poses[0, t, b] - goal_x, poses[1, t, b] - goal_y
+            term[b] += np.sqrt(dx * dx + dy * dy) * share
+
+
+@njit(cache=True, nogil=True)
+def mean_turn(poses: Array32, heading: float, term: Array32) -> None:
+    """Mean over the steps of the angle to a heading, radians; into term (batch,)."""
+    _, steps, batch = poses.shape
+    goal, share = np.float32(heading), ONE / np.float32(steps)
+    for b in range(batch):
+        term[b] = ZERO
+    for t in range(steps):
+        for b in range(batch):
+            angle = poses[2, t, b] - goal
+            angle -= TURN * np.floor((angle + PI) * PER_TURN)
+            term[b] += abs(angle) * share
+
+
+@njit(cache=True, nogil=True)
+def furthest_reached(
+    poses: Array32, hits: NDArray[np.int64], path: Array32, nearest: NDArray[np.int64]
+) -> int:  # fmt: skip
+    """Highest path index that is nearest to the end of a rollout; without collision if any is.
+
+    Args:
+        poses: (5, steps, batch).
+        hits: (batch,) step of the first collision; steps: none.
+        path: (n, 2) points.
+        nearest: (batch,), written: index of the path point nearest to each rollout's end.
+    """
+    _, steps, batch = poses.shape
+    best = np.full(batch, FAR)
+    for i in range(path.shape[0]):
+        px, py, index = path[i, 0], path[i, 1], i
+        for b in range(batch):
+            dx, dy = poses[0, steps - 1, b] - px, poses[1, steps - 1, b] - py
+            square = dx * dx + dy * dy
+            if square < best[b]:
+                best[b] = square
+                nearest[b] = index
+    clear, furthest = -1, 0
+    for b in range(batch):
+        furthest = max(furthest, nearest[b])
+        if hits[b] == steps:
+            clear = max(clear, nearest[b])
+    return clear if clear >= 0 else furthest
+
+
+@njit(cache=True, nogil=True)
+def path_alignment(
+    poses: Array32, velocities: Array32, path: Array32, spacing: float, step: float, last: int,
+    stride: int, term: Array32,
+) -> None:  # fmt: skip
+    """Mean distance between a rollout and the path where both have the same length.
+
+    Args:
+        poses: (5, steps, batch).
+        velocities: (axes, steps, batch).
+        path: (n, 2) points, evenly spaced, beginning at the robot.
+        spacing: metres between them.
+        step: seconds of a step.
+        last: index of the path point up to which to compare.
+        stride: steps from one comparison to the next.
+        term: (batch,), written, metres.
+    """
+    axes, steps, batch = velocities.shape
+    length = np.zeros(batch, np.float32)
+    scale = np.float32(step / spacing)
+    count = ZERO
+    for b in range(batch):
+        term[b] = ZERO
+    for t in range(steps):
+        if axes == 3:
+            for b in range(batch):
+                forward, sideways = velocities[0, t, b], velocities[2, t, b]
+                length[b] += np.sqrt(forward * forward + sideways * sideways) * scale
+        else:
+            for b in range(batch):
+                length[b] += abs(velocities[0, t, b]) * scale
+        if t % stride != stride - 1:
+            continue
+        count += ONE
+        for b in range(batch):
+            index = min(int(length[b] + HALF), last)
+            dx, dy = poses[0, t, b] - path[index, 0], poses[1, t, b] - path[index, 1]
+            term[b] += np.sqrt(dx * dx + dy * dy)
+    for b in range(batch):
+        term[b] /= max(count, ONE)
+
+
+@njit(cache=True, nogil=True)
+def end_distance(poses: Array32, x: float, y: float, term: Array32) -> None:
+    """Distance from a rollout's end to a point, metres; into term (batch,)."""
+    _, steps, batch = poses.shape
+    px, py = np.float32(x), np.float32(y)
+    for b in range(batch):
+        dx, dy = poses[0, steps - 1, b] - px, poses[1, steps - 1, b] - py
+        term[b] = np.sqrt(dx * dx + dy * dy)
+
+
+@njit(cache=True, nogil=True)
+def end_bearing(poses: Array32, x: float, y: float, term: Array32) -> None:
+    """Angle from a rollout's heading at its end to the direction of a point, into term (batch,)."""
+    _, steps, batch = poses.shape
+    px, py = np.float32(x), np.float32(y)
+    for b in range(batch):
+        dx, dy = px - poses[0, steps - 1, b], py - poses[1, steps - 1, b]
+        c, s = poses[3, steps - 1, b], poses[4, steps - 1, b]
+        term[b] = abs(np.arctan2(c * dy - s * dx, c * dx + s * dy))
+
+
+@njit(cache=True, nogil=True)
+def driven_backward(velocities: Array32, step: float, term: Array32) -> None:
+    """Metres driven backward, into term (batch,)."""
+    _, steps, batch = velocities.shape
+    seconds = np.float32(step)
+    for b in range(batch):
+        term[b] = ZERO
+    for t in range(steps):
+        for b in range(batch):
+            term[b] += max(-velocities[0, t, b], ZERO) * seconds
+
+
+@njit(cache=True, nogil=True)
+def within_deadband(velocities: Array32, bands: Array32, step: float, term: Array32) -> None:
+    """How far speeds are within their dead bands, summed over axes and time, into term (batch,).
+
+    Args:
+        velocities: (axes, steps, batch).
+        bands: (axes,) m/s and rad/s.
+        step: seconds of a step.
+        term: (batch,), written.
+    """
+    axes, steps, batch = velocities.shape
+    seconds = np.float32(step)
+    for b in range(batch):
+        term[b] = ZERO
+    for a in range(axes):
+        band = bands[a]
+        for t in range(steps):
+            for b in range(batch):
+                term[b] += max(band - abs(velocities[a, t, b]), ZERO) * seconds
+
+
+@njit(cache=True, nogil=True)
+def weighted_mean(controls: Array32, costs: Array32, temperature: float, plan: Array32) -> None:
+    """Replace the plan by the mean of the controls, weighted by exp(-cost / temperature).
+
+    Args:
+        controls: (axes, steps, batch).
+        costs: (batch,).
+        temperature: above 0.
+        plan: (axes, steps), written.
+    """
+    axes, steps, batch = controls.shape
+    least = costs.min()
+    chosen, weights, total, count = np.empty(batch, np.int64), np.empty(batch, np.float32), 0.0, 0
+    for b in range(batch):
+        weight = exp(-float(costs[b] - least) / temperature)
+        if weight > 1e-6:
+            chosen[count], weights[count] = b, weight
+            total += weight
+            count += 1
+    for a in range(axes):
+        for t in range(steps):
+            mean = 0.0
+            for i in range(count):
+                mean += float(weights[i]) * float(controls[a, t, chosen[i]])
+            plan[a, t] = mean / total

@@ -1,0 +1,190 @@
+"""What one MPPI command looks at: obstacles, path and goal around the robot; and the rollouts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import ceil, hypot
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stack.control.swept import fill, outline
+from stack.control.track import Track
+from stack.types import INSCRIBED_COST, LETHAL_COST, CostGrid, FloatArray, Footprint, Pose2D
+
+Array32 = NDArray[np.float32]
+
+NO_OBSTACLE = 1e6
+"""Distance, in metres, where there is nothing lethal on the grid."""
+
+
+MOST_CORE = 12
+"""Discs within a footprint at most."""
+
+
+@dataclass(frozen=True, slots=True)
+class Obstacles:
+    """A costmap as the kernels read it.
+
+    Attributes:
+        cells: (rows, columns) uint8.
+        distance: (rows, columns) float32 metres to the nearest lethal cell; cells that the
+            footprint covers already do not count.
+        geometry: (4,) float32: outer corner seen from the robot, cells per metre, metres per cell.
+    """
+
+    cells: NDArray[np.uint8]
+    distance: Array32
+    geometry: Array32
+
+    @staticmethod
+    def of(costs: CostGrid, pose: Pose2D, body: FloatArray) -> Obstacles:
+        """Around a pose; `body` (m, 2) fills the footprint, base frame."""
+        import cv2
+
+        free = (costs.cells != LETHAL_COST).view(np.uint8)
+        places = pose.transform(body)
+        columns, rows = (
+            np.floor((places[:, k] - costs.origin[k]) / costs.resolution).astype(int)
+            for k in (0, 1)
+        )
+        inside = (rows >= 0) & (rows < free.shape[0]) & (columns >= 0) & (columns < free.shape[1])
+        free[rows[inside], columns[inside]] = 1
+        if free.all():
+            distance = np.full(free.shape, NO_OBSTACLE, np.float32)
+        else:
+            distance = cv2.distanceTransform(free, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+            distance *= np.float32(costs.resolution)
+        x, y = costs.origin
+        geometry = [x - pose.x, y - pose.y, 1.0 / costs.resolution, costs.resolution]
+        return Obstacles(costs.cells, distance, np.array(geometry, np.float32))
+
+
+@dataclass(frozen=True, slots=True)
+class Outline:
+    """A footprint as the kernels read it.
+
+    Attributes:
+        discs: (k, 3) float32 x, y, radius; together they cover it.
+        core: (l, 3) float32 x, y, radius: where the distance to a lethal cell is below the radius,
+            the cell lies within.
+        points: (m, 2) float32 round its edge.
+        gap: most metres between neighbouring points.
+    """
+
+    discs: Array32
+    core: Array32
+    points: Array32
+    gap: float
+
+    @staticmethod
+    def of(footprint: Footprint, resolution: float) -> Outline:
+        """Discs in a row along the longer side, and edge points fit for cells of this size."""
+        corners = footprint.points
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        axis = int(np.argmax(high - low))
+        length, width = high[axis] - low[axis], high[1 - axis] - low[1 - axis]
+        round_enough = footprint.circumscribed_radius < 1.1 * footprint.inscribed_radius
+        count = 1 if round_enough else min(6, ceil(2.0 * length / width))
+        filled = fill(footprint, 0.1 * width)
+        discs = []
+        for n in range(count):
+            begin, end = (low[axis] + length * share / count for share in (n, n + 1))
+            slack = 0.1 * width + 1e-9
+            part = filled[(filled[:, axis] >= begin - slack) & (filled[:, axis] <= end + slack)]
+            part = np.column_stack([np.clip(part[:, axis], begin, end), part[:, 1 - axis]])
+            middle = np.array([(begin + end) / 2, (part[:, 1].min() + part[:, 1].max()) / 2])
+            radius = float(np.linalg.norm(part - middle, axis=1).max())
+            discs.append((*(middle if axis == 0 else middle[::-1]), radius))
+        gap = 0.7 * resolution
+        points = outline(footprint, gap)
+        core = _core(footprint, filled, resolution)
+        return Outline(np.array(discs, np.float32), core, np.array(points, np.float32), gap)
+
+
+def _core(footprint: Footprint, filled: FloatArray, resolution: float) -> Array32:
+    """(l, 3) discs within a footprint, each as large as the edge allows, greedily chosen.
+
+    A position is rounded to its cell, so a disc counts as smaller by half a cell's diagonal.
+    """
+    edge = outline(footprint, 0.01)
+    room = np.linalg.norm(filled[:, None] - edge, axis=2).min(axis=1)
+    discs: list[tuple[float, float, float]] = []
+    left = np.ones(len(filled), dtype=bool)
+    while left.any() and len(discs) < MOST_CORE:
+        best = int(np.argmax(np.where(left, room, -1.0)))
+        if room[best] < 1.5 * resolution:
+            break
+        x, y = filled[best]
+        discs.append((x, y, room[best] - 0.71 * resolution))
+        left &= np.linalg.norm(filled - filled[best], axis=1) > 0.6 * room[best]
+    return np.array(discs, np.float32).reshape(-1, 3)
+
+
+@dataclass(frozen=True, slots=True)
+class LocalPath:
+    """The path ahead, in axes parallel to the map's with the robot at the origin.
+
+    Attributes:
+        points: (n, 2) float32, evenly spaced but for the last, nearest to the robot first.
+        open: (n,) whether the base may be there.
+        spacing: metres.
+        goal: the path's end, heading in the map frame.
+        remaining: metres to the goal along the path.
+    """
+
+    points: Array32
+    open: NDArray[np.bool_]
+    spacing: float
+    goal: Pose2D
+    remaining: float
+
+    @staticmethod
+    def of(track: Track, pose: Pose2D, costs: CostGrid, reach: float, spacing: float) -> LocalPath:
+        """The next `reach` metres of a track."""
+        points = track.sampled(reach, spacing)
+        columns, rows = (
+            np.floor((points[:, k] - costs.origin[k]) / costs.resolution).astype(int)
+            for k in (0, 1)
+        )
+        inside = (rows >= 0) & (rows < costs.cells.shape[0])
+        inside &= (columns >= 0) & (columns < costs.cells.shape[1])
+        free = np.ones(len(points), dtype=bool)
+        found = costs.cells[rows[inside], columns[inside]]
+        free[inside] = (found < INSCRIBED_COST) | (found > LETHAL_COST)
+        goal = track.path.goal
+        return LocalPath(
+            np.ascontiguousarray(points - (pose.x, pose.y), dtype=np.float32), free, spacing,
+            Pose2D(goal.x - pose.x, goal.y - pose.y, goal.heading), track.remaining,
+        )  # fmt: skip
+
+    @property
+    def goal_distance(self) -> float:
+        """Straight-line distance from the robot to the goal, metres."""
+        return hypot(self.goal.x, self.goal.y)
+
+
+class Rollouts:
+    """The work arrays of one batch, float32, shapes as in the kernels.
+
+    Attributes:
+        controls: (axes, steps, batch) speeds tried.
+        velocities: (axes, steps, batch) speeds driven.
+        poses: (5, steps, batch) x, y, heading, its cosine and sine.
+        excess: (batch,) how far the controls were beyond the limits.
+        hits: (batch,) int64 step of the first collision; steps: none.
+        obstacle_cost: (batch,) mean cost under the base.
+        repulsion: (batch,) mean violation of the clearance wanted.
+        costs: (batch,) in all.
+        term: (batch,) of the critic at work.
+    """
+
+    def __init__(self, axes: int, steps: int, batch: int) -> None:
+        self.controls = np.zeros((axes, steps, batch), np.float32)
+        self.velocities = np.zeros((axes, steps, batch), np.float32)
+        self.poses = np.zeros((5, steps, batch), np.float32)
+        self.excess, self.obstacle_cost, self.repulsion, self.costs, self.term = np.zeros(
+            (5, batch), np.float32
+        )
+        self.hits = np.zeros(batch, np.int64)
+        self.nearest = np.zeros(batch, np.int64)

@@ -1,0 +1,75 @@
+"""Speeds that a robot with limited acceleration and a late answer can follow."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import sqrt
+
+from stack.description import Limits
+from stack.types import Twist
+
+
+def stopping_speed(way: float, deceleration: float, late: float) -> float:
+    """The speed from which a robot that answers late still stops within a way.
+
+    Args:
+        way: metres or radians left.
+        deceleration: m/s² or rad/s².
+        late: seconds between a command and its effect.
+    """
+    lost = deceleration * late
+    return sqrt(lost * lost + 2.0 * deceleration * max(0.0, way)) - lost
+
+
+@dataclass(frozen=True, slots=True)
+class Ramp:
+    """Keeps commands within what the drive can do from one step to the next.
+
+    Attributes:
+        limits: of the robot.
+        period: seconds between two commands.
+        response_time: from a command to the robot's answer, seconds.
+    """
+
+    limits: Limits
+    period: float
+    response_time: float
+
+    def rebased(self, last: Twist, measured: Twist) -> Twist:
+        """The last command, no farther from the measured speed than a late robot explains."""
+        limits, late = self.limits, self.response_time + 2.0 * self.period
+        slack = max(limits.linear_acceleration, limits.linear_deceleration) * late
+        turn_slack = limits.angular_acceleration * late
+        return Twist(
+            _near(last.linear, measured.linear, slack),
+            _near(last.angular, measured.angular, turn_slack),
+            _near(last.lateral, measured.lateral, slack),
+        )
+
+    def forward(self, last: float, wanted: float) -> float:
+        """A forward speed one step after another on the way to the wanted one, m/s."""
+        rise, fall = self.limits.linear_acceleration, self.limits.linear_deceleration
+        return min(max(wanted, last - fall * self.period), last + rise * self.period)
+
+    def turn(self, last: float, wanted: float) -> float:
+        """A turning speed one step after another on the way to the wanted one, rad/s."""
+        top, change = self.limits.angular_speed, self.limits.angular_acceleration * self.period
+        return _near(_near(wanted, 0.0, top), last, change)
+
+    def stopped(self, last: Twist) -> Twist:
+        """One step of braking on the arc that is being driven."""
+        fall = self.limits.linear_deceleration * self.period
+        slower = abs(last.linear) - fall
+        share = max(0.0, slower / abs(last.linear)) if last.linear else 0.0
+        lateral = _towards_zero(last.lateral, fall)
+        turn = self.limits.angular_acceleration * self.period
+        angular = last.angular * share if share else _towards_zero(last.angular, turn)
+        return Twist(last.linear * share, angular, lateral)
+
+
+def _near(value: float, centre: float, slack: float) -> float:
+    return min(max(value, centre - slack), centre + slack)
+
+
+def _towards_zero(value: float, change: float) -> float:
+    return _near(0.0, value, change)

@@ -1,0 +1,102 @@
+"""The footprint swept along a motion: how far it is clear on a costmap."""
+
+from __future__ import annotations
+
+from math import ceil, hypot
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stack.types import CostGrid, FloatArray, Footprint, Pose2D
+
+BoolArray = NDArray[np.bool_]
+
+
+class SweptFootprint:
+    """Checks motions of one robot against lethal cells.
+
+    Cells that the footprint covers already do not count, so that a robot can always leave.
+    """
+
+    def __init__(self, footprint: Footprint) -> None:
+        from stack.control import kernels
+
+        self._kernels, self._footprint = kernels, footprint
+        self._radius = footprint.circumscribed_radius
+        self._body: tuple[float, FloatArray] = (0.0, np.empty((0, 2)))
+
+    def arc(
+        self, costs: CostGrid, pose: Pose2D, linear: float, angular: float, horizon: float
+    ) -> tuple[float, int]:
+        """Seconds for which a constant twist stays clear.
+
+        Args:
+            costs: map frame.
+            pose: to begin at, map frame.
+            linear: m/s forward.
+            angular: rad/s to the left.
+            horizon: seconds to look ahead.
+
+        Returns:
+            Seconds (inf: clear over the whole horizon), and the worst passable cost on the way.
+        """
+        step = costs.resolution / (abs(linear) + abs(angular) * self._radius)
+        free, cost = self._kernels.sweep(
+            costs.cells, costs.resolution, *costs.origin, self.body(costs.resolution),
+            pose.x, pose.y, pose.heading, linear, angular, horizon, step,
+        )  # fmt: skip
+        return free, cost
+
+    def clear_poses(self, costs: CostGrid, pose: Pose2D, poses: FloatArray) -> NDArray[np.int64]:
+        """How many poses of each motion are clear before its first collision.
+
+        Args:
+            costs: map frame.
+            pose: where the robot is now, map frame.
+            poses: (n, k, 3) x, y, heading of k poses on each of n motions, map frame.
+
+        Returns:
+            (n,) in 0..k.
+        """
+        counts: NDArray[np.int64] = self._kernels.clear_poses(
+            costs.cells, costs.resolution, *costs.origin, self.body(costs.resolution),
+            pose.x, pose.y, pose.heading, np.ascontiguousarray(poses),
+        )  # fmt: skip
+        return counts
+
+    def body(self, resolution: float) -> FloatArray:
+        """(m, 2) points that fill the footprint, fit for cells of this size; base frame."""
+        if self._body[0] != resolution:
+            self._body = (resolution, fill(self._footprint, 0.7 * resolution))
+        return self._body[1]
+
+
+def fill(footprint: Footprint, spacing: float) -> FloatArray:
+    """(m, 2) points on and within a footprint, no farther apart than `spacing`, base frame."""
+    corners = footprint.points
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    x, y = (np.arange(a, b, spacing) for a, b in zip(low, high, strict=True))
+    lattice = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+    within = lattice[_inside(lattice, corners)]
+    return np.ascontiguousarray(np.vstack([outline(footprint, spacing), within]))
+
+
+def outline(footprint: Footprint, spacing: float) -> FloatArray:
+    """(m, 2) points round the edge of a footprint in order, base frame."""
+    corners = footprint.points
+    points = []
+    for start, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        pieces = max(1, ceil(hypot(*(end - start)) / spacing))
+        points.append(start + (end - start) * (np.arange(pieces) / pieces)[:, None])
+    return np.vstack(points)
+
+
+def _inside(points: FloatArray, corners: FloatArray) -> BoolArray:
+    """Which points lie within a polygon, by counting the edges that a ray to +x crosses."""
+    found = np.zeros(len(points), dtype=bool)
+    for (ax, ay), (bx, by) in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        if ay == by:
+            continue
+        spans = (points[:, 1] < ay) != (points[:, 1] < by)
+        found ^= spans & (points[:, 0] < ax + (points[:, 1] - ay) * (bx - ax) / (by - ay))
+    return found
