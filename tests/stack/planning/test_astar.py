@@ -357,8 +357,10 @@ def test_cheap_unknown_ground_is_explored_and_dear_is_gone_round():
     start, goal = Pose2D(0.3, 0.8), Pose2D(2.7, 0.8)
 
     def ground_crossed(unknown_as):
-        path = Astar(replace(EXACT, unknown_as=unknown_as), ROBOT).plan(costs, start, goal)
+        path = Astar(replace(EXACT, unknown_as=unknown_as, smooth=False), ROBOT).plan(
+            costs, start, goal
+        )
         return sum(cells[costs.cell_at(x, y)] == UNKNOWN_COST for x, y in path.points[:, :2])
 
     assert ground_crossed(0.0) == pytest.approx(20, abs=1)  # 1 m of points 5 cm apart
-    assert ground_crossed(126.0) <= 4  # 1 m would count as 2.5 m; smoothing cuts the corners
+    assert ground_crossed(126.0) == 0  # 1 m would count as 2.5 m
