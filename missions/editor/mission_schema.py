@@ -146,6 +146,8 @@ def _navigation() -> Schema:
         fields = _fields(settings)
         if kind == "costmap" and "costmap_layer" in GROUPS:
             fields["layers"] = _layers()
+        if kind == "safety":
+            fields["zones"] = documented({"type": "array"}, "The zones it watches.")
         kinds[kind] = documented(section(fields), f"Settings of the {kind}.")
     return {**section(kinds), "type": ["object", "null"]}
 
