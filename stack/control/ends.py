@@ -6,6 +6,7 @@ Shared by the controllers that only know how to drive along it.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import hypot
 
 from stack.components import ControlState
 from stack.control.arrival import Arrival
@@ -17,7 +18,19 @@ from stack.control.track import Track
 from stack.control.turning import TurnInPlace, TurnStyle
 from stack.description import RobotDescription
 from stack.parameters import parameter
-from stack.types import STANDSTILL, Path, Twist, wrap_angle
+from stack.types import STANDSTILL, Path, Pose2D, Twist, wrap_angle
+
+JUST_AHEAD = 0.2
+"""Metres ahead on the path of the point that a robot without a clear way turns to."""
+
+HELD = 0.5
+"""Seconds after which a robot that does not do what it is told counts as held up."""
+
+SUSPENDED = 2.0
+"""Seconds of driving for which no turn in place is begun after one was held up."""
+
+ALIGNED = 0.1
+"""Radians off that point with which it is content."""
 
 CAR_HEADING = 0.1
 """Heading error, in radians, with which a car that cannot turn in place is content."""
@@ -70,6 +83,7 @@ class PathEnds:
         self._patience, self._arrival, self._shim = Patience(), Arrival(), RotationShim()
         self.track: Track | None = None
         self.last = STANDSTILL
+        self._held_steps, self._suspended, self._period = 0, 0.0, period
 
     def set_path(self, path: Path) -> None:
         """A new path to follow, map frame."""
@@ -80,8 +94,26 @@ class PathEnds:
         """Take in where the robot is now; the track, None when there is no path."""
         if self.track is not None:
             self.track.advance(state.pose)
+        self._note_hold(state.twist)
         self.last = self.ramp.rebased(self.last, state.twist)
         return self.track
+
+    @property
+    def held(self) -> bool:
+        """Whether what was commanded has not been driven for a while.
+
+        The last stage before the wheels then sees something in the way that the costmap does not.
+        """
+        return self._held_steps * self._period >= HELD
+
+    def _note_hold(self, measured: Twist) -> None:
+        wanted, driven = _rim_speed(self.last), _rim_speed(measured)
+        if wanted > 0.05 and driven < 0.25 * wanted:
+            self._held_steps += 1
+            self._suspended = SUSPENDED if self.held else self._suspended
+        else:
+            self._held_steps = max(0, self._held_steps - 1)
+            self._suspended = max(0.0, self._suspended - self._period)
 
     def reached(self, state: ControlState) -> bool:
         """Whether the goal's position is reached; for a car its heading as well."""
@@ -98,10 +130,19 @@ class PathEnds:
     def turned(self, state: ControlState) -> Twist | None:
         """A turn towards a path that lies far off; None when it need not or cannot be made."""
         p = self._parameters
-        if self.track is None or not (p.rotate_to_heading and self._turns_in_place):
+        wants = p.rotate_to_heading and self._turns_in_place and not self._suspended
+        if self.track is None or not wants:
             return None
         angle = self._shim.angle(self.track, state, p.rotate_angle, p.goal_position)
         return None if angle is None else self._turn.twist(state, self.last, angle)
+
+    def realigned(self, state: ControlState) -> Twist | None:
+        """A turn in place towards the path just ahead, for when nothing else is clear."""
+        if self.track is None or not self._turns_in_place:
+            return None
+        x, y = self.track.nearer_point(state.pose, JUST_AHEAD)
+        angle = wrap_angle(state.pose.bearing_to(Pose2D(x, y)) - state.pose.heading)
+        return None if abs(angle) <= ALIGNED else self._turn.twist(state, self.last, angle)
 
     def end(self, state: ControlState, chosen: Twist | None) -> Twist:
         """The command: what was chosen, or a standstill when nothing is safe.
@@ -126,3 +167,8 @@ class PathEnds:
         if self.track is None:
             return 0.0
         return wrap_angle(self.track.path.goal.heading - state.pose.heading)
+
+
+def _rim_speed(twist: Twist) -> float:
+    """How fast a point 0.2 m beside the middle of a robot moves at most, m/s."""
+    return hypot(twist.linear, twist.lateral) + 0.2 * abs(twist.angular)

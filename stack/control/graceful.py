@@ -52,13 +52,13 @@ class GracefulParameters(EndsParameters):
         0.1, "m/s", above=0.0, help="slows down no further than this in bends"
     )
     turn_speed: float = parameter(1.9, "rad/s", above=0.0, help="top turning speed")
-    min_lookahead: float = parameter(0.25, "m", above=0.0, help="nearest target on the path")
-    max_lookahead: float = parameter(1.0, "m", above=0.0, help="farthest target on the path")
+    min_lookahead: float = parameter(0.15, "m", above=0.0, help="nearest target on the path")
+    max_lookahead: float = parameter(0.8, "m", above=0.0, help="farthest target on the path")
     k_phi: float = parameter(
         2.0, above=0.0, help="how much faster the target's heading is approached than its distance"
     )
     k_delta: float = parameter(
-        1.0, above=0.0, help="how fast the robot's heading follows the one that leads there"
+        2.0, above=0.0, help="how fast the robot's heading follows the one that leads there"
     )
     beta: float = parameter(0.4, at_least=0.0, help="how much bends slow down")
     slowing_power: float = parameter(
@@ -125,8 +125,10 @@ class Graceful:
         A nearer target keeps closer to the path. When the whole way to none is clear, the nearest
         one is driven to as far as it is.
         """
-        speed = self._top_speed(track, state)
         self._local_plan = None
+        if self._ends.held:
+            return self._ends.realigned(state)
+        speed = self._top_speed(track, state)
         for target in self._targets(track, state.pose):
             poses = self._simulate(state.pose, target, speed)
             clear = int(self._swept.clear_poses(state.costs, state.pose, poses[None])[0])
@@ -136,7 +138,7 @@ class Graceful:
             share = clear * SIMULATION_STEP / self.parameters.time_to_collision
             speed = min(speed, speed * share)
             if clear == 0 or speed < 0.3 * self.parameters.min_speed:
-                return None
+                return self._ends.realigned(state)
         self._local_plan = poses
         linear, angular = self.law(state.pose, target, speed)
         return self._ends.ramped(Twist(linear, angular))

@@ -196,7 +196,7 @@ def sweep(
 @njit(cache=True, nogil=True)
 def clear_poses(
     cells: np.ndarray, resolution: float, origin_x: float, origin_y: float, body: FloatArray,
-    x: float, y: float, heading: float, poses: FloatArray,
+    x: float, y: float, heading: float, poses: FloatArray, near: np.ndarray,
 ) -> np.ndarray:  # fmt: skip
     """How many poses of each motion are clear before the footprint covers lethal cells.
 
@@ -212,14 +212,20 @@ def clear_poses(
         y: likewise.
         heading: likewise.
         poses: (n, k, 3) x, y, heading of k poses on each of n motions, map frame.
+        near: (rows, columns) uint8, 0 where no lethal cell is within the footprint's reach.
 
     Returns:
         (n,) int64 in 0..k.
     """
+    rows, columns = cells.shape
     known, count = _covered(cells, resolution, origin_x, origin_y, body, x, y, heading)
     clear = np.full(poses.shape[0], poses.shape[1], np.int64)
     for i in range(poses.shape[0]):
         for j in range(poses.shape[1]):
+            row = floor((poses[i, j, 1] - origin_y) / resolution)
+            column = floor((poses[i, j, 0] - origin_x) / resolution)
+            if 0 <= row < rows and 0 <= column < columns and near[row, column] == 0:
+                continue
             place, _ = _first_lethal(
                 cells, resolution, origin_x, origin_y, body,
                 poses[i, j, 0], poses[i, j, 1], poses[i, j, 2], known, count, 0,

@@ -7,7 +7,7 @@ from math import ceil, hypot
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.types import CostGrid, FloatArray, Footprint, Pose2D
+from stack.types import LETHAL_COST, CostGrid, FloatArray, Footprint, Pose2D
 
 BoolArray = NDArray[np.bool_]
 
@@ -60,9 +60,18 @@ class SweptFootprint:
         """
         counts: NDArray[np.int64] = self._kernels.clear_poses(
             costs.cells, costs.resolution, *costs.origin, self.body(costs.resolution),
-            pose.x, pose.y, pose.heading, np.ascontiguousarray(poses),
+            pose.x, pose.y, pose.heading, np.ascontiguousarray(poses), self._near(costs),
         )  # fmt: skip
         return counts
+
+    def _near(self, costs: CostGrid) -> NDArray[np.uint8]:
+        """(rows, columns) 0 where nothing lethal is within reach of the footprint."""
+        import cv2
+
+        cells = ceil(self._radius / costs.resolution) + 2
+        disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * cells + 1, 2 * cells + 1))
+        lethal = (costs.cells == LETHAL_COST).view(np.uint8)
+        return np.asarray(cv2.dilate(lethal, disc), np.uint8)
 
     def body(self, resolution: float) -> FloatArray:
         """(m, 2) points that fill the footprint, fit for cells of this size; base frame."""

@@ -8,8 +8,8 @@ RotateToGoal critic does, the last turn on the spot, `PathEnds` does for all con
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from math import copysign
+from dataclasses import dataclass, replace
+from math import ceil, copysign
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from stack.components import ControlState
 from stack.control.dwb.critics import Sampling, judge
 from stack.control.dwb.parameters import DwbParameters
 from stack.control.ends import PathEnds
+from stack.control.ramps import stopping_speed
 from stack.control.swept import BoolArray, SweptFootprint
 from stack.control.track import Track
 from stack.description import Limits, RobotDescription
@@ -24,6 +25,15 @@ from stack.types import STANDSTILL, FloatArray, Path, Pose2D, Twist, wrap_angle
 
 SPACING = 0.05
 """Metres between the path points that the critics look at."""
+
+CREEP = 0.08
+"""m/s that are allowed however near the goal is."""
+
+SHORTER = (1.0, 0.5, 0.25)
+"""Shares of speed and simulated time tried in turn while nothing is clear."""
+
+LEAST_STEPS = 5
+"""Steps simulated at least."""
 
 LEAST_SPEED = 0.01
 """m/s and rad/s below which a command has no direction."""
@@ -85,28 +95,56 @@ class Dwb:
         return None if self._local_plan is None else Path(self._local_plan)
 
     def _sampled(self, track: Track, state: ControlState) -> Twist | None:
+        """The best speeds; slower and less far ahead, then a turn to the path, if none will do."""
+        turn = self._ends.realigned(state) if self._ends.held else None
+        if turn is not None:
+            return turn
+        for share in SHORTER:
+            twist = self._best(track, state, share)
+            if twist is not None:
+                self._note_direction(state.pose, twist)
+                return twist
+        self._local_plan, self._direction = None, _Direction()
+        return self._ends.realigned(state)
+
+    def _best(self, track: Track, state: ControlState, share: float) -> Twist | None:
         """The best of the speeds that collide with nothing; None when all do, or it is to stand."""
-        p, last = self.parameters, self._ends.last
-        linear, angular = window(p, self._robot.limits, last)
+        last = self._ends.last
+        p, top = self._before_goal(track, state, share)
+        linear, angular = window(p, self._robot.limits, last, top)
         keep = self._not_oscillating(state.pose, linear, angular)
         linear, angular = linear[keep], angular[keep]
         poses = drive(p, self._robot.limits, state.pose, last, (linear, angular))
-        reach = p.cruise_speed * p.simulation_time + p.forward_point
+        reach = top * p.simulation_time + p.forward_point
         sampling = Sampling(
             linear, angular, poses, track.sampled(reach, SPACING),
             track.sampled(reach, SPACING, beyond=True), SPACING, state.costs,
+            near_goal=track.remaining <= p.forward_point,
         )  # fmt: skip
-        scores = judge(sampling, p, near_goal=track.remaining <= p.forward_point)
+        scores = judge(sampling, p)
         scores[self._swept.clear_poses(state.costs, state.pose, poses) < poses.shape[1]] = np.inf
         best = int(np.argmin(scores))
         stands = abs(linear[best]) < LEAST_SPEED and abs(angular[best]) < LEAST_SPEED
-        if not np.isfinite(scores[best]) or (stands and abs(last.linear) < LEAST_SPEED):
-            self._local_plan, self._direction = None, _Direction()
+        if not np.isfinite(scores[best]) or stands:
             return None
         self._local_plan = poses[best]
-        twist = self._ends.ramped(Twist(float(linear[best]), float(angular[best])))
-        self._note_direction(state.pose, twist)
-        return twist
+        return self._ends.ramped(Twist(float(linear[best]), float(angular[best])))
+
+    def _before_goal(
+        self, track: Track, state: ControlState, share: float
+    ) -> tuple[DwbParameters, float]:
+        """The parameters with a simulated time that ends about at the goal, and the top speed.
+
+        A robot whose speeds are all driven far beyond the goal would creep towards it.
+        """
+        p, limits = self.parameters, self._robot.limits
+        way = max(track.remaining, state.pose.distance_to(track.path.goal))
+        brake = p.brake_share * limits.linear_deceleration
+        cruise = share * min(p.cruise_speed, limits.linear_speed)
+        top = min(cruise, max(stopping_speed(way, brake, p.response_time + self._period), CREEP))
+        steps = ceil(1.5 * way / (top * p.simulation_step))
+        time = min(share * p.simulation_time, max(LEAST_STEPS, steps) * p.simulation_step)
+        return replace(p, simulation_time=time), top
 
     def _not_oscillating(self, pose: Pose2D, linear: FloatArray, angular: FloatArray) -> BoolArray:
         """Which samples do not reverse a direction that was taken a moment ago (Oscillation)."""
@@ -134,10 +172,18 @@ class Dwb:
             self._direction = _Direction(forward, turn, pose)
 
 
-def window(p: DwbParameters, limits: Limits, last: Twist) -> tuple[FloatArray, FloatArray]:
-    """Speeds forward and turning, both (n,), that can be reached within the simulated time."""
+def window(
+    p: DwbParameters, limits: Limits, last: Twist, top: float
+) -> tuple[FloatArray, FloatArray]:
+    """Speeds forward and turning, both (n,), that can be reached within the simulated time.
+
+    Args:
+        p: samples, speeds and the simulated time.
+        limits: of the robot.
+        last: driven now.
+        top: m/s forward at most.
+    """
     time = p.simulation_time
-    top = min(p.cruise_speed, limits.linear_speed)
     back = min(p.reverse_speed, limits.reverse_speed)
     low = max(-back, last.linear - limits.linear_deceleration * time)
     high = min(top, last.linear + limits.linear_acceleration * time)

@@ -17,6 +17,9 @@ from stack.types import CostGrid, FloatArray
 
 HIGHEST_PASSABLE, LETHAL = 252, 254
 
+PLACES = 4
+"""Steps from one place on a motion to the next whose distance to the path counts."""
+
 CREEPING = 0.1
 """m/s below which a turn counts as twisting on the spot."""
 
@@ -33,6 +36,8 @@ class Sampling:
         onward: (l, 2) likewise, and farther, straight on beyond the goal.
         spacing: metres between them.
         costs: the local costmap.
+        near_goal: the goal is within reach: its position counts, not the way on, and costs round it
+            have to be borne.
     """
 
     linear: FloatArray
@@ -42,6 +47,7 @@ class Sampling:
     onward: FloatArray
     spacing: float
     costs: CostGrid
+    near_goal: bool
 
     def ends(self, forward: float = 0.0) -> FloatArray:
         """(n, 2) where each motion ends, or a point so many metres before the robot then."""
@@ -59,12 +65,19 @@ def to_path(path: FloatArray, spacing: float, points: FloatArray) -> tuple[Float
 
 
 def path_distance(sampling: Sampling, p: DwbParameters) -> FloatArray:
-    """How far from the path a motion ends."""
-    return to_path(sampling.path, sampling.spacing, sampling.ends())[0]
+    """Mean distance to the path: at the end alone (Nav2's default) it would cut corners."""
+    places = sampling.poses[:, ::-PLACES, :2]
+    distance, _ = to_path(sampling.path, sampling.spacing, places.reshape(-1, 2))
+    mean: FloatArray = distance.reshape(places.shape[:2]).mean(axis=1)
+    return mean
 
 
 def goal_distance(sampling: Sampling, p: DwbParameters) -> FloatArray:
-    """How much of the path ahead a motion leaves."""
+    """How much of the path ahead a motion leaves; near the goal the distance to it."""
+    if sampling.near_goal:
+        offset = sampling.ends() - sampling.path[-1]
+        away: FloatArray = np.hypot(offset[:, 0], offset[:, 1])
+        return away
     distance, left = to_path(sampling.path, sampling.spacing, sampling.ends())
     return np.where(left > 0.0, left, distance)
 
@@ -120,19 +133,15 @@ CRITICS: dict[str, Critic] = {
 }
 
 
-def judge(sampling: Sampling, p: DwbParameters, *, near_goal: bool) -> FloatArray:
-    """(n,) the weighted sum of all critics.
+FAR_FROM_GOAL = frozenset({"path_distance", "path_align", "goal_align", "obstacle"})
+"""Critics that are left out near the goal."""
 
-    Args:
-        sampling: what was tried.
-        p: weights.
-        near_goal: the goal is near: its position counts, not the way on, and costs round it have
-            to be borne.
-    """
+
+def judge(sampling: Sampling, p: DwbParameters) -> FloatArray:
+    """(n,) the weighted sum of all critics."""
     total = np.zeros(len(sampling.linear))
-    left_out = ("path_align", "goal_align", "obstacle") if near_goal else ()
     for name, critic in CRITICS.items():
         weight = getattr(p, f"{name}_weight")
-        if weight and name not in left_out:
+        if weight and not (sampling.near_goal and name in FAR_FROM_GOAL):
             total += weight * critic(sampling, p)
     return total

@@ -28,22 +28,22 @@ class DwbParameters(EndsParameters):
         0.1, "s", above=0.01, at_most=0.5, help="between the poses looked at"
     )
     path_distance_weight: float = parameter(
-        8.0, at_least=0.0, help="distance of the end from the path, per metre"
+        24.0, at_least=0.0, help="distance of the end from the path, per metre"
     )
     goal_distance_weight: float = parameter(
         6.0, at_least=0.0, help="way left on the path after the end, per metre"
     )
     path_align_weight: float = parameter(
-        8.0, at_least=0.0, help="distance of a point before the robot from the path, per metre"
+        2.0, at_least=0.0, help="distance of a point before the robot from the path, per metre"
     )
     goal_align_weight: float = parameter(
-        3.0, at_least=0.0, help="way left on the path from a point before the robot, per metre"
+        1.0, at_least=0.0, help="way left on the path from a point before the robot, per metre"
     )
     forward_point: float = parameter(
         0.3, "m", above=0.0, help="how far before the robot that point is"
     )
     obstacle_weight: float = parameter(
-        1.0, at_least=0.0, help="highest costmap cost on the way, as a share of 252"
+        2.0, at_least=0.0, help="highest costmap cost on the way, as a share of 252"
     )
     prefer_forward_weight: float = parameter(
         1.0, at_least=0.0, help="driving backward, or turning with little speed"

@@ -8,6 +8,7 @@ robot at the origin: single precision then resolves micrometres anywhere on a ma
 from __future__ import annotations
 
 from math import cos, exp, hypot, sin, sqrt
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -166,7 +167,7 @@ def roll_out(
 
 
 @njit(cache=True, nogil=True)
-def _between(distance: Array32, column: float, row: float) -> float:
+def _between(distance: Array32, column: float, row: float) -> Any:
     """The distance field between the middles of four cells, bilinear; far away off the grid.
 
     Args:
