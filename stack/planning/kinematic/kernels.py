@@ -302,7 +302,9 @@ def expand(place, moves, aim, nodes, state, most, bound):
     """Best-first search (A*, Hart, Nilsson and Raphael 1968) over poses, until something is up.
 
     Args:
-        place, moves, aim: what is searched, by which primitives, and where to.
+        place: costmap and footprint.
+        moves: motion primitives.
+        aim: goal and heuristics.
         nodes: what was reached; changed.
         state: (4,) int64; changed.
         most: expansions after which to stop.
