@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import lru_cache
 from math import pi
 from typing import Any, ClassVar
@@ -17,9 +17,10 @@ from stack.planning.kinematic.moves import HEADINGS, Prices, packed, steering_mo
 from stack.planning.kinematic.planning import PosePlanning
 from stack.planning.kinematic.search import Drive, Ground, Method
 from stack.planning.kinematic.shaping import Shaping
+from stack.planning.kinematic.shortcuts import CurveShortcut
 from stack.planning.search import StepCosts
 from stack.planning.smoothers.choice import SMOOTHERS
-from stack.types import CostGrid, FloatArray, Path, Pose2D
+from stack.types import CostGrid, Path, Pose2D
 
 _TABLE_REACH, _TABLE_STEP, _TABLE_TURNS = 16, 0.25, 36  # cells to a side; radii; headings
 _TABLE_SLACK = 0.3  # radii by which rounding to the table's places may lengthen a curve
@@ -55,7 +56,7 @@ class HybridAstarParameters:
         help="tries to reach the goal in one go this often as it comes nearer",
     )  # fmt: skip
     max_expansions: int = parameter(
-        100_000, at_least=1, at_most=100_000_000, help="poses looked at before it gives up"
+        500_000, at_least=1, at_most=100_000_000, help="poses looked at before it gives up"
     )
     allow_unknown: bool = parameter(True, help="plan through cells nobody has seen")
     tolerance: float = parameter(
@@ -72,43 +73,6 @@ class HybridAstarParameters:
     smoother: str = parameter(
         "constrained", one_of=SMOOTHERS, help="what is done to the path between cusps"
     )
-
-
-@dataclass(frozen=True)
-class CurveShortcut:
-    """Dubins' or Reeds and Shepp's shortest curve.
-
-    Attributes:
-        both_ways: Reeds and Shepp's.
-        radius: metres.
-        prices: penalties.
-    """
-
-    both_ways: bool
-    radius: float
-    prices: Prices
-    kernels: Any = field(repr=False, compare=False)
-
-    def __call__(self, start: FloatArray, goal: FloatArray, spacing: float) -> Drive:
-        """Poses from start to goal, the start left out, and the cost on free ground."""
-        x, y = (goal[:2] - start[:2]) / self.radius
-        c, s = np.cos(start[2]), np.sin(start[2])
-        letters, lengths = self.kernels.curve(
-            self.both_ways, c * x + s * y, c * y - s * x, goal[2] - start[2]
-        )
-        poses, ways = self.kernels.sample(*start, letters, lengths, self.radius, spacing)
-        cost, before = 0.0, None
-        for letter, length in zip(letters.tolist(), lengths.tolist(), strict=True):
-            if length == 0.0:
-                continue
-            kind = letter if length > 0.0 else letter + 3
-            cost += self.prices.of(abs(length) * self.radius, kind)
-            if before is not None and (before[1] * length < 0.0 or before[0] * letter < 0):
-                cost += self.prices.change
-            before = letter, length
-        if len(poses):
-            poses[-1] = goal
-        return Drive(poses, ways, cost)
 
 
 class HybridAstar:
@@ -160,15 +124,13 @@ class HybridAstar:
         return self._methods[resolution]
 
     def _new_method(self, resolution: float) -> Method:
-        from stack.planning.curves import kernels
-
         p = self._parameters
         both_ways = p.motion == "reeds_shepp"
         moves = steering_moves(p.turning_radius, resolution, both_ways)
         headings = np.linspace(0.0, 2.0 * pi, HEADINGS, endpoint=False)
         return Method(
             moves=packed([moves] * HEADINGS, self._prices, headings),
-            shortcut=CurveShortcut(both_ways, p.turning_radius, self._prices, kernels),
+            shortcuts=(CurveShortcut(both_ways, p.turning_radius, self._prices),),
             table=_curve_lengths(both_ways) * np.float32(p.turning_radius),
             table_step=_TABLE_STEP * p.turning_radius,
             table_slack=_TABLE_SLACK * p.turning_radius,

@@ -105,12 +105,11 @@ class Nodes(NamedTuple):
         poses: (capacity, 3).
         costs: (capacity,) float64 so far.
         parents: (capacity, 2) int64: node before and move from it, -1 at the start.
-        contacts: (capacity,) int64 footprint samples in lethal cells; above 0 only near a start
-            that touches something.
+        contacts: (capacity,) int64 of `contact`; above 0 only near a start that touches something.
         closed: (capacity,) bool.
         keys: (capacity,) int64.
         slots: (2^n,) int64 hash table of nodes by key, EMPTY where free.
-        heap: (m, 2) float64: f and node of the entries.
+        heap: (m, 2) float64: f and node.
     """
 
     poses: NDArray[np.float64]
@@ -127,7 +126,7 @@ class Nodes(NamedTuple):
 def contact(place, x, y, heading):
     """(weight of a metre here, footprint samples in contact, one more where the middle has no way).
 
-    Off the grid the weight is 0 and more samples are in contact than there are.
+    Off the grid more samples are in contact than there are.
     """
     rows, columns = place.cells.shape
     origin_x, origin_y, resolution, slack = place.geometry
@@ -187,9 +186,9 @@ def heading_bin(bins, heading):
 @njit(cache=True, nogil=True)
 def estimate(place, aim, x, y, heading, contacts):
     """Cost to go: around obstacles as a point, or over open floor with the turning radius."""
-    origin_x, origin_y, resolution, _ = place.geometry
     if contacts > 0:
         return aim.escape_cost
+    origin_x, origin_y, resolution, _ = place.geometry
     column = int(np.floor((x - origin_x) / resolution))
     row = int(np.floor((y - origin_y) / resolution))
     cost = min(aim.to_go[row, column], aim.horizon)
@@ -332,7 +331,7 @@ def expand(place, moves, aim, nodes, state, most, bound):
             return SETTLED, -1
         nodes.closed[node] = True
         state[EXPANDED] += 1
-        x, y, heading = nodes.poses[node, 0], nodes.poses[node, 1], nodes.poses[node, 2]
+        x, y, heading = nodes.poses[node]
         c, s = np.cos(heading), np.sin(heading)
         turn = heading_bin(moves.bins, heading)
         before = nodes.parents[node, 1]
@@ -372,8 +371,7 @@ def trace(moves, nodes, node):
     """Poses from the start to a node.
 
     Returns:
-        (poses (n, 3); ways (n,): 1 or -1 where a pose was driven to forward or backward, 0 where
-        the robot turned in place, or stood).
+        (poses (n, 3); ways (n,): 1 driven to forward, -1 backward, 0 turned in place or stood).
     """
     length, at = 1, node
     while nodes.parents[at, 0] >= 0:
@@ -387,7 +385,7 @@ def trace(moves, nodes, node):
     at, fill = node, length
     while nodes.parents[at, 0] >= 0:
         before, move = nodes.parents[at, 0], nodes.parents[at, 1]
-        x, y, heading = nodes.poses[before, 0], nodes.poses[before, 1], nodes.poses[before, 2]
+        x, y, heading = nodes.poses[before]
         c, s = np.cos(heading), np.sin(heading)
         turn = heading_bin(moves.bins, heading)
         samples, kind = moves.counts[turn, move], moves.kinds[move]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import atan2, ceil, hypot
 from typing import ClassVar
 
 import numpy as np
@@ -15,11 +14,10 @@ from stack.planning.kinematic.moves import Prices, lattice_headings, lattice_mov
 from stack.planning.kinematic.planning import PosePlanning
 from stack.planning.kinematic.search import Drive, Ground, Method
 from stack.planning.kinematic.shaping import Shaping
+from stack.planning.kinematic.shortcuts import CurveShortcut, TurnDriveTurn, turned
 from stack.planning.search import StepCosts
 from stack.planning.smoothers.choice import SMOOTHERS
-from stack.types import CostGrid, FloatArray, Path, Pose2D, wrap_angle
-
-_TURN_STEP = 0.1  # rad between the poses of a turn in place
+from stack.types import CostGrid, Path, Pose2D, wrap_angle
 
 
 @dataclass(frozen=True)
@@ -52,7 +50,7 @@ class LatticeParameters:
         help="tries to reach the goal in one go this often as it comes nearer",
     )  # fmt: skip
     max_expansions: int = parameter(
-        100_000, at_least=1, at_most=100_000_000, help="poses looked at before it gives up"
+        500_000, at_least=1, at_most=100_000_000, help="poses looked at before it gives up"
     )
     allow_unknown: bool = parameter(True, help="plan through cells nobody has seen")
     tolerance: float = parameter(
@@ -71,45 +69,13 @@ class LatticeParameters:
     )
 
 
-@dataclass(frozen=True)
-class TurnDriveTurn:
-    """Turn towards the goal, drive straight to it, turn to its heading: always possible.
-
-    Attributes:
-        prices: penalties.
-    """
-
-    prices: Prices
-
-    def __call__(self, start: FloatArray, goal: FloatArray, spacing: float) -> Drive:
-        """Poses from start to goal, the start left out, and the cost on free ground."""
-        length = hypot(goal[0] - start[0], goal[1] - start[1])
-        bearing = atan2(goal[1] - start[1], goal[0] - start[0]) if length > 1e-9 else start[2]
-        first, last = wrap_angle(bearing - start[2]), wrap_angle(goal[2] - bearing)
-        share = np.linspace(0.0, 1.0, ceil(length / spacing) + 1)[1:, None]
-        driven = np.column_stack(
-            [start[:2] + share * (goal[:2] - start[:2]), np.full(len(share), bearing)]
-        )
-        if length <= 1e-9:
-            driven = np.empty((0, 3))
-        turns = turned(start, first), turned(np.array([goal[0], goal[1], bearing]), last)
-        ways = np.concatenate(
-            [np.zeros(len(turns[0])), np.ones(len(driven)), np.zeros(len(turns[1]))]
-        )
-        cost = length + self.prices.rotation * (abs(first) + abs(last))
-        poses = np.vstack([turns[0], driven, turns[1]])
-        if len(poses):
-            poses[-1] = goal
-        return Drive(poses, ways.astype(np.int64), cost)
-
-
 class Lattice:
     """Path of straights, arcs and turns in place on a lattice of poses, clear for the footprint.
 
     M. Pivtoraiko, A. Kelly, "Efficient constrained path planning via search in state lattices",
     i-SAIRAS 2005: A* over middles of cells at sixteen headings, joined by moves that were made to
     meet them; the lattice lies with its middle on the start. The goal is joined exactly by a turn,
-    a straight and a turn.
+    a straight and a turn, or where there is no room to turn by a shortest curve.
 
     Args:
         parameters: radius, penalties and tolerances.
@@ -154,7 +120,10 @@ class Lattice:
             moves = lattice_moves(p.turning_radius, resolution, p.allow_reverse)
             self._methods[resolution] = Method(
                 moves=packed(moves, self._prices, lattice_headings()),
-                shortcut=TurnDriveTurn(self._prices),
+                shortcuts=(
+                    TurnDriveTurn(self._prices),
+                    CurveShortcut(p.allow_reverse, p.turning_radius, self._prices),
+                ),
                 table=np.zeros((1, 1, 1), np.float32),
                 table_step=1.0,
                 table_slack=0.0,
@@ -178,13 +147,3 @@ class Lattice:
                 cost = self._prices.rotation * abs(angle)
                 seeds.append(Drive(poses, np.zeros(len(poses), np.int64), cost))
         return seeds or [Drive(pose[None], np.zeros(1, np.int64), 0.0)]
-
-
-def turned(pose: FloatArray, angle: float) -> FloatArray:
-    """Poses (n, 3) of a turn in place by an angle, the first one left out."""
-    steps = ceil(abs(angle) / _TURN_STEP - 1e-9)
-    if steps == 0:
-        return np.empty((0, 3))
-    poses = np.repeat(pose[None], steps, axis=0)
-    poses[:, 2] += angle * np.arange(1, steps + 1) / steps
-    return poses

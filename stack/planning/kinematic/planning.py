@@ -163,6 +163,12 @@ class PosePlanning:
                 f"{outcome.expanded} expansions; raise max_expansions, or use astar to see "
                 "whether there is one",
             )
+        if away[index] <= self.endpoints.tolerance:
+            raise NavigationError(
+                FailureCode.NO_VALID_PATH,
+                f"{text(goal)} can be reached from {text(start)}, but not with heading "
+                f"{goal.heading:.2f} rad: the nearest is {reached[index, 2]:.2f} rad",
+            )
         raise no_way(start, goal, (float(reached[index, 0]), float(reached[index, 1])))
 
 

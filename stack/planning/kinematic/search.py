@@ -47,7 +47,7 @@ class Method:
 
     Attributes:
         moves: `kernels.Moves`.
-        shortcut: for attempts to reach the goal in one go.
+        shortcuts: for attempts to reach the goal in one go; the cheapest clear one counts.
         table: (2 n + 1, 2 n + 1, m) lengths of shortest curves in metres, or one 0.
         table_step: metres.
         table_slack: metres by which the table may say too much.
@@ -56,7 +56,7 @@ class Method:
     """
 
     moves: Any
-    shortcut: Shortcut
+    shortcuts: tuple[Shortcut, ...]
     table: NDArray[np.float32]
     table_step: float
     table_slack: float
@@ -235,12 +235,14 @@ class PoseSearch:
     def _attempt(self, node: int) -> Drive | None:
         """From a node to the goal in one go, when the footprint fits all along."""
         start = self._nodes.poses[node].copy()
-        drive = self._method.shortcut(start, self._goal, self._ground.costs.resolution)
         allowed = self._query.contacts if self._nodes.contacts[node] > 0 else 0
-        weight = self._ground.weight(drive.poses, allowed)
-        if weight == 0.0:
-            return None
-        return Drive(drive.poses, drive.ways, weight * drive.cost)
+        best: Drive | None = None
+        for shortcut in self._method.shortcuts:
+            drive = shortcut(start, self._goal, self._ground.costs.resolution)
+            weight = self._ground.weight(drive.poses, allowed)
+            if weight > 0.0 and (best is None or weight * drive.cost < best.cost):
+                best = Drive(drive.poses, drive.ways, weight * drive.cost)
+        return best
 
     def _outcome(self, drive: Drive | None, limited: bool) -> Outcome:
         count = int(self._state[self._kernels.NODES])

@@ -153,7 +153,7 @@ def test_into_a_parking_space_it_backs_up():
     way = assert_drivable(points, BOTH.turning_radius)
     assert way[-1] == -1 and np.any(way == 1)
     forward = HybridAstar(FORWARD, ROBOT)
-    with pytest.raises(NavigationError):  # facing out, it cannot drive in forward
+    with pytest.raises(NavigationError, match="but not with heading"):  # facing out
         forward.plan(grid, Pose2D(2.0, 2.0, 0.0), goal)
 
 
