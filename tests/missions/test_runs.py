@@ -19,6 +19,7 @@ EXPECTED = {
     "04_wall_follow",
     "05_kidnapped",
     "06_your_own_behaviour",
+    "07_shelf_patrol",
 }
 
 
@@ -34,11 +35,12 @@ def test_every_shipped_mission_succeeds_without_a_collision(name):
     assert report.collisions == 0
     assert report.simulated_seconds < 240.0  # "in under 4 minutes of simulated time"
     assert report.localisation_error is not None
-    if name != "05_kidnapped":  # which is off by metres until it notices
+    lifted = name in ("05_kidnapped", "07_shelf_patrol")  # off by metres until it notices
+    if not lifted:
         assert report.localisation_error["max"] < 0.3
     if name == "03_blocked_corridor":
         assert report.recoveries >= 1
-    if name == "05_kidnapped":
+    if lifted:
         assert report.relocalised_by == "marker"
 
 
