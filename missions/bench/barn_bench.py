@@ -20,6 +20,9 @@ from stack.errors import InputError
 
 TABLE, SETTINGS, PICTURES = "runs.jsonl", "settings.json", "failures"
 
+RUNS_PER_PROCESS = 40
+"""PyBullet keeps every mesh it ever loaded, some 10 MB a world, until its process ends."""
+
 
 @dataclass(frozen=True)
 class BenchOptions:
@@ -132,11 +135,13 @@ def _table(folder: Path) -> dict[tuple[str, int], Crossing]:
 
 def _crossings(tasks: Sequence[tuple[BarnWorld, int]], options: BenchOptions) -> Iterator[Crossing]:
     """The runs as they come to their ends."""
-    if options.jobs == 1 or len(tasks) < 2:
+    if len(tasks) < 2 or (options.jobs == 1 and len(tasks) <= RUNS_PER_PROCESS):
         for case, trial in tasks:
             yield _cross_and_draw(case, options.setup, trial, options.out)
         return
-    with ProcessPoolExecutor(options.jobs, mp_context=get_context("spawn")) as pool:
+    with ProcessPoolExecutor(
+        options.jobs, mp_context=get_context("spawn"), max_tasks_per_child=RUNS_PER_PROCESS
+    ) as pool:
         futures = [
             pool.submit(_cross_and_draw, case, options.setup, trial, options.out)
             for case, trial in tasks
