@@ -314,7 +314,14 @@ def _pose(raw: list[Any] | tuple[Any, ...]) -> Pose2D:
         raise ParameterError("", f"a pose is [x, y] or [x, y, heading], got {_shown(raw)}")
     x, y = (_converted(float, "m", item) for item in raw[:2])
     heading = _converted(float, "rad", raw[2]) if len(raw) == 3 else 0.0
+    if abs(heading) > 2.0 * pi + 1e-9:  # nobody means this; everybody means degrees
+        sentence = f"a heading of {heading:g} rad is more than a full turn"
+        raise ParameterError("", sentence, f"write {raw[2]:g} deg" if _is_number(raw[2]) else "")
     return Pose2D(x, y, wrap_angle(heading))
+
+
+def _is_number(raw: Any) -> bool:
+    return isinstance(raw, int | float) and not isinstance(raw, bool)
 
 
 def _shown(raw: Any) -> str:
