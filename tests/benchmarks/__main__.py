@@ -37,6 +37,9 @@ def main() -> None:
             lambda: missions.kidnap_table(given.kidnaps, given.jobs),
         ),
     }
+    for name in given.names:
+        if name not in benchmarks:
+            arguments.error(f"no benchmark {name!r}; there are {', '.join(benchmarks)}")
     for name in given.names or benchmarks:
         title, measure = benchmarks[name]
         rows = measure()
