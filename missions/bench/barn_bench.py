@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict, dataclass
 from multiprocessing import get_context
 from pathlib import Path
@@ -139,18 +138,17 @@ def _crossings(tasks: Sequence[tuple[BarnWorld, int]], options: BenchOptions) ->
         for case, trial in tasks:
             yield _cross_and_draw(case, options.setup, trial, options.out)
         return
-    with ProcessPoolExecutor(
-        options.jobs, mp_context=get_context("spawn"), max_tasks_per_child=RUNS_PER_PROCESS
-    ) as pool:
-        futures = [
-            pool.submit(_cross_and_draw, case, options.setup, trial, options.out)
-            for case, trial in tasks
-        ]
-        try:
-            for future in as_completed(futures):
-                yield future.result()
-        finally:
-            pool.shutdown(wait=True, cancel_futures=True)
+    pool = get_context("spawn").Pool(options.jobs, maxtasksperchild=RUNS_PER_PROCESS)
+    try:
+        given = [(case, options.setup, trial, options.out) for case, trial in tasks]
+        yield from pool.imap_unordered(_cross_and_draw_packed, given)
+    finally:
+        pool.terminate()
+        pool.join()
+
+
+def _cross_and_draw_packed(given: tuple[BarnWorld, Setup, int, Path]) -> Crossing:
+    return _cross_and_draw(*given)
 
 
 def _cross_and_draw(case: BarnWorld, setup: Setup, trial: int, out: Path) -> Crossing:
