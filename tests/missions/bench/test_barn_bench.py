@@ -110,6 +110,15 @@ def test_another_setting_does_not_mix_with_the_results_there(tmp_path):
         run_barn(BenchOptions(file, other, tmp_path / "out"), print)
 
 
+@pytest.mark.slow
+def test_worn_out_processes_are_replaced_and_every_run_comes_back(tmp_path, monkeypatch):
+    monkeypatch.setattr("missions.bench.barn_bench.RUNS_PER_PROCESS", 1)
+    file = grids(tmp_path / "w.json", COURT)
+    options = BenchOptions(file, Setup(blind_mission(tmp_path)), tmp_path / "out", trials=4, jobs=2)
+    rows = run_barn(options, print)
+    assert sorted(row.trial for row in rows) == [0, 1, 2, 3]
+
+
 def test_gazebo_files_are_found_in_their_natural_order(tmp_path):
     for number in (10, 9, 100):
         (tmp_path / f"world_{number}.world").write_text(cylinder_world(places(COURT)))
