@@ -53,8 +53,9 @@ class Obstacles:
         if free.all():
             distance = np.full(free.shape, NO_OBSTACLE, np.float32)
         else:
-            distance = cv2.distanceTransform(free, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-            distance *= np.float32(costs.resolution)
+            rough = cv2.distanceTransform(free, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+            # its last bit depends on where the memory lies; squares of distances are whole numbers
+            distance = np.sqrt(np.rint(np.square(rough))) * np.float32(costs.resolution)
         x, y = costs.origin
         geometry = [x - pose.x, y - pose.y, 1.0 / costs.resolution, costs.resolution]
         return Obstacles(costs.cells, distance, np.array(geometry, np.float32))
