@@ -91,7 +91,7 @@ class Mppi:
             for controls in (optimiser.plan, optimiser.best()):
                 twist = self._if_safe(share * controls, state)
                 if twist is not None:
-                    return None if self._stalled(state) else self._ends.ramped(twist)
+                    return None if self._stalled(state) else self._drivable(twist)
         self._stand()
         return None
 
@@ -105,6 +105,14 @@ class Mppi:
             return None
         self._local_plan = poses
         return first
+
+    def _drivable(self, twist: Twist) -> Twist:
+        """The twist as far as it can be reached in one control period, on no tighter an arc."""
+        reached, p = self._ends.ramped(twist), self.parameters
+        if p.motion_model != "ackermann":
+            return reached
+        most = abs(reached.linear) / p.min_turning_radius
+        return Twist(reached.linear, min(max(reached.angular, -most), most))
 
     def _stalled(self, state: ControlState) -> bool:
         """Whether the robot stands and its plan leads nowhere: something holds it up."""
