@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy
 
-from tests.benchmarks import missions, planning, startup
+from tests.benchmarks import control, missions, planning, startup
 from tests.benchmarks.table import Rows, keep, show
 
 
@@ -24,6 +24,7 @@ def main() -> None:
         "commands": ("Commands", startup.command_times),
         "run": ("02_office_patrol on one core, recording off", startup.run_figures),
         "planning": ("Planning on generated office maps", planning.run),
+        "control": ("Commands of the controllers", control.run),
         "missions": (
             "Missions over seeds",
             lambda: missions.mission_table(given.seeds, given.jobs),
