@@ -187,9 +187,39 @@ def _between(distance: Array32, column: float, row: float) -> Any:
 
 
 @njit(cache=True, nogil=True)
+def _touches(
+    lethal: NDArray[np.int32], column: float, row: float, cosine: float, sine: float,
+    outline: Array32,
+) -> bool:  # fmt: skip
+    """Whether any point of an outline lies in a lethal cell.
+
+    Looks all of them up: without branches the loop compiles to vector instructions.
+
+    Args:
+        lethal: (rows + 2, columns + 2) 1 or 0, with a free border.
+        column: of the base, cells from the left edge of the grid, float32.
+        row: cells from the bottom edge, float32.
+        cosine: of the heading, in cells per metre, float32.
+        sine: likewise.
+        outline: (2, m) x and y of the points, base frame, metres.
+    """
+    width, right, top = np.int32(lethal.shape[1]), lethal.shape[1] - 1, lethal.shape[0] - 1
+    last_column, last_row = np.float32(right), np.float32(top)
+    flat, xs, ys = lethal.ravel(), outline[0], outline[1]
+    x, y = column + ONE, row + ONE
+    touched = np.int32(0)
+    for i in range(xs.size):
+        px = min(max(x + cosine * xs[i] - sine * ys[i], ZERO), last_column)
+        py = min(max(y + sine * xs[i] + cosine * ys[i], ZERO), last_row)
+        touched += flat[np.int32(py) * width + np.int32(px)]
+    return bool(touched > 0)
+
+
+@njit(cache=True, nogil=True)
 def near_obstacles(
-    poses: Array32, cells: NDArray[np.uint8], distance: Array32, geometry: Array32,
-    discs: Array32, core: Array32, outline: Array32, gap: float, stride: int, margins: Array32,
+    poses: Array32, cells: NDArray[np.uint8], distance: Array32,
+    lethal: NDArray[np.int32], geometry: Array32,
+    discs: Array32, core: Array32, outline: Array32, stride: int, margins: Array32,
     cost: Array32, repulsion: Array32, hits: NDArray[np.int64],
 ) -> None:  # fmt: skip
     """What rollouts meet: costs under the base, clearance, and the first collision.
@@ -201,11 +231,11 @@ def near_obstacles(
         poses: (5, steps, batch) x, y, heading, cosine, sine.
         cells: (rows, columns) costs, Nav2's values; off the grid is free.
         distance: (rows, columns) metres from a cell's middle to that of the nearest lethal cell.
+        lethal: (rows + 2, columns + 2) 1 where the distance is 0, with a free border.
         geometry: (4,) x and y of the grid's outer corner, cells per metre, metres per cell.
         discs: (k, 3) x, y, radius in the base frame; together they cover the footprint.
         core: (l, 3) x, y, radius of discs well within it: what a fast edge has jumped over.
-        outline: (m, 2) points round the footprint's edge, base frame.
-        gap: most metres between two of them; those within a point's clearance are passed over.
+        outline: (2, m) points round the footprint's edge, base frame.
         stride: steps from one look at the outline to the next.
         margins: (3,) clearance wanted, critical clearance, critical weight over the usual one.
         cost: (batch,), written: mean cost in 0..1 up to the end or a collision.
@@ -223,7 +253,6 @@ def near_obstacles(
         offset = np.sqrt(discs[i, 0] * discs[i, 0] + discs[i, 1] * discs[i, 1])
         reach = max(reach, np.float32(offset) + discs[i, 2])
     far = reach + max(wanted, doubt) + diagonal
-    per_gap = np.float32(1.0 / gap)
     share = ONE / np.float32(HIGHEST_PASSABLE)
     for b in range(batch):
         cost[b], repulsion[b], hits[b] = ZERO, ZERO, steps
@@ -259,16 +288,11 @@ def near_obstacles(
                     py = (y + s * core[i, 0] + c * core[i, 1] - bottom) * per_metre
                     if ZERO <= px < columns and ZERO <= py < rows:
                         touched |= distance[int(py), int(px)] < core[i, 2]
-                i = 0
-                while i < outline.shape[0] and not touched:
-                    px = (x + c * outline[i, 0] - s * outline[i, 1] - left) * per_metre
-                    py = (y + s * outline[i, 0] + c * outline[i, 1] - bottom) * per_metre
-                    i += 1
-                    if ZERO <= px < columns and ZERO <= py < rows:
-                        room = distance[int(py), int(px)]
-                        touched = room == ZERO
-                        if room > diagonal:
-                            i += int((room - diagonal) * per_gap)
+                if not touched:
+                    touched = _touches(
+                        lethal, (x - left) * per_metre, (y - bottom) * per_metre,
+                        c * per_metre, s * per_metre, outline,
+                    )  # fmt: skip
                 if touched:
                     hits[b] = t
     per_step = ONE / np.float32(steps)
