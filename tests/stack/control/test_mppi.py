@@ -10,8 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stack.components import ControlState
-from stack.control.mppi import critics, kernels
-from stack.control.mppi.critics import Judgement, aim
+from stack.control.mppi import kernels
+from stack.control.mppi.critics import critics
+from stack.control.mppi.critics import kernels as critic_kernels
+from stack.control.mppi.critics.critics import Judgement, aim
 from stack.control.mppi.noise import NoiseTable
 from stack.control.mppi.optimiser import bounds, savitzky_golay
 from stack.control.mppi.parameters import MppiParameters
@@ -73,7 +75,7 @@ def judged(critic, rollouts, path=None, furthest=0, heading=0.0, **parameters):
     path = path or straight_path()
     plan = np.zeros(rollouts.controls.shape[:2], np.float32)
     judgement = Judgement(
-        kernels, MppiParameters(**parameters), path, plan, plan, heading, furthest
+        critic_kernels, MppiParameters(**parameters), path, plan, plan, heading, furthest
     )
     rollouts.costs[:] = 0.0
     critic(judgement, rollouts)
@@ -158,7 +160,7 @@ def scene(lethal, footprint=RECTANGLE, pose=Pose2D(1.025, 1.025), shape=(41, 41)
 
 def seen(rollouts, obstacles, footprint=RECTANGLE, **parameters):
     p = MppiParameters(**parameters)
-    critics.look_around(kernels, p, rollouts, obstacles, Outline.of(footprint, 0.05))
+    critics.look_around(critic_kernels, p, rollouts, obstacles, Outline.of(footprint, 0.05))
     return rollouts
 
 
@@ -260,13 +262,19 @@ def test_path_follow_aims_beyond_what_is_reached_at_an_open_point():
     rollouts = placed([(0.0, 0.0), (0.5, 0.4)])
     nearest = np.zeros(1, np.int64)
     path = straight_path()
-    furthest = kernels.furthest_reached(rollouts.poses, rollouts.hits, path.points, nearest)
+    furthest = critic_kernels.furthest_reached(rollouts.poses, rollouts.hits, path.points, nearest)
     assert furthest == 5
     # aims at 0.5 + 0.3 = 0.8 m: sqrt(0.3² + 0.4²) = 0.5 m away
     assert judged(critics.path_follow, rollouts, furthest=5) == pytest.approx(5.0 * 0.5, rel=1e-5)
     path.open[8:10] = False
     judgement = Judgement(
-        kernels, MppiParameters(), path, rollouts.controls[..., 0], rollouts.controls[..., 0], 0, 5
+        critic_kernels,
+        MppiParameters(),
+        path,
+        rollouts.controls[..., 0],
+        rollouts.controls[..., 0],
+        0,
+        5,
     )
     assert aim(judgement) == pytest.approx((1.0, 0.0))
 
@@ -276,9 +284,9 @@ def test_only_rollouts_without_collision_say_how_far_the_path_is_reached():
     rollouts.poses[0, -1] = [1.0, 0.4]
     rollouts.hits[:] = [1, 2]  # the one that goes farther collides
     reached = (rollouts.poses, rollouts.hits, straight_path().points, np.zeros(2, np.int64))
-    assert kernels.furthest_reached(*reached) == 4
+    assert critic_kernels.furthest_reached(*reached) == 4
     rollouts.hits[:] = 1
-    assert kernels.furthest_reached(*reached) == 10
+    assert critic_kernels.furthest_reached(*reached) == 10
 
 
 def test_path_angle_counts_when_the_path_lies_far_off():
