@@ -84,7 +84,8 @@ def _table(title: str, declared: Iterable[Declaration]) -> str:
 def _shown(item: Declaration) -> str:
     if isinstance(item.default, float):
         return f"{item.default:g}{' ' + item.unit if item.unit else ''}"
-    return {None: "none", True: "true", False: "false"}.get(item.default, str(item.default))
+    plain = item.default is None or isinstance(item.default, bool)
+    return str(item.default).lower() if plain else str(item.default)
 
 
 def _kind_summary(catalogue: object, name: str) -> str:

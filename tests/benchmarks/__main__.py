@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy
 
-from tests.benchmarks import costmap, missions, planners, planning, startup, trees
+from tests.benchmarks import control, costmap, missions, planners, planning, startup, trees
 from tests.benchmarks.table import Rows, keep, show
 
 
@@ -25,6 +25,7 @@ def main() -> None:
         "run": ("02_office_patrol on one core, recording off", startup.run_figures),
         "trees": ("A tick of a tree, ours and py_trees'", trees.run),
         "planning": ("Planning on generated office maps", planning.run),
+        "control": ("A command of each controller", control.run),
         "costmap": ("Costmap and tracker, processor time", costmap.run),
         "planners": ("Planners and smoothers side by side", planners.run),
         "missions": (

@@ -17,7 +17,7 @@ from stack.types import STANDSTILL, FloatArray, Path, Twist
 SLOWER = (1.0, 0.5, 0.25)
 """Shares of the plan's speeds tried in turn while what it leads to is not clear."""
 
-STALLED, STALLED_TURN = 0.05, 0.15
+STALLED, STALLED_TURN = 0.04, 0.1
 """A plan that moves less than this (metres, radians) while the robot stands leads nowhere."""
 
 
@@ -91,26 +91,40 @@ class Mppi:
             for controls in (optimiser.plan, optimiser.best()):
                 twist = self._if_safe(share * controls, state)
                 if twist is not None:
-                    return None if self._stalled(state) else self._ends.ramped(twist)
+                    return None if self._stalled(state) else self._drivable(twist)
         self._stand()
         return None
 
     def _if_safe(self, controls: Array32, state: ControlState) -> Twist | None:
         """The first step of controls, if what they lead to soon is clear."""
-        p = self.parameters
         poses, first = self._optimiser.trajectory(controls, state.pose, self._ends.last)
-        soon = ceil(p.time_to_collision / p.time_step)
-        clear = self._swept.clear_poses(state.costs, state.pose, poses[None, :soon])
-        if clear[0] < len(poses[:soon]):
+        soon = poses[: self._soon]
+        if self._swept.clear_poses(state.costs, state.pose, soon[None])[0] < len(soon):
             return None
         self._local_plan = poses
         return first
 
+    @property
+    def _soon(self) -> int:
+        """Steps of a plan that have to be clear."""
+        return ceil(self.parameters.time_to_collision / self.parameters.time_step)
+
+    def _drivable(self, twist: Twist) -> Twist:
+        """The twist as far as it can be reached in one control period, on no tighter an arc."""
+        reached, p = self._ends.ramped(twist), self.parameters
+        if p.motion_model != "ackermann":
+            return reached
+        most = abs(reached.linear) / p.min_turning_radius
+        return Twist(reached.linear, min(max(reached.angular, -most), most))
+
     def _stalled(self, state: ControlState) -> bool:
-        """Whether the robot stands and its plan leads nowhere: something holds it up."""
+        """Whether the robot stands and its plan leads nowhere soon: something holds it up.
+
+        What it means to do later does not count: it would put that off for ever.
+        """
         if self._local_plan is None or hypot(state.twist.linear, state.twist.lateral) > STALLED:
             return False
-        x, y, heading = self._local_plan[-1]
+        x, y, heading = self._local_plan[: self._soon][-1]
         moves = hypot(x - state.pose.x, y - state.pose.y) > STALLED
         return not moves and abs(heading - state.pose.heading) < STALLED_TURN
 

@@ -6,7 +6,7 @@ from math import cos, sin
 
 import numpy as np
 
-from stack.control.mppi.critics import CRITICS, Judgement, look_around
+from stack.control.mppi.critics.critics import CRITICS, Judgement, look_around
 from stack.control.mppi.noise import NoiseTable
 from stack.control.mppi.parameters import MppiParameters
 from stack.control.mppi.scene import Array32, LocalPath, Obstacles, Outline, Rollouts
@@ -43,9 +43,10 @@ class Optimiser:
 
     def __init__(self, parameters: MppiParameters, limits: Limits, period: float) -> None:
         from stack.control.mppi import kernels
+        from stack.control.mppi.critics import kernels as critic_kernels
 
         p = self.parameters = parameters
-        self._kernels, self._period = kernels, period
+        self._kernels, self._critic_kernels, self._period = kernels, critic_kernels, period
         deviations = [p.linear_deviation, p.angular_deviation, p.lateral_deviation]
         self._axes = 3 if p.motion_model == "omni" else 2
         self._noise = NoiseTable(p.batch, p.steps, p.noise_correlation, deviations[: self._axes])
@@ -85,7 +86,7 @@ class Optimiser:
             obstacles: to keep clear of.
             body: the robot's outline.
         """
-        rollouts, kernels, p = self._rollouts, self._kernels, self.parameters
+        rollouts, kernels, p = self._rollouts, self._critic_kernels, self.parameters
         for _ in range(p.iterations):
             self._sample(rollouts.controls, heading, twist, path)
             self._drive(rollouts, heading, twist)
@@ -99,7 +100,7 @@ class Optimiser:
             rollouts.costs[:] = 0.0
             for critic in CRITICS:
                 critic(judgement, rollouts)
-            kernels.weighted_mean(rollouts.controls, rollouts.costs, p.temperature, self.plan)
+            self._kernels.weighted_mean(rollouts.controls, rollouts.costs, p.temperature, self.plan)
         self._smooth()
 
     def best(self) -> Array32:

@@ -66,14 +66,14 @@ class MppiParameters(EndsParameters):
         100.0, above=0.0, help="an immediate collision of the footprint; late ones a fifth of it"
     )
     obstacles_weight: float = parameter(
-        1.5, at_least=0.0, help="repulsion by obstacles nearer than `obstacles_margin`"
+        30.0, at_least=0.0, help="repulsion by obstacles nearer than `obstacles_margin`"
     )
     obstacles_critical_weight: float = parameter(
         60.0, at_least=0.0, help="repulsion by obstacles nearer than `critical_margin`"
     )
     obstacles_power: int = parameter(1, at_least=1, at_most=4, help="of the obstacles critic")
     obstacles_margin: float = parameter(
-        0.15, "m", at_least=0.0, help="clearance round the footprint that is wanted"
+        0.2, "m", at_least=0.0, help="clearance round the footprint that is wanted"
     )
     critical_margin: float = parameter(
         0.04, "m", at_least=0.0, help="clearance round the footprint that is hardly given up"

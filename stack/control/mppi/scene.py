@@ -30,11 +30,13 @@ class Obstacles:
         cells: (rows, columns) uint8.
         distance: (rows, columns) float32 metres to the nearest lethal cell; cells that the
             footprint covers already do not count.
+        lethal: (rows + 2, columns + 2) int32, 1 where the distance is 0, with a free border.
         geometry: (4,) float32: outer corner seen from the robot, cells per metre, metres per cell.
     """
 
     cells: NDArray[np.uint8]
     distance: Array32
+    lethal: NDArray[np.int32]
     geometry: Array32
 
     @staticmethod
@@ -53,11 +55,14 @@ class Obstacles:
         if free.all():
             distance = np.full(free.shape, NO_OBSTACLE, np.float32)
         else:
-            distance = cv2.distanceTransform(free, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-            distance *= np.float32(costs.resolution)
+            rough = cv2.distanceTransform(free, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+            # its last bit depends on where the memory lies; squares of distances are whole numbers
+            distance = np.sqrt(np.rint(np.square(rough))) * np.float32(costs.resolution)
         x, y = costs.origin
         geometry = [x - pose.x, y - pose.y, 1.0 / costs.resolution, costs.resolution]
-        return Obstacles(costs.cells, distance, np.array(geometry, np.float32))
+        lethal = np.zeros((free.shape[0] + 2, free.shape[1] + 2), np.int32)
+        lethal[1:-1, 1:-1] = free == 0
+        return Obstacles(costs.cells, distance, lethal, np.array(geometry, np.float32))
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,14 +73,12 @@ class Outline:
         discs: (k, 3) float32 x, y, radius; together they cover it.
         core: (l, 3) float32 x, y, radius: where the distance to a lethal cell is below the radius,
             the cell lies within.
-        points: (m, 2) float32 round its edge.
-        gap: most metres between neighbouring points.
+        points: (2, m) float32 x and y round its edge.
     """
 
     discs: Array32
     core: Array32
     points: Array32
-    gap: float
 
     @staticmethod
     def of(footprint: Footprint, resolution: float) -> Outline:
@@ -96,10 +99,12 @@ class Outline:
             middle = np.array([(begin + end) / 2, (part[:, 1].min() + part[:, 1].max()) / 2])
             radius = float(np.linalg.norm(part - middle, axis=1).max())
             discs.append((*(middle if axis == 0 else middle[::-1]), radius))
-        gap = 0.7 * resolution
-        points = outline(footprint, gap)
-        core = _core(footprint, filled, resolution)
-        return Outline(np.array(discs, np.float32), core, np.array(points, np.float32), gap)
+        points = outline(footprint, 0.7 * resolution).T
+        return Outline(
+            np.array(discs, np.float32),
+            _core(footprint, filled, resolution),
+            np.ascontiguousarray(points, np.float32),
+        )
 
 
 def _core(footprint: Footprint, filled: FloatArray, resolution: float) -> Array32:

@@ -73,8 +73,8 @@ def look_around(
     step = max(p.cruise_speed * p.time_step, 1e-3)
     stride = max(1, int(OUTLINE_EVERY * float(obstacles.geometry[3]) / step))
     kernels.near_obstacles(
-        rollouts.poses, obstacles.cells, obstacles.distance, obstacles.geometry, body.discs,
-        body.core, body.points, body.gap, stride, margins,
+        rollouts.poses, obstacles.cells, obstacles.distance, obstacles.lethal,
+        obstacles.geometry, body.discs, body.core, body.points, stride, margins,
         rollouts.obstacle_cost, rollouts.repulsion, rollouts.hits,
     )  # fmt: skip
 

@@ -1,0 +1,1 @@
+"""What makes one rollout better than another."""

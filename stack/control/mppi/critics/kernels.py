@@ -1,0 +1,336 @@
+"""Compiled inner loops of the critics. Arrays are laid out as in the motion model's kernels."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Array32 = NDArray[np.float32]
+
+ZERO, ONE, HALF = np.float32(0.0), np.float32(1.0), np.float32(0.5)
+PI, TURN, PER_TURN = np.float32(np.pi), np.float32(2.0 * np.pi), np.float32(0.5 / np.pi)
+FAR = np.float32(1e9)
+HIGHEST_PASSABLE, LETHAL = 252, 254
+
+
+@njit(cache=True, nogil=True)
+def _between(distance: Array32, column: float, row: float) -> Any:
+    """The distance field between the middles of four cells, bilinear; far away off the grid.
+
+    Args:
+        distance: (rows, columns), at the middles of the cells.
+        column: cells from the left edge, float32.
+        row: cells from the bottom edge, float32.
+    """
+    rows, columns = distance.shape
+    u, v = column - HALF, row - HALF
+    if not (ZERO <= u < columns - 1 and ZERO <= v < rows - 1):
+        return FAR
+    i, j = int(v), int(u)
+    du, dv = u - np.float32(j), v - np.float32(i)
+    low = distance[i, j] + du * (distance[i, j + 1] - distance[i, j])
+    high = distance[i + 1, j] + du * (distance[i + 1, j + 1] - distance[i + 1, j])
+    return low + dv * (high - low)
+
+
+@njit(cache=True, nogil=True)
+def _touches(
+    lethal: NDArray[np.int32], column: float, row: float, cosine: float, sine: float,
+    outline: Array32,
+) -> bool:  # fmt: skip
+    """Whether any point of an outline lies in a lethal cell.
+
+    Looks all of them up: without branches the loop compiles to vector instructions.
+
+    Args:
+        lethal: (rows + 2, columns + 2) 1 or 0, with a free border.
+        column: of the base, cells from the left edge of the grid, float32.
+        row: cells from the bottom edge, float32.
+        cosine: of the heading, in cells per metre, float32.
+        sine: likewise.
+        outline: (2, m) x and y of the points, base frame, metres.
+    """
+    width, right, top = np.int32(lethal.shape[1]), lethal.shape[1] - 1, lethal.shape[0] - 1
+    last_column, last_row = np.float32(right), np.float32(top)
+    flat, xs, ys = lethal.ravel(), outline[0], outline[1]
+    x, y = column + ONE, row + ONE
+    touched = np.int32(0)
+    for i in range(xs.size):
+        px = min(max(x + cosine * xs[i] - sine * ys[i], ZERO), last_column)
+        py = min(max(y + sine * xs[i] + cosine * ys[i], ZERO), last_row)
+        touched += flat[np.int32(py) * width + np.int32(px)]
+    return bool(touched > 0)
+
+
+@njit(cache=True, nogil=True)
+def near_obstacles(
+    poses: Array32, cells: NDArray[np.uint8], distance: Array32,
+    lethal: NDArray[np.int32], geometry: Array32,
+    discs: Array32, core: Array32, outline: Array32, stride: int, margins: Array32,
+    cost: Array32, repulsion: Array32, hits: NDArray[np.int64],
+) -> None:  # fmt: skip
+    """What rollouts meet: costs under the base, clearance, and the first collision.
+
+    The clearance is first bounded by discs that cover the footprint; only where they leave doubt
+    is the footprint's outline looked up point by point.
+
+    Args:
+        poses: (5, steps, batch) x, y, heading, cosine, sine.
+        cells: (rows, columns) costs, Nav2's values; off the grid is free.
+        distance: (rows, columns) metres from a cell's middle to that of the nearest lethal cell.
+        lethal: (rows + 2, columns + 2) 1 where the distance is 0, with a free border.
+        geometry: (4,) x and y of the grid's outer corner, cells per metre, metres per cell.
+        discs: (k, 3) x, y, radius in the base frame; together they cover the footprint.
+        core: (l, 3) x, y, radius of discs well within it: what a fast edge has jumped over.
+        outline: (2, m) points round the footprint's edge, base frame.
+        stride: steps from one look at the outline to the next.
+        margins: (3,) clearance wanted, critical clearance, critical weight over the usual one.
+        cost: (batch,), written: mean cost in 0..1 up to the end or a collision.
+        repulsion: (batch,), written: mean violation of the margins.
+        hits: (batch,), written: step of the first collision; steps: none.
+    """
+    _, steps, batch = poses.shape
+    rows, columns = cells.shape
+    left, bottom, per_metre, resolution = geometry[0], geometry[1], geometry[2], geometry[3]
+    wanted, critical, ratio = margins[0], margins[1], margins[2]
+    doubt = np.float32(0.5) * resolution
+    diagonal = np.float32(1.4143) * resolution
+    reach = ZERO
+    for i in range(discs.shape[0]):
+        offset = np.sqrt(discs[i, 0] * discs[i, 0] + discs[i, 1] * discs[i, 1])
+        reach = max(reach, np.float32(offset) + discs[i, 2])
+    far = reach + max(wanted, doubt) + diagonal
+    share = ONE / np.float32(HIGHEST_PASSABLE)
+    for b in range(batch):
+        cost[b], repulsion[b], hits[b] = ZERO, ZERO, steps
+    for t in range(steps):
+        for b in range(batch):
+            if hits[b] < steps:
+                continue
+            x, y = poses[0, t, b], poses[1, t, b]
+            across, along = (x - left) * per_metre, (y - bottom) * per_metre
+            if not (ZERO <= across < columns and ZERO <= along < rows):
+                continue
+            row, column = int(along), int(across)
+            value = cells[row, column]
+            if value <= LETHAL:
+                cost[b] += share * np.float32(min(value, HIGHEST_PASSABLE))
+            if distance[row, column] > far:
+                continue
+            c, s = poses[3, t, b], poses[4, t, b]
+            clearance = FAR
+            for i in range(discs.shape[0]):
+                px = (x + c * discs[i, 0] - s * discs[i, 1] - left) * per_metre
+                py = (y + s * discs[i, 0] + c * discs[i, 1] - bottom) * per_metre
+                clearance = min(clearance, _between(distance, px, py) - discs[i, 2])
+            clearance -= HALF * resolution
+            if clearance < wanted:
+                repulsion[b] += wanted - max(clearance, ZERO)
+                if clearance < critical:
+                    repulsion[b] += ratio * (critical - max(clearance, -critical))
+            if clearance < doubt and t % stride == stride - 1:
+                touched = False
+                for i in range(core.shape[0]):
+                    px = (x + c * core[i, 0] - s * core[i, 1] - left) * per_metre
+                    py = (y + s * core[i, 0] + c * core[i, 1] - bottom) * per_metre
+                    if ZERO <= px < columns and ZERO <= py < rows:
+                        touched |= distance[int(py), int(px)] < core[i, 2]
+                if not touched:
+                    touched = _touches(
+                        lethal, (x - left) * per_metre, (y - bottom) * per_metre,
+                        c * per_metre, s * per_metre, outline,
+                    )  # fmt: skip
+                if touched:
+                    hits[b] = t
+    per_step = ONE / np.float32(steps)
+    for b in range(batch):
+        cost[b] *= per_step
+        repulsion[b] *= per_step
+
+
+@njit(cache=True, nogil=True)
+def add(costs: Array32, term: Array32, weight: float, power: int) -> None:
+    """Add (weight × term) ** power to the costs of the rollouts, both (batch,)."""
+    factor = np.float32(weight)
+    for b in range(costs.shape[0]):
+        value = factor * term[b]
+        product = value
+        for _ in range(1, power):
+            product *= value
+        costs[b] += product
+
+
+@njit(cache=True, nogil=True)
+def price_of_noise(controls: Array32, plan: Array32, pull: Array32, term: Array32) -> None:
+    """Sum over axes and steps of pull × (control - plan) (Williams et al. 2018, eq. 33).
+
+    Args:
+        controls: (axes, steps, batch).
+        plan: (axes, steps).
+        pull: (axes, steps) the plan times the inverse covariance of the noise.
+        term: (batch,), written.
+    """
+    axes, steps, batch = controls.shape
+    for b in range(batch):
+        term[b] = ZERO
+    for a in range(axes):
+        for t in range(steps):
+            mean, factor = plan[a, t], pull[a, t]
+            for b in range(batch):
+                term[b] += factor * (controls[a, t, b] - mean)
+
+
+@njit(cache=True, nogil=True)
+def mean_distance(poses: Array32, x: float, y: float, term: Array32) -> None:
+    """Mean over the steps of the distance to a point, metres; into term (batch,)."""
+    _, steps, batch = poses.shape
+    goal_x, goal_y, share = np.float32(x), np.float32(y), ONE / np.float32(steps)
+    for b in range(batch):
+        term[b] = ZERO
+    for t in range(steps):
+        for b in range(batch):
+            dx, dy = poses[0, t, b] - goal_x, poses[1, t, b] - goal_y
+            term[b] += np.sqrt(dx * dx + dy * dy) * share
+
+
+@njit(cache=True, nogil=True)
+def mean_turn(poses: Array32, heading: float, term: Array32) -> None:
+    """Mean over the steps of the angle to a heading, radians; into term (batch,)."""
+    _, steps, batch = poses.shape
+    goal, share = np.float32(heading), ONE / np.float32(steps)
+    for b in range(batch):
+        term[b] = ZERO
+    for t in range(steps):
+        for b in range(batch):
+            angle = poses[2, t, b] - goal
+            angle -= TURN * np.floor((angle + PI) * PER_TURN)
+            term[b] += abs(angle) * share
+
+
+@njit(cache=True, nogil=True)
+def furthest_reached(
+    poses: Array32, hits: NDArray[np.int64], path: Array32, nearest: NDArray[np.int64]
+) -> int:  # fmt: skip
+    """Highest path index that is nearest to the end of a rollout; without collision if any is.
+
+    Args:
+        poses: (5, steps, batch).
+        hits: (batch,) step of the first collision; steps: none.
+        path: (n, 2) points.
+        nearest: (batch,), written: index of the path point nearest to each rollout's end.
+    """
+    _, steps, batch = poses.shape
+    best = np.full(batch, FAR)
+    for i in range(path.shape[0]):
+        px, py, index = path[i, 0], path[i, 1], i
+        for b in range(batch):
+            dx, dy = poses[0, steps - 1, b] - px, poses[1, steps - 1, b] - py
+            square = dx * dx + dy * dy
+            if square < best[b]:
+                best[b] = square
+                nearest[b] = index
+    clear, furthest = -1, 0
+    for b in range(batch):
+        furthest = max(furthest, nearest[b])
+        if hits[b] == steps:
+            clear = max(clear, nearest[b])
+    return clear if clear >= 0 else furthest
+
+
+@njit(cache=True, nogil=True)
+def path_alignment(
+    poses: Array32, velocities: Array32, path: Array32, spacing: float, step: float, last: int,
+    stride: int, term: Array32,
+) -> None:  # fmt: skip
+    """Mean distance between a rollout and the path where both have the same length.
+
+    Args:
+        poses: (5, steps, batch).
+        velocities: (axes, steps, batch).
+        path: (n, 2) points, evenly spaced, beginning at the robot.
+        spacing: metres between them.
+        step: seconds of a step.
+        last: index of the path point up to which to compare.
+        stride: steps from one comparison to the next.
+        term: (batch,), written, metres.
+    """
+    axes, steps, batch = velocities.shape
+    length = np.zeros(batch, np.float32)
+    scale = np.float32(step / spacing)
+    count = ZERO
+    for b in range(batch):
+        term[b] = ZERO
+    for t in range(steps):
+        if axes == 3:
+            for b in range(batch):
+                forward, sideways = velocities[0, t, b], velocities[2, t, b]
+                length[b] += np.sqrt(forward * forward + sideways * sideways) * scale
+        else:
+            for b in range(batch):
+                length[b] += abs(velocities[0, t, b]) * scale
+        if t % stride != stride - 1:
+            continue
+        count += ONE
+        for b in range(batch):
+            index = min(int(length[b] + HALF), last)
+            dx, dy = poses[0, t, b] - path[index, 0], poses[1, t, b] - path[index, 1]
+            term[b] += np.sqrt(dx * dx + dy * dy)
+    for b in range(batch):
+        term[b] /= max(count, ONE)
+
+
+@njit(cache=True, nogil=True)
+def end_distance(poses: Array32, x: float, y: float, term: Array32) -> None:
+    """Distance from a rollout's end to a point, metres; into term (batch,)."""
+    _, steps, batch = poses.shape
+    px, py = np.float32(x), np.float32(y)
+    for b in range(batch):
+        dx, dy = poses[0, steps - 1, b] - px, poses[1, steps - 1, b] - py
+        term[b] = np.sqrt(dx * dx + dy * dy)
+
+
+@njit(cache=True, nogil=True)
+def end_bearing(poses: Array32, x: float, y: float, term: Array32) -> None:
+    """Angle from a rollout's heading at its end to the direction of a point, into term (batch,)."""
+    _, steps, batch = poses.shape
+    px, py = np.float32(x), np.float32(y)
+    for b in range(batch):
+        dx, dy = px - poses[0, steps - 1, b], py - poses[1, steps - 1, b]
+        c, s = poses[3, steps - 1, b], poses[4, steps - 1, b]
+        term[b] = abs(np.arctan2(c * dy - s * dx, c * dx + s * dy))
+
+
+@njit(cache=True, nogil=True)
+def driven_backward(velocities: Array32, step: float, term: Array32) -> None:
+    """Metres driven backward, into term (batch,)."""
+    _, steps, batch = velocities.shape
+    seconds = np.float32(step)
+    for b in range(batch):
+        term[b] = ZERO
+    for t in range(steps):
+        for b in range(batch):
+            term[b] += max(-velocities[0, t, b], ZERO) * seconds
+
+
+@njit(cache=True, nogil=True)
+def within_deadband(velocities: Array32, bands: Array32, step: float, term: Array32) -> None:
+    """How far speeds are within their dead bands, summed over axes and time, into term (batch,).
+
+    Args:
+        velocities: (axes, steps, batch).
+        bands: (axes,) m/s and rad/s.
+        step: seconds of a step.
+        term: (batch,), written.
+    """
+    axes, steps, batch = velocities.shape
+    seconds = np.float32(step)
+    for b in range(batch):
+        term[b] = ZERO
+    for a in range(axes):
+        band = bands[a]
+        for t in range(steps):
+            for b in range(batch):
+                term[b] += max(band - abs(velocities[a, t, b]), ZERO) * seconds
