@@ -128,7 +128,10 @@ def test_at_most_twenty_snapshots_a_wall_second(run):
     assert 1 <= run.snapshots_built - built <= 21
 
 
-def test_a_stalled_client_costs_nothing_and_sees_the_newest_when_it_wakes(run, snapshot_at):
+def test_a_stalled_client_costs_nothing_and_sees_the_newest_when_it_wakes(
+    run, snapshot_at, monkeypatch
+):
+    monkeypatch.setattr(client_module, "ASK_AGAIN_AFTER", 1e9)  # a slow machine is not a lost one
     client = run.connect()
     run.until(client.poll)
     run.wait_for_request(client)
