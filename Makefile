@@ -9,7 +9,7 @@ IS_311 := -c 'import sys; sys.exit(sys.version_info[:2] != (3, 11))'
 PYTHON := $(shell for candidate in python3.11 python3 "$$(uv python find 3.11 2>/dev/null)"; do \
 	command -v "$$candidate" >/dev/null 2>&1 && "$$candidate" $(IS_311) 2>/dev/null && { echo "$$candidate"; break; }; done)
 
-.PHONY: run test check bench pictures clean help
+.PHONY: run test check bench clean help
 
 help:
 	@echo "make run     install into .venv and drive missions/02_office_patrol.yaml"

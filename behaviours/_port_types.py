@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from stack.errors import ParameterError
-from stack.parameters import REQUIRED, Declaration
+from stack.parameters import REQUIRED, Declaration, has_fields
 from stack.types import Assignments, Expression, Pose2D
 
 SCALARS = (float, int, bool, str, Pose2D)
@@ -22,7 +22,8 @@ def check_ports(ports: Mapping[str, Declaration]) -> None:
             raise ParameterError(
                 f"port {declared.name}",
                 f"a mission file cannot write a value of type {kind}; use float, int, bool, str, "
-                "Pose2D, Expression, a list of those, or one of those | None",
+                "Pose2D, Expression, a dataclass of parameter() fields, a list of those, or one of "
+                "those | None",
             )
         if declared.default is REQUIRED:
             continue
@@ -42,7 +43,7 @@ def _check_default(declared: Declaration) -> None:
 
 
 def _writable(kind: Any) -> bool:
-    if kind in (*SCALARS, Expression, Assignments):
+    if kind in (*SCALARS, Expression, Assignments) or has_fields(kind):
         return True
     if typing.get_origin(kind) is list:
         return all(_writable(inner) for inner in typing.get_args(kind))

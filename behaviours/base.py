@@ -96,6 +96,10 @@ class RobotBehaviour(Behaviour):
     failure: Failure | None
     uses_wheels: typing.ClassVar[bool] = False
     """Whether it moves the robot: two such behaviours may not run at the same time."""
+    takes_time: typing.ClassVar[bool] = False
+    """Whether it never succeeds in the tick it starts in; what moves the robot need not say so."""
+    can_fail: typing.ClassVar[bool] = True
+    """Whether it may fail at all. `check` warns of retrying what cannot."""
 
     def __init__(self, name: str = "", **ports: Any) -> None:
         super().__init__(name or type(self).__name__)

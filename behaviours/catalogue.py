@@ -10,7 +10,8 @@ from __future__ import annotations
 import inspect
 import pkgutil
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
 from importlib import import_module
@@ -125,6 +126,28 @@ def find_behaviours(plugins: Sequence[str] = (), beside: Path | None = None) -> 
         else:
             search.attempt(plugin, partial(search.add_dotted, plugin))
     return Catalogue(search.kinds, tuple(search.problems))
+
+
+def plugin_modules(plugins: Sequence[str], beside: Path | None = None) -> Iterator[ModuleType]:
+    """The modules of plugins, for what they hold besides behaviours.
+
+    Those that cannot be imported are left out: `find_behaviours` says why.
+
+    Args:
+        plugins: as of `find_behaviours`.
+        beside: likewise.
+    """
+    for plugin in plugins:
+        if _plugin_folder.is_path(plugin):
+            path = (beside or Path()) / Path(plugin).expanduser()
+            loader = _plugin_folder.FolderLoader(path if path.is_dir() else path.parent)
+            files = _plugin_folder.plugin_files(path) if path.exists() else []
+            loads = [partial(loader.load, file) for file in files]
+        else:
+            loads = [partial(import_module, plugin)]
+        for load in loads:
+            with suppress(Exception, SystemExit):
+                yield load()
 
 
 def build(kind: BehaviourKind, name: str, ports: Mapping[str, Any]) -> Behaviour:

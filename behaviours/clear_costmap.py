@@ -10,6 +10,8 @@ from behaviours.base import RobotBehaviour, port
 class ClearCostmap(RobotBehaviour):
     """Forget sensed obstacles; what the map shows stays."""
 
+    can_fail = False
+
     which: str = port("which costmap", default="both", one_of=("local", "global", "both"))
 
     def update(self) -> Status:

@@ -10,6 +10,8 @@ from behaviours.base import RobotBehaviour, port
 class Say(RobotBehaviour):
     """Put a line into the event log, where the operator and the report see it."""
 
+    can_fail = False
+
     text: str = port("what to say")
 
     def update(self) -> Status:

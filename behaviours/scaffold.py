@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import keyword
 import re
+from collections.abc import Mapping
 from pathlib import Path
 
 from behaviours.catalogue import MISSION_WORDS, find_behaviours
@@ -107,7 +108,10 @@ def new_behaviour(name: str, folder: Path) -> list[Path]:
     Raises:
         InputError: the name will not do, or a file of that name is there already.
     """
-    _check_name(name)
+    check_name(name, "a behaviour")
+    taken = find_behaviours().get(name)
+    if taken is not None:
+        raise InputError(f"{name!r} is taken: {taken.summary} Choose another name")
     words = {
         "name": name,
         "Class": "".join(word.capitalize() for word in name.split("_")),
@@ -115,19 +119,29 @@ def new_behaviour(name: str, folder: Path) -> list[Path]:
         "folder": folder.name or "my_behaviours",
     }
     texts = {folder / f"{name}.py": BEHAVIOUR, folder / f"test_{name}.py": TEST}
+    return write_new({file: text.format(**words) for file, text in texts.items()})
+
+
+def write_new(texts: Mapping[Path, str]) -> list[Path]:
+    """Write files that are not there yet, all or none; their folders are made.
+
+    Raises:
+        InputError: one of them is there already.
+    """
     for file in texts:
         if file.exists():
             raise InputError(f"{file} is there already; choose another name, or delete it first")
-    folder.mkdir(parents=True, exist_ok=True)
     for file, text in texts.items():
-        file.write_text(text.format(**words), encoding="utf-8")
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text, encoding="utf-8")
     return list(texts)
 
 
-def _check_name(name: str) -> None:
+def check_name(name: str, what: str) -> None:
+    """Raise InputError unless a plugin's class and file may have this name in missions."""
     if not re.fullmatch(r"[a-z][a-z0-9]*(_[a-z][a-z0-9]*)*", name):
         raise InputError(
-            f"{name!r} cannot name a behaviour: use lower-case words joined by underscores, "
+            f"{name!r} cannot name {what}: use lower-case words joined by underscores, "
             "e.g. close_gripper"
         )
     if len(name) > LONGEST_NAME:
@@ -136,6 +150,3 @@ def _check_name(name: str) -> None:
         raise InputError(f"{name!r} is a word of the mission language or of Python; choose another")
     if name.startswith("test_"):
         raise InputError(f"{name!r} would be taken for a test; choose a name without test_")
-    taken = find_behaviours().get(name)
-    if taken is not None:
-        raise InputError(f"{name!r} is taken: {taken.summary} Choose another name")

@@ -13,6 +13,8 @@ from stack.types import FailureCode
 class TakePhoto(RobotBehaviour):
     """Keep a picture that was exposed after the behaviour began; fails with NO_IMAGE."""
 
+    takes_time = True
+
     label: str = port("begins the file's name", default="photo")
     patience: float = port("how long to wait for the camera", unit="s", default=2.0, above=0.0)
     image: str = output("path of the picture in the run's folder")

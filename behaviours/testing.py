@@ -164,9 +164,13 @@ class ScriptedRobot:
         self.twist = twist
         self.calls.append(("drive_for", {"twist": twist, "seconds": seconds}))
 
-    def clear_costmap(self, which: str = "both") -> None:
+    def clear_costmap(
+        self, which: str = "both", *, radius: float | None = None, layer: str | None = None
+    ) -> None:
         """Note the call."""
-        self.calls.append(("clear_costmap", {"which": which}))
+        given = {"radius": radius, "layer": layer}
+        rest = {name: value for name, value in given.items() if value is not None}
+        self.calls.append(("clear_costmap", {"which": which, **rest}))
 
     def relocalise(self) -> ScriptedTask:
         """A new task."""

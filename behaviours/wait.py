@@ -13,6 +13,9 @@ ROUNDING = 1e-9
 class Wait(RobotBehaviour):
     """Succeed when a time has passed on the robot's clock."""
 
+    takes_time = True
+    can_fail = False
+
     time: float = port("how long", unit="s", at_least=0.0)
 
     def initialise(self) -> None:

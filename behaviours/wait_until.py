@@ -11,6 +11,8 @@ from stack.types import Expression
 class WaitUntil(RobotBehaviour):
     """Succeed as soon as a condition holds; a `timeout` beside it limits the wait."""
 
+    can_fail = False
+
     condition: Expression = port("what must become true, looked at on every tick")
 
     def update(self) -> Status:

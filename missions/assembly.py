@@ -5,25 +5,32 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from missions.choices import all_chosen
 from missions.language.model import Mission
 from missions.language.reading import read_mission
 from missions.resources import (
     catalogue_of,
     find_mission,
-    load_map,
     load_robot,
     load_world,
     resources,
 )
 from stack.components import Choice
 from stack.description import RobotDescription
+from stack.documents import Finding, Mark, read_file
 from stack.errors import InputError, ParameterError
 from stack.parameters import read_quantity
 from stack.sim.world import World
-from stack.types import OccupancyGrid, Pose2D
+from stack.sim.world_outlines import outlines
+from stack.types import Pose2D
 
 __all__ = ["Plan", "RunOptions", "prepare"]
+
+
+NOWHERE = Pose2D(0.0, 0.0)
+"""Where the map frame begins when the robot has neither a map nor an idea where it is."""
 
 
 @dataclass(frozen=True)
@@ -54,16 +61,24 @@ class RunOptions:
 
 @dataclass(frozen=True)
 class Plan:
-    """A mission that was read and checked with everything it names. Nothing has moved."""
+    """A mission that was read and checked with everything it names. Nothing has moved.
+
+    Attributes:
+        belief: where the robot believes it starts, map frame; None when it has no idea.
+    """
 
     mission: Mission
     robot: RobotDescription
     world: World
-    grid: OccupancyGrid
     start: Pose2D
     belief: Pose2D | None
     choices: dict[str, Choice]
     text: str
+
+    @property
+    def is_mapped(self) -> bool:
+        """Whether there is a map to be localised on."""
+        return self.mission.map != "none"
 
 
 def prepare(name: str | Path, options: RunOptions) -> Plan:
@@ -73,24 +88,27 @@ def prepare(name: str | Path, options: RunOptions) -> Plan:
         InputError: with every finding; nothing has been started.
     """
     path = find_mission(name)
-    mission = read_mission(path, catalogue_of, resources(), options.arguments or {})
+    mission = read_mission(path, catalogue_of, resources(options.world), options.arguments or {})
     beside = path.parent
     robot = load_robot(options.robot or mission.robot, _beside(options.robot, beside))
     world = load_world(options.world or mission.world, _beside(options.world, beside))
     if options.camera == "off":
         robot = replace(robot, camera=None)
     start = _start_pose(options.start, mission, world)
-    grid = _map_of(mission, world, beside)
+    _check_start(start, options, mission, world, robot)
+    belief = _belief(mission, start)
+    choices = all_chosen(
+        robot, {kind: (part.use, part.values) for kind, part in mission.navigation.items()}
+    )
+    layers = tuple(layer.located(beside) for layer in choices["costmap"].parts)
+    choices["costmap"] = replace(choices["costmap"], parts=layers)
     return Plan(
         mission=mission,
         robot=robot,
         world=world,
-        grid=grid,
         start=start,
-        belief=_belief(mission, start),
-        choices=all_chosen(
-            robot, {kind: (part.use, part.values) for kind, part in mission.navigation.items()}
-        ),
+        belief=belief,
+        choices=choices,
         text=path.read_text("utf-8"),
     )
 
@@ -117,20 +135,37 @@ def _start_pose(given: str | None, mission: Mission, world: World) -> Pose2D:
     return Pose2D(*numbers)
 
 
+def _check_start(
+    start: Pose2D, options: RunOptions, mission: Mission, world: World, robot: RobotDescription
+) -> None:
+    """Refuse a start outside the world or inside something that stands there."""
+    x_min, y_min, x_max, y_max = world.bounds
+    where = f"the start ({start.x:g}, {start.y:g})"
+    sentence = ""
+    if not (x_min <= start.x <= x_max and y_min <= start.y <= y_max):
+        sentence = f"{where} lies outside {world.name}, which ends at {world.bounds}"
+    point = np.array([[start.x, start.y]])
+    for outline in outlines(world):
+        depth = float(outline.depth_at(point)[0])
+        if depth > -robot.footprint.inscribed_radius:
+            thing = outline.name or "a wall"
+            sentence = sentence or f"{where} puts the robot into {thing} of {world.name}"
+    if sentence:
+        places = ", ".join(world.places) or "none"
+        hint = f"its places are: {places}"
+        if options.start is not None or options.world is not None:
+            raise InputError(f"{sentence}; {hint}")
+        raise InputError([Finding(_mark_of(mission.source, "start"), "E412", sentence, hint)])
+
+
+def _mark_of(path: Path, key: str) -> Mark:
+    """Where a top-level key's value stands, or the beginning of the file."""
+    node = read_file(path, "mission").get(key)
+    return node.mark if node is not None else Mark(str(path))
+
+
 def _belief(mission: Mission, start: Pose2D) -> Pose2D | None:
     """Where the robot believes it begins; None when it has no idea."""
     if mission.initial_pose == "start":
         return start
     return mission.initial_pose if isinstance(mission.initial_pose, Pose2D) else None
-
-
-def _map_of(mission: Mission, world: World, beside: Path) -> OccupancyGrid:
-    if mission.map == "from_world":
-        from stack.sim.rasterise import rasterise
-
-        return rasterise(world)
-    if mission.map == "none":
-        raise InputError(
-            "map: none (driving without a map) is not supported yet; use from_world or a map.yaml"
-        )
-    return load_map(mission.map, beside)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib.metadata import packages_distributions
@@ -13,9 +14,9 @@ from missions.language.rendering import render
 from missions.resources import catalogue_of, find_mission, resources
 from missions.trees import show
 from missions.trees.compiler import compile_mission
-from stack.documents import Finding, read_file
+from stack.documents import Finding, Mark, read_file
 from stack.errors import InputError
-from stack.sim.world_file import read_world
+from stack.sim.import_world import GAZEBO, is_ros_map, read_any_world
 
 OUR_PACKAGES = ("missions", "behaviours", "stack", "tui", "robots")
 
@@ -26,6 +27,7 @@ class CheckLine:
 
     text: str
     is_error: bool
+    finding: Finding | None = None
 
 
 def check_files(names: list[str]) -> list[CheckLine]:
@@ -37,18 +39,19 @@ def _check(name: str) -> list[CheckLine]:
     try:
         path = find_mission(name)
         if _is_world(path):
-            read_world(path)
-            return []
+            return _lines(read_any_world(path).warnings)
         plan = prepare(path, RunOptions())
     except InputError as error:
         if not error.findings:
             return [CheckLine(f"{name}: {error}", True)]
         return _lines(error.findings)
-    return _lines(plan.mission.warnings)
+    return _lines([*plan.mission.warnings, *plan.world.warnings])
 
 
 def _is_world(path: Path) -> bool:
-    """Whether the file's first key says that it is a world."""
+    """Whether the file's ending or first key says that it is a world."""
+    if path.suffix in GAZEBO or is_ros_map(path):
+        return True
     keys = [key.value for key, _ in read_file(path, "mission").entries]
     return "world" in keys and "mission" not in keys and "run" not in keys
 
@@ -56,7 +59,25 @@ def _is_world(path: Path) -> bool:
 def _lines(findings: Iterable[Finding]) -> list[CheckLine]:
     found = list(findings)
     sources = {file: _text(Path(file)) for file in sorted({item.mark.file for item in found})}
-    return [CheckLine(render([item], sources), item.severity == "error") for item in found]
+    return [CheckLine(render([item], sources), item.severity == "error", item) for item in found]
+
+
+def as_json(lines: Iterable[CheckLine]) -> str:
+    """The findings for editors: a list with file, line, column, code, severity, sentence, hint."""
+    return json.dumps([_plain(line) for line in lines], indent=2, ensure_ascii=False)
+
+
+def _plain(line: CheckLine) -> dict[str, str | int]:
+    severity = "error" if line.is_error else "warning"
+    item = line.finding
+    if item is None:
+        mark, code, sentence, hint = Mark(""), "E001", line.text, ""
+    else:
+        mark, code, sentence, hint = item.mark, item.code, item.sentence, item.hint
+    return {
+        "file": mark.file, "line": mark.line, "column": mark.column, "code": code,
+        "severity": severity, "sentence": sentence, "hint": hint,
+    }  # fmt: skip
 
 
 def _text(path: Path) -> str:

@@ -1,23 +1,35 @@
 """Components and settings under `navigation`, chosen by name and checked.
 
-`planner` and `controller` are components, replaceable by plugin; `costmap` and `navigator` are
-settings of parts that there is one of.
+`planner` and `controller` are components, replaceable by plugin; `costmap`, `navigator` and
+`safety` are settings of parts that there is one of. A costmap's `layers` and the safety stage's
+`zones` are lists, read by those who use them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from stack.components import Choice, choose
+from stack.costmap.choosing import read_layers, usual_layers
 from stack.costmap.parameters import CostmapParameters
 from stack.description import RobotDescription
 from stack.errors import InputError, ParameterError
 from stack.navigation.parameters import NavigationParameters
 from stack.parameters import build, suggestion
+from stack.safety.parameters import SafetyParameters
+from stack.safety.zones import read_zones
 
 DEFAULTS = {"planner": "astar", "controller": "pure_pursuit"}
-SETTINGS: dict[str, type] = {"costmap": CostmapParameters, "navigator": NavigationParameters}
+SETTINGS: dict[str, type] = {
+    "costmap": CostmapParameters,
+    "navigator": NavigationParameters,
+    "safety": SafetyParameters,
+}
+PARTS: dict[str, tuple[str, Callable[[Any, Any], tuple[Any, ...]]]] = {
+    "costmap": ("layers", read_layers),
+    "safety": ("zones", read_zones),
+}
 
 
 def chosen(kind: str, wanted: Mapping[str, Any]) -> Choice:
@@ -31,7 +43,7 @@ def chosen(kind: str, wanted: Mapping[str, Any]) -> Choice:
     if kind in SETTINGS:
         if "use" in wanted:
             raise ParameterError("use", f"{kind} has settings but no alternatives to choose from")
-        return Choice(kind, kind, SETTINGS[kind], build(SETTINGS[kind], values))
+        return _settings(kind, values)
     if kind not in DEFAULTS:
         raise InputError(f"navigation has no {kind!r}; {suggestion(kind, [*DEFAULTS, *SETTINGS])}")
     return choose(kind, wanted.get("use", DEFAULTS[kind]), values)
@@ -56,3 +68,17 @@ def all_chosen(
             wanted.update(layer)
         choices[kind] = chosen(kind, wanted)
     return choices
+
+
+def _settings(kind: str, values: dict[str, Any]) -> Choice:
+    """Settings of a part, and the parts of that, if it has any."""
+    key, read = PARTS.get(kind, ("", None))
+    listed = values.pop(key, None)
+    parameters: Any = build(SETTINGS[kind], values)
+    if read is None or listed is None:
+        return Choice(kind, kind, SETTINGS[kind], parameters, _usual(kind))
+    return Choice(kind, kind, SETTINGS[kind], parameters, read(listed, parameters))
+
+
+def _usual(kind: str) -> tuple[Any, ...]:
+    return usual_layers() if kind == "costmap" else ()

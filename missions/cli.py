@@ -1,4 +1,4 @@
-"""The `treepilot` command. Only here are things printed and processes exited.
+"""The `treepilot` command: words in, exit codes out. It and `launch` are where things are printed.
 
 Exit codes: 0 success · 1 the mission failed or was aborted · 2 the input is wrong ·
 3 internal error · 130 interrupted.
@@ -16,6 +16,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # halves numpy's import time
 
 import typer
 
+from missions.cli_new import new_app
 from stack.errors import BodyError, InputError, ParameterError, TelemetryError
 
 HELP = """Run behaviour-tree missions on a simulated or a real robot.
@@ -38,6 +39,15 @@ class Kind(StrEnum):
     MISSIONS = "missions"
     PLANNERS = "planners"
     CONTROLLERS = "controllers"
+    LAYERS = "layers"
+
+
+class SchemaKind(StrEnum):
+    """What `treepilot schema` knows."""
+
+    MISSION = "mission"
+    WORLD = "world"
+    ROBOT = "robot"
 
 
 class Camera(StrEnum):
@@ -102,17 +112,47 @@ def check(
     install: Annotated[
         bool, typer.Option("--install", help="also check that no other package shadows ours")
     ] = False,
+    json: Annotated[bool, typer.Option("--json", help="findings as JSON, for editors")] = False,
 ) -> None:
     """Report everything wrong with mission files, as file:line:column; nothing moves."""
-    from missions.checking import check_files, check_install
+    from missions.checking import as_json, check_files, check_install
 
     findings = check_install() if install else []
     findings += check_files(missions)
+    errors = sum(finding.is_error or strict for finding in findings)
+    if json:
+        typer.echo(as_json(findings))
+        raise typer.Exit(2 if errors else 0)
     for finding in findings:
         typer.echo(finding.text, err=finding.is_error)
-    errors = sum(finding.is_error or strict for finding in findings)
     typer.echo(f"{len(missions)} checked, {errors} with errors" if errors else "all good", err=True)
     raise typer.Exit(2 if errors else 0)
+
+
+@app.command()
+def explain(
+    code: Annotated[str, typer.Argument(help="the code of a finding, e.g. E132")],
+) -> None:
+    """What a finding means: its cause, an example and the fix."""
+    from missions.explaining import explanation
+
+    typer.echo(explanation(code))
+
+
+@app.command()
+def test(
+    missions: Annotated[list[str], typer.Argument(help="mission files with `tests`")],
+    keyword: Annotated[str, typer.Option("-k", help="only tests with this in their name")] = "",
+    coverage: Annotated[
+        bool, typer.Option("--coverage", help="list the nodes that no test ticks")
+    ] = False,
+) -> None:
+    """Run the tests that missions carry: no simulator, behaviours replaced, a virtual clock."""
+    from missions.testing.session import Wanted, run_files
+
+    session = run_files(missions, Wanted(keyword, coverage))
+    typer.echo(session.text)
+    raise typer.Exit(session.exit_code)
 
 
 @app.command()
@@ -120,10 +160,19 @@ def show(
     mission: MissionArgument,
     dot: Annotated[bool, typer.Option("--dot", help="as Graphviz")] = False,
     mermaid: Annotated[bool, typer.Option("--mermaid", help="as Mermaid")] = False,
+    svg: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="into an SVG file; needs Graphviz")
+    ] = None,
 ) -> None:
     """Draw the compiled tree: exactly what runs."""
     from missions.checking import drawing
 
+    if svg is not None:
+        from missions.graphviz import save_svg
+
+        save_svg(mission, str(svg))
+        typer.echo(f"wrote {svg}", err=True)
+        raise typer.Exit
     style = "dot" if dot else "mermaid" if mermaid else "text"
     typer.echo(
         drawing(mission, style, colours=sys.stdout.isatty() and "NO_COLOR" not in os.environ)
@@ -152,33 +201,114 @@ def describe(
 
 
 @app.command()
+def schema(
+    kind: Annotated[SchemaKind, typer.Argument(help="of which files")] = SchemaKind.MISSION,
+    out: Annotated[Path | None, typer.Option(help="write it there [default: print it]")] = None,
+    plugins: Annotated[
+        list[str] | None, typer.Option(metavar="PLUGIN", help="as under `plugins` of a mission")
+    ] = None,
+) -> None:
+    """JSON Schema of mission, world or robot files, for editors (docs/editors.md)."""
+    from missions.editor.schemas import schema_text
+
+    text = schema_text(kind.value, plugins or [])
+    if out is None:
+        typer.echo(text, nl=False)
+    else:
+        out.write_text(text, "utf-8")
+        typer.echo(f"wrote {out}", err=True)
+
+
+@app.command()
+def lsp() -> None:
+    """A language server for mission files, on standard input and output (docs/editors.md)."""
+    from missions.editor.serving import serve
+
+    serve()
+
+
+@app.command()
+def trace(
+    run: Annotated[Path, typer.Argument(help="a run's folder")],
+    node: Annotated[str, typer.Option(help="only this node, by name or kind, and below")] = "",
+    since: Annotated[float, typer.Option(help="robot time, s")] = 0.0,
+    until: Annotated[float, typer.Option(help="robot time, s")] = 1e18,
+    summary: Annotated[bool, typer.Option("--summary", help="a line a node instead")] = False,
+) -> None:
+    """Tell a finished run's story node by node, and why a node was never reached."""
+    from missions import tracing
+
+    told = tracing.read_trace(run)
+    lines = tracing.summary(told) if summary else tracing.story(told, node, since, until)
+    for line in lines:
+        typer.echo(line)
+
+
+@app.command()
+def doctor(
+    place: Annotated[str, typer.Argument(help="a world's name or file, or a ROS map.yaml")],
+    robot: Annotated[str, typer.Option(help="whose footprint: a name or a robot.yaml")] = "scout",
+    png: Annotated[Path | None, typer.Option(help="draw what was found")] = None,
+) -> None:
+    """Find doors and places that a robot's footprint closes; exit code 1 if there are any."""
+    from missions.doctor import diagnose
+
+    found = diagnose(place, robot, png)
+    for line in found.lines:
+        typer.echo(line)
+    raise typer.Exit(1 if found.closed else 0)
+
+
+@app.command()
 def watch(
     run: Annotated[str, typer.Argument(help="a run's name or folder [default: the newest]")] = "",
 ) -> None:
     """Attach the dashboard to a running mission; closing it stops nothing."""
     from missions.launch import watch_run
 
+    if not _on_a_terminal():
+        raise InputError("watch needs a terminal; without one read the run's events.jsonl")
     raise typer.Exit(watch_run(run))
 
 
-new_app = typer.Typer(no_args_is_help=True, help="Write a working example to start from.")
 app.add_typer(new_app, name="new")
 
+bench_app = typer.Typer(no_args_is_help=True, help="Measure against published benchmarks.")
+app.add_typer(bench_app, name="bench")
 
-@new_app.command("behaviour")
-def new_behaviour(
-    name: Annotated[str, typer.Argument(help="in snake_case, e.g. ring_bell")],
+
+@bench_app.command("barn")
+def bench_barn(  # noqa: PLR0913 - each is an option of the command
+    worlds: Annotated[
+        Path, typer.Option(help="folder of .world files, one of them, or a .json of grids")
+    ],
+    trials: Annotated[int, typer.Option(min=1, help="runs in each world; trial n has seed n")] = 1,
+    jobs: Annotated[int, typer.Option(min=1, help="processes")] = 1,
+    out: Annotated[
+        Path, typer.Option(help="the table's folder; an interrupted bench goes on there")
+    ] = Path("bench/barn"),
+    only: Annotated[str, typer.Option(metavar="NAMES", help="worlds, such as 3,17,200")] = "",
+    mission: Annotated[str, typer.Option(help="another mission with the argument goal")] = "",
+    set_: Annotated[
+        list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="a mission argument")
+    ] = None,
 ) -> None:
-    """A plugin behaviour with its test and a mission, in the current folder."""
-    from behaviours.scaffold import new_behaviour as write
+    """Cross unknown, narrow worlds and score it as the BARN Challenge does."""
+    from missions.bench.barn_bench import BenchOptions, report, run_barn
+    from missions.bench.barn_crossing import Setup
+    from missions.resources import MISSIONS
 
-    for path in write(name, Path.cwd()):
-        typer.echo(f"wrote {path.name}")
+    setup = Setup(mission or str(MISSIONS / "bench" / "barn.yaml"), _assignments(set_ or []))
+    names = tuple(name.strip() for name in only.split(",") if name.strip())
+    options = BenchOptions(worlds, setup, out, names, trials, jobs)
+    crossings = run_barn(options, lambda line: typer.echo(line, err=True))
+    for line in report(crossings):
+        typer.echo(line)
 
 
-@new_app.callback()
-def _new() -> None:
-    """Write a working example to start from."""
+@bench_app.callback()
+def _bench() -> None:
+    """Measure against published benchmarks."""
 
 
 @app.callback(invoke_without_command=True)
@@ -222,9 +352,6 @@ def main() -> None:
         raise SystemExit(3) from None
     except KeyboardInterrupt:
         raise SystemExit(130) from None
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        raise SystemExit(0) from None
     except Exception:
         import traceback
 

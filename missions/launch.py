@@ -7,22 +7,24 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
+import tempfile
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
 from datetime import datetime
 from pathlib import Path
 from time import monotonic, sleep  # noqa: TID251 - waiting for another process
+from typing import IO, TextIO
 
-from missions.assembly import RunOptions, prepare
+from missions.assembly import Plan, RunOptions, prepare
 from missions.progress import ProgressLines
+from missions.report import Report
 from missions.resources import find_mission
 from missions.runner import execute
 from stack.errors import InputError, TelemetryError
-from stack.telemetry.records import Command
 from stack.telemetry.rendezvous import RunHandle, live_runs
 
-ENGINE_LOST = 3
+WRONG_INPUT, ENGINE_LOST = 2, 3
 START_PATIENCE, STOP_PATIENCE = 60.0, 20.0
 """Wall seconds to wait for an engine to answer, and to stop after it was told to."""
 
@@ -100,16 +102,20 @@ def _speed(text: str) -> float:
     return factor
 
 
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+
 @contextmanager
-def _interrupts() -> Iterator[list[int]]:
-    """SIGINT and SIGTERM noted in the list instead of raised; a second SIGINT raises as usual."""
+def _interrupts(pass_on: Callable[[], None] = lambda: None) -> Iterator[list[int]]:
+    """Signals noted in the list instead of raised, and passed on; a second one raises as usual."""
     caught: list[int] = []
 
     def note(number: int, _: object) -> None:
         caught.append(number)
         signal.signal(signal.SIGINT, signal.default_int_handler)
+        pass_on()
 
-    before = {number: signal.signal(number, note) for number in (signal.SIGINT, signal.SIGTERM)}
+    before = {number: signal.signal(number, note) for number in SIGNALS}
     try:
         yield caught
     finally:
@@ -119,21 +125,42 @@ def _interrupts() -> Iterator[list[int]]:
 
 def _run_here(options: LaunchOptions) -> int:
     run_options = options.run_options()
-    plan = prepare(options.mission, run_options)
-    _say_when_kernels_compile()
-    for warning in plan.mission.warnings:
-        print(warning, file=sys.stderr)
-    sinks = [] if options.json else [ProgressLines(lambda line: print(line, file=sys.stderr))]
-    with _interrupts() as caught:
-        report = execute(plan, run_options, sinks, lambda: bool(caught))
-    print(report.to_json() if options.json else report.summary())
+    with _stdout_kept_clean(options.json) as out:
+        plan = prepare(options.mission, run_options)
+        _say_when_kernels_compile(plan)
+        for warning in plan.mission.warnings:
+            print(warning, file=sys.stderr)
+        lines = ProgressLines(lambda line: print(line, file=sys.stderr))
+        with _interrupts() as caught:
+            report = execute(
+                plan, run_options, [] if options.json else [lines], lambda: bool(caught)
+            )
+        print(report.to_json() if options.json else report.summary(), file=out)
     return report.exit_code
 
 
-def _say_when_kernels_compile() -> None:
+@contextmanager
+def _stdout_kept_clean(wanted: bool) -> Iterator[TextIO]:
+    """Where the report goes; meanwhile anybody's prints, libraries' as well, go to stderr."""
+    if not wanted:
+        yield sys.stdout
+        return
+    sys.stdout.flush()
+    kept = os.dup(1)
+    os.dup2(2, 1)
+    try:
+        with os.fdopen(os.dup(kept), "w", encoding="utf-8") as out:
+            yield out
+    finally:
+        sys.stdout.flush()
+        os.dup2(kept, 1)
+        os.close(kept)
+
+
+def _say_when_kernels_compile(plan: Plan) -> None:
     from missions.kernels_cache import first_run_notice
 
-    notice = first_run_notice()
+    notice = first_run_notice(choice.component for choice in plan.choices.values())
     if notice:
         print(notice, file=sys.stderr, flush=True)
 
@@ -141,28 +168,34 @@ def _say_when_kernels_compile() -> None:
 def _run_with_dashboard(options: LaunchOptions) -> int:
     """Engine in its own session; this process shows it, passes signals on and waits."""
     run_options = options.run_options()
-    prepare(options.mission, run_options)  # findings belong on this terminal, before it changes
-    _say_when_kernels_compile()
+    plan = prepare(options.mission, run_options)  # findings belong here, before the screen changes
+    _say_when_kernels_compile(plan)
     assert run_options.out is not None
-    engine = _spawn_engine(options.mission, run_options)
-    with _interrupts() as caught:
-        run = _await_engine(engine, run_options.out.name, caught)
-        outcome = _dashboard(run) if run is not None else "over"
-        if outcome == "leave" and engine.poll() is None:
-            print(f"the mission goes on; treepilot watch {run_options.out.name}")
-            return 0
-        if caught and engine.poll() is None:
-            engine.send_signal(signal.SIGINT)
-        return _await_end(engine, run_options.out)
+    with tempfile.TemporaryFile() as errors:
+        engine = _spawn_engine(options.mission, run_options, errors)
+        with _interrupts(lambda: _interrupt(engine)) as caught:
+            run = _await_engine(engine, run_options.out.name, caught)
+            outcome = _dashboard(run, lambda: bool(caught)) if run is not None else "over"
+            if outcome == "leave" and engine.poll() is None:
+                print(f"the mission goes on; treepilot watch {run_options.out.name}")
+                return 0
+            if outcome == "interrupt":
+                _interrupt(engine)
+            return _await_end(engine, run_options.out, errors)
 
 
-def _spawn_engine(mission: str, options: RunOptions) -> subprocess.Popen[bytes]:
-    assert options.out is not None
+def _interrupt(engine: subprocess.Popen[bytes]) -> None:
+    if engine.poll() is None:
+        engine.send_signal(signal.SIGINT)
+
+
+def _spawn_engine(mission: str, options: RunOptions, errors: IO[bytes]) -> subprocess.Popen[bytes]:
+    """The engine in a session of its own. Its stderr is a file: a pipe could fill and block it."""
     settings = {**asdict(options), "out": str(options.out)}
     message = json_format.dumps({"mission": mission, "options": settings})
     return subprocess.Popen(
         [sys.executable, "-m", "missions.engine", message],
-        stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+        stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=errors,
         start_new_session=True, env={**os.environ, "PYTHONUNBUFFERED": "1"},
     )  # fmt: skip
 
@@ -179,30 +212,38 @@ def _await_engine(
     return None
 
 
-def _dashboard(run: RunHandle) -> str:
-    """Show a run until the operator leaves: over | leave | abort."""
+def _dashboard(run: RunHandle, interrupted: Callable[[], bool] | None = None) -> str:
+    """Show a run until the operator leaves: over | leave | abort | interrupt | lost.
+
+    Args:
+        run: the run to watch.
+        interrupted: whether a signal came; given where the run was begun, so that ctrl+c ends it.
+    """
     from stack.telemetry.client import TelemetryClient
     from tui.app import Dashboard
 
-    return Dashboard(TelemetryClient(run.address)).run() or "over"
-
-
-def _await_end(engine: subprocess.Popen[bytes], folder: Path) -> int:
+    client = TelemetryClient(run.address)
     try:
-        _, errors = engine.communicate(timeout=STOP_PATIENCE)
+        return Dashboard(client, interrupted=interrupted).run() or "over"
+    finally:
+        client.close()
+
+
+def _await_end(engine: subprocess.Popen[bytes], folder: Path, errors: IO[bytes]) -> int:
+    try:
+        engine.wait(timeout=STOP_PATIENCE)
     except subprocess.TimeoutExpired:
         engine.kill()
-        _, errors = engine.communicate()
+        engine.wait()
     report_file = folder / "report.json"
-    if not report_file.exists():
-        text = errors.decode(errors="replace").strip() if errors else "it left no message"
-        print(f"the engine was lost: {text}\nrecords so far are in {folder}", file=sys.stderr)
-        return ENGINE_LOST if engine.returncode not in (2,) else 2
-    from missions.report import Report
-
-    report = Report(**json_format.loads(report_file.read_text("utf-8")))
-    print(report.summary())
-    return report.exit_code
-
-
-__all__ = ["Command", "LaunchOptions", "default_folder", "launch", "watch_run"]
+    if report_file.exists():
+        report = Report(**json_format.loads(report_file.read_text("utf-8")))
+        print(report.summary())
+        return report.exit_code
+    errors.seek(0)
+    said = errors.read().decode(errors="replace").strip() or "it left no message"
+    if engine.returncode == WRONG_INPUT:
+        print(said, file=sys.stderr)
+        return WRONG_INPUT
+    print(f"the engine was lost: {said}\nrecords so far are in {folder}", file=sys.stderr)
+    return ENGINE_LOST

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from math import degrees
 from pathlib import Path
 
 from behaviours.catalogue import find_behaviours
-from missions.resources import load_robot, mission_files, world_files
+from missions.resources import MISSIONS, load_robot, load_world, mission_files, world_files
 from robots.load import robot_names
 from stack.components import available, component
 from stack.documents import read_file
@@ -14,6 +15,8 @@ from stack.errors import InputError
 from stack.parameters import Declaration, declarations, suggestion
 
 HERE = Path()
+COMPONENTS = {"planners": "planner", "controllers": "controller", "layers": "costmap_layer"}
+"""What `list` calls the kinds of components."""
 
 
 def rows_of(kind: str) -> list[tuple[str, str]]:
@@ -23,8 +26,8 @@ def rows_of(kind: str) -> list[tuple[str, str]]:
         return [(name, _kind_summary(catalogue, name)) for name in catalogue.names()]
     if kind == "robots":
         return [(name, _robot_sentence(name)) for name in robot_names()]
-    if kind in ("planners", "controllers"):
-        single = kind[:-1]
+    if kind in COMPONENTS:
+        single = COMPONENTS[kind]
         return [(name, _first_line(component(single, name))) for name in available(single)]
     files = world_files() if kind == "worlds" else mission_files()
     return [(file.stem, _doc_of(file)) for file in files]
@@ -41,7 +44,7 @@ def description_of(name: str) -> str:
     if kind is not None:
         parts = [f"{name}: {kind.doc}", _table("ports", kind.ports.values())]
         return "\n".join(filter(None, [*parts, _table("outputs", kind.outputs.values())]))
-    for single in ("planner", "controller"):
+    for single in COMPONENTS.values():
         if name in available(single):
             cls = component(single, name)
             fields = declarations(cls.Parameters)  # type: ignore[attr-defined]
@@ -50,8 +53,10 @@ def description_of(name: str) -> str:
         return _describe_robot(name)
     for file in world_files():
         if file.stem == name:
-            return f"{name}: {_doc_of(file)}\n  file: {file.name}"
-    known = [*catalogue.names(), *available("planner"), *available("controller"), *robot_names()]
+            return _describe_world(name)
+    components = [other for single in COMPONENTS.values() for other in available(single)]
+    known = [*catalogue.names(), *components, *robot_names()]
+    known += [file.stem for file in world_files()]
     raise InputError(f"nothing is called {name!r}; {suggestion(name, known)}")
 
 
@@ -107,6 +112,26 @@ def _robot_sentence(name: str) -> str:
         f"radius {robot.footprint.circumscribed_radius:.2f} m, {limits.linear_speed:g} m/s,"
         f" {limits.angular_speed:g} rad/s"
     )
+
+
+def _describe_world(name: str) -> str:
+    world = load_world(name, HERE)
+    x_min, y_min, x_max, y_max = world.bounds
+    rows = [
+        ("size", f"{x_max - x_min:g} x {y_max - y_min:g} m"),
+        ("doors", ", ".join(door.name for door in world.doors)),
+        ("people", ", ".join(person.name for person in world.people)),
+        ("markers", ", ".join(str(marker.number) for marker in world.markers)),
+        ("timeline", f"{len(world.timeline)} happenings" if world.timeline else ""),
+    ]
+    lines = [f"{name}: {_doc_of(MISSIONS / 'worlds' / f'{name}.yaml')}"]
+    lines += [f"  {title:<9} {text}" for title, text in rows if text]
+    lines += ["places:"]
+    lines += [
+        f"  {place:<12} [{pose.x:g}, {pose.y:g}, {degrees(pose.heading):.0f} deg]"
+        for place, pose in world.places.items()
+    ]
+    return "\n".join(lines)
 
 
 def _declared(part: object) -> list[Declaration]:

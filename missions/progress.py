@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from stack.telemetry.records import Event, RunInfo, Snapshot
+from stack.telemetry.records import ROUTINE, Event, RunInfo, Snapshot
 
 HEARTBEAT = 10.0
 """Robot seconds between two lines that say all is well."""
 
-SILENT = frozenset({"pose", "node_status", "plan", "goal", "task"})
+SILENT = ROUTINE | {"plan", "goal", "task"}
 """Kinds that are in the records but would drown the lines."""
 
 
@@ -44,7 +44,7 @@ class ProgressLines:
         doing = f"{running[-1].name} {running[-1].message}".strip() if running else snapshot.state
         self._write(
             f"{snapshot.time:7.1f} s  at ({snapshot.pose.x:.1f}, {snapshot.pose.y:.1f}),"
-            f" {snapshot.speed:.0f} x: {doing}"
+            f" {snapshot.speed:.0f} x real time: {doing}"
         )
 
     def close(self, report: Mapping[str, Any] | None) -> None:

@@ -19,7 +19,7 @@ class Report:
         reason: path of nodes from the root to the first cause; empty after a success.
         simulated_seconds: on the robot's clock. wall_seconds: first to last step.
         time_to_first_tick: wall seconds from building the run to its first tick.
-        min_clearance_m: smallest true distance to anything but the floor.
+        min_clearance_m: smallest true distance to anything but the floor; 1.0 stands for more.
         collisions: contacts of the moving robot; pushed_into: contacts while it stood.
         localisation_error: mean and max distance between estimate and truth, metres.
         relocalised_by: what found the pose again (marker, lidar, operator); empty if nothing did.
@@ -74,7 +74,7 @@ class Report:
 
     def summary(self) -> str:
         """A few lines for the terminal."""
-        error = self.localisation_error
+        error, clearance = self.localisation_error, self.min_clearance_m
         lines = [
             f"{self.mission}: {self.status}" + (f"; {self.reason}" if self.reason else ""),
             f"  {self.simulated_seconds:.1f} s simulated in {self.wall_seconds:.1f} s"
@@ -82,7 +82,7 @@ class Report:
             f" seed {self.seed}",
             f"  recoveries {self.recoveries}, replans {self.replans},"
             f" collisions {self.collisions}"
-            + (f", clearance {self.min_clearance_m:.2f} m" if self.min_clearance_m else "")
+            + ("" if clearance is None else f", clearance {clearance:.2f} m")
             + (
                 f", localisation error {error['mean']:.3f} m (max {error['max']:.3f} m)"
                 if error

@@ -46,7 +46,7 @@ def compose_report(  # noqa: PLR0913 - the measured figures, by keyword
             "mean": witness.mean_error,
             "max": counters["localisation_error_max"],
         },
-        relocalised_by=relocalisations[-1]["source"] if relocalisations else "",
+        relocalised_by=_confirmed(relocalisations, runtime.parts.localiser.estimate.quality),
         relocalisations=relocalisations,
         battery=pilot.battery.charge,
         stages={name: _timing(stage) for name, stage in runtime.stages.timings().items()},
@@ -60,6 +60,11 @@ def compose_report(  # noqa: PLR0913 - the measured figures, by keyword
         folder=str(folder.path) if folder is not None else "",
         arguments=dict(options.arguments or {}),
     )
+
+
+def _confirmed(relocalisations: list[dict[str, Any]], quality: float) -> str:
+    """What found the pose again, if the scans still fit the map at the end."""
+    return str(relocalisations[-1]["by"]) if relocalisations and quality >= 0.3 else ""
 
 
 def cpu_features() -> str:

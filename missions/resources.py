@@ -9,13 +9,15 @@ from pathlib import Path
 from behaviours.catalogue import Catalogue, find_behaviours
 from missions.choices import chosen
 from missions.language.model import Resources
+from missions.plugged import plugged_components
 from robots.load import find_robot, read_robot
 from stack.description import RobotDescription
 from stack.documents import Finding, Findings, Mark, Node
 from stack.errors import InputError
 from stack.parameters import suggestion
+from stack.sim.import_world import read_any_world
 from stack.sim.world import World
-from stack.sim.world_file import find_world, read_world
+from stack.sim.world_file import find_world
 from stack.types import OccupancyGrid
 
 MISSIONS = Path(__file__).parent
@@ -42,7 +44,7 @@ def find_mission(name_or_path: str | Path) -> Path:
     """
     path = Path(name_or_path)
     shipped = {file.stem: file for file in mission_files()}
-    if path.exists() or path.is_dir():
+    if path.exists():
         return path
     stem = path.name.removesuffix(".yaml")
     if stem in shipped and path.parent.name in ("", "missions"):
@@ -55,7 +57,7 @@ def find_mission(name_or_path: str | Path) -> Path:
 @lru_cache(maxsize=16)
 def load_world(name_or_path: str, beside: Path) -> World:
     """A world by name or path; paths are relative to the mission's folder."""
-    return read_world(find_world(name_or_path, beside, WORLDS))
+    return read_any_world(find_world(name_or_path, beside, WORLDS))
 
 
 @lru_cache(maxsize=16)
@@ -64,15 +66,22 @@ def load_robot(name_or_path: str, beside: Path) -> RobotDescription:
     return read_robot(find_robot(name_or_path, beside))
 
 
-def resources() -> Resources:
-    """What reading a mission needs to know of the world, robot, map and components it names."""
+def resources(world: str | None = None) -> Resources:
+    """What reading a mission needs to know of the world, robot, map and components it names.
+
+    Args:
+        world: takes the place of the mission's own; a path is relative to the current folder.
+    """
     return Resources(
-        world_places=lambda name, beside: load_world(name, beside).places,
+        world_places=lambda name, beside: (
+            (load_world(world, Path.cwd()) if world else load_world(name, beside)).places
+        ),
         check_robot=lambda name, beside: _ignored(load_robot(name, beside)),
         check_map=lambda name, beside: _ignored(load_map(name, beside)),
         check_component=lambda kind, use, values: _ignored(
             chosen(kind, {**values, **({"use": use} if use else {})})
         ),
+        plugged_components=plugged_components,
     )
 
 

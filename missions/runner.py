@@ -17,6 +17,7 @@ from missions.reporting import compose_report
 from missions.wiring import Wiring, run_info, wire
 from stack.errors import BodyError
 from stack.snapshots import compose_snapshot
+from stack.telemetry.hub import Telemetry
 from stack.telemetry.recorder import Recorder, RunFolder
 from stack.telemetry.records import MissionState, Sink
 
@@ -52,15 +53,19 @@ def execute(
 ) -> Report:
     """Run a plan to its end. Whatever happens, the robot stands and the records are closed."""
     began = perf_counter()
+    outside = _outside_sinks(options)  # refuses a bad address before anything is written
     folder = RunFolder.create(options.out, plan.text) if options.out is not None else None
-    log = folder.log if folder is not None else _nowhere
     run_id = folder.path.name if folder is not None else default_run_name(plan)
     info = run_info(plan, run_id, options.seed)
-    consumers = [*sinks, *_own_sinks(options, folder)]
     milestones = Milestones()
-    wiring = wire(plan, options, info, [milestones, *consumers], folder)
+    own = [milestones] if folder is None else [milestones, Recorder(folder)]
+    log = folder.log if folder is not None else _nowhere
+    log(f"{info.title}: {info.robot} in {info.world}, seed {info.seed}")
+    telemetry = Telemetry(info, [*own, *sinks, *outside], log)
     report: Report | None = None
+    wiring: Wiring | None = None
     try:
+        wiring = wire(plan, options, telemetry, folder)
         first_tick, loop_began = _run(wiring, options, folder, interrupted, log)
         report = compose_report(
             plan, options, wiring,
@@ -68,15 +73,23 @@ def execute(
             peak_memory_mb=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
             folder=folder, relocalisations=milestones.relocalisations,
         )  # fmt: skip
+        log(report.summary())
         return report
     finally:
-        try:
-            wiring.telemetry.close(
-                report.plain() if report is not None else None,
-                lambda: compose_snapshot(wiring.runtime),
-            )
-        finally:
-            wiring.body.close()
+        _close(telemetry, wiring, report)
+
+
+def _close(telemetry: Telemetry, wiring: Wiring | None, report: Report | None) -> None:
+    """The last snapshot and the report to every sink, then let go of the robot."""
+    if wiring is None:
+        telemetry.close(None)
+        return
+    try:
+        final = report.plain() if report is not None else None
+        telemetry.close(final, lambda: compose_snapshot(wiring.runtime))
+    finally:
+        wiring.runtime.parts.navigation.close()
+        wiring.body.close()
 
 
 def default_run_name(plan: Plan) -> str:
@@ -117,18 +130,16 @@ def _run(
     return first_tick or perf_counter(), loop_began
 
 
-def _own_sinks(options: RunOptions, folder: RunFolder | None) -> list[Sink]:
+def _outside_sinks(options: RunOptions) -> list[Sink]:
     sinks: list[Sink] = []
-    if folder is not None:
-        sinks.append(Recorder(folder))
-    if options.serve:
-        from stack.telemetry.server import TelemetryServer
-
-        sinks.append(TelemetryServer())
     if options.mavlink:
         from stack.telemetry.mavlink_sink import MavlinkSink
 
         sinks.append(MavlinkSink(options.mavlink))
+    if options.serve:
+        from stack.telemetry.server import TelemetryServer
+
+        sinks.append(TelemetryServer())
     return sinks
 
 

@@ -2,32 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
 from time import sleep  # noqa: TID251 - only while the simulation is held
 from typing import Any
 
-from missions.assembly import Plan, RunOptions
+from missions.assembly import NOWHERE, Plan, RunOptions
 from missions.pictures import PictureStore
-from missions.resources import versions
+from missions.resources import load_map, versions
 from missions.trees.compiler import compile_mission
 from missions.trees.mission_tree import MissionTree
 from missions.witness import SimulationWitness
 from robots.simulated import SimulatedBody
 from stack.costmap.costmap import Costmap
+from stack.costmap.unexplored import Ground, unexplored
+from stack.localisation.dead_reckoning import DeadReckoning
 from stack.localisation.localiser import Localiser
 from stack.localisation.odometry import OdometryFusion
 from stack.localisation.parameters import LocaliserParameters
+from stack.loop_parts import Parts, Rates
 from stack.navigation.navigation import Navigation
 from stack.navigation.pilot import Parts as PilotParts
 from stack.navigation.pilot import Pilot
 from stack.navigation.tuning import Tunable
 from stack.perception.markers import MarkerDetector
-from stack.runtime import Parts, Rates, Runtime
-from stack.safety.safety import Safety, SafetyParameters
+from stack.perception.tracker import Tracker
+from stack.perception.tracker_parameters import TrackerParameters
+from stack.runtime import Runtime
+from stack.safety.safety import Safety
 from stack.telemetry.hub import Telemetry
 from stack.telemetry.recorder import RunFolder
-from stack.telemetry.records import Layer, RunInfo, Sink
+from stack.telemetry.records import Layer, RunInfo
+from stack.types import OccupancyGrid, Pose2D
 
 IDLE_SECONDS = 0.02
 """Wall seconds between two looks for commands while the robot is held."""
@@ -64,27 +71,23 @@ def run_info(plan: Plan, run_id: str, seed: int) -> RunInfo:
     )
 
 
-def wire(
-    plan: Plan,
-    options: RunOptions,
-    info: RunInfo,
-    sinks: Sequence[Sink],
-    folder: RunFolder | None,
-) -> Wiring:
+def wire(plan: Plan, options: RunOptions, telemetry: Telemetry, folder: RunFolder | None) -> Wiring:
     """Build everything and connect it; the first step may follow."""
     seed, robot = options.seed, plan.robot
     log = folder.log if folder is not None else _nowhere
     body = SimulatedBody(robot, plan.world, start=plan.start, seed=seed)
     body.pace = options.speed
-    telemetry = Telemetry(info, sinks, log)
+    for warning in plan.world.warnings:
+        where = f"{Path(warning.mark.file).name}:{warning.mark.line}"
+        telemetry.emit("world", f"{where} {warning.sentence}", source="world", level="warning")
     rates = Rates()
     period = 1.0 / rates.control
-    costs = plan.choices["costmap"].parameters
-    local = Costmap(costs, robot.footprint, plan.grid, window=LOCAL_WINDOW)
-    whole = Costmap(costs, robot.footprint, plan.grid)
-    safety = Safety(robot, SafetyParameters(), period)
+    grid = _map_of(plan)
+    local, whole = _costmaps(plan, grid)
+    guard = plan.choices["safety"]
+    safety = Safety(robot, guard.parameters, period, guard.parts)
     navigation = _navigation(plan, period, local, whole, telemetry)
-    localiser = _localiser(plan, seed)
+    localiser = _localiser(plan, grid, seed)
     controller = navigation.controller
     pilot = Pilot(
         PilotParts(
@@ -97,6 +100,7 @@ def wire(
             emit=_emitter(telemetry, "navigation"),
             markers=plan.world.markers,
             detector=MarkerDetector(plan.world.markers) if robot.camera else None,
+            cover=_leave_as_it_is if plan.is_mapped else Ground(grid, [whole]).cover,
             tunables={
                 "controller": Tunable.of(controller),
                 "navigator": Tunable.of(navigation),
@@ -108,18 +112,58 @@ def wire(
     )
     tree = compile_mission(plan.mission)
     tree.setup(pilot, _tree_emitter(telemetry), log)
+    rows = [[row.id, row.parent, row.kind, row.name] for row in tree.rows()]
+    telemetry.emit("tree", f"{len(rows)} nodes", source="tree", rows=rows)
     witness = SimulationWitness(body, plan.world)
     parts = Parts(
         body=body, fusion=OdometryFusion(), localiser=localiser, local_costmap=local,
         global_costmap=whole, navigation=navigation, pilot=pilot, safety=safety,
-        tree=tree, telemetry=telemetry, map_layer=Layer(1, plan.grid), witness=witness,
+        tree=tree, telemetry=telemetry, map_layer=Layer(1, grid), witness=witness,
+        tracker=_tracker(grid, local, whole),
+        keep_camera_on=options.camera == "on",
     )  # fmt: skip
     return Wiring(Runtime(parts, rates, _idle), body, tree, telemetry, witness)
 
 
+def _map_of(plan: Plan) -> OccupancyGrid:
+    """The map that the mission names, or unknown ground round the start when it names none.
+
+    Drawing the world's map needs OpenCV, so not before a run.
+    """
+    if plan.mission.map == "from_world":
+        from stack.sim.rasterise import rasterise
+
+        return rasterise(replace(plan.world, start=plan.start))
+    if plan.mission.map == "none":
+        resolution = plan.choices["costmap"].parameters.resolution
+        return unexplored([plan.belief or NOWHERE], resolution)
+    return load_map(plan.mission.map, plan.mission.source.parent)
+
+
+def _costmaps(plan: Plan, grid: OccupancyGrid) -> tuple[Costmap, Costmap]:
+    """The local and the global one, each with the layers that it is to have."""
+    choice, footprint = plan.choices["costmap"], plan.robot.footprint
+    layers = {
+        name: [layer for layer in choice.parts if layer.only in ("both", name)]
+        for name in ("local", "global")
+    }
+    costs = choice.parameters
+    static = grid if plan.is_mapped else None
+    local = Costmap(costs, footprint, static, window=LOCAL_WINDOW, layers=layers["local"])
+    return local, Costmap(costs, footprint, grid, layers=layers["global"])
+
+
+def _tracker(grid: OccupancyGrid, *costmaps: Costmap) -> Tracker | None:
+    """Somebody who follows moving things, where a costmap's layer asks for it."""
+    if not any(costmap.needs_tracks for costmap in costmaps):
+        return None
+    return Tracker(TrackerParameters(), grid)
+
+
 def _emitter(telemetry: Telemetry, source: str) -> Callable[..., None]:
     def emit(kind: str, text: str, level: str = "info", **fields: Any) -> None:
-        telemetry.emit(kind, text, source=source, level=level, **fields)
+        said_by = "mission" if kind == "say" else source
+        telemetry.emit(kind, text, source=said_by, level=level, **fields)
 
     return emit
 
@@ -156,8 +200,14 @@ def _idle() -> None:
     sleep(IDLE_SECONDS)
 
 
-def _localiser(plan: Plan, seed: int) -> Localiser:
-    localiser = Localiser(plan.grid, LocaliserParameters(), seed)
+def _leave_as_it_is(poses: Iterable[Pose2D]) -> None:
+    """A map ends where it ends."""
+
+
+def _localiser(plan: Plan, grid: OccupancyGrid, seed: int) -> Localiser | DeadReckoning:
+    if not plan.is_mapped:
+        return DeadReckoning(plan.belief or NOWHERE)
+    localiser = Localiser(grid, LocaliserParameters(), seed)
     if plan.belief is None:
         localiser.scatter()
     else:

@@ -23,7 +23,7 @@ from stack.description import (
     RobotDescription,
     Wheels,
 )
-from stack.documents import Findings, Node, Section, read_file
+from stack.documents import Findings, Node, Section, read_document
 from stack.errors import InputError
 from stack.parameters import Declaration, declarations, suggestion
 from stack.types import CameraModel, FloatArray, Footprint, Pose2D
@@ -85,14 +85,14 @@ def find_robot(name_or_path: str, beside: Path) -> Path:
     return HERE / name_or_path / "robot.yaml"
 
 
-def read_robot(path: Path) -> RobotDescription:
-    """The robot in a robot.yaml.
+def read_robot(path: Path, text: str | None = None) -> RobotDescription:
+    """The robot in a robot.yaml, or in a text that an editor has not saved there yet.
 
     Raises:
         InputError: every finding, each with its position.
     """
     findings = Findings()
-    top = Section(read_file(path, "robot file"), findings, "a robot file", SHAPE)
+    top = Section(read_document(path, "robot file", text), findings, "a robot file", SHAPE)
     name = top.value(Declaration("robot", str, "its name"))
     top.value(Declaration("format", int, "of this file", default=1, at_least=1, at_most=1))
     top.value(Declaration("doc", str, "what it is", default=""))

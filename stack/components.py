@@ -4,7 +4,8 @@ A component class has a class attribute `Parameters` (a frozen dataclass of `par
 and a docstring whose first line says what it is. Its module must not import numba, cv2 or its
 kernels at module level but in `__init__`, so that checking a mission imports none of them.
 Plugins name such a class under the entry-point groups `treepilot.planners`,
-`treepilot.controllers` and `treepilot.costmap_layers`.
+`treepilot.controllers` and `treepilot.costmap_layers`. What a layer has to do is said in
+stack/costmap/layer.py.
 """
 
 from __future__ import annotations
@@ -20,15 +21,35 @@ from stack.parameters import build, suggestion
 from stack.types import CostGrid, Footprint, Path, Pose2D, Twist
 
 BUILT_IN: dict[str, dict[str, str]] = {
-    "planner": {"astar": "stack.planning.astar:Astar"},
+    "planner": {
+        "astar": "stack.planning.astar:Astar",
+        "theta_star": "stack.planning.theta_star.planner:ThetaStar",
+        "hybrid_astar": "stack.planning.kinematic.hybrid_astar:HybridAstar",
+        "lattice": "stack.planning.kinematic.lattice:Lattice",
+    },
     "controller": {
         "pure_pursuit": "stack.control.pure_pursuit:PurePursuit",
         "mppi": "stack.control.mppi.controller:Mppi",
         "dwb": "stack.control.dwb.controller:Dwb",
         "graceful": "stack.control.graceful:Graceful",
     },
+    "costmap_layer": {
+        "static": "stack.costmap.static_layer:StaticLayer",
+        "obstacle": "stack.costmap.obstacle_layer:ObstacleLayer",
+        "range": "stack.costmap.range_layer:RangeLayer",
+        "denoise": "stack.costmap.denoise_layer:DenoiseLayer",
+        "keepout": "stack.costmap.zone_layers:KeepoutLayer",
+        "inflation": "stack.costmap.inflation_layer:InflationLayer",
+        "preferred_lanes": "stack.costmap.zone_layers:PreferredLanesLayer",
+        "speed_zones": "stack.costmap.zone_layers:SpeedZonesLayer",
+        "social": "stack.costmap.social_layer:SocialLayer",
+    },
 }
-GROUPS = {"planner": "treepilot.planners", "controller": "treepilot.controllers"}
+GROUPS = {
+    "planner": "treepilot.planners",
+    "controller": "treepilot.controllers",
+    "costmap_layer": "treepilot.costmap_layers",
+}
 
 
 class Planner(Protocol):
@@ -41,9 +62,11 @@ class Planner(Protocol):
     def plan(self, costs: CostGrid, start: Pose2D, goal: Pose2D) -> Path:
         """A path of poses in the map frame from start to goal, smoothed, free of collisions.
 
+        Headings are the robot's: where it drives backward they point against the motion.
+
         Raises:
-            NavigationError: NO_VALID_PATH, START_OCCUPIED, GOAL_OCCUPIED, START_OUTSIDE_MAP or
-                GOAL_OUTSIDE_MAP.
+            NavigationError: NO_VALID_PATH, START_OCCUPIED, GOAL_OCCUPIED, START_OUTSIDE_MAP,
+                GOAL_OUTSIDE_MAP, or TIMED_OUT where a search has a limit.
         """
         ...
 
@@ -66,9 +89,15 @@ class ControlState:
 
 
 class Controller(Protocol):
-    """Follows a path."""
+    """Follows a path.
+
+    Attributes:
+        parameters: those in force; live tuning puts others there between two steps, or calls
+            `configure(parameters)` where there is such a method.
+    """
 
     Parameters: ClassVar[type]
+    parameters: Any
 
     def __init__(self, parameters: Any, robot: RobotDescription, period: float) -> None: ...
 
@@ -92,12 +121,17 @@ class Controller(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """A component by name with its checked parameters."""
+    """A component by name with its checked parameters.
+
+    Attributes:
+        parts: what it is made of besides: the layers of a costmap, the zones of the safety stage.
+    """
 
     kind: str
     name: str
     component: type
     parameters: Any
+    parts: tuple[Any, ...] = ()
 
 
 def available(kind: str) -> dict[str, str]:
@@ -109,19 +143,23 @@ def available(kind: str) -> dict[str, str]:
 
 
 def component(kind: str, name: str) -> type:
-    """The class of a component.
+    """The class of a component: by the name of an installed one, or as `module:Class`.
 
     Raises:
         InputError: there is no such component, or its module cannot be imported.
     """
     known = available(kind)
-    if name not in known:
-        raise InputError(f"there is no {kind} {name!r}; {suggestion(name, known)}")
-    module, _, attribute = known[name].partition(":")
+    if name not in known and ":" not in name:
+        what = kind.replace("_", " ")
+        raise InputError(f"there is no {what} {name!r}; {suggestion(name, known)}")
+    where = known.get(name, name)
+    module, _, attribute = where.partition(":")
     try:
         found: type = getattr(import_module(module), attribute)
-    except (ImportError, AttributeError) as error:
-        raise InputError(f"the {kind} {name!r} in {known[name]} cannot be used: {error}") from error
+    except Exception as error:  # a plugin's module may raise anything
+        raise InputError(f"the {kind} {name!r} in {where} cannot be used: {error}") from error
+    if not hasattr(found, "Parameters"):
+        raise InputError(f"the {kind} {name!r} in {where} cannot be used: it has no `Parameters`")
     return found
 
 

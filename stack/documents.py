@@ -177,6 +177,15 @@ def read_file(path: Path, what: str = "file") -> Node:
     return read_text(text, str(path), what)
 
 
+def read_document(path: Path, what: str = "file", text: str | None = None) -> Node:
+    """The document in a file, or in a text that an editor has not saved there yet.
+
+    Raises:
+        InputError: as `read_file` and `read_text` do.
+    """
+    return read_file(path, what) if text is None else read_text(text, str(path), what)
+
+
 def read_text(text: str, name: str, what: str = "file") -> Node:
     """The document in a YAML text; `name` stands for the file in messages.
 

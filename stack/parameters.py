@@ -58,7 +58,8 @@ class Declaration:
 
     Attributes:
         name: as written in files.
-        type: float, int, bool, str, Pose2D, Expression, Assignments, a list of those, X | None.
+        type: float, int, bool, str, Pose2D, Expression, Assignments, a dataclass of `parameter`
+            fields (written as a mapping), a list of those, X | None.
         unit: SI unit of a float ("" for a plain number); durations are floats in "s".
         default: REQUIRED when there is none.
         help: one sentence.
@@ -267,6 +268,8 @@ def _converted(kind: Any, unit: str, raw: Any) -> Any:  # noqa: C901 - a branch 
             return read_quantity(raw, unit)
     if kind is Pose2D and isinstance(raw, list | tuple):
         return _pose(raw)
+    if isinstance(raw, Mapping) and has_fields(kind):
+        return _fields_of(kind, raw)
     if origin in (list, tuple):
         return _items(typing.get_args(kind)[0], unit, raw)
     words: dict[Any, str] = {
@@ -277,7 +280,21 @@ def _converted(kind: Any, unit: str, raw: Any) -> Any:  # noqa: C901 - a branch 
         Pose2D: "a pose [x, y, heading]",
     }
     expected = words.get(kind, f"a {getattr(kind, '__name__', kind)}")
+    if has_fields(kind):
+        expected += f" {{{', '.join(declarations(kind))}}}"
     raise ParameterError("", f"expected {expected}, got {_shown(raw)}")
+
+
+def has_fields(kind: Any) -> bool:
+    """Whether a type is a dataclass of `parameter` fields, written as a mapping."""
+    return isinstance(kind, type) and dataclasses.is_dataclass(kind) and bool(declarations(kind))
+
+
+def _fields_of(kind: Any, raw: Mapping[str, Any]) -> Any:
+    try:
+        return build(kind, raw)
+    except ParameterError as error:
+        raise ParameterError("", str(error), error.hint) from None
 
 
 def _items(inner: Any, unit: str, raw: Any) -> list[Any]:
@@ -297,7 +314,14 @@ def _pose(raw: list[Any] | tuple[Any, ...]) -> Pose2D:
         raise ParameterError("", f"a pose is [x, y] or [x, y, heading], got {_shown(raw)}")
     x, y = (_converted(float, "m", item) for item in raw[:2])
     heading = _converted(float, "rad", raw[2]) if len(raw) == 3 else 0.0
+    if abs(heading) > 2.0 * pi + 1e-9:  # nobody means this; everybody means degrees
+        sentence = f"a heading of {heading:g} rad is more than a full turn"
+        raise ParameterError("", sentence, f"write {raw[2]:g} deg" if _is_number(raw[2]) else "")
     return Pose2D(x, y, wrap_angle(heading))
+
+
+def _is_number(raw: Any) -> bool:
+    return isinstance(raw, int | float) and not isinstance(raw, bool)
 
 
 def _shown(raw: Any) -> str:

@@ -153,8 +153,16 @@ class Robot(Protocol):
         """
         ...
 
-    def clear_costmap(self, which: str = "both") -> None:
-        """Forget sensed obstacles: `local`, `global` or `both`. The static map stays."""
+    def clear_costmap(
+        self, which: str = "both", *, radius: float | None = None, layer: str | None = None
+    ) -> None:
+        """Forget sensed obstacles: `local`, `global` or `both`. The static map stays.
+
+        Args:
+            which: costmap.
+            radius: metres round the robot; None is everywhere.
+            layer: name of the one layer that is to forget; None is all.
+        """
         ...
 
     def relocalise(self) -> Task:

@@ -40,6 +40,7 @@ def compose_snapshot(runtime: Runtime) -> Snapshot:
         measured=runtime.odometry.twist,
         stages=runtime.stages.timings(),
         speed=runtime.real_time_factor,
+        pace=float(getattr(parts.body, "pace", 1.0)),
         parameters=pilot.parameters,
         image=runtime.fresh_image(),
         truth=parts.witness.truth if parts.witness else None,

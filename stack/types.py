@@ -181,6 +181,62 @@ class Scan:
 
 
 @dataclass(frozen=True, slots=True)
+class RangeReading:
+    """One reading of a sonar-like sensor: the nearest thing somewhere in a cone.
+
+    Attributes:
+        stamp: seconds on the body's clock.
+        distance: metres; +inf when nothing was heard.
+        field_of_view: full opening of the cone, radians.
+        range_min: metres; nearer readings are invalid.
+        range_max: metres; farther ones are no return.
+        mount: the sensor's pose in the base frame.
+        source: the sensor's name.
+    """
+
+    stamp: float
+    distance: float
+    field_of_view: float
+    range_min: float
+    range_max: float
+    mount: Pose2D = Pose2D(0.0, 0.0)
+    source: str = "sonar"
+
+
+@dataclass(frozen=True, slots=True)
+class Track:
+    """A moving thing that was followed over several scans, map frame.
+
+    Attributes:
+        id: number, never used again in a run.
+        stamp: seconds on the robot's clock for which the rest holds.
+        position: (x, y) of its middle, metres.
+        velocity: (x, y), metres per second.
+        radius: of the circle that it fits in, metres.
+        covariance: (4, 4) of position x, y and velocity x, y.
+    """
+
+    id: int
+    stamp: float
+    position: tuple[float, float]
+    velocity: tuple[float, float]
+    radius: float
+    covariance: FloatArray
+
+    @property
+    def speed(self) -> float:
+        """Metres per second."""
+        return hypot(*self.velocity)
+
+    def position_after(self, seconds: float) -> tuple[float, float]:
+        """Where its middle will be if it keeps its velocity, metres."""
+        return (
+            self.position[0] + seconds * self.velocity[0],
+            self.position[1] + seconds * self.velocity[1],
+        )
+
+
+@dataclass(frozen=True, slots=True)
 class Odometry:
     """Dead reckoning: a pose in the odom frame, which drifts but never jumps, and the speed."""
 

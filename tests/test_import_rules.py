@@ -43,6 +43,8 @@ ONE_PLACE = {
     "msgpack": {"stack/telemetry"},
     "textual": {"tui"},
     "typer": {"missions"},
+    "pygls": {"missions/editor"},
+    "lsprotocol": {"missions/editor"},
     "yaml": {"stack"},
     "py_trees": {"missions", "behaviours"},
 }

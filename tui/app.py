@@ -5,6 +5,7 @@ It is a client of telemetry and nothing else; closing it never stops a mission u
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import ClassVar
 from uuid import uuid4
 
@@ -26,7 +27,11 @@ from tui.screens import Help, Question
 from tui.source import Source
 from tui.status_bar import STALE_AFTER, StatusBar
 from tui.tree_pane import TreePane
+from tui.tuning import Change, Tuning
 from tui.vitals_pane import VitalsPane
+
+FASTEST = 64.0
+"""What `<` slows down from when a run goes as fast as it can."""
 
 REFRESH = 0.1
 PANES = ("tree", "map", "vitals", "events", "charts")
@@ -57,15 +62,19 @@ class Dashboard(App[str]):
     VERTICAL_BREAKPOINTS = HEIGHTS
     BINDINGS: ClassVar[list[BindingType]] = [key.binding() for key in KEYS]
 
-    def __init__(self, source: Source, *, live: bool = True) -> None:
+    def __init__(
+        self, source: Source, *, live: bool = True, interrupted: Callable[[], bool] | None = None
+    ) -> None:
         """Watch a source.
 
         Args:
             source: the run; closed with the dashboard.
+            interrupted: given where the run was begun: looked at with each refresh, true leaves
+                with `interrupt`, and so does ctrl+c. Otherwise ctrl+c asks as q does.
             live: refresh by a timer. Tests switch it off and call `refresh_now`.
         """
         super().__init__()
-        self.source, self._live = source, live
+        self.source, self._live, self._interrupted = source, live, interrupted
         self.snapshot: Snapshot | None = None
         self._speed_factor = 1.0
         self._stop_id, self._stop_age = "", 0
@@ -81,7 +90,7 @@ class Dashboard(App[str]):
                 yield VitalsPane()
             yield MapPane()
             with Charts(id="charts"):
-                speeds = {"wanted": palette.BUSY, "driven": palette.PATH}
+                speeds = {"set": palette.BUSY, "real": palette.PATH}
                 yield Chart("Speed", "m/s", speeds, 0.0, 0.2)
                 yield Chart("Scan fit", "", {"fit": palette.PARTICLE}, 0.0, 1.0)
                 yield Chart("Pose error", "m", {"off by": palette.PERSON}, 0.0, 0.05)
@@ -108,6 +117,10 @@ class Dashboard(App[str]):
 
     def refresh_now(self) -> None:
         """Take what is new and show it."""
+        if self._interrupted is not None and self._interrupted():
+            self.exit("interrupt")
+            return
+        self._keep_a_focus()
         fresh = self._receive()
         link = self._link()
         panes = self._panes
@@ -153,7 +166,7 @@ class Dashboard(App[str]):
         panes.query_one(VitalsPane).show(snapshot)
         speed, fit, error = panes.query(Chart)
         now = snapshot.time
-        speed.add(now, wanted=snapshot.commanded.linear, driven=snapshot.measured.linear)
+        speed.add(now, set=snapshot.commanded.linear, real=snapshot.measured.linear)
         fit.add(now, fit=snapshot.quality)
         error.display = snapshot.truth is not None
         if snapshot.truth is not None:
@@ -192,6 +205,13 @@ class Dashboard(App[str]):
     def _abort_answered(self, answer: str | None) -> None:
         if answer == "abort":
             self._send("abort", reason="operator")
+
+    def action_interrupt(self) -> None:
+        """End the run that was begun with this dashboard; leave any other."""
+        if self._interrupted is not None and not self.is_over:
+            self.exit("interrupt")
+        else:
+            self.action_leave()
 
     def action_leave(self) -> None:
         """Leave; while the mission runs, ask whether to leave it running."""
@@ -246,9 +266,9 @@ class Dashboard(App[str]):
     def action_focus_pane(self, name: str) -> None:
         """Give a pane the focus; one that has no room here comes over the whole screen."""
         pane = self.screen.query_one(f"#{name}")
-        full = any(self.screen.has_class(f"full-{other}") for other in PANES)
+        filled = any(self.screen.has_class(f"full-{other}") for other in PANES)
         hidden = any(not node.display for node in (pane, pane.parent) if node is not None)
-        if full or hidden:
+        if filled or hidden:
             self._fill_with(name)
         pane.focus()
 
@@ -261,12 +281,53 @@ class Dashboard(App[str]):
     def action_all_panes(self) -> None:
         """Back to all panes."""
         self._fill_with("")
-        if self.focused is None or not self.focused.display:
-            self.query_one(MapPane).focus()
 
     def _fill_with(self, name: str) -> None:
         for pane in PANES:
             self.screen.set_class(pane == name, f"full-{pane}")
+
+    def _keep_a_focus(self) -> None:
+        """Give the map the focus when the pane that had it has no room any more."""
+        screen = self._panes
+        filled = any(screen.has_class(f"full-{pane}") for pane in PANES)
+        if not filled and (screen.focused is None or not screen.focused.size):
+            screen.set_focus(screen.query_one(MapPane))
+
+    def action_tune(self) -> None:
+        """Change a parameter in force."""
+        if self.snapshot is None or not self.snapshot.parameters:
+            self.notify("this run has told no parameters yet", timeout=2.0)
+            return
+        self.push_screen(Tuning(self.snapshot.parameters), self._tuned)
+
+    def _tuned(self, change: Change | None) -> None:
+        if change is not None:
+            self._send("set_parameter", name=change.name, value=change.value)
+
+    def action_goal(self) -> None:
+        """Send the robot to a place."""
+        self._ask_place("Send the robot to", "set_goal")
+
+    def action_stands_at(self) -> None:
+        """Tell the localisation at which place the robot stands."""
+        self._ask_place("The robot stands at", "set_pose")
+
+    def _ask_place(self, question: str, kind: str) -> None:
+        info = self.source.info
+        places = info.places if info is not None else {}
+        if not places:
+            self.notify("this run has no named places", timeout=2.0)
+            return
+
+        def answered(name: str | None) -> None:
+            if name:
+                pose = places[name]
+                self._send(kind, x=pose.x, y=pose.y, heading=pose.heading)
+
+        answers = {"": "Nowhere: go back"} | {
+            name: f"{name}  ({pose.x:.2f}, {pose.y:.2f})" for name, pose in places.items()
+        }
+        self.push_screen(Question(question, answers), answered)
 
     def action_speed(self, factor: float) -> None:
         """Simulate faster or slower."""

@@ -13,6 +13,12 @@ from tui.palette import BAD, BUSY, GOOD, TEXT, WARN, css
 LOST_AFTER = 5.0
 """Wall seconds of silence after which the engine counts as lost."""
 
+FIRST_WORD_WITHIN = 20.0
+"""Likewise before the first snapshot: a first start compiles kernels for some seconds."""
+
+MARGIN = 6
+"""Columns of the banner that are not text."""
+
 TONES = {"good": GOOD, "bad": BAD, "warn": WARN, "busy": BUSY}
 OUTCOMES = {
     MissionState.SUCCESS: ("good", "✔ MISSION SUCCEEDED"),
@@ -44,7 +50,8 @@ class Link:
     def is_lost(self, snapshot: Snapshot | None) -> bool:
         """Whether nobody is there any more although the run is not over."""
         over = self.is_over or (snapshot is not None and snapshot.state.is_over)
-        return not over and self.silent_for > LOST_AFTER
+        patience = FIRST_WORD_WITHIN if snapshot is None else LOST_AFTER
+        return not over and self.silent_for > patience
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,16 +120,26 @@ class Banner(Static):
     def __init__(self) -> None:
         super().__init__(id="banner")
         self.display = False
+        self._shown: tuple[Notice | None, int] | None = None
 
     def show(self, said: Notice | None) -> None:
         """Show a notice, or nothing."""
-        self.display = said is not None
-        if said is None:
+        wanted = (said, self.app.size.width)
+        if wanted == self._shown:
             return
+        self._shown = wanted
+        self.display = said is not None
+        if said is not None:
+            self._write(said)
+
+    def _write(self, said: Notice) -> None:
         for tone in TONES:
             self.set_class(tone == said.tone, tone)
         text = Text(said.headline, style=f"bold {css(TONES[said.tone])}")
-        text.append(f"   {said.then}", style=f"bold {css(TEXT)}")
-        if said.why:
-            text.append(f"\n{said.why}", style=css(TEXT))
+        then = Text(f"   {said.then}", style=f"bold {css(BUSY)}")
+        why = Text(said.why, style=f"not bold {css(TEXT)}")
+        if text.cell_len + then.cell_len + why.cell_len + 3 <= self.app.size.width - MARGIN:
+            text.append("   " if said.why else "").append_text(why).append_text(then)
+        else:
+            text.append_text(then).append("\n").append_text(why)
         self.update(text)

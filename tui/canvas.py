@@ -85,10 +85,11 @@ class Canvas:
         self._dots = np.zeros(shape, dtype=np.uint32)
 
     def copy(self) -> Canvas:
-        """The same frame, to draw overlays on; it keeps where the walls are."""
+        """The same frame, to draw overlays on; it keeps where walls and words are."""
         other = Canvas(self.view, self.columns, self.rows)
         other.glyphs[:], other.foreground[:] = self.glyphs, self.foreground
-        other.background[:], other._walls = self.background, self._walls
+        other.background[:] = self.background
+        other._walls, other._words = self._walls, self._words.copy()
         return other
 
     def draw_costs(self, grid: OccupancyGrid | None, costs: CostGrid | None) -> None:
@@ -126,13 +127,18 @@ class Canvas:
             | filled[1::2, 0::2] << 2 | filled[1::2, 1::2] << 3
         )  # fmt: skip
         self._walls = mask > 0
+        # What shows beside the wall is the upper floor sample where the upper half is open.
+        upper_open = self._walls & (mask & 0b0011 == 0)
+        self.background[upper_open] = self.foreground[upper_open]
         self.glyphs[self._walls] = QUADRANTS[mask[self._walls]]
         self.foreground[self._walls] = palette.WALL
-        self.foreground[_surrounded(mask == 15)] = palette.WALL_INSIDE
 
-    def draw_points(self, points: FloatArray, colour: int) -> None:
+    def draw_points(self, points: FloatArray, colour: int, *, below_words: bool = False) -> None:
         """Map points (n, 2) as braille dots. A later colour takes the whole character."""
         cell_row, cell_column, bits = self._cells_of(points)
+        if below_words:
+            seen = ~self._words[cell_row, cell_column]
+            cell_row, cell_column, bits = cell_row[seen], cell_column[seen], bits[seen]
         at = (cell_row, cell_column)
         other = self.foreground[at] != colour
         self._dots[cell_row[other], cell_column[other]] = 0
@@ -153,7 +159,7 @@ class Canvas:
         inside = self._inside(dots)
         self.draw_points(points[inside][~explained], colour)
 
-    def draw_line(self, points: FloatArray, colour: int) -> None:
+    def draw_line(self, points: FloatArray, colour: int, *, below_words: bool = False) -> None:
         """A polyline (n, 2) as braille dots, densely enough to have no holes."""
         if len(points) < 2:
             return
@@ -162,7 +168,8 @@ class Canvas:
         piece = np.repeat(np.arange(len(steps)), counts)
         first = np.repeat(np.cumsum(counts) - counts, counts)
         share = (np.arange(len(piece)) - first) / np.maximum(counts[piece] - 1, 1)
-        self.draw_points(points[:-1][piece] + steps[piece] * share[:, None], colour)
+        dense = points[:-1][piece] + steps[piece] * share[:, None]
+        self.draw_points(dense, colour, below_words=below_words)
 
     def draw_text(
         self, x: float, y: float, text: str, colour: int, back: int | None = None
@@ -251,15 +258,6 @@ def circle(x: float, y: float, radius: float) -> FloatArray:
 def arrow(pose: Pose2D) -> str:
     """The arrow glyph nearest to a heading."""
     return "→↗↑↖←↙↓↘"[round(pose.heading / (np.pi / 4)) % 8]
-
-
-def _surrounded(full: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Full characters whose four neighbours are full too."""
-    inner = np.zeros_like(full)
-    inner[1:-1, 1:-1] = (
-        full[1:-1, 1:-1] & full[:-2, 1:-1] & full[2:, 1:-1] & full[1:-1, :-2] & full[1:-1, 2:]
-    )
-    return inner
 
 
 def _look_up(

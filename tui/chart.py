@@ -13,7 +13,7 @@ from textual.widget import Widget
 from stack.types import FloatArray
 from tui import palette
 from tui.canvas import BRAILLE
-from tui.strips import ink, to_strips
+from tui.strips import style, to_strips
 
 SPAN = 60.0
 """Seconds of the robot's clock from the left edge to the right."""
@@ -85,7 +85,12 @@ class Chart(Widget):
                 draw_curve(glyphs, colours, (levels - low) / (high - low), self._colours[name])
         body = to_strips(glyphs, colours, np.full_like(colours, palette.BACKDROP))
         self._strips = [
-            Strip([Segment(_tick(row, rows, low, high), ink(palette.FAINT)), *strip])
+            Strip(
+                [
+                    Segment(_tick(row, rows, low, high), style(palette.IDLE, palette.BACKDROP)),
+                    *strip,
+                ]
+            )
             for row, strip in enumerate(body)
         ]
 

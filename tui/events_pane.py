@@ -7,13 +7,12 @@ from collections import deque
 from rich.text import Text
 from textual.widgets import RichLog
 
-from stack.telemetry.records import Event
+from stack.telemetry.records import ROUTINE, Event
 from tui.palette import BAD, DIM, GOOD, TEXT, WARN, css
 
 LEVELS = {"everything": -1, "info and up": 0, "warnings and errors": 1, "errors": 2}
 RANK = {"info": 0, "warning": 1, "error": 2}
 LOOK = {"info": ("·", GOOD), "warning": ("▲", WARN), "error": ("✘", BAD)}
-QUIET = frozenset({"pose", "node_status"})
 """Kinds that come many times a second; shown only with everything."""
 
 KEPT = 2000
@@ -63,7 +62,7 @@ class EventsPane(RichLog):
 
     def _passes(self, event: Event) -> bool:
         lowest = LEVELS[self._filter]
-        if event.kind in QUIET and event.level == "info":
+        if event.kind in ROUTINE and event.level == "info":
             return lowest < 0
         return RANK.get(event.level, 2) >= lowest
 

@@ -13,7 +13,7 @@ from stack.telemetry.records import Layer, RunInfo, Snapshot
 from stack.types import CostGrid, OccupancyGrid
 from tui import palette
 from tui.canvas import Canvas, View, arrow, circle, scale_bar
-from tui.strips import ink, to_strips
+from tui.strips import ink, paper, to_strips
 
 TRAIL_LENGTH, TRAIL_SPACING = 4000, 0.05
 PAN_SHARE = 0.25
@@ -21,7 +21,7 @@ PAN_SHARE = 0.25
 JUMP = 1.0
 """Metres between two snapshots beyond which the trail starts afresh: the belief has jumped."""
 
-OUTLINE_FROM = 5.0
+OUTLINE_FROM = 3.0
 """Braille dots of the robot's radius from which its footprint is drawn."""
 
 LEGEND = " ".join(
@@ -60,8 +60,12 @@ class MapPane(Widget, can_focus=True):
         """One line of the picture."""
         if self.snapshot is None and y == self.size.height // 2:
             text = "waiting for the map".center(self.size.width)
-            return Strip([Segment(text, ink(palette.DIM, italic=True))])
-        return self._strips[y] if y < len(self._strips) else Strip.blank(self.size.width)
+            strip = Strip([Segment(text, ink(palette.DIM, italic=True))])
+        elif y < len(self._strips):
+            return self._strips[y]
+        else:
+            strip = Strip.blank(self.size.width)
+        return strip.apply_style(paper(palette.BACKDROP))
 
     def on_resize(self) -> None:
         """Fit the map to the new size unless the operator chose a view."""
@@ -157,9 +161,10 @@ class MapPane(Widget, can_focus=True):
         return self._ground
 
     def _overlays(self, canvas: Canvas, snapshot: Snapshot) -> None:
-        canvas.draw_line(np.array(self._trail).reshape(-1, 2), palette.TRAIL)
+        canvas.draw_line(np.array(self._trail).reshape(-1, 2), palette.TRAIL, below_words=True)
         if snapshot.particles is not None:
-            canvas.draw_points(snapshot.particles[:, :2].astype(np.float64), palette.PARTICLE)
+            cloud = snapshot.particles[:, :2].astype(np.float64)
+            canvas.draw_points(cloud, palette.PARTICLE, below_words=True)
         if snapshot.path is not None:
             canvas.draw_line(snapshot.path.points[:, :2], palette.PATH)
         if snapshot.local_plan is not None:
@@ -192,7 +197,7 @@ class MapPane(Widget, can_focus=True):
         self.border_title = f"{mode}  [dim not bold]{where}[/]" if width >= 44 else mode
         characters, metres = scale_bar(view, width // 5)
         scale = f"├{'─' * (characters - 2)}┤ {metres:g} m" if characters else ""
-        self.border_subtitle = f"{LEGEND}  {scale}" if width >= 50 else scale
+        self.border_subtitle = f"{LEGEND}  {scale}" if width >= 46 else scale
 
 
 def _occupancy(layer: Layer | None) -> OccupancyGrid | None:

@@ -40,7 +40,7 @@ class StatusBar(Static):
             self._figures(right, snapshot)
         room = max(0, self.size.width - right.cell_len - 1)
         left.truncate(room, overflow="ellipsis", pad=True)
-        self.update(left.append_text(right))
+        self.update(left.append_text(right), layout=False)
 
     def _state(self, text: Text, snapshot: Snapshot, silent_for: float) -> None:
         state = str(snapshot.state)

@@ -26,6 +26,12 @@ def ink(foreground: int, bold: bool = False, italic: bool = False) -> Style:
     return Style(color=css(foreground), bold=bold, italic=italic)
 
 
+@lru_cache(maxsize=32)
+def paper(background: int) -> Style:
+    """A style that colours the background where nothing else does."""
+    return Style(bgcolor=css(background))
+
+
 def to_strips(
     glyphs: NDArray[np.uint32], foreground: NDArray[np.uint32], background: NDArray[np.uint32]
 ) -> list[Strip]:

@@ -12,7 +12,7 @@ from textual.widget import Widget
 
 from stack.telemetry.records import Snapshot, TreeRow
 from tui import palette
-from tui.strips import ink
+from tui.strips import ink, paper
 
 KIND_GLYPH = {
     "sequence": "→", "reactive": "⇉", "fallback": "?", "reactive_fallback": "⁇", "parallel": "∥",
@@ -20,7 +20,7 @@ KIND_GLYPH = {
     "repeat": "⟳", "when": "⊳", "while": "⊚", "on_failure": "⊘", "check": "◇", "wait_until": "◇",
 }  # fmt: skip
 
-DETAIL_LINES, DETAIL_FROM = 4, 12
+DETAIL_LINES, DETAIL_FROM = 3, 11
 """Lines for the chosen node, in panes of at least so many lines."""
 
 SHOWN_FROM = 1.0
@@ -87,16 +87,20 @@ class TreePane(Widget, can_focus=True):
         width = self.size.width
         if not self._rows:
             text = "waiting for the mission" if y == self.size.height // 2 else ""
-            return Strip([Segment(text.center(width), ink(palette.DIM, italic=True))])
+            strip = Strip([Segment(text.center(width), ink(palette.DIM, italic=True))])
+            return strip.apply_style(paper(palette.BACKDROP))
         if y >= self.list_height:
-            return self._detail(y - self.list_height, width)
-        index = self.top + y
-        return self._line(index, width) if index < len(self._rows) else Strip.blank(width)
+            strip = self._detail(y - self.list_height, width)
+        elif self.top + y < len(self._rows):
+            strip = self._line(self.top + y, width)
+        else:
+            strip = Strip.blank(width)
+        return strip.apply_style(paper(palette.BACKDROP))
 
     def _line(self, index: int, width: int) -> Strip:
         row = self._rows[index]
         active = row.status == "running"
-        words = palette.FAINT + 0x1C1C1C if row.status == "idle" else palette.TEXT
+        words = palette.IDLE if row.status == "idle" else palette.TEXT
         age = self._age(row)
         head = f"{palette.STATUS_GLYPH[row.status]} "
         room = width - cell_len(self._stems[index]) - 4 - len(age)
@@ -115,13 +119,13 @@ class TreePane(Widget, can_focus=True):
         if index == self.chosen and (self.held or self.has_focus):
             back = palette.CHOSEN_ROW
         strip = Strip(segments).crop(0, width)
-        return strip if back is None else strip.apply_style(Style(bgcolor=palette.css(back)))
+        return strip if back is None else strip.apply_style(paper(back))
 
     def _detail(self, line: int, width: int) -> Strip:
         row = self._rows[min(self.chosen, len(self._rows) - 1)]
         if line == 0:
             title = _fitted(f"╴{row.name} · {row.kind}╶", width - 2)
-            return Strip([Segment(f"─{title}".ljust(width, "─"), ink(palette.FAINT))])
+            return Strip([Segment(f"─{title}".ljust(width, "─"), ink(palette.IDLE))])
         took = f" for {self._time - row.since:.0f} s" if row.status == "running" else ""
         words = row.message or f"{'not yet' if row.status == 'idle' else row.status}{took}"
         lines = wrap(words, max(8, width - 2), max_lines=DETAIL_LINES - 1, placeholder="…")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from rich.markup import escape
 from rich.text import Text
 from textual.widgets import Static
 
@@ -33,8 +34,10 @@ class VitalsPane(Static, can_focus=True):
         self._counters(text, snapshot)
         self._stages(text, snapshot)
         text.right_crop(1)
-        self.border_subtitle = f"[{css(WARN)}]▲ {snapshot.safety}[/]" if snapshot.safety else ""
-        self.update(text)
+        self.border_subtitle = (
+            f"[{css(WARN)}]▲ {escape(snapshot.safety)}[/]" if snapshot.safety else ""
+        )
+        self.update(text, layout=False)
 
     def _battery(self, text: Text, snapshot: Snapshot) -> None:
         charge = snapshot.battery.charge

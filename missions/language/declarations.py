@@ -17,13 +17,20 @@ from stack.parameters import Declaration, suggestion, units
 from stack.types import Pose2D
 
 Layer = dict[str, Symbol]
+Overrides = Mapping[str, str | Node]
+"""Values of arguments: texts come from `--set`, nodes from a case under `tests`."""
 
 
 class DeclarationReader:
-    """Reads the declaring sections of one file."""
+    """Reads the declaring sections of one file.
+
+    Attributes:
+        declared: the mission's arguments, once they have been read.
+    """
 
     def __init__(self, values: ValueReader) -> None:
         self.values, self.findings = values, values.findings
+        self.declared: dict[str, Declaration] = {}
 
     def places(self, node: Node | None, world: Mapping[str, Pose2D], where: Mark) -> Layer:
         """Places by name: the world's, and the mission's own in front of them."""
@@ -54,18 +61,19 @@ class DeclarationReader:
             layer[str(key.value)] = Symbol(str(key.value), Role.KEY, kind, key.mark, value)
         return layer
 
-    def arguments(self, node: Node | None, scope: Scope, overrides: Mapping[str, str]) -> Layer:
+    def arguments(self, node: Node | None, scope: Scope, overrides: Overrides) -> Layer:
         """Arguments with the values in force: `dwell: {type: duration, default: 3 s}`."""
         layer: Layer = {}
         for key, entry in self._entries(node, "arguments"):
             name = str(key.value)
             section = Section(entry, self.findings, f"the argument {name!r}", "E101")
-            declared = self._argument(name, section)
+            declared = self.declared[name] = self._argument(name, section)
             default = section.node_of("default")
             section.done()
             value = UNSET if default is None else self._literal(declared, default, scope)
             if name in overrides:
-                value = self._set(declared, overrides[name], scope)
+                given = self._set(declared, overrides[name], scope)
+                value = value if given is UNSET else given  # one finding for one mistake
             elif default is None:
                 hint = f"--set {name}=…, or give it a default"
                 self.findings.error("E108", key.mark, f"the argument {name!r} has no value", hint)
@@ -74,8 +82,7 @@ class DeclarationReader:
         for name in overrides:
             if name not in layer:
                 sentence = f"the mission has no argument {name!r}"
-                hint = suggestion(name, layer)
-                self.findings.error("E109", Mark(f"--set {name}"), sentence, hint)
+                self._wrong_override(name, overrides[name], sentence, suggestion(name, layer))
         return layer
 
     def tree(self, key: Node, node: Node) -> Tree:
@@ -146,19 +153,26 @@ class DeclarationReader:
             self.findings.items.append(replace(item, code=code))
         return value.value if isinstance(value, Constant) else UNSET
 
-    def _set(self, declared: Declaration, text: str, scope: Scope) -> Any:
-        mark = Mark(f"--set {declared.name}")
+    def _set(self, declared: Declaration, given: str | Node, scope: Scope) -> Any:
         found = Findings()
         value: Any = None
         try:
-            node = read_text(f"value: {text}", mark.file).get("value")
+            node: Node | None = given if isinstance(given, Node) else None
+            if isinstance(given, str):
+                node = read_text(f"value: {given}", "--set").get("value")
             if node is not None:
                 value = ValueReader(found).value(declared, node, Surroundings(scope))
         except InputError as error:
             found.items += error.findings
         for item in found.items:
-            self.findings.error("E109", mark, item.sentence, item.hint)
+            self._wrong_override(declared.name, given, item.sentence, item.hint)
         return value.value if isinstance(value, Constant) else UNSET
+
+    def _wrong_override(self, name: str, given: str | Node, sentence: str, hint: str) -> None:
+        if isinstance(given, Node):
+            self.findings.error("E115", given.mark, sentence, hint)
+        else:
+            self.findings.error("E109", Mark(f"--set {name}"), sentence, hint)
 
     def _entries(self, node: Node | None, what: str) -> list[tuple[Node, Node]]:
         """Entries of a section whose keys are names."""

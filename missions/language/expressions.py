@@ -11,6 +11,7 @@ from missions.language.scope import NotSet, Scope, Symbol
 from missions.language.terms import Check, Evaluate, Term, shown
 from missions.language.tokens import ExpressionError
 from missions.language.value_types import ANYTHING, BOOL, ValueType
+from stack.documents import Mark
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +53,7 @@ class CheckedExpression:
     Attributes:
         read: symbols whose value it needs, by name.
         tested: symbols it asks `is set` of, by name.
+        mark: where it stands, if it stands in a file.
     """
 
     source: str
@@ -59,6 +61,7 @@ class CheckedExpression:
     type: ValueType
     read: dict[str, Symbol]
     tested: dict[str, Symbol]
+    mark: Mark | None = None
 
     def bind(self, bindings: Bindings) -> BoundExpression:
         """The expression on a running tree's values."""

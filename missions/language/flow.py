@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 from missions.language.expressions import CheckedExpression
 from missions.language.model import (
     Composite,
     Constant,
+    Event,
     ForEach,
     Formula,
     Leaf,
@@ -45,8 +46,10 @@ def uses_of(step: Step) -> Iterator[Use]:
         yield from uses_of(child)
 
 
-def check_recursion(trees: Mapping[str, Tree], root: Step, findings: Findings) -> list[str]:
-    """Report trees that use themselves and missions that grow too large; returns what `root` uses.
+def check_recursion(
+    trees: Mapping[str, Tree], roots: Sequence[Step], findings: Findings
+) -> list[str]:
+    """Report trees that use themselves and missions that grow too large; returns what is used.
 
     The returned names are in the order of their first use.
     """
@@ -70,10 +73,10 @@ def check_recursion(trees: Mapping[str, Tree], root: Step, findings: Findings) -
             sizes[name] = size(body, (*path, name)) if body else 0
         return sizes[name]
 
-    total = size(root, ())
+    total = sum(size(root, ()) for root in roots)
     if total > MAX_STEPS:
         sentence = f"{total} nodes once all trees are put in; at most {MAX_STEPS}"
-        findings.error("E126", root.mark, sentence)
+        findings.error("E126", roots[0].mark, sentence)
     for name, tree in trees.items():
         if name not in sizes and tree.root:
             size(tree.root, (name,))
@@ -90,13 +93,26 @@ class OrderCheck:
     def __init__(self, trees: Mapping[str, Tree], findings: Findings) -> None:
         self.trees, self.findings = trees, findings
 
+    def mission(self, root: Step, events: Sequence[Event]) -> None:
+        """The mission and its events, which may come at any time and read what any other writes."""
+        by_events: Written = {}
+        for event in events:
+            by_events.update(self.writes(event.step))
+        everything = {**by_events, **self.writes(root)}
+        self.step(root, by_events)
+        for event in events:
+            written = dict(everything)
+            self.expression(event.when, event.mark, written)
+            self.value(event.hold, event.mark, written)
+            self.step(event.step, written)
+
     def step(self, step: Step, written: Written) -> None:
         """One step with its modifiers."""
         modifiers = step.modifiers
         for condition in (modifiers.when, modifiers.hold):
             self.expression(condition, step.mark, written)
         attempts = modifiers.retry.attempts if modifiers.retry else None
-        for value in (modifiers.repeat, modifiers.timeout, attempts):
+        for value in (modifiers.repeat, modifiers.timeout, modifiers.every, attempts):
             self.value(value, step.mark, written)
         self.body(step, written)
         if modifiers.recover:
@@ -205,22 +221,6 @@ def moves(step: Step, trees: Mapping[str, Tree]) -> bool:
         if root is not None and moves(root, trees):
             return True
     return any(moves(child, trees) for child in children_of(step))
-
-
-def warn_of_wheels(step: Step, trees: Mapping[str, Tree], findings: Findings) -> None:
-    """Report parallels with two children at the wheel, and moves that start again every tick."""
-    if isinstance(step, Composite):
-        drivers = [child for child in step.children if moves(child, trees)]
-        if step.kind == "parallel" and len(drivers) > 1:
-            sentence = f"{drivers[1].kind} moves the robot, and so does {drivers[0].kind} of line "
-            findings.warning("W105", drivers[1].mark, f"{sentence}{drivers[0].mark.line}")
-        if step.kind == "reactive":
-            for child in step.children[:-1]:
-                if isinstance(child, Leaf) and moves(child, trees):
-                    sentence = f"{child.kind} starts again on every tick once it has succeeded"
-                    findings.warning("W106", child.mark, sentence, "use a sequence here")
-    for child in children_of(step):
-        warn_of_wheels(child, trees, findings)
 
 
 def warn_of_other_meaning(use: Use, tree: Tree, scope: Scope, findings: Findings) -> None:

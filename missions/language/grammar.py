@@ -21,6 +21,7 @@ from missions.language.terms import (
 )
 from missions.language.tokens import ExpressionError, Token, tokens
 from missions.language.value_types import BOOL, INT, TEXT, ValueType
+from stack.errors import ParameterError
 from stack.parameters import read_quantity, units
 
 MAX_DEPTH = 40
@@ -155,6 +156,13 @@ def _number(token: Token) -> tuple[Any, ValueType]:
     if not token.unit:
         if token.text.isdigit():
             return int(token.text[:18]), INT
-        return read_quantity(token.text, ""), ValueType(float)
+        return _quantity(token, token.text, ""), ValueType(float)
     dimension = units()[token.unit][0]
-    return read_quantity(f"{token.text} {token.unit}", dimension), ValueType(float, dimension)
+    return _quantity(token, f"{token.text} {token.unit}", dimension), ValueType(float, dimension)
+
+
+def _quantity(token: Token, text: str, unit: str) -> float:
+    try:
+        return read_quantity(text, unit)
+    except ParameterError as error:
+        raise ExpressionError(token.at, error.sentence, error.hint) from None

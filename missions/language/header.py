@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from missions.language.model import Component, Resources
 from missions.language.scope import Symbol
@@ -16,7 +16,6 @@ from stack.parameters import Declaration, suggestion
 from stack.types import Pose2D
 
 FORMAT = 1
-LATER = ("events", "tests", "include")
 RESERVED = ("localisation", "mapping", "sensors", "perception", "safety", "faults")
 
 T = TypeVar("T")
@@ -37,8 +36,8 @@ class HeaderReader:
         return self.top.value(declared) or ""
 
     def unsupported(self) -> None:
-        """Report keys of later versions, and another format."""
-        for word in (*LATER, *RESERVED):
+        """Report reserved keys, and another format."""
+        for word in RESERVED:
             if self.top.node_of(word) is not None:
                 key = next(key for key, _ in self.top.node.entries if key.value == word)
                 sentence = f"`{word}` is not supported yet: it comes with a later version"
@@ -107,9 +106,17 @@ class HeaderReader:
         for node in (*layers, own):
             for kind, component in self._components(node).items():
                 merged[kind] = _merge(merged.get(kind), component)
-        for component in merged.values():
+        plugged = self._plugged_components() if merged else {}
+        located = {kind: _located(component, plugged) for kind, component in merged.items()}
+        for component in located.values():
             self._check(component)
-        return merged
+        return located
+
+    def _plugged_components(self) -> Mapping[str, Mapping[str, str]]:
+        """The components that the mission's plugins bring."""
+        plugins = [item.value for item in self.texts("plugins")]
+        ask = self.resources.plugged_components
+        return self._outside("plugins", lambda: ask(plugins, self.folder), {}) if plugins else {}
 
     def _parameter_file(self, item: Node) -> Node | None:
         try:
@@ -177,6 +184,23 @@ class HeaderReader:
                 self.findings.error(code, mark, sentence, item.hint)
             else:
                 self.findings.items.append(item)
+
+
+def _located(component: Component, plugged: Mapping[str, Mapping[str, str]]) -> Component:
+    """The component with where it is in place of its name, if a plugin brings it."""
+    known = plugged.get(component.kind, {})
+    layers = plugged.get("costmap_layer", {})
+    values = dict(component.values)
+    if layers and isinstance(values.get("layers"), list):
+        values["layers"] = [_located_layer(item, layers) for item in values["layers"]]
+    return replace(component, use=known.get(component.use or "", component.use), values=values)
+
+
+def _located_layer(item: Any, layers: Mapping[str, str]) -> Any:
+    if isinstance(item, dict):
+        name = str(item.get("use"))
+        return {"name": name, **item, "use": layers[name]} if name in layers else item
+    return {"name": item, "use": layers[item]} if item in layers else item
 
 
 def _merge(first: Component | None, then: Component) -> Component:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
 
 from behaviours.catalogue import BehaviourKind
+from missions.language.case_model import Case
 from missions.language.expressions import CheckedExpression
 from missions.language.scope import Symbol
 from stack.documents import Finding, Mark
@@ -43,12 +44,17 @@ class Resources:
         check_robot: (robot as written, mission's folder).
         check_map: (map as written, mission's folder); not asked for `from_world` and `none`.
         check_component: (kind, name or None for the default, raw parameters).
+        plugged_components: (plugins as written, mission's folder) -> the components in them: kind
+            -> name -> where it is, as the other callables take it instead of a name.
     """
 
     world_places: Callable[[str, Path], Mapping[str, Pose2D]] = lambda name, beside: {}
     check_robot: Callable[[str, Path], None] = _anything_goes
     check_map: Callable[[str, Path], None] = _anything_goes
     check_component: Callable[[str, str | None, Mapping[str, Any]], None] = _anything_goes
+    plugged_components: Callable[[Sequence[str], Path], Mapping[str, Mapping[str, str]]] = (
+        lambda plugins, beside: {}
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,6 +137,7 @@ class Modifiers:
     Attributes:
         keep_going: `on_failure: continue`.
         repeat: how often; Constant(None) is for ever.
+        every: least time between two starts.
     """
 
     when: CheckedExpression | None = None
@@ -140,6 +147,7 @@ class Modifiers:
     recover: Recover | None = None
     retry: Retry | None = None
     timeout: Value | None = None
+    every: Value | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -199,8 +207,26 @@ class Use(Step):
 
 
 @dataclass(frozen=True, slots=True)
+class Event:
+    """One entry of `events`: what pre-empts `run` when.
+
+    Attributes:
+        hold: seconds for which `when` must have been true.
+        step: what is done.
+        then: resume | restart | abort.
+    """
+
+    name: str
+    mark: Mark
+    when: CheckedExpression
+    hold: Value
+    step: Step
+    then: str
+
+
+@dataclass(frozen=True, slots=True)
 class Tree:
-    """One entry of `trees`."""
+    """One entry of `trees`, of the mission's file or of an included one."""
 
     name: str
     mark: Mark
@@ -220,6 +246,9 @@ class Mission:
         places: the world's and the mission's own, map frame.
         arguments: name -> value in force.
         blackboard: the declared keys with type and initial value.
+        cases: what `treepilot test` runs.
+        events: what pre-empts `run`, the most important first.
+        trees: by name, included ones too.
         parameter_files: as written, already merged into `navigation`.
         warnings: what is probably not meant.
     """
@@ -240,4 +269,6 @@ class Mission:
     arguments: Mapping[str, Any] = field(default_factory=dict)
     blackboard: Mapping[str, Symbol] = field(default_factory=dict)
     trees: Mapping[str, Tree] = field(default_factory=dict)
+    events: tuple[Event, ...] = ()
+    cases: tuple[Case, ...] = ()
     warnings: tuple[Finding, ...] = ()

@@ -20,7 +20,7 @@ MODIFIERS: dict[str, str] = {
     "recover": "after a failure run the next recovery, then try again",
     "retry": "try again after a failure: a number of attempts, or `{attempts: 3, delay: 500 ms}`",
     "timeout": "halt the node after this long and fail (TIMED_OUT); per attempt",
-    "every": "comes with a later version",
+    "every": "run at most once in this time; in between the last result stands",
     "with": "with `use`: what goes into the tree",
     "out": "where outputs go: `{output: $key}`",
     "do": "with `for_each`: what is done per item",
@@ -31,6 +31,7 @@ ATTEMPTS = Declaration("attempts", int, at_least=1)
 DELAY = Declaration("delay", float, unit="s", default=0.0, at_least=0.0)
 TIMES = Declaration("repeat", int, at_least=1)
 LIMIT = Declaration("timeout", float, unit="s", above=0.0)
+PERIOD = Declaration("every", float, unit="s", above=0.0)
 
 Children = Callable[[Node | None, str, Mark, Surroundings], list[Step]]
 Beside = Mapping[str, tuple[Node, Node]]
@@ -44,9 +45,6 @@ class ModifierReader:
 
     def read(self, kind: str, beside: Beside, around: Surroundings) -> Modifiers:
         """The modifiers; what is wrong is reported and left out."""
-        if "every" in beside:
-            sentence = "`every` is not supported yet: it comes with a later version"
-            self.findings.error("E104", beside["every"][0].mark, sentence)
         inside = replace(around, knows_attempt=True)
         return Modifiers(
             when=self._condition(beside, "when", around),
@@ -56,6 +54,7 @@ class ModifierReader:
             recover=self._recover(beside, inside),
             retry=self._retry(beside, around),
             timeout=self._scalar(LIMIT, beside, around),
+            every=self._scalar(PERIOD, beside, around),
         )
 
     def _condition(

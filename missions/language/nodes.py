@@ -39,7 +39,8 @@ COMPOSITES: dict[str, str] = {
     "reactive_fallback": "as `fallback`, but looks at the children from the top on every tick",
     "parallel": "all children at once; `{succeed_on: all | one | N, do: […]}` or a list",
     "round_robin": "one child per run, the next one each time; tries the others when it fails",
-    "for_each": "`do` once per item: `{for_each: {shelf: $shelves}, do: …}`",
+    "for_each": "`do` once per item: `{for_each: {shelf: $shelves}, do: …}`; with "
+    "`on_failure: continue` an item that fails is passed over",
     "use": "a tree of this file: `{use: inspect, with: {…}, out: {…}}`",
 }
 """Words that may stand where a behaviour's name does, and what they do."""

@@ -2,25 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from missions.language.declarations import DeclarationReader, Layer
+from missions.language.case_model import Case
+from missions.language.cases import CaseReader, Known
+from missions.language.declarations import DeclarationReader, Layer, Overrides
+from missions.language.events import EventReader
 from missions.language.expressions import Surroundings
 from missions.language.flow import (
     OrderCheck,
     check_recursion,
     uses_of,
     warn_of_other_meaning,
-    warn_of_wheels,
 )
 from missions.language.header import HeaderReader
-from missions.language.model import Catalogue, Mission, Resources, Step, Tree
+from missions.language.including import IncludeReader, TreeFile, tree_entries
+from missions.language.model import Catalogue, Event, Mission, Resources, Step, Tree
 from missions.language.nodes import NodeReader
+from missions.language.outcomes import OutcomeCheck
 from missions.language.scope import Role, Scope, Symbol
 from missions.language.values import ValueReader
-from stack.documents import Findings, Node, Section, read_file
+from stack.documents import Findings, Node, Section, read_document
 from stack.errors import InputError
 from stack.types import Pose2D
 
@@ -30,7 +34,7 @@ CatalogueFor = Callable[[list[Node], Path, Findings], Catalogue]
 
 def read_mission(
     path: Path, catalogue_for: CatalogueFor, resources: Resources | None = None,
-    overrides: Mapping[str, str] | None = None,
+    overrides: Overrides | None = None, text: str | None = None,
 ) -> Mission:  # fmt: skip
     """The mission in a file, checked against what is installed.
 
@@ -38,12 +42,13 @@ def read_mission(
         path: the mission file; what it names is relative to its folder.
         catalogue_for: makes the catalogue, plugins included.
         resources: worlds, robots, maps and components; by default nothing outside is looked at.
-        overrides: argument -> value as text, from `--set`.
+        overrides: argument -> value: as text from `--set`, as a node from a test case.
+        text: what is read instead of the file's, from an editor that has not saved it.
 
     Raises:
         InputError: with every error found.
     """
-    top = Section(read_file(path, "mission"), Findings(), "the mission", "E101")
+    top = Section(read_document(path, "mission", text), Findings(), "the mission", "E101")
     return _Reading(top, path, resources or Resources()).mission(catalogue_for, overrides or {})
 
 
@@ -53,23 +58,35 @@ class _Reading:
         self.header = HeaderReader(top, path.parent, resources)
         self.values = ValueReader(self.findings)
         self.declarations = DeclarationReader(self.values)
+        self.includes = IncludeReader(self.declarations)
 
-    def mission(self, catalogue_for: CatalogueFor, overrides: Mapping[str, str]) -> Mission:
+    def mission(self, catalogue_for: CatalogueFor, overrides: Overrides) -> Mission:
         header, top = self.header, self.top
         name, doc = header.text("mission"), header.text("doc", "")
         robot, world = header.text("robot"), header.text("world")
         header.unsupported()
         header.check_robot(robot)
-        places, keys, arguments = self._names(world, overrides)
+        included = self.includes.together(self.top.node_of("include"), self.path)
+        places, keys, arguments = self._names(world, included.places, overrides)
         start = header.pose("start", places, ())
         belief = header.pose("initial_pose", places, ("start", "unknown"))
         files, plugins = header.texts("parameters"), header.texts("plugins")
         navigation, chart = header.navigation(files), header.map()
         scope = Scope((places, keys, arguments))
         catalogue = self._catalogue(catalogue_for, plugins)
-        root, trees = self._nodes(catalogue, scope)
+        trees = self._trees(catalogue, scope, included)
+        nodes = NodeReader(self.values, catalogue, trees)
+        run = top.node_of("run", required=True)
+        root = nodes.read(run, Surroundings(scope)) if run else None
+        events = EventReader(nodes).events(top.node_of("events"), Surroundings(scope))
+        tests = top.node_of("tests")
         top.done()
-        self._flow(root, trees, scope)
+        self._flow(root, events, trees, scope)
+        cases: tuple[Case, ...] = ()
+        if root is not None and not self.findings.errors:
+            roots = (*_starts(root, events), *_roots_of(trees))
+            known = Known(self.declarations.declared, places, keys, events, trees, roots)
+            cases = CaseReader(known, self.findings).cases(tests)
         self.findings.raise_errors()
         assert root is not None
         warnings = sorted(
@@ -84,16 +101,19 @@ class _Reading:
             plugins=tuple(item.value for item in plugins),
             places={key: symbol.value for key, symbol in places.items()},
             arguments={key: symbol.value for key, symbol in arguments.items()},
-            blackboard=keys, trees=trees, warnings=tuple(warnings),
+            blackboard=keys, trees=trees, events=events, cases=cases, warnings=tuple(warnings),
         )  # fmt: skip
 
-    def _names(self, world: str, overrides: Mapping[str, str]) -> tuple[Layer, Layer, Layer]:
+    def _names(
+        self, world: str, included: Layer, overrides: Overrides
+    ) -> tuple[Layer, Layer, Layer]:
         node = self.top.node
         at = node.get("world")
-        known = self.header.world_places(world)
-        places = self.declarations.places(
-            self.top.node_of("places"), known, at.mark if at else node.mark
-        )
+        where = at.mark if at else node.mark
+        places = self.declarations.places(None, self.header.world_places(world), where)
+        own = self.declarations.places(self.top.node_of("places"), {}, where)
+        self.includes.merge(dict(included), own, "place")
+        places.update({**included, **own})
         given = Scope((places,))
         keys = self.declarations.blackboard(self.top.node_of("blackboard"), given)
         arguments = self.declarations.arguments(self.top.node_of("arguments"), given, overrides)
@@ -116,42 +136,57 @@ class _Reading:
             # Without its plugins a mission's nodes cannot be judged.
             raise InputError(self.findings.errors) from error
 
-    def _nodes(self, catalogue: Catalogue, scope: Scope) -> tuple[Step | None, dict[str, Tree]]:
+    def _trees(self, catalogue: Catalogue, scope: Scope, included: TreeFile) -> dict[str, Tree]:
+        """Every tree with its nodes: the mission's own first."""
         section = self.top.node_of("trees")
         if section is not None and not section.is_mapping and section.value is not None:
             self.findings.error("E101", section.mark, f"trees is a mapping, got {section.words()}")
-        entries = section.entries if section else []
-        trees = {str(key.value): self.declarations.tree(key, node) for key, node in entries}
-        reader = NodeReader(self.values, catalogue, trees)
-        for key, node in entries:
-            tree = trees[str(key.value)]
-            layer = {**tree.inputs, **tree.outputs}
-            body = node.get("do")
-            if body is not None:
-                root = reader.read(body, Surroundings(scope.inside(layer)))
-                trees[tree.name] = replace(tree, root=root)
-        run = self.top.node_of("run", required=True)
-        return (reader.read(run, Surroundings(scope)) if run else None), trees
+        own = tree_entries(section)
+        trees = {str(key.value): self.declarations.tree(key, node) for key, node in own}
+        self.includes.merge_trees(dict(included.trees), trees)
+        trees = {**trees, **included.trees, **trees}
+        self._bodies(own, NodeReader(self.values, catalogue, trees), scope, trees)
+        for file in self.includes.files.values():
+            reader = NodeReader(self.values, catalogue, file.trees)
+            self._bodies(file.bodies, reader, Scope((file.places,)), trees)
+        return trees
 
-    def _flow(self, root: Step | None, trees: dict[str, Tree], scope: Scope) -> None:
+    def _bodies(
+        self, entries: list[tuple[Node, Node]], reader: NodeReader, scope: Scope,
+        trees: dict[str, Tree],
+    ) -> None:  # fmt: skip
+        for key, node in entries:
+            tree, body = trees[str(key.value)], node.get("do")
+            if body is None or tree.mark != key.mark:
+                continue
+            layer = {**tree.inputs, **tree.outputs}
+            root = reader.read(body, Surroundings(scope.inside(layer)))
+            trees[tree.name] = replace(tree, root=root)
+
+    def _flow(
+        self, root: Step | None, events: tuple[Event, ...], trees: dict[str, Tree], scope: Scope
+    ) -> None:
         """What can be said only once every node is known to be right."""
         if root is None or self.findings.errors:
             return
-        reached = check_recursion(trees, root, self.findings)
-        for name, tree in trees.items():
-            if name not in reached:
-                self.findings.warning("W103", tree.mark, f"the tree {name!r} is never used")
+        starts = _starts(root, events)
+        reached = check_recursion(trees, starts, self.findings)
+        own = [tree for tree in trees.values() if tree.mark.file == self.top.node.mark.file]
+        for tree in own:
+            if tree.name not in reached:
+                self.findings.warning("W103", tree.mark, f"the tree {tree.name!r} is never used")
         if self.findings.errors:
             return
-        OrderCheck(trees, self.findings).step(root, {})
-        for use in (use for step in self._roots(root, trees) for use in uses_of(step)):
-            warn_of_other_meaning(use, trees[use.tree], scope, self.findings)
-        for step in self._roots(root, trees):
-            warn_of_wheels(step, trees, self.findings)
+        OrderCheck(trees, self.findings).mission(root, events)
+        roots = [*starts, *_roots_of(trees)]
+        for use in (use for step in roots for use in uses_of(step)):
+            if trees[use.tree] in own:
+                warn_of_other_meaning(use, trees[use.tree], scope, self.findings)
+        outcomes = OutcomeCheck(trees, self.findings)
+        for step in roots:
+            outcomes.step(step)
+        outcomes.events(events)
         self._unused(trees, scope)
-
-    def _roots(self, root: Step, trees: dict[str, Tree]) -> list[Step]:
-        return [root, *(tree.root for tree in trees.values() if tree.root)]
 
     def _unused(self, trees: dict[str, Tree], scope: Scope) -> None:
         declared: list[Symbol] = [
@@ -167,3 +202,12 @@ class _Reading:
                 verb = "never written" if symbol.role is Role.OUTPUT else "never used"
                 sentence = f"the {symbol.role} {symbol.name!r} is {verb}"
                 self.findings.warning("W102", symbol.mark, sentence)
+
+
+def _starts(root: Step, events: tuple[Event, ...]) -> list[Step]:
+    """What runs by itself: the mission and its events."""
+    return [root, *(event.step for event in events)]
+
+
+def _roots_of(trees: dict[str, Tree]) -> list[Step]:
+    return [tree.root for tree in trees.values() if tree.root]

@@ -5,7 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
+from missions.language.cases import CASE_KEYS, EXPECT_KEYS
 from missions.language.codes import CODES
+from missions.language.events import EVENT_KEYS
 from missions.language.modifiers import MODIFIERS
 from missions.language.nodes import COMPOSITES
 from missions.language.robot_values import DISTANCE, ROBOT_VALUES
@@ -31,6 +33,9 @@ def _tables() -> dict[str, str]:
     return {
         "composites": _table(("word", "does"), ((f"`{k}`", v) for k, v in COMPOSITES.items())),
         "modifiers": _table(("word", "does"), ((f"`{k}`", v) for k, v in MODIFIERS.items())),
+        "events": _table(("key", "is"), ((f"`{k}`", v) for k, v in EVENT_KEYS.items())),
+        "cases": _table(("key", "is"), ((f"`{k}`", v) for k, v in CASE_KEYS.items())),
+        "expectations": _table(("key", "is"), ((f"`{k}`", v) for k, v in EXPECT_KEYS.items())),
         "values": _table(("name", "type", "is"), ((f"`{k}`", *v) for k, v in values.items())),
         "types": _table(("word", "is"), ((f"`{k}`", str(v)) for k, v in NAMED.items())),
         "units": _table(("SI", "may be written"),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import inf, pi
 from typing import Any, Protocol
 
 from missions.language.value_types import BOOL, INT, NUMBER, POSE, TEXT, ValueType
@@ -26,19 +27,24 @@ class Sight(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class RobotValue:
-    """A named value with its type and how to read it."""
+    """A named value with its type, how to read it, and what a number lies between."""
 
     type: ValueType
     read: Callable[[Sight], Any]
     help: str
+    least: float = -inf
+    most: float = inf
 
 
 ROBOT_VALUES: dict[str, RobotValue] = {
     "time": RobotValue(
-        ValueType(float, "s"), lambda s: s.robot.time, "the robot's clock; 0 when the run began"
+        ValueType(float, "s"),
+        lambda s: s.robot.time,
+        "the robot's clock; 0 when the run began",
+        least=0.0,
     ),
     "battery.charge": RobotValue(
-        NUMBER, lambda s: s.robot.battery.charge, "state of charge in [0, 1]"
+        NUMBER, lambda s: s.robot.battery.charge, "state of charge in [0, 1]", 0.0, 1.0
     ),
     "battery.charging": RobotValue(
         BOOL, lambda s: s.robot.battery.charging, "whether it is being charged"
@@ -47,25 +53,36 @@ ROBOT_VALUES: dict[str, RobotValue] = {
         ValueType(float, "m/s"),
         lambda s: abs(s.robot.speed.linear),
         "measured speed, never below 0",
+        least=0.0,
     ),
     "robot.turning": RobotValue(
         ValueType(float, "rad/s"),
         lambda s: abs(s.robot.speed.angular),
         "measured rate of turn, never below 0",
+        least=0.0,
     ),
     "localisation.quality": RobotValue(
-        NUMBER, lambda s: s.robot.localisation_quality, "fit of the scan to the map in [0, 1]"
+        NUMBER,
+        lambda s: s.robot.localisation_quality,
+        "fit of the scan to the map in [0, 1]",
+        0.0,
+        1.0,
     ),
     "localisation.deviation": RobotValue(
         ValueType(float, "m"),
         lambda s: s.robot.estimate.position_deviation,
         "standard deviation of the position along its worst direction",
+        least=0.0,
     ),
     "pose": RobotValue(POSE, lambda s: s.robot.pose, "where the robot believes it is"),
     "pose.x": RobotValue(ValueType(float, "m"), lambda s: s.robot.pose.x, "in the map frame"),
     "pose.y": RobotValue(ValueType(float, "m"), lambda s: s.robot.pose.y, "in the map frame"),
     "pose.heading": RobotValue(
-        ValueType(float, "rad"), lambda s: s.robot.pose.heading, "in the map frame"
+        ValueType(float, "rad"),
+        lambda s: s.robot.pose.heading,
+        "in the map frame",
+        -pi,
+        pi,
     ),
     "error": RobotValue(
         TEXT,
@@ -73,7 +90,10 @@ ROBOT_VALUES: dict[str, RobotValue] = {
         "code of the failure being dealt with; in `unless`, recoveries and later alternatives",
     ),
     "attempt": RobotValue(
-        INT, lambda s: 0, "number of the attempt under way, from 1; inside retry and recover"
+        INT,
+        lambda s: 0,
+        "number of the attempt under way, from 1; inside retry and recover",
+        least=1,
     ),
 }
 """`attempt` is bound by the compiler to the retry or recover around the expression."""

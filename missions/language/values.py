@@ -77,9 +77,10 @@ class ValueReader:
             if problem.code == "E151" and wanted == TEXT:
                 hint = "a text stands in quotes inside the expression: \"'…'\""
             self.findings.error(problem.code, _within(node, problem.at), problem.sentence, hint)
-        if checked:
-            self.used.update(dict.fromkeys([*checked.read.values(), *checked.tested.values()]))
-        return checked
+        if checked is None:
+            return None
+        self.used.update(dict.fromkeys([*checked.read.values(), *checked.tested.values()]))
+        return replace(checked, mark=node.mark)
 
     def target(self, node: Node, around: Surroundings, found: ValueType) -> Symbol | None:
         """The key that an output of a type goes to."""

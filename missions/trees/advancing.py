@@ -1,46 +1,78 @@
-"""How all inner nodes tick: one way for composites and decorators."""
+"""How all inner nodes tick: by direct calls, one way for composites and decorators.
+
+py_trees ticks with nested generators: each visited node is handed up through every node above it.
+Here a node calls `once` of its child and gets the status back. `tick`, for py_trees' own tools,
+is made from that.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator
+from collections.abc import Iterator
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 from py_trees.decorators import Decorator as PyTreesDecorator
 
 from missions.language.scope import NotSet
-from missions.trees.execution import Execution, halt
+from missions.trees.execution import Execution, Record, halt
 from stack.errors import ParameterError
 from stack.types import Failure, FailureCode
 
-Advance = Generator[Behaviour, None, Status]
-"""Yields the nodes that were ticked, as py_trees does, and returns the node's own status."""
+_RUNNING, _INVALID = Status.RUNNING, Status.INVALID
+
+
+def run(node: Behaviour) -> Status:
+    """Tick a node of a compiled tree and all below it that has a turn."""
+    return node.once()  # type: ignore[attr-defined, no-any-return] # leaves get it by LeafGuard
 
 
 class Advancing(Behaviour):
     """An inner node: `advance` says what one tick does, the rest is the same for all."""
 
     execution: Execution
+    record: Record | None = None
 
-    def advance(self, fresh: bool) -> Advance:
+    def advance(self, fresh: bool) -> Status:
         """One tick; `fresh` when the node was not running before."""
         raise NotImplementedError
 
-    def tick(self) -> Iterator[Behaviour]:
+    def once(self) -> Status:
         """Tick what is to be ticked below; a value that is missing is this node's failure."""
-        fresh = self.status is not Status.RUNNING
+        execution = self.execution
+        fresh = self.status is not _RUNNING
         if fresh:
             self.feedback_message = ""
+            if execution.starts is not None:
+                execution.starts(self)
         try:
-            status = yield from self.advance(fresh)
+            status = self.advance(fresh)
         except (NotSet, ArithmeticError, ParameterError) as error:
             for child in self.children:
                 halt(child)
-            status = self.execution.fail(self, Failure(FailureCode.FAILED, str(error)))
-        if status is not Status.RUNNING:
+            status = execution.fail(self, Failure(FailureCode.FAILED, str(error)))
+        if status is not _RUNNING:
             self.stop(status)
         self.status = status
-        yield self
+        record = self.record
+        if record is not None and record.status is not status:
+            execution.changed(record, status)
+        if execution.visited is not None:
+            execution.visited.append(self)
+        return status
+
+    def stop(self, new_status: Status = Status.INVALID) -> None:
+        """Bring all below to rest when the node itself is halted."""
+        if new_status is _INVALID:
+            self.reset()
+        self.terminate(new_status)
+        self.status = new_status
+
+    def tick(self) -> Iterator[Behaviour]:
+        """As `once`, and yields the nodes that were ticked, as py_trees does."""
+        visited = self.execution.visited = []
+        self.once()
+        self.execution.visited = None
+        yield from visited
 
     def update(self) -> Status:
         """Nothing of its own: `advance` decides."""
@@ -48,13 +80,17 @@ class Advancing(Behaviour):
 
     def terminate(self, new_status: Status) -> None:
         """Make a halt known at once; other changes are known when the node has answered."""
-        if new_status is Status.INVALID:
+        if new_status is _INVALID:
             self.execution.became(self, new_status)
 
     def reset(self) -> None:
         """Bring all children to rest before a new run."""
         for child in self.children:
-            halt(child)
+            if child.status is not _INVALID:
+                child.stop(_INVALID)
+
+    def postpone(self, seconds: float) -> None:
+        """Move what the node waits for into the future: it was interrupted for that long."""
 
 
 class Decorator(Advancing, PyTreesDecorator):
@@ -64,13 +100,12 @@ class Decorator(Advancing, PyTreesDecorator):
         super().__init__(name, child)
         self.child, self.execution = child, execution
 
-    def stop(self, new_status: Status) -> None:
+    def stop(self, new_status: Status = Status.INVALID) -> None:
         """Halt the child if it runs, or when this node is halted itself."""
         if new_status is Status.INVALID or self.child.status is Status.RUNNING:
             halt(self.child)
         self.terminate(new_status)
         self.status = new_status
-        self.iterator = self.tick()
 
     def start_child_afresh(self) -> None:
         """A finished child forgets its outcome, so that its next run shows as a run."""

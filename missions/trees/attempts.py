@@ -10,7 +10,7 @@ from py_trees import composites
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from missions.trees.advancing import Advance, Advancing, Decorator
+from missions.trees.advancing import Advancing, Decorator, run
 from missions.trees.decorators import TOLERANCE
 from missions.trees.execution import Execution, halt
 from stack.types import Expression
@@ -34,15 +34,15 @@ class Retry(Decorator):
         super().__init__("retry", child, execution)
         self.attempts, self.delay, self.resume_at = attempts, delay, 0.0
 
-    def advance(self, fresh: bool) -> Advance:
-        now = self.execution.robot.time
+    def advance(self, fresh: bool) -> Status:
+        now = self.execution.time
         if fresh:
             self.attempts.number, self.resume_at = 1, now
         if self.child.status is not Status.RUNNING:
             if now < self.resume_at - TOLERANCE:
                 return Status.RUNNING
             halt(self.child)
-        yield from self.child.tick()
+        run(self.child)
         if self.child.status is not Status.FAILURE:
             return self.child.status
         most = self.attempts.most()
@@ -52,6 +52,9 @@ class Retry(Decorator):
         self.resume_at = now + self.delay()
         self.feedback_message = f"attempt {self.attempts.number} of {most}"
         return Status.RUNNING
+
+    def postpone(self, seconds: float) -> None:
+        self.resume_at += seconds
 
 
 class Recover(Advancing, composites.Composite):
@@ -70,14 +73,14 @@ class Recover(Advancing, composites.Composite):
         self.execution, self.attempts, self.unless = execution, attempts, unless
         self.recoveries, self.turn = self.children[1:], 0
 
-    def advance(self, fresh: bool) -> Advance:
+    def advance(self, fresh: bool) -> Status:
         first = self.children[0]
         if fresh:
             self.reset()
             self.attempts.number, self.turn, self.current_child = 1, 0, first
         if self.current_child is first:
             halt_if_done(first)
-            yield from first.tick()
+            run(first)
             if first.status is not Status.FAILURE:
                 return first.status
             self.execution.deal_with(first)
@@ -87,7 +90,7 @@ class Recover(Advancing, composites.Composite):
         recovery = self.current_child
         assert recovery is not None
         if recovery is not first:
-            yield from recovery.tick()
+            run(recovery)
             if recovery.status is Status.RUNNING:
                 return Status.RUNNING
         self.current_child = first

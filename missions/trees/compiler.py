@@ -1,12 +1,13 @@
 """From a checked mission to a running tree.
 
 Modifiers become decorators around their node, outermost first:
-when > while > on_failure > repeat > recover > retry > timeout > node. A used tree is put in where
-it is used, with slots of its own for its `out` where they are not bound.
+when > while > on_failure > repeat > recover > retry > timeout > every > node. A used tree is put
+in where it is used, with slots of its own for its `out` where they are not bound.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -15,6 +16,7 @@ from py_trees.common import Status
 
 from behaviours.base import RobotBehaviour
 from behaviours.catalogue import build
+from missions.language.events import HOLD, NO_HOLD
 from missions.language.model import (
     Catalogue,
     Composite,
@@ -27,12 +29,13 @@ from missions.language.model import (
     Use,
     Writes,
 )
-from missions.language.modifiers import ATTEMPTS, DELAY, LIMIT, TIMES
+from missions.language.modifiers import ATTEMPTS, DELAY, LIMIT, PERIOD, TIMES
 from missions.language.scope import Symbol
 from missions.trees import composites, decorators
 from missions.trees.attempts import Attempts, Recover, Retry
+from missions.trees.events import Event, Events, Trigger
 from missions.trees.execution import Execution, Record
-from missions.trees.labels import detail_of, value_text
+from missions.trees.labels import detail_of, names_of, value_text
 from missions.trees.leaves import LeafGuard
 from missions.trees.mission_tree import MissionTree
 from missions.trees.slots import Frame, Read, Slot, Write
@@ -50,22 +53,29 @@ _COMPOSITES: dict[str, Any] = {
 _TRIES_OTHERS = ("fallback", "reactive_fallback", "round_robin")
 
 
-def compile_mission(mission: Mission, catalogue: Catalogue | None = None) -> MissionTree:
+StandIn = Callable[[Leaf | Use], RobotBehaviour | None]
+"""What to put in the place of a behaviour or tree, for tests of missions; None leaves it."""
+
+
+def compile_mission(
+    mission: Mission, catalogue: Catalogue | None = None, stand_in: StandIn = lambda step: None
+) -> MissionTree:
     """The tree of a mission, ready for `setup`.
 
     Args:
         mission: read and checked; its nodes already carry the behaviours' classes.
         catalogue: not needed; taken so that reading and compiling are called alike.
+        stand_in: asked for every behaviour and used tree.
 
     Raises:
         InputError: a behaviour's class refuses to be built with the ports it declares.
     """
-    return _Compiler(mission).tree()
+    return _Compiler(mission, stand_in).tree()
 
 
 class _Compiler:
-    def __init__(self, mission: Mission) -> None:
-        self.mission, self.execution = mission, Execution()
+    def __init__(self, mission: Mission, stand_in: StandIn) -> None:
+        self.mission, self.execution, self.stand_in = mission, Execution(), stand_in
         self.execution.place_names = {pose: name for name, pose in mission.places.items()}
         self.slots = {name: Slot(symbol) for name, symbol in mission.blackboard.items()}
         symbols = mission.blackboard
@@ -77,8 +87,24 @@ class _Compiler:
         }
 
     def tree(self) -> MissionTree:
-        root = self.step(self.mission.root, Frame(self.execution, self.readers, self.writers))
+        frame = Frame(self.execution, self.readers, self.writers)
+        root = self.step(self.mission.root, frame)
+        if self.mission.events:
+            root = self._events(root, frame)
         return MissionTree(self.mission.name, root, self.execution, self.slots)
+
+    def _events(self, root: Behaviour, frame: Frame) -> Behaviour:
+        made = []
+        for event in self.mission.events:
+            trigger = Trigger(event.when.bind(frame), frame.checked(event.hold, HOLD))
+            node = Event(event.name, self.step(event.step, frame), self.execution, trigger,
+                         event.then)  # fmt: skip
+            held = f", held for {value_text(event.hold)}" if event.hold != NO_HOLD else ""
+            detail = f"when {event.when.source}{held}, then {event.then}"
+            self._note(node, "event", event.mark, label=event.name, detail=detail)
+            self.execution.record(node).names = (event.name,)
+            made.append(node)
+        return self._note(Events(made, root, self.execution), "events", self.mission.events[0].mark)
 
     def step(self, step: Step, frame: Frame) -> Behaviour:
         """A node with its decorators, inside out."""
@@ -89,7 +115,9 @@ class _Compiler:
             around = within = replace(again, attempts=self._attempts(given.recover.attempts, again))
         if given.retry:
             within = replace(around, attempts=self._attempts(given.retry.attempts, around))
-        node = self.body(step, within)
+        body = self.body(step, within)
+        self.execution.record(body).names = names_of(step)
+        node = self._periodic(step, body, within)
         node = self._timed(step, node, around)
         if given.retry and within.attempts:
             delay = around.checked(given.retry.delay, DELAY)
@@ -101,6 +129,14 @@ class _Compiler:
 
     def _attempts(self, value: Any, frame: Frame) -> Attempts:
         return Attempts(frame.checked(value, ATTEMPTS))
+
+    def _periodic(self, step: Step, node: Behaviour, frame: Frame) -> Behaviour:
+        period = step.modifiers.every
+        if period is None:
+            return node
+        name = f"every {value_text(period)}"
+        every = decorators.Every(name, node, self.execution, frame.checked(period, PERIOD))
+        return self._note(every, "every", step.mark)
 
     def _timed(self, step: Step, node: Behaviour, frame: Frame) -> Behaviour:
         limit = step.modifiers.timeout
@@ -150,6 +186,11 @@ class _Compiler:
     def body(self, step: Step, frame: Frame) -> Behaviour:
         """A node without its decorators."""
         detail = detail_of(step)
+        if isinstance(step, Leaf | Use) and (other := self.stand_in(step)) is not None:
+            for name, symbol in step.outputs.items():
+                other.bind_output(name, frame.writers[symbol])
+            LeafGuard(other, self.execution)
+            return self._note(other, step.kind, step.mark, label=other.name, detail=detail)
         if isinstance(step, Leaf):
             node = self._leaf(step, frame)
             return self._note(node, step.kind, step.mark, label=node.name, detail=detail)

@@ -10,13 +10,16 @@ the earlier child has not let the tick pass on.
 from __future__ import annotations
 
 from collections.abc import Sequence as Items
+from typing import Any
 
 from py_trees import composites
 from py_trees.behaviour import Behaviour
 from py_trees.common import ParallelPolicy, Status
 
-from missions.trees.advancing import Advance, Advancing
+from missions.trees.advancing import Advancing, run
 from missions.trees.execution import Execution, halt
+
+_RUNNING, _SUCCESS, _FAILURE = Status.RUNNING, Status.SUCCESS, Status.FAILURE
 
 
 class Sequence(Advancing, composites.Sequence):
@@ -24,9 +27,9 @@ class Sequence(Advancing, composites.Sequence):
 
     def __init__(self, name: str, children: Items[Behaviour], execution: Execution) -> None:
         super().__init__(name, memory=True, children=children)
-        self.execution = execution
+        self.execution, self.position = execution, 0
 
-    def advance(self, fresh: bool) -> Advance:
+    def advance(self, fresh: bool) -> Status:
         return in_turn(self, Status.SUCCESS, fresh)
 
 
@@ -35,9 +38,9 @@ class Fallback(Advancing, composites.Selector):
 
     def __init__(self, name: str, children: Items[Behaviour], execution: Execution) -> None:
         super().__init__(name, memory=True, children=children)
-        self.execution = execution
+        self.execution, self.position = execution, 0
 
-    def advance(self, fresh: bool) -> Advance:
+    def advance(self, fresh: bool) -> Status:
         return in_turn(self, Status.FAILURE, fresh)
 
 
@@ -46,9 +49,9 @@ class ReactiveSequence(Advancing, composites.Sequence):
 
     def __init__(self, name: str, children: Items[Behaviour], execution: Execution) -> None:
         super().__init__(name, memory=False, children=children)
-        self.execution = execution
+        self.execution, self.position = execution, 0
 
-    def advance(self, fresh: bool) -> Advance:
+    def advance(self, fresh: bool) -> Status:
         return from_the_top(self, Status.SUCCESS, fresh)
 
 
@@ -57,9 +60,9 @@ class ReactiveFallback(Advancing, composites.Selector):
 
     def __init__(self, name: str, children: Items[Behaviour], execution: Execution) -> None:
         super().__init__(name, memory=False, children=children)
-        self.execution = execution
+        self.execution, self.position = execution, 0
 
-    def advance(self, fresh: bool) -> Advance:
+    def advance(self, fresh: bool) -> Status:
         return from_the_top(self, Status.FAILURE, fresh)
 
 
@@ -75,30 +78,37 @@ class Parallel(Advancing, composites.Parallel):
     ) -> None:
         super().__init__(name, ParallelPolicy.SuccessOnAll(synchronise=True), list(children))
         self.execution, self.needed = execution, needed
+        self.pending: list[Behaviour] = []
+        self.succeeded = self.failed = 0
 
-    def advance(self, fresh: bool) -> Advance:
+    def advance(self, fresh: bool) -> Status:
         if fresh:
             self.reset()
-        for child in self.children:
-            if child.status in (Status.SUCCESS, Status.FAILURE):
+            self.pending = list(self.children)
+            self.succeeded = self.failed = 0
+        ended = False
+        children: list[Any] = self.pending
+        for child in children:
+            status = child.once()
+            if status is _RUNNING:
                 continue
-            yield from child.tick()
-            status = self._verdict()
-            if status is not Status.RUNNING:
-                for other in self.children:
-                    if other.status is Status.RUNNING:
-                        halt(other)
-                return status
+            ended = True
+            self.succeeded += status is _SUCCESS
+            self.failed += status is _FAILURE
+            if self.succeeded >= self.needed or self.failed > len(self.children) - self.needed:
+                return self._decided(self.succeeded >= self.needed)
+        if ended:
+            self.pending = [child for child in children if child.status not in (_SUCCESS, _FAILURE)]
         return Status.RUNNING
 
-    def _verdict(self) -> Status:
-        statuses = [child.status for child in self.children]
-        if statuses.count(Status.SUCCESS) >= self.needed:
+    def _decided(self, success: bool) -> Status:
+        for child in self.children:
+            if child.status is Status.RUNNING:
+                halt(child)
+        if success:
             return Status.SUCCESS
-        if statuses.count(Status.FAILURE) > len(statuses) - self.needed:
-            first = next(child for child in self.children if child.status is Status.FAILURE)
-            return self.execution.pass_on(self, first)
-        return Status.RUNNING
+        first = next(child for child in self.children if child.status is Status.FAILURE)
+        return self.execution.pass_on(self, first)
 
 
 class RoundRobin(Advancing, composites.Composite):
@@ -111,13 +121,13 @@ class RoundRobin(Advancing, composites.Composite):
         super().__init__(name, children)
         self.execution, self.position, self.tried = execution, 0, 0
 
-    def advance(self, fresh: bool) -> Advance:
+    def advance(self, fresh: bool) -> Status:
         if fresh:
             self.reset()
             self.tried = 0
         while True:
             child = self.current_child = self.children[self.position]
-            yield from child.tick()
+            run(child)
             if child.status is Status.RUNNING:
                 return Status.RUNNING
             self.position = (self.position + 1) % len(self.children)
@@ -129,46 +139,51 @@ class RoundRobin(Advancing, composites.Composite):
                 return self.execution.pass_on(self, child)
 
 
-def in_turn(node: Sequence | Fallback, goes_on: Status, fresh: bool) -> Advance:
+def in_turn(node: Sequence | Fallback, goes_on: Status, fresh: bool) -> Status:
     """Children in turn as long as they end with `goes_on`, starting where the node was."""
+    children: list[Any] = node.children
     if fresh:
         node.reset()
-        node.current_child = node.children[0]
-    assert node.current_child is not None
-    for child in node.children[node.children.index(node.current_child) :]:
-        node.current_child = child
-        yield from child.tick()
-        if child.status is not goes_on:
-            break
-        if goes_on is Status.FAILURE:
+        node.position = 0
+    while True:
+        child = node.current_child = children[node.position]
+        status: Status = child.once()
+        if status is _RUNNING:
+            return status
+        if status is goes_on is _FAILURE:
             node.execution.deal_with(child)
-    return _outcome(node, node.current_child)
+        if status is not goes_on or node.position + 1 == len(children):
+            return _outcome(node, child)
+        node.position += 1
 
 
-def from_the_top(
-    node: ReactiveSequence | ReactiveFallback, goes_on: Status, fresh: bool
-) -> Advance:
-    """All children again as long as they end with `goes_on`."""
+def from_the_top(node: ReactiveSequence | ReactiveFallback, goes_on: Status, fresh: bool) -> Status:
+    """All children again as long as they end with `goes_on`.
+
+    `position` is the last child that had a turn in the tick before: those behind it are at rest.
+    """
     if fresh:
         node.reset()
-    execution, child = node.execution, node.children[0]
-    running = next((item for item in node.children if item.status is Status.RUNNING), None)
-    for child in node.children:
-        if child is running:
-            running = None
-        depth = len(execution.standing_by)
-        if running is not None:
-            execution.standing_by.append(running)
-        yield from child.tick()
-        del execution.standing_by[depth:]
-        if child.status is not goes_on:
+        node.position = 0
+    children: list[Any] = node.children
+    before, standing_by = node.position, node.execution.standing_by
+    depth = len(standing_by)
+    if children[before].status is _RUNNING:
+        standing_by.append(children[before])
+    for number, child in enumerate(children):
+        if number == before:
+            del standing_by[depth:]
+        status = child.once()
+        if status is not goes_on:
             break
-        if goes_on is Status.FAILURE:
-            execution.deal_with(child)
-    node.current_child = child
-    for later in node.children[node.children.index(child) + 1 :]:
-        halt(later)
-    return _outcome(node, child)
+        if goes_on is _FAILURE:
+            node.execution.deal_with(child)
+    del standing_by[depth:]
+    node.current_child, node.position = child, number
+    if before > number:
+        for later in children[number + 1 : before + 1]:
+            halt(later)
+    return status if status is _RUNNING else _outcome(node, child)
 
 
 def _outcome(node: Advancing, child: Behaviour) -> Status:

@@ -8,7 +8,7 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from missions.trees.advancing import Advance, Decorator
+from missions.trees.advancing import Decorator, run
 from missions.trees.execution import Execution, halt
 from stack.types import Expression, Failure, FailureCode
 
@@ -19,8 +19,8 @@ TOLERANCE = 1e-9
 class Subtree(Decorator):
     """`use`: a tree under its own name; adds nothing to what its root does."""
 
-    def advance(self, fresh: bool) -> Advance:
-        yield from self.child.tick()
+    def advance(self, fresh: bool) -> Status:
+        run(self.child)
         if self.child.status is Status.FAILURE:
             return self.execution.pass_on(self, self.child)
         return self.child.status
@@ -38,7 +38,7 @@ class When(Decorator):
         super().__init__(f"when {condition.source}", child, execution)
         self.condition, self.skipped = condition, skipped
 
-    def advance(self, fresh: bool) -> Advance:
+    def advance(self, fresh: bool) -> Status:
         if fresh and not self.condition():
             halt(self.child)
             why = self.condition.explain()
@@ -46,7 +46,7 @@ class When(Decorator):
                 return self.execution.fail(self, Failure(FailureCode.CHECK_FAILED, why))
             self.feedback_message = f"skipped: {why}"
             return Status.SUCCESS
-        yield from self.child.tick()
+        run(self.child)
         if self.child.status is Status.FAILURE:
             return self.execution.pass_on(self, self.child)
         return self.child.status
@@ -59,12 +59,12 @@ class While(Decorator):
         super().__init__(f"while {condition.source}", child, execution)
         self.condition = condition
 
-    def advance(self, fresh: bool) -> Advance:
+    def advance(self, fresh: bool) -> Status:
         if not self.condition():
             halt(self.child)
             why = Failure(FailureCode.CHECK_FAILED, self.condition.explain())
             return self.execution.fail(self, why)
-        yield from self.child.tick()
+        run(self.child)
         if self.child.status is Status.FAILURE:
             return self.execution.pass_on(self, self.child)
         return self.child.status
@@ -73,8 +73,8 @@ class While(Decorator):
 class OnFailure(Decorator):
     """`on_failure: continue`: a failure is told and passes for a success."""
 
-    def advance(self, fresh: bool) -> Advance:
-        yield from self.child.tick()
+    def advance(self, fresh: bool) -> Status:
+        run(self.child)
         if self.child.status is Status.FAILURE:
             self.execution.pass_over(self, self.child)
             return Status.SUCCESS
@@ -90,11 +90,11 @@ class Repeat(Decorator):
         super().__init__(name, child, execution)
         self.times, self.done = times, 0
 
-    def advance(self, fresh: bool) -> Advance:
+    def advance(self, fresh: bool) -> Status:
         if fresh:
             self.done = 0
         self.start_child_afresh()
-        yield from self.child.tick()
+        run(self.child)
         if self.child.status is Status.FAILURE:
             return self.execution.pass_on(self, self.child)
         if self.child.status is Status.RUNNING:
@@ -114,19 +114,54 @@ class Timeout(Decorator):
         super().__init__(name, child, execution)
         self.limit, self.seconds, self.began = limit, 0.0, 0.0
 
-    def advance(self, fresh: bool) -> Advance:
+    def advance(self, fresh: bool) -> Status:
         if fresh:
-            self.seconds, self.began = self.limit(), self.execution.robot.time
-        yield from self.child.tick()
+            self.seconds, self.began = self.limit(), self.execution.time
+        run(self.child)
         if self.child.status is Status.FAILURE:
             return self.execution.pass_on(self, self.child)
         if self.child.status is Status.SUCCESS:
             return Status.SUCCESS
-        if self.execution.robot.time - self.began >= self.seconds - TOLERANCE:
+        if self.execution.time - self.began >= self.seconds - TOLERANCE:
             halt(self.child)
             why = Failure(FailureCode.TIMED_OUT, f"not done after {self.seconds:g} s")
             return self.execution.fail(self, why, self.child.name)
         return Status.RUNNING
+
+    def postpone(self, seconds: float) -> None:
+        self.began += seconds
+
+
+class Every(Decorator):
+    """Runs the child at most once in a period; in between its last result stands.
+
+    The period counts from start to start and outlives halts. A run that was halted left no result:
+    the next tick starts the child again.
+    """
+
+    def __init__(
+        self, name: str, child: Behaviour, execution: Execution, period: Callable[[], float]
+    ) -> None:
+        super().__init__(name, child, execution)
+        self.period, self.began = period, 0.0
+        self.result: Status | None = None
+
+    def advance(self, fresh: bool) -> Status:
+        now = self.execution.time
+        if self.child.status is not Status.RUNNING:
+            if self.result is not None and now < self.began + self.period() - TOLERANCE:
+                self.feedback_message = f"as {now - self.began:.1f} s ago"
+                return self._again(self.result)
+            halt(self.child)
+            self.began, self.result = now, None
+        status = run(self.child)
+        self.result = None if status is Status.RUNNING else status
+        return self._again(status)
+
+    def _again(self, status: Status) -> Status:
+        if status is Status.FAILURE:
+            return self.execution.pass_on(self, self.child)
+        return status
 
 
 class ForEach(Decorator):
@@ -139,13 +174,13 @@ class ForEach(Decorator):
         super().__init__(name, child, execution)
         self.loop, self.items, self.index = loop, list[Any](), 0
 
-    def advance(self, fresh: bool) -> Advance:
+    def advance(self, fresh: bool) -> Status:
         if fresh:
             self.items, self.index = list(self.loop.items()), 0
         while self.index < len(self.items):
             if self.child.status is not Status.RUNNING:
                 self._take()
-            yield from self.child.tick()
+            run(self.child)
             if self.child.status is Status.RUNNING:
                 return Status.RUNNING
             if self.child.status is Status.FAILURE:

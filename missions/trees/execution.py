@@ -40,6 +40,7 @@ class Record:
         label: what a failure's path calls it; "" leaves it out (decorators, unnamed composites).
         detail: its ports as written, for drawings.
         mark: where it stands in the mission file.
+        names: what tests of missions may call it: its own name, its behaviour or tree, its event.
     """
 
     node: Behaviour
@@ -52,6 +53,7 @@ class Record:
     status: Status = Status.INVALID
     since: float = 0.0
     row: TreeRow | None = None
+    names: tuple[str, ...] = ()
 
 
 def _nobody(*_: Any, **__: Any) -> None:
@@ -71,6 +73,8 @@ class Execution:
         standing_by: running children of reactive composites while an earlier child is looked at;
             they are halted before a behaviour that moves the robot starts.
         place_names: for showing poses by name.
+        starts: told of every node that begins a run; None while nobody wants to know.
+        visited: while py_trees' own tools tick: the nodes that have answered.
     """
 
     robot: Robot = field(init=False)
@@ -78,10 +82,13 @@ class Execution:
     log: Callable[[str], None] = _nobody
     error: str = ""
     recoveries: int = 0
+    left_out: float = 0.0
     standing_by: list[Behaviour] = field(default_factory=list)
     place_names: dict[Pose2D, str] = field(default_factory=dict)
     records: dict[int, Record] = field(default_factory=dict)
     trails: dict[int, Trail] = field(default_factory=dict)
+    starts: Callable[[Behaviour], None] | None = None
+    visited: list[Behaviour] | None = None
 
     def record(self, node: Behaviour) -> Record:
         """The record of a node of this tree."""
@@ -125,14 +132,28 @@ class Execution:
     def became(self, node: Behaviour, status: Status) -> None:
         """Emit a change of status; called in the order in which nodes answer or are halted."""
         record = self.records.get(id(node))
-        if record is None or record.status is status:
-            return
-        before, record.status = WORDS[record.status], status
+        if record is not None and record.status is not status:
+            self.changed(record, status)
+
+    def changed(self, record: Record, status: Status) -> None:
+        """As `became`, of a node whose record is at hand and whose status is another."""
+        previous, record.status = record.status, status
         record.since, record.row = self.robot.time, None
+        if self.emit is _nobody:
+            return
+        before, node = WORDS[previous], record.node
         self.emit(
             level="info", kind="node_status", text=f"{node.name}: {before} > {WORDS[status]}",
-            fields={"node": record.id, "name": node.name, "from": before, "to": WORDS[status]},
+            fields={
+                "node": record.id, "name": node.name, "from": before, "to": WORDS[status],
+                "message": node.feedback_message if status is not Status.RUNNING else "",
+            },
         )  # fmt: skip
+
+    @property
+    def time(self) -> float:
+        """Robot time without pauses: what time limits, delays and holds run on."""
+        return self.robot.time - self.left_out
 
     def free_the_wheels(self) -> None:
         """Halt what would be pre-empted anyway, before a behaviour that moves the robot starts."""

@@ -46,3 +46,9 @@ def detail_of(step: Step) -> str:
     ]
     parts += [f"{name} -> ${symbol.name}" for name, symbol in step.outputs.items()]
     return ", ".join(parts)
+
+
+def names_of(step: Step) -> tuple[str, ...]:
+    """What a node may be called: its name, and its behaviour or tree."""
+    kind = step.tree if isinstance(step, Use) else step.kind if isinstance(step, Leaf) else ""
+    return tuple(dict.fromkeys(name for name in (step.name, kind) if name))

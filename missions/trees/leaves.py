@@ -2,94 +2,137 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from traceback import format_exc
+from typing import Any
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from missions.language.scope import NotSet
-from missions.trees.execution import Execution
+from missions.trees.execution import Execution, Record
 from stack.types import Failure, FailureCode
+
+# Module names are looked up faster than attributes of the enumeration; leaves are ticked often.
+_RUNNING, _SUCCESS, _FAILURE, _INVALID = (
+    Status.RUNNING, Status.SUCCESS, Status.FAILURE, Status.INVALID,
+)  # fmt: skip
 
 
 class LeafGuard:
-    """Takes the place of a leaf's initialise, update and terminate.
+    """Takes the place of a leaf's initialise, update, terminate and stop, and gives it `once`.
 
     Whatever they raise becomes FAILURE of that leaf with code EXCEPTION, the traceback goes to the
     log, and the tree stays whole. The leaf's own `terminate` is called exactly once after each
-    `initialise`: py_trees alone calls it again whenever a finished parent is reset.
+    `initialise`: py_trees alone calls it again whenever a finished parent is reset. `once` is the
+    leaf's tick as a direct call; what a leaf does not override is not called.
     """
 
     def __init__(self, leaf: Behaviour, execution: Execution) -> None:
         self.leaf, self.execution = leaf, execution
-        self.moves = bool(getattr(type(leaf), "uses_wheels", False))
+        self.record: Record | None = None
+        self.moves = bool(getattr(leaf, "uses_wheels", False))
         self.active, self.broken = False, False
-        self._initialise, self._update, self._terminate = (
-            leaf.initialise, leaf.update, leaf.terminate,
-        )  # fmt: skip
-        for name in ("initialise", "update", "terminate"):
+        self.tells_why = hasattr(leaf, "failure")
+        self._initialise = _own(leaf, "initialise")
+        self._update = leaf.update
+        self._terminate = _own(leaf, "terminate")
+        self._just_starts = not (self.moves or self.tells_why or self._initialise)
+        for name in ("initialise", "update", "terminate", "stop", "once"):
             setattr(leaf, name, getattr(self, name))
+
+    def once(self) -> Status:
+        """Tick the leaf as py_trees' Behaviour.tick does, without its generator."""
+        leaf, execution = self.leaf, self.execution
+        if leaf.status is not _RUNNING:
+            if self._just_starts and execution.starts is None:
+                self.active, self.broken, leaf.feedback_message = True, False, ""
+            else:
+                self.initialise()
+        status = self.update()
+        leaf.status = status
+        record = self.record
+        if record is not None and record.status is not status:
+            execution.changed(record, status)
+        if execution.visited is not None:
+            execution.visited.append(leaf)
+        return status
 
     def initialise(self) -> None:
         """Start the leaf; a leaf that moves the robot has the wheels to itself first."""
+        leaf, execution = self.leaf, self.execution
         if self.moves:
-            self.execution.free_the_wheels()
+            execution.free_the_wheels()
         self.active, self.broken = True, False
-        self.leaf.feedback_message = ""
-        if hasattr(self.leaf, "failure"):
-            self.leaf.failure = None
-        self.broken = not self._safely("initialise")
+        if execution.starts is not None:
+            execution.starts(leaf)
+        leaf.feedback_message = ""
+        if self.tells_why:
+            leaf.failure = None  # type: ignore[attr-defined] # as `tells_why` says
+        if self._initialise is not None:
+            self._safely(self._initialise)
 
     def update(self) -> Status:
         """Tick the leaf; it has ended properly before the tree knows its outcome."""
-        status = Status.FAILURE if self.broken else self._updated()
-        if status is not Status.RUNNING:
+        if self.broken:
+            return self._ended(_FAILURE)
+        try:
+            status = self._update()
+        except (Exception, SystemExit) as error:
+            self._report(error)
+            return self._ended(_FAILURE)
+        if status is _RUNNING:
+            return status
+        if status is _SUCCESS and self._terminate is None:
             self.active = False
-            if not self._safely("terminate", status):
-                status = Status.FAILURE
-        if status is Status.FAILURE and not self.broken:
-            failure = getattr(self.leaf, "failure", None)
-            said = self.leaf.feedback_message or "failed"
-            self.execution.fail(self.leaf, failure or Failure(FailureCode.FAILED, said))
-        return status
+            return status
+        if status is not _SUCCESS and status is not _FAILURE:
+            said = (
+                f"update returned a {type(status).__name__}, wanted is RUNNING, SUCCESS or FAILURE"
+            )
+            self._fail(FailureCode.EXCEPTION, said)
+            self._tell(said)
+            status = _FAILURE
+        return self._ended(status)
 
     def terminate(self, new_status: Status) -> None:
         """Halt the leaf if it is under way; ends of its own were dealt with in `update`."""
         if self.active:
             self.active = False
-            self._safely("terminate", new_status)
-        if new_status is Status.INVALID:
-            self.execution.became(self.leaf, new_status)
+            if self._terminate is not None:
+                self._safely(self._terminate, new_status)
+        record = self.record
+        if new_status is _INVALID and record is not None and record.status is not _INVALID:
+            self.execution.changed(record, new_status)
 
-    def _updated(self) -> Status:
-        try:
-            status = self._update()
-        except NotSet as error:
-            self._fail(FailureCode.FAILED, str(error))
-            return Status.FAILURE
-        except Exception as error:
-            self._report(error)
-            return Status.FAILURE
-        if status in (Status.RUNNING, Status.SUCCESS, Status.FAILURE):
-            return status
-        said = f"update returned {status!r}, wanted is RUNNING, SUCCESS or FAILURE"
-        self._fail(FailureCode.EXCEPTION, said)
-        self._tell(said)
-        return Status.FAILURE
+    def stop(self, new_status: Status) -> None:
+        """As py_trees' Behaviour.stop."""
+        self.terminate(new_status)
+        self.leaf.status = new_status
 
-    def _safely(self, method: str, *arguments: Status) -> bool:
-        call = self._initialise if method == "initialise" else self._terminate
+    def _ended(self, status: Status) -> Status:
+        self.active = False
+        if self._terminate is not None and not self._safely(self._terminate, status):
+            status = _FAILURE
+        if status is _FAILURE and not self.broken:
+            failure = getattr(self.leaf, "failure", None)
+            said = self.leaf.feedback_message or "failed"
+            self.execution.fail(self.leaf, failure or Failure(FailureCode.FAILED, said))
+        return status
+
+    def _safely(self, call: Callable[..., Any], *arguments: Status) -> bool:
         try:
             call(*arguments)
-        except NotSet as error:
-            self._fail(FailureCode.FAILED, str(error))
-            return False
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             self._report(error)
             return False
         return True
 
-    def _report(self, error: Exception) -> None:
+    def _report(self, error: BaseException) -> None:
+        """Make an exception this leaf's failure; a key that is not set needs no traceback."""
+        if isinstance(error, NotSet):
+            self._fail(FailureCode.FAILED, str(error))
+            return
         said = f"{type(error).__name__}: {error}"
         self.execution.log(f"{self.leaf.name}\n{format_exc()}")
         self._fail(FailureCode.EXCEPTION, said)
@@ -98,8 +141,8 @@ class LeafGuard:
     def _fail(self, code: FailureCode, sentence: str) -> None:
         self.broken = True
         failure = Failure(code, sentence)
-        if hasattr(self.leaf, "failure"):
-            self.leaf.failure = failure
+        if self.tells_why:
+            self.leaf.failure = failure  # type: ignore[attr-defined] # as `tells_why` says
         self.execution.fail(self.leaf, failure)
 
     def _tell(self, said: str) -> None:
@@ -107,3 +150,9 @@ class LeafGuard:
             level="error", kind="exception", text=f"{self.leaf.name}: {said}",
             fields={"node": self.execution.record(self.leaf).id, "name": self.leaf.name},
         )  # fmt: skip
+
+
+def _own(leaf: Behaviour, method: str) -> Callable[..., Any] | None:
+    """A method of the leaf, unless it is the empty one of py_trees' Behaviour."""
+    inherited = getattr(type(leaf), method) is getattr(Behaviour, method)
+    return None if inherited else getattr(leaf, method)

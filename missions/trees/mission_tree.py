@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from typing import Any
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from missions.language.scope import UNSET
+from missions.trees.advancing import Advancing, run
+from missions.trees.events import Event
 from missions.trees.execution import WORDS, Execution, Record, halt
 from missions.trees.slots import Slot
 from stack.documents import Finding
@@ -36,23 +39,30 @@ class MissionTree:
             record.id = number
             record.parent = -1 if parent is None else execution.record(parent).id
             self._records.append(record)
+            if isinstance(node, Advancing):
+                node.record = record
+            else:
+                node.update.__self__.record = record  # type: ignore[attr-defined] # its guard
         self._rows: tuple[TreeRow, ...] = ()
 
     def setup(
-        self, robot: Robot, emit: Callable[..., None], log: Callable[[str], None] | None = None
-    ) -> None:
+        self, robot: Robot, emit: Callable[..., None] | None = None,
+        log: Callable[[str], None] | None = None,
+    ) -> None:  # fmt: skip
         """Hand the robot to every node.
 
         Args:
             robot: what behaviours and expressions see.
             emit: called as emit(level=…, kind=…, text=…, fields=…) for node_status, recovery,
-                failure_passed_over and exception.
+                failure_passed_over, event, event_done and exception; None listens to nothing.
             log: takes tracebacks, which are not part of the hashed event log.
 
         Raises:
             InputError: a behaviour's setup raises; nothing has moved.
         """
-        self._execution.robot, self._execution.emit = robot, emit
+        self._execution.robot = robot
+        if emit is not None:
+            self._execution.emit = emit
         if log is not None:
             self._execution.log = log
         findings = []
@@ -71,13 +81,16 @@ class MissionTree:
             return
         self.ticks += 1
         self._execution.standing_by.clear()
-        for node in self.root.tick():
-            self._execution.became(node, node.status)
+        run(self.root)
 
     @property
     def status(self) -> Status:
         """RUNNING, SUCCESS or FAILURE; INVALID before the first tick and after a halt."""
         return self.root.status
+
+    def leave_out(self, seconds: float) -> None:
+        """Time that passed while the mission was paused: no limit or delay counts it."""
+        self._execution.left_out += seconds
 
     @property
     def outcome(self) -> str:
@@ -115,6 +128,29 @@ class MissionTree:
             name: "not set" if slot.value is UNSET else self._execution.describe(slot.value)
             for name, slot in self._slots.items()
         }
+
+    def values(self) -> dict[str, Any]:
+        """Every declared key with its value; UNSET where there is none."""
+        return {name: slot.value for name, slot in self._slots.items()}
+
+    def write(self, key: str, value: Any) -> None:
+        """Give a blackboard key a value."""
+        self._slots[key].write(value)
+
+    def force(self, event: str) -> None:
+        """Let an event come with the next tick, whatever its `when`."""
+        for record in self._records:
+            if isinstance(record.node, Event) and record.node.name == event:
+                record.node.trigger.forced = True
+
+    def watch(self, starts: Callable[[Record], None]) -> None:
+        """Be told of every node that begins a run."""
+        self._execution.starts = lambda node: starts(self._execution.record(node))
+
+    @property
+    def records(self) -> tuple[Record, ...]:
+        """What is known of every node, in drawing order."""
+        return tuple(self._records)
 
     def rows(self) -> tuple[TreeRow, ...]:
         """Every node in drawing order; the same tuple as long as nothing has changed."""

@@ -14,9 +14,9 @@ _FILLS = {"running": "khaki", "success": "palegreen", "failure": "salmon", "idle
 _SHAPES = {
     "sequence": "box", "reactive": "box", "fallback": "octagon", "reactive_fallback": "octagon",
     "parallel": "parallelogram", "round_robin": "octagon", "recover": "octagon",
-    "use": "folder",
+    "use": "folder", "events": "octagon", "event": "house",
 }  # fmt: skip
-_DECORATORS = ("when", "while", "on_failure", "repeat", "retry", "timeout", "for_each")
+_DECORATORS = ("when", "while", "on_failure", "repeat", "retry", "timeout", "every", "for_each")
 
 
 def text(tree: MissionTree, *, colour: bool = False) -> str:

@@ -63,6 +63,11 @@ class LostChecker:
         self.quality, self.seconds = quality, seconds
         self._since: float | None = None
 
+    @property
+    def doubted(self) -> bool:
+        """Whether the quality was too low when last looked at: no time to drive on."""
+        return self._since is not None
+
     def lost(self, time: float, quality: float) -> bool:
         """Whether the quality has been too low for too long."""
         if quality >= self.quality:

@@ -1,4 +1,4 @@
-"""A layered costmap: the static map, what the lidar sees, and inflation around both.
+"""A layered costmap: what the map, the sensors and the rules of a place say of each cell.
 
 Layers and cost values follow Nav2's costmap_2d (Lu, Hershberger and Smart, "Layered costmaps for
 context-sensitive navigation", IROS 2014).
@@ -6,73 +6,56 @@ context-sensitive navigation", IROS 2014).
 
 from __future__ import annotations
 
-from math import exp, floor
-from typing import Any
+from collections.abc import Sequence
+from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stack.costmap.choosing import LayerChoice, usual_layers
+from stack.costmap.denoise_layer import DenoiseLayer
+from stack.costmap.inflation_layer import InflationLayer
+from stack.costmap.lattice import Lattice
+from stack.costmap.layer import Box, CellOrigin, CostmapLayer, Inflation, Region, Senses, joined
+from stack.costmap.obstacle_layer import ObstacleLayer
+from stack.costmap.painting import Painting
 from stack.costmap.parameters import CostmapParameters
+from stack.costmap.range_layer import RangeLayer
+from stack.costmap.static_layer import StaticLayer
+from stack.costmap.zone_layers import SpeedZonesLayer
+from stack.costmap.zones import cells_inside
 from stack.errors import ParameterError
+from stack.parameters import suggestion
 from stack.types import (
-    FREE_COST,
-    INSCRIBED_COST,
     LETHAL_COST,
-    OCCUPIED,
-    UNKNOWN,
-    UNKNOWN_COST,
     CostGrid,
+    FloatArray,
     Footprint,
     OccupancyGrid,
     Pose2D,
+    RangeReading,
     Scan,
+    Track,
 )
-
-Costs = NDArray[np.uint8]
-Box = tuple[int, int, int, int]
-"""First row, last row + 1, first column, last column + 1."""
-_EXPIRY_PERIOD = 0.5  # s; looking for faded marks reads every cell, which large maps would feel
-
-
-def inflation_costs(
-    parameters: CostmapParameters, inscribed_radius: float, resolution: float
-) -> Costs:
-    """Nav2's cost by squared distance in cells to the nearest lethal cell.
-
-    cost(d) = 254 at d = 0, 253 for d <= r, else floor(252 · exp(-k (d - r))) with d in metres, r
-    the inscribed radius and k the cost scaling.
-
-    Returns:
-        (n² + 1,) uint8 where n is the inflation radius in whole cells.
-    """
-    reach = floor(max(parameters.inflation_radius, inscribed_radius) / resolution + 1e-6)
-    costs = np.zeros(reach * reach + 1, dtype=np.uint8)
-    for squared in range(costs.size):
-        distance = float(squared) ** 0.5 * resolution
-        factor = exp(-parameters.cost_scaling * max(0.0, distance - inscribed_radius))
-        near = distance <= inscribed_radius + 1e-9
-        costs[squared] = INSCRIBED_COST if near else int((INSCRIBED_COST - 1) * factor)
-    costs[0] = LETHAL_COST
-    return costs
 
 
 class Costmap:
-    """What each place costs to drive through, kept up to date from scans.
+    """What each place costs to drive through, kept up to date from the sensors.
 
-    Returns mark cells within `obstacle_range`, beams clear the cells they pass within
-    `clearing_range` (no return, +inf, clears all the way; NaN does nothing), the robot's own
-    footprint is always clear of marks, and marks unseen for `decay` seconds fade. Static obstacles
-    are never cleared.
+    Layers before `inflation` mark cells, which are inflated; layers after it add costs. An update
+    paints and inflates only what changed.
 
     Args:
-        parameters: ranges and inflation.
+        parameters: of the costmap and its usual layers.
         footprint: gives the inscribed radius and the cells under the robot.
         static: the map, or None.
         window: None to cover the map (global costmap); the side in metres of a square that rolls
             with the robot, aligned to the map's cells (local costmap).
+        layers: in the order in which they paint; None for the map, obstacles and inflation.
 
     Raises:
         ParameterError: neither a map nor a window, or a window below three cells.
+        InputError: a layer's mask cannot be read.
     """
 
     def __init__(
@@ -82,15 +65,22 @@ class Costmap:
         static: OccupancyGrid | None,
         *,
         window: float | None = None,
+        layers: Sequence[LayerChoice] | None = None,
     ) -> None:
-        from stack.costmap import kernels
-
-        self._kernels: Any = kernels
-        self._footprint, self._map, self._window = footprint, static, window
-        self._version, self._next_expiry = 0, 0.0
+        self._parameters, self._window = parameters, window
+        self._choices = tuple(usual_layers() if layers is None else layers)
+        self._layers = {item.name: item.made(parameters, footprint) for item in self._choices}
+        self._denoise = DenoiseLayer(DenoiseLayer.Parameters(), footprint)
+        order = list(self._layers.values())
+        self._inflation = next((layer for layer in order if isinstance(layer, Inflation)), None)
+        self._pivot = len(order) if self._inflation is None else order.index(self._inflation)
+        self._adding = order[self._pivot + 1 :]
+        self._painting = Painting(self._marking(), self._inflation, self._adding)
+        self._version = 0
         self._grid: CostGrid | None = None
-        self._lay_out(parameters)
-        self._recompute()
+        self._lattice = Lattice(static, window, parameters.resolution, _corner(window))
+        self._frame = self._lattice.frame
+        self._begin(static, None)
 
     @property
     def parameters(self) -> CostmapParameters:
@@ -106,38 +96,102 @@ class Costmap:
     def grid(self) -> CostGrid:
         """The costs now, a copy that later updates leave alone; UNKNOWN_COST where unknown."""
         if self._grid is None:
-            self._grid = CostGrid(self._cells.copy(), self._resolution, self._origin)
+            self._grid = CostGrid(
+                self._painting.cells.copy(), self._frame.resolution, self._frame.origin
+            )
         return self._grid
 
     @property
     def sensed(self) -> NDArray[np.bool_]:
-        """(rows, columns): where the lidar has marked an obstacle that has not faded."""
-        marked: NDArray[np.bool_] = self._marked_at > -np.inf
+        """(rows, columns): where a sensor has marked an obstacle that has not faded."""
+        marked = np.zeros(self._frame.shape, dtype=np.bool_)
+        for layer in self._layers.values():
+            if isinstance(layer, ObstacleLayer | RangeLayer):
+                marked |= layer.marked
         return marked
 
-    def update(self, pose: Pose2D, scan: Scan | None, time: float) -> None:
-        """Take in a scan, or only let time pass and the window follow.
+    @property
+    def layers(self) -> tuple[str, ...]:
+        """Names of the layers, in the order in which they paint."""
+        return tuple(self._layers)
+
+    @property
+    def needs_tracks(self) -> bool:
+        """Whether a layer wants to know what moves."""
+        return any(layer.needs_tracks for layer in self._layers.values())
+
+    @property
+    def circumscribed_cost(self) -> int:
+        """Below this cost the robot fits however it is turned; 0 when no cost says so."""
+        layer = self._inflation
+        return layer.circumscribed_cost if isinstance(layer, InflationLayer) else 0
+
+    def update(
+        self, pose: Pose2D, scan: Scan | None, time: float, *,
+        readings: Sequence[RangeReading] = (), tracks: Sequence[Track] | None = None,
+    ) -> None:  # fmt: skip
+        """Take in what is new, or only let time pass and the window follow.
 
         Args:
             pose: of the base when the scan was taken, map frame.
             scan: a new scan, or None.
             time: seconds on the robot's clock.
+            readings: new ones of sonar-like sensors.
+            tracks: of everything that moves, map frame; None without news.
         """
-        moved = self._follow(pose)
-        touched = self._forget_old(time)
-        if scan is not None:
-            touched = _around(touched, self._sense(pose, scan, time))
-        touched = _around(touched, self._clear_footprint(pose))
-        if moved:
-            self._recompute()
-        else:
-            self._refresh(touched)
+        known = None if tracks is None else tuple(tracks)
+        self._take_in(Senses(pose, time, scan, "lidar", tuple(readings), known))
 
-    def clear(self) -> None:
-        """Forget what was sensed. The static map stays."""
-        self._marked_at[:] = -np.inf
-        self._seen[:] = 0
-        self._refresh(self._everywhere)
+    def update_from(self, source: str, pose: Pose2D, scan: Scan, time: float) -> None:
+        """Take in a scan of another lidar, for the obstacle layer with that `source`."""
+        self._take_in(Senses(pose, time, scan, source))
+
+    def explain(self, x: float, y: float) -> CellOrigin | None:
+        """Which layer and source made a cell lethal, and when; None where it is not lethal.
+
+        Where several say so it is the first in the list: clearing the others changes nothing.
+
+        Args:
+            x: metres, map frame.
+            y: likewise.
+        """
+        row, column = self.grid.cell_at(x, y)
+        if not self.grid.contains(row, column) or self._painting.cells[row, column] != LETHAL_COST:
+            return None
+        for name, layer in self._layers.items():
+            origin = layer.origin_of(row, column)
+            if origin is not None:
+                return CellOrigin(name, *origin)
+        return None
+
+    def clear(self, *, layer: str | None = None) -> None:
+        """Forget what was sensed everywhere, by one layer or all. Map and rules stay.
+
+        Raises:
+            ParameterError: there is no such layer.
+        """
+        self._clear(None, layer)
+
+    def clear_around(self, pose: Pose2D, radius: float, *, layer: str | None = None) -> None:
+        """Forget what was sensed within a distance (metres) of a pose; else as `clear`."""
+        low, high = (pose.x - radius, pose.y - radius), (pose.x + radius, pose.y + radius)
+        box = self._frame.box_around(low, high)
+        x, y = self._frame.middles(box)
+        self._clear(Region(box, np.hypot(x - pose.x, y - pose.y) <= radius), layer)
+
+    def clear_region(self, corners: FloatArray, *, layer: str | None = None) -> None:
+        """Forget what was sensed in a polygon (n, 2), metres, map frame; else as `clear`."""
+        found = cells_inside(self._frame, corners, self._frame.everywhere)
+        self._clear(Region(*found), layer)
+
+    def speed_limit(self, pose: Pose2D, deceleration: float) -> float:
+        """What speed zones allow here and ahead, m/s; inf without any. See SpeedZonesLayer."""
+        limits = (
+            layer.speed_limit(pose, deceleration)
+            for layer in self._layers.values()
+            if isinstance(layer, SpeedZonesLayer)
+        )
+        return min(limits, default=inf)
 
     def set_static(self, static: OccupancyGrid) -> None:
         """Take another map, as SLAM makes them; sensed obstacles keep their places.
@@ -145,184 +199,88 @@ class Costmap:
         Raises:
             ParameterError: the resolution of the map changed.
         """
-        if self._window is None and static.resolution != self._resolution:
+        before = self._frame
+        if self._window is None and static.resolution != before.resolution:
             raise ParameterError(
                 "static",
-                f"resolution {static.resolution:g} m, expected {self._resolution:g} m as before",
+                f"resolution {static.resolution:g} m, expected {before.resolution:g} m as before",
             )
-        marked_at, seen, origin = self._marked_at, self._seen, self._origin
-        self._map = static
-        self._lay_out(self._parameters, origin)
+        self._lattice = Lattice(static, self._window, before.resolution, before.origin)
+        self._frame = self._lattice.frame
         column, row = (
-            round((new - old) / self._resolution)
-            for new, old in zip(self._origin, origin, strict=True)
+            round((new - old) / before.resolution)
+            for new, old in zip(self._frame.origin, before.origin, strict=True)
         )
-        _overlay(self._marked_at, marked_at, row, column)
-        _overlay(self._seen, seen, row, column)
-        self._recompute()
+        self._begin(static, (row, column))
 
     def configure(self, parameters: CostmapParameters) -> None:
         """Use other settings from now on, on the same cells; sensed obstacles stay."""
+        settings = {item.name: item.parameters(parameters) for item in self._choices}
+        for name, values in settings.items():
+            self._layers[name].configure(values)
         self._parameters = parameters
-        radius = self._footprint.inscribed_radius
-        self._costs = inflation_costs(parameters, radius, self._resolution)
-        self._reach = round((self._costs.size - 1) ** 0.5)
+        self._painting.marking = self._marking()
         self._recompute()
 
-    def _lay_out(
-        self, parameters: CostmapParameters, near: tuple[float, float] | None = None
-    ) -> None:
-        """Fresh layers that cover the map, or a window (with its corner near a place)."""
-        static, window = self._map, self._window
-        if window is not None:
-            self._resolution = parameters.resolution
-            side = round(window / self._resolution)
-            if side < 3:
-                raise ParameterError(
-                    "window", f"{window:g} m is less than three cells of {self._resolution:g} m"
-                )
-            shape = (side, side)
-            self._lattice = (0.0, 0.0) if static is None else static.origin
-            x, y = near or (-window / 2, -window / 2)
-            self._corner = self._corner_near(x, y)
-        elif static is not None:
-            self._resolution, shape = static.resolution, static.cells.shape
-            self._lattice, self._corner = static.origin, (0, 0)
-        else:
-            raise ParameterError("window", "a costmap without a map needs a window, e.g. 5 m")
-        self._marked_at = np.full(shape, -np.inf, dtype=np.float32)
-        self._seen = np.zeros(shape, dtype=np.uint8)
-        self._base, self._cells = np.empty(shape, np.uint8), np.empty(shape, np.uint8)
-        self._everywhere: Box = (0, shape[0], 0, shape[1])
-        self._static = self._static_cells()
-        self._parameters = parameters
-        radius = self._footprint.inscribed_radius
-        self._costs = inflation_costs(parameters, radius, self._resolution)
-        self._reach = round((self._costs.size - 1) ** 0.5)
+    def _marking(self) -> list[CostmapLayer]:
+        """Layers whose marks are inflated, in order."""
+        layers = list(self._layers.values())
+        marking = layers[: self._pivot]
+        if self._parameters.denoise and not any(isinstance(x, DenoiseLayer) for x in marking):
+            marking.append(self._denoise)
+        return marking
 
-    @property
-    def _origin(self) -> tuple[float, float]:
-        row, column = self._corner
-        x, y = self._lattice
-        return x + column * self._resolution, y + row * self._resolution
+    def _begin(self, static: OccupancyGrid | None, shift: tuple[int, int] | None) -> None:
+        """Lay every layer out in the frame of now and paint all of it."""
+        for layer in self._layers.values():
+            if isinstance(layer, StaticLayer):
+                layer.take(static)
+                layer.lay_out(self._frame, None)
+            else:
+                layer.lay_out(self._frame, shift)
+        self._painting.lay_out(self._frame)
+        self._recompute()
 
-    def _corner_near(self, x: float, y: float) -> tuple[int, int]:
-        """Row and column on the lattice of the cell corner nearest to a point."""
-        left, low = self._lattice
-        return round((y - low) / self._resolution), round((x - left) / self._resolution)
+    def _take_in(self, senses: Senses) -> None:
+        self._follow(senses.pose)
+        marked = joined([layer.update(senses) for layer in self._painting.marking])
+        added = joined([layer.update(senses) for layer in self._adding])
+        self._repaint(marked, added)
 
-    def _static_cells(self) -> Costs:
-        """The map's cells at the middles of ours, as costs; unknown where there is no map."""
-        rows, columns = self._marked_at.shape
-        if self._map is None:
-            return np.full((rows, columns), UNKNOWN_COST, dtype=np.uint8)
-        x, y = self._origin
-        left, low = self._map.origin
-        scale = self._resolution / self._map.resolution
-        row = np.floor((y - low) / self._map.resolution + (np.arange(rows) + 0.5) * scale)
-        column = np.floor((x - left) / self._map.resolution + (np.arange(columns) + 0.5) * scale)
-        on_rows = (row >= 0) & (row < self._map.cells.shape[0])
-        on_columns = (column >= 0) & (column < self._map.cells.shape[1])
-        values = np.full((rows, columns), UNKNOWN, dtype=np.int8)
-        values[np.ix_(on_rows, on_columns)] = self._map.cells[
-            np.ix_(row[on_rows].astype(int), column[on_columns].astype(int))
-        ]
-        costs = np.full((rows, columns), FREE_COST, dtype=np.uint8)
-        costs[values == OCCUPIED] = LETHAL_COST
-        costs[values == UNKNOWN] = UNKNOWN_COST
-        return costs
+    def _follow(self, pose: Pose2D) -> None:
+        """Roll the window with the robot; layers and cells keep what stays in sight."""
+        shift = self._lattice.follow(pose)
+        if shift == (0, 0):
+            return
+        self._frame = self._lattice.frame
+        for layer in self._layers.values():
+            layer.lay_out(self._frame, shift)
+        self._painting.move(self._frame, shift)
 
-    def _follow(self, pose: Pose2D) -> bool:
-        """Roll the window so that the robot is in its middle; whether it moved."""
-        if self._window is None:
-            return False
-        half = self._marked_at.shape[0] * self._resolution / 2
-        corner = self._corner_near(pose.x - half, pose.y - half)
-        row, column = corner[0] - self._corner[0], corner[1] - self._corner[1]
-        if row == 0 and column == 0:
-            return False
-        self._corner = corner
-        marked_at, seen = self._marked_at, self._seen
-        self._marked_at, self._seen = np.full_like(marked_at, -np.inf), np.zeros_like(seen)
-        _overlay(self._marked_at, marked_at, row, column)
-        _overlay(self._seen, seen, row, column)
-        self._static = self._static_cells()
-        return True
-
-    def _forget_old(self, time: float) -> Box:
-        if self._parameters.decay == 0.0 or time < self._next_expiry:
-            return 0, 0, 0, 0
-        self._next_expiry = time + _EXPIRY_PERIOD
-        oldest = time - self._parameters.decay
-        box: Box = self._kernels.expire(self._marked_at, oldest, *self._everywhere)
-        return box
-
-    def _sense(self, pose: Pose2D, scan: Scan, time: float) -> Box:
-        sensor = pose.compose(scan.mount)
-        box: Box = self._kernels.sense(
-            self._marked_at, self._seen, *self._origin, self._resolution,
-            sensor.x, sensor.y, sensor.heading,
-            scan.ranges, scan.angle_min, scan.angle_increment, scan.range_max,
-            self._parameters.obstacle_range, self._parameters.clearing_range, time,
-        )  # fmt: skip
-        return box
-
-    def _clear_footprint(self, pose: Pose2D) -> Box:
-        corners = pose.transform(self._footprint.points)
-        box: Box = self._kernels.clear_polygon(
-            self._marked_at, self._seen, *self._origin, self._resolution, corners
+    def _clear(self, region: Region | None, name: str | None) -> None:
+        if name is not None and name not in self._layers:
+            raise ParameterError(
+                "layer", f"there is no layer {name!r}", suggestion(name, self._layers)
+            )
+        names = self._layers if name is None else (name,)
+        order = list(self._layers)
+        boxes = {key: self._layers[key].clear(region) for key in names}
+        self._repaint(
+            joined([box for key, box in boxes.items() if order.index(key) < self._pivot]),
+            joined([box for key, box in boxes.items() if order.index(key) > self._pivot]),
         )
-        return box
 
     def _recompute(self) -> None:
-        """All cells anew, after the layers moved or the settings changed."""
-        self._compose(self._everywhere)
-        self._inflate(self._everywhere)
-
-    def _refresh(self, touched: Box) -> None:
-        """Compose what was touched and inflate around what changed."""
-        if self._parameters.denoise:
-            touched = self._grown(touched, 1)
-        changed = self._compose(touched)
-        if changed[0] < changed[1]:
-            self._inflate(self._grown(changed, self._reach))
-
-    def _compose(self, box: Box) -> Box:
-        changed: Box = self._kernels.compose(
-            self._base, self._static, self._marked_at, self._seen, self._parameters.denoise, *box
-        )
-        return changed
-
-    def _inflate(self, box: Box) -> None:
-        self._kernels.inflate(self._cells, self._base, self._costs, self._reach, *box)
+        self._painting.repaint_all()
         self._grid = None
         self._version += 1
 
-    def _grown(self, box: Box, by: int) -> Box:
-        rows, columns = self._cells.shape
-        top, bottom, left, right = box
-        return max(top - by, 0), min(bottom + by, rows), max(left - by, 0), min(right + by, columns)
+    def _repaint(self, marked: Box, added: Box) -> None:
+        if self._painting.repaint(marked, added):
+            self._grid = None
+            self._version += 1
 
 
-def _around(one: Box, other: Box) -> Box:
-    """The smallest box around both."""
-    if one[0] >= one[1]:
-        return other
-    if other[0] >= other[1]:
-        return one
-    return (
-        min(one[0], other[0]), max(one[1], other[1]), min(one[2], other[2]), max(one[3], other[3])
-    )  # fmt: skip
-
-
-def _overlay(target: NDArray[Any], source: NDArray[Any], row: int, column: int) -> None:
-    """Copy the overlap, where target's cell (0, 0) lies over source's (row, column)."""
-    rows = min(target.shape[0], source.shape[0] - row) - max(0, -row)
-    columns = min(target.shape[1], source.shape[1] - column) - max(0, -column)
-    if rows <= 0 or columns <= 0:
-        return
-    to_row, to_column = max(0, -row), max(0, -column)
-    from_row, from_column = max(0, row), max(0, column)
-    target[to_row : to_row + rows, to_column : to_column + columns] = source[
-        from_row : from_row + rows, from_column : from_column + columns
-    ]
+def _corner(window: float | None) -> tuple[float, float]:
+    """Lower left of a window round the map frame's origin."""
+    return (0.0, 0.0) if window is None else (-window / 2, -window / 2)

@@ -90,10 +90,10 @@ def _samples(corners: bytes, resolution: float) -> FloatArray:
         np.arange(low[0], high[0] + spacing, spacing), np.arange(low[1], high[1] + spacing, spacing)
     )
     lattice = np.column_stack([x.ravel(), y.ravel()])
-    return np.ascontiguousarray(np.vstack([*outline, lattice[_inside(points, lattice)]]))
+    return np.ascontiguousarray(np.vstack([*outline, lattice[inside(points, lattice)]]))
 
 
-def _inside(corners: FloatArray, points: FloatArray) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+def inside(corners: FloatArray, points: FloatArray) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
     """Which of the points (n, 2) a horizontal ray leaves through an odd number of edges."""
     inside = np.zeros(len(points), dtype=bool)
     x, y = points[:, 0], points[:, 1]

@@ -14,8 +14,11 @@ NEVER = -np.inf
 
 
 @njit(cache=True, nogil=True)
-def _clear_line(marked_at, seen, row, column, end_row, end_column):
-    """Bresenham (1965) from a cell up to, not including, another: known to be free now."""
+def _clear_line(marked_at, seen, row, column, end_row, end_column, clearable):
+    """Bresenham (1965) from a cell up to, not including, another: known to be free now.
+
+    Marks later than `clearable` stay.
+    """
     rows, columns = marked_at.shape
     rise, run = abs(end_row - row), abs(end_column - column)
     row_step = 1 if end_row > row else -1
@@ -23,7 +26,8 @@ def _clear_line(marked_at, seen, row, column, end_row, end_column):
     error = run - rise
     for _ in range(max(rise, run)):
         if 0 <= row < rows and 0 <= column < columns:
-            marked_at[row, column] = NEVER
+            if marked_at[row, column] <= clearable:
+                marked_at[row, column] = NEVER
             seen[row, column] = 1
         doubled = 2 * error
         if doubled > -rise:
@@ -38,6 +42,7 @@ def _clear_line(marked_at, seen, row, column, end_row, end_column):
 def sense(
     marked_at, seen, origin_x, origin_y, resolution, sensor_x, sensor_y, sensor_heading,
     ranges, angle_min, angle_increment, range_max, obstacle_range, clearing_range, time,
+    clearable,
 ):  # fmt: skip
     """Clear along all beams, then mark their ends, so that no beam clears another one's mark.
 
@@ -60,7 +65,7 @@ def sense(
         end_column = int(np.floor((sensor_x + reach * np.cos(angle) - origin_x) / resolution))
         top, bottom = min(top, end_row), max(bottom, end_row)
         left, right = min(left, end_column), max(right, end_column)
-        _clear_line(marked_at, seen, row, column, end_row, end_column)
+        _clear_line(marked_at, seen, row, column, end_row, end_column, clearable)
         if returned and distance <= obstacle_range:
             marks[count, 0], marks[count, 1] = end_row, end_column
             count += 1
@@ -110,31 +115,127 @@ def expire(marked_at, oldest, top, bottom, left, right):
 
 
 @njit(cache=True, nogil=True)
-def _is_alone(marked_at, row, column):
-    """Whether none of a cell's eight neighbours is marked."""
-    rows, columns = marked_at.shape
-    for near_row in range(max(row - 1, 0), min(row + 2, rows)):
-        for near_column in range(max(column - 1, 0), min(column + 2, columns)):
-            is_self = near_row == row and near_column == column
-            if not is_self and marked_at[near_row, near_column] > NEVER:
-                return False
+def paint_marks(cells, marked_at, seen, top, bottom, left, right):
+    """Lay marks over the painted cells of a box: lethal, or free where nothing else is known."""
+    for row in range(top, bottom):
+        for column in range(left, right):
+            if marked_at[row, column] > NEVER:
+                cells[row - top, column - left] = LETHAL
+            elif seen[row, column] and cells[row - top, column - left] == UNKNOWN:
+                cells[row - top, column - left] = FREE
+
+
+@njit(cache=True, nogil=True)
+def _is_small(cells, ground, row, column, smallest, group):
+    """Whether the lethal group around a cell has fewer cells than smallest and none of the map."""
+    rows, columns = cells.shape
+    group[0, 0], group[0, 1] = row, column
+    count, done = 1, 0
+    while done < count:
+        middle_row, middle_column = group[done, 0], group[done, 1]
+        done += 1
+        for near_row in range(max(middle_row - 1, 0), min(middle_row + 2, rows)):
+            for near_column in range(max(middle_column - 1, 0), min(middle_column + 2, columns)):
+                if cells[near_row, near_column] != LETHAL:
+                    continue
+                known = False
+                for index in range(count):
+                    known |= group[index, 0] == near_row and group[index, 1] == near_column
+                if known:
+                    continue
+                if count + 1 >= smallest or ground[near_row, near_column] == LETHAL:
+                    return False
+                group[count, 0], group[count, 1] = near_row, near_column
+                count += 1
     return True
 
 
 @njit(cache=True, nogil=True)
-def compose(base, static, marked_at, seen, denoise, top, bottom, left, right):
-    """Lay the sensed layer over the static one in a box; returns the box of changed cells."""
+def drop_small_groups(cells, ground, smallest):
+    """Give lethal groups below a size, over eight neighbours, back to the ground or free them."""
+    group = np.empty((smallest, 2), np.int64)
+    small = np.zeros(cells.shape, np.uint8)
+    for row in range(cells.shape[0]):
+        for column in range(cells.shape[1]):
+            if cells[row, column] == LETHAL and ground[row, column] != LETHAL:
+                small[row, column] = _is_small(cells, ground, row, column, smallest, group)
+    for row in range(cells.shape[0]):
+        for column in range(cells.shape[1]):
+            if small[row, column]:
+                value = ground[row, column]
+                cells[row, column] = FREE if value == UNKNOWN else value
+
+
+@njit(cache=True, nogil=True)
+def hear(
+    probability, heard_at, origin_x, origin_y, resolution, sensor_x, sensor_y, sensor_heading,
+    distance, end, half_angle, fading, thickness, time, top, bottom, left, right,
+):  # fmt: skip
+    """Bayesian update of a box of cells from one reading of a cone.
+
+    The sensor model is that of Nav2's RangeSensorLayer: trust falls with the square of the bearing
+    and, round the distance `fading`, with the distance; cells before the reading were probably
+    free, those within `thickness` of it probably occupied, what lies behind stays as it was. An
+    infinite distance frees up to `end`.
+    """
+    for row in range(top, bottom):
+        y = origin_y + (row + 0.5) * resolution - sensor_y
+        for column in range(left, right):
+            x = origin_x + (column + 0.5) * resolution - sensor_x
+            away = np.hypot(x, y)
+            bearing = np.arctan2(y, x) - sensor_heading
+            bearing = abs((bearing + np.pi) % (2.0 * np.pi) - np.pi)
+            if bearing > half_angle or away > end:
+                continue
+            trust = 1.0 - (bearing / half_angle) ** 2
+            trust *= 1.0 - 0.5 * (1.0 + np.tanh(2.0 * (away - fading)))
+            if away < distance - 2.0 * thickness:
+                occupied = 0.5 * (1.0 - trust)
+            elif away < distance - thickness:
+                share = (away - distance + 2.0 * thickness) / thickness
+                occupied = 0.5 * (1.0 - trust) + 0.5 * trust * share * share
+            elif away < distance + thickness:
+                share = (distance - away) / thickness
+                occupied = 0.5 + trust * (0.5 - 0.5 * share * share)
+            else:
+                continue
+            before = probability[row, column]
+            hit, miss = occupied * before, (1.0 - occupied) * (1.0 - before)
+            probability[row, column] = min(0.98, max(0.02, hit / (hit + miss)))
+            heard_at[row, column] = time
+
+
+@njit(cache=True, nogil=True)
+def raise_on_way(
+    cells, left_x, low_y, resolution, start_x, start_y, speed_x, speed_y, horizon, radius, reach,
+    cost, fade, spread,
+):  # fmt: skip
+    """Raise known cells along a straight way, see SocialLayer; cells' corner is (left_x, low_y)."""
+    squared = max(speed_x * speed_x + speed_y * speed_y, 1e-12)
+    slope = fade / max(horizon, 1e-12)
+    for row in range(cells.shape[0]):
+        y = low_y + (row + 0.5) * resolution - start_y
+        for column in range(cells.shape[1]):
+            value = cells[row, column]
+            if value >= INSCRIBED:
+                continue
+            x = left_x + (column + 0.5) * resolution - start_x
+            time = min(max((x * speed_x + y * speed_y) / squared, 0.0), horizon)
+            beyond = max(np.hypot(x - speed_x * time, y - speed_y * time) - radius, 0.0)
+            if beyond > reach:
+                continue
+            share = beyond / spread
+            raised = cost * (1.0 - slope * time) * np.exp(-0.5 * share * share)
+            cells[row, column] = max(value, int(raised + 1e-9))
+
+
+@njit(cache=True, nogil=True)
+def write_changed(base, canvas, canvas_top, canvas_left, top, bottom, left, right):
+    """Copy a box from a canvas; returns the box of the cells that changed."""
     first_row, last_row, first_column, last_column = bottom, top - 1, right, left - 1
     for row in range(top, bottom):
         for column in range(left, right):
-            value = static[row, column]
-            if marked_at[row, column] > NEVER:
-                if not (denoise and _is_alone(marked_at, row, column)):
-                    value = LETHAL
-                elif value == UNKNOWN:
-                    value = FREE
-            elif value == UNKNOWN and seen[row, column]:
-                value = FREE
+            value = canvas[row - canvas_top, column - canvas_left]
             if base[row, column] != value:
                 base[row, column] = value
                 first_row, last_row = min(first_row, row), max(last_row, row)
@@ -174,6 +275,7 @@ def inflate(cells, base, costs, limit, top, bottom, left, right):
     columns = base.shape[1]
     outer_left, outer_right = max(left - limit, 0), min(right + limit, columns)
     heights = _rows_to_lethal(base, limit, top, bottom, outer_left, outer_right)
+    widths = np.array([int(np.sqrt(limit * limit - up * up)) for up in range(limit + 1)])
     squared = np.empty(right - left, np.int64)
     for row in range(top, bottom):
         squared[:] = limit * limit + 1
@@ -181,8 +283,8 @@ def inflate(cells, base, costs, limit, top, bottom, left, right):
             height = heights[row - top, column - outer_left]
             if height > limit:
                 continue
-            square = height * height
-            for near in range(max(column - limit, left), min(column + limit + 1, right)):
+            square, width = height * height, widths[height]
+            for near in range(max(column - width, left), min(column + width + 1, right)):
                 candidate = square + (near - column) * (near - column)
                 if candidate < squared[near - left]:
                     squared[near - left] = candidate

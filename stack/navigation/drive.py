@@ -58,6 +58,8 @@ class GoalDrive:
         """The velocity for this step."""
         try:
             check_not_lost(self._lost, moment)
+            if self._lost.doubted:
+                return self._stand("the scans do not fit the map: waiting")
             self._take_plan(moment)
             self._pass_goals(moment.estimate.pose)
             if self._follower.reached(moment) and len(self._goals) == 1:
@@ -69,6 +71,11 @@ class GoalDrive:
         except NavigationError as error:
             self.task.fail(error.failure.code, error.failure.sentence)
             return STANDSTILL
+
+    def _stand(self, why: str) -> Twist:
+        """Stand while the pose is in doubt: a path from a wrong pose leads anywhere."""
+        self.task.report(why, self.task.distance_remaining)
+        return STANDSTILL
 
     def _report(self) -> None:
         track = self._follower.track

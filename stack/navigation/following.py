@@ -145,6 +145,8 @@ class PathDrive:
         follower, task = self._follower, self.task
         try:
             check_not_lost(self._lost, moment)
+            if self._lost.doubted:
+                return STANDSTILL
             if follower.track is not None:
                 follower.track.advance(moment.estimate.pose)
                 task.report(drive_feedback(follower), follower.track.remaining)

@@ -216,6 +216,19 @@ class Navigation:
         self._activity = activity
         self._emit(kind, text)
 
+    def set_aside(self) -> Activity | None:
+        """Take the activity under way off the wheels without ending it; `take_up` goes on."""
+        activity, self._activity = self._activity, None
+        return activity
+
+    def take_up(self, activity: Activity | None) -> None:
+        """Cancel what is under way and go on with an activity that was set aside."""
+        if self._activity is not None:
+            self._activity.task.cancel("the mission goes on")
+        self._activity = activity
+        if self.path is not None:  # the controller is shared, and follows the other's path
+            self.controller.set_path(self.path)
+
     def new_task(self, what: str) -> MotionTask:
         """A handle for an activity built elsewhere."""
         return self._task(what)

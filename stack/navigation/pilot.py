@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from math import degrees
 from typing import Any, Protocol
@@ -33,8 +33,8 @@ from stack.types import (
 CAMERA_LEASE = 1.0
 """Seconds of robot time for which asking for a picture keeps the camera on."""
 
-JUMP = 0.3
-"""Metres: after a larger jump of the pose, what was sensed before lies in the wrong places."""
+JUMP, TURN = 0.3, 0.2
+"""Metres and radians: after a larger jump, what was sensed before lies in the wrong places."""
 
 
 class MarkerDetector(Protocol):
@@ -61,6 +61,7 @@ class Parts:
         markers: the known markers of this place, map frame.
         detector: None when the robot has no camera.
         tunables: components whose parameters may be changed, by name.
+        cover: lets the ground of the costmaps grow to hold some poses, where there is no map.
     """
 
     body: Body
@@ -73,6 +74,7 @@ class Parts:
     markers: tuple[Marker, ...] = ()
     detector: MarkerDetector | None = None
     tunables: Mapping[str, Tunable] = field(default_factory=dict)
+    cover: Callable[[Iterable[Pose2D]], None] = lambda poses: None
 
 
 class Pilot:
@@ -106,6 +108,7 @@ class Pilot:
     def advance(self) -> Twist:
         """The velocity that the task under way wants in this step."""
         moment = Moment(self.time, self.estimate, self._odometry, self._scan)
+        self._parts.cover([moment.estimate.pose])
         return self._navigation.advance(moment)
 
     @property
@@ -202,12 +205,14 @@ class Pilot:
 
     def navigate_to(self, goal: Pose2D, *, tolerance: float | None = None) -> MotionTask:
         """Plan and drive to a pose in the map frame, replanning as the world changes."""
+        self._parts.cover([goal])
         return self._navigation.navigate_to(goal, tolerance=tolerance)
 
     def navigate_through(
         self, goals: list[Pose2D], *, tolerance: float | None = None
     ) -> MotionTask:
         """Drive past poses in turn to the last one without stopping in between."""
+        self._parts.cover(goals)
         return self._navigation.navigate_through(goals, tolerance=tolerance)
 
     def follow_path(self, path: Path) -> MotionTask:
@@ -216,6 +221,7 @@ class Pilot:
 
     def plan(self, goal: Pose2D, start: Pose2D | None = None) -> MotionTask:
         """Plan without driving; the answer is the task's `path`."""
+        self._parts.cover([goal])
         return self._navigation.plan(goal, start)
 
     def spin(self, angle: float, *, speed: float | None = None) -> MotionTask:
@@ -230,22 +236,41 @@ class Pilot:
         """Velocity with a time to live; cancels another motion task under way."""
         self._navigation.drive_for(twist, seconds)
 
-    def clear_costmap(self, which: str = "both") -> None:
+    def clear_costmap(
+        self, which: str = "both", *, radius: float | None = None, layer: str | None = None
+    ) -> None:
         """Forget sensed obstacles: `local`, `global` or `both`. The static map stays.
 
+        Args:
+            which: costmap.
+            radius: metres round the robot; None is everywhere.
+            layer: name of the one layer that is to forget; None is all.
+
         Raises:
-            ParameterError: another word.
+            ParameterError: another word, or no such layer.
         """
         known = ("local", "global", "both")
         if which not in known:
             raise ParameterError(
                 "which", f"there is no {which!r} costmap", suggestion(which, known)
             )
-        if which != "global":
-            self._parts.local_costmap.clear()
-        if which != "local":
-            self._parts.global_costmap.clear()
-        self._parts.emit("recovery", f"cleared costmap: {which}", costmap=which)
+        named = {"local": self._parts.local_costmap, "global": self._parts.global_costmap}
+        costmaps = [costmap for name, costmap in named.items() if which in (name, "both")]
+        layers = [name for costmap in costmaps for name in costmap.layers]
+        if layer is not None and layer not in layers:
+            raise ParameterError(
+                "layer", f"there is no layer {layer!r} here", suggestion(layer, layers)
+            )
+        for costmap in costmaps:
+            if layer is not None and layer not in costmap.layers:
+                continue
+            if radius is None:
+                costmap.clear(layer=layer)
+            else:
+                costmap.clear_around(self.pose, radius, layer=layer)
+        within = "" if radius is None else f", {radius:g} m around the robot"
+        only = "" if layer is None else f", layer {layer}"
+        self._parts.emit("recovery", f"cleared costmap: {which}{within}{only}", costmap=which)
 
     def relocalise(self) -> MotionTask:
         """Find the pose anywhere on the map from lidar alone; fails AMBIGUOUS rather than guess."""
@@ -277,12 +302,12 @@ class Pilot:
         """Tell of a new pose, and forget what was sensed from a wrong one."""
         jump = before.distance_to(pose)
         turn = abs(wrap_angle(pose.heading - before.heading))
-        if jump > JUMP:
+        if jump > JUMP or turn > TURN:
             self._parts.local_costmap.clear()
             self._parts.global_costmap.clear()
         self._parts.emit(
             "relocalised",
             f"now at ({pose.x:.2f}, {pose.y:.2f}, {degrees(pose.heading):.0f} deg) by {source}, "
             f"{jump:.2f} m and {degrees(turn):.0f} deg from before",
-            source=source, jump=round(jump, 3), turn=round(turn, 4),
+            by=source, jump=round(jump, 3), turn=round(turn, 4),
         )  # fmt: skip

@@ -12,6 +12,7 @@ from stack.types import (
     FailureCode,
     Odometry,
     Path,
+    Pose2D,
     PoseEstimate,
     Scan,
     TaskStatus,
@@ -52,8 +53,17 @@ class CostmapLike(Protocol):
         """Grows with each change."""
         ...
 
-    def clear(self) -> None:
-        """Forget what was sensed."""
+    @property
+    def layers(self) -> tuple[str, ...]:
+        """Names of what it is made of."""
+        ...
+
+    def clear(self, *, layer: str | None = None) -> None:
+        """Forget what was sensed, by one layer or all."""
+        ...
+
+    def clear_around(self, pose: Pose2D, radius: float, *, layer: str | None = None) -> None:
+        """Forget what was sensed within a distance (metres) of a pose."""
         ...
 
 

@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.types import INSCRIBED_COST, LETHAL_COST, UNKNOWN_COST, CostGrid
+from stack.types import INSCRIBED_COST, LETHAL_COST, UNKNOWN_COST, CostGrid, Pose2D
 
 _FREE_STEP = 100  # what a straight step over a free cell costs: whole numbers within 0.5 %
-_UNKNOWN_AS = 126  # unknown cells cost as much as half-inflated ones, where they may be crossed
 
 
 @dataclass(frozen=True)
@@ -29,10 +28,13 @@ class StepCosts:
     escape: NDArray[np.int64]
 
     @staticmethod
-    def of(cost_weight: float, allow_unknown: bool) -> StepCosts:
-        """Tables in which a cell of cost c takes 1 + cost_weight · c / 252 times a free one's."""
+    def of(cost_weight: float, allow_unknown: bool, unknown_as: float = 126.0) -> StepCosts:
+        """Tables in which a cell of cost c takes 1 + cost_weight · c / 252 times a free one's.
+
+        Unknown cells count as cells of cost `unknown_as`.
+        """
         share = np.arange(256, dtype=np.float64) / (INSCRIBED_COST - 1)
-        share[UNKNOWN_COST] = _UNKNOWN_AS / (INSCRIBED_COST - 1)
+        share[UNKNOWN_COST] = unknown_as / (INSCRIBED_COST - 1)
         traverse = np.rint(_FREE_STEP * (1.0 + cost_weight * share)).astype(np.int64)
         traverse[INSCRIBED_COST : LETHAL_COST + 1] = 0
         if not allow_unknown:
@@ -92,6 +94,15 @@ class Workspace:
                 self._forget()
             else:
                 return bool(status == kernels.FOUND)
+
+    def nearest_reached(self, costs: CostGrid, place: Pose2D) -> tuple[int, int] | None:
+        """The cell with a way that the last search reached nearest to a place."""
+        x, y = costs.origin
+        row, column = self._kernels.nearest_reached(
+            costs.cells, self._tables.traverse, self.reached, self.base, self.limit,
+            (place.y - y) / costs.resolution, (place.x - x) / costs.resolution,
+        )  # fmt: skip
+        return None if row < 0 else (int(row), int(column))
 
     def _next_base(self) -> None:
         if self.base - self.limit - 1 < np.iinfo(self.reached.dtype).min:

@@ -1,45 +1,24 @@
 """The last word before the wheels.
 
-In this order: emergency stop, staleness of the lidar, collision monitor, speed limit, velocity
-smoother, and a last look at what the smoother made of it. Works on the newest scan alone, so that a
-wrong pose or a wrong costmap cannot fool it; what the lidar cannot see (behind one that does not
+In this order: emergency stop, staleness of the lidar, zones, collision monitor, speed limit,
+velocity smoother, and a last look at what the smoother made of it. Works on the newest scan alone,
+so that a wrong pose or a wrong costmap cannot fool it (but for speed zones, which lie on the map);
+what the lidar cannot see (behind one that does not
 look all round, below its plane) it cannot guard.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
 from math import atan2, hypot, inf, isfinite, pi
 
 from stack.description import RobotDescription
-from stack.parameters import parameter
 from stack.safety.monitor import CollisionMonitor, Contact
-from stack.safety.smoother import VelocitySmoother, within_limits
+from stack.safety.parameters import SafetyParameters
+from stack.safety.smoother import VelocitySmoother, beyond_dead_band, within_limits
+from stack.safety.zone_monitor import ZoneMonitor
+from stack.safety.zones import SafetyZone
 from stack.types import STANDSTILL, FloatArray, Scan, Twist
-
-
-@dataclass(frozen=True)
-class SafetyParameters:
-    """Settings of `Safety`."""
-
-    padding: float = parameter(
-        0.03, "m", at_least=0.0, at_most=0.5, help="stays free round the footprint"
-    )
-    slow_time: float = parameter(
-        1.0, "s", above=0.0, at_most=5.0, help="slower in proportion when contact is nearer"
-    )
-    reaction_time: float = parameter(
-        0.15, "s", at_least=0.0, help="part of the stopping distance: scan, step and drive delay"
-    )
-    creep_speed: float = parameter(
-        0.02, "m/s", at_least=0.0, help="stops rather than creep slower than this at something"
-    )
-    stale_after: float = parameter(
-        0.3, "s", above=0.0, help="stops when the newest scan is older than this"
-    )
-    top_speed: float = parameter(
-        5.0, "m/s", above=0.0, help="speed limit; the robot's own limit holds as well"
-    )
 
 
 class Safety:
@@ -51,11 +30,13 @@ class Safety:
     """
 
     def __init__(
-        self, robot: RobotDescription, parameters: SafetyParameters, period: float
-    ) -> None:
+        self, robot: RobotDescription, parameters: SafetyParameters, period: float,
+        zones: Sequence[SafetyZone] = (),
+    ) -> None:  # fmt: skip
         self.parameters, self.reason = parameters, ""
         self._robot, self._limits = robot, robot.limits
         self._monitor = CollisionMonitor(robot)
+        self._zones = ZoneMonitor(zones, robot.footprint)
         self._smoother = VelocitySmoother(robot.limits, period)
         self._emergency: str | None = None
 
@@ -73,7 +54,10 @@ class Safety:
         """Unlatch the emergency stop; speeds then rise again from zero."""
         self._emergency = None
 
-    def limit(self, twist: Twist, *, scan: Scan | None, time: float, measured: Twist) -> Twist:
+    def limit(
+        self, twist: Twist, *, scan: Scan | None, time: float, measured: Twist,
+        speed_limit: float = inf,
+    ) -> Twist:  # fmt: skip
         """The twist that may be driven now.
 
         Args:
@@ -81,6 +65,7 @@ class Safety:
             scan: the newest one; None when none has come yet or there is no lidar.
             time: now, on the robot's clock.
             measured: velocity now, base frame.
+            speed_limit: of this place, m/s.
         """
         self.reason = ""
         if self._emergency is not None:
@@ -90,13 +75,18 @@ class Safety:
         wanted = self._fresh(self._finite(twist), scan, time)
         points = None if scan is None else self._monitor.points(scan, time, measured)
         if points is not None and wanted != STANDSTILL:
+            wanted, self.reason = self._zones.limited(wanted, points)
             wanted = self._guarded(wanted, points)
-        wanted = within_limits(wanted, self._limits, self.parameters.top_speed)
+        wanted = self._slow_enough(wanted, speed_limit)
+        if self.parameters.closed_loop:
+            self._smoother.last = measured
         smooth = self._smoother.towards(wanted)
         if points is not None and smooth not in (wanted, STANDSTILL):
             smooth = self._braked(smooth, points)
         self._smoother.last = smooth
-        return smooth
+        return beyond_dead_band(
+            smooth, wanted, self.parameters.dead_band, self.parameters.turning_dead_band
+        )
 
     def _finite(self, twist: Twist) -> Twist:
         if all(map(isfinite, (twist.linear, twist.angular, twist.lateral))):
@@ -117,6 +107,14 @@ class Safety:
             else f"stopped: the newest lidar scan is {age:.2f} s old"
         )
         return STANDSTILL
+
+    def _slow_enough(self, twist: Twist, speed_limit: float) -> Twist:
+        """The same arc within the limits of the robot, the operator and the place."""
+        top = min(self.parameters.top_speed, speed_limit)
+        binding = min(self.parameters.top_speed, self._limits.linear_speed, abs(twist.linear))
+        if speed_limit < binding and not self.reason:
+            self.reason = f"slower: the speed limit here is {speed_limit:.2f} m/s"
+        return within_limits(twist, self._limits, top)
 
     def _guarded(self, twist: Twist, points: FloatArray) -> Twist:
         """The same arc driven slower, a turn in place, or standstill."""

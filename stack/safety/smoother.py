@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import hypot
+from math import copysign, hypot
 
 from stack.description import Limits
 from stack.types import STANDSTILL, Twist
@@ -47,3 +47,28 @@ def within_limits(twist: Twist, limits: Limits, top_speed: float) -> Twist:
     if share == 1.0:
         return twist
     return Twist(twist.linear * share, twist.angular * share, twist.lateral * share)
+
+
+def beyond_dead_band(smooth: Twist, wanted: Twist, linear: float, angular: float) -> Twist:
+    """What a drive that cannot move slower than its dead band is to be told.
+
+    A speed inside the band becomes the band's edge on the way up to a wanted one beyond it, else
+    zero: so a drive gets going, and does not hum where it stands.
+
+    Args:
+        smooth: what the smoother allows now.
+        wanted: where it is heading.
+        linear: edge of the band, m/s.
+        angular: likewise, rad/s.
+    """
+    return Twist(
+        _beyond(smooth.linear, wanted.linear, linear),
+        _beyond(smooth.angular, wanted.angular, angular),
+        _beyond(smooth.lateral, wanted.lateral, linear),
+    )
+
+
+def _beyond(smooth: float, wanted: float, band: float) -> float:
+    if abs(smooth) >= band:
+        return smooth
+    return copysign(band, smooth) if smooth * wanted > 0.0 and abs(wanted) >= band else 0.0

@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path as FilePath
 
+from stack.documents import Finding
 from stack.types import FloatArray, Marker, Pose2D
 
 Colour = tuple[float, float, float]
@@ -140,6 +141,7 @@ class World:
         start: where a robot stands when the mission does not say.
         friction: of the floor where no zone says otherwise.
         source: the file it came from.
+        warnings: what the reader of that file left out or replaced.
     """
 
     name: str
@@ -157,3 +159,4 @@ class World:
     start: Pose2D = Pose2D(0.0, 0.0)
     friction: float = 0.9
     source: FilePath | None = None
+    warnings: tuple[Finding, ...] = ()

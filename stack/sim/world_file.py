@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from stack.documents import Findings, Mark, Node, Section, read_file
+from stack.documents import Findings, Mark, Node, Section, read_document
 from stack.errors import InputError
 from stack.parameters import Declaration, suggestion
 from stack.sim import world_items as items
@@ -65,14 +65,14 @@ def find_world(name_or_path: str, beside: Path, shipped: Path) -> Path:
     return found
 
 
-def read_world(path: Path) -> World:
-    """The world in a file.
+def read_world(path: Path, text: str | None = None) -> World:
+    """The world in a file, or in a text that an editor has not saved there yet.
 
     Raises:
         InputError: every finding, each with its position.
     """
     findings = Findings()
-    top = Section(read_file(path, "world file"), findings, "a world file", SHAPE)
+    top = Section(read_document(path, "world file", text), findings, "a world file", SHAPE)
     reading = Reading(findings)
     name = top.value(Declaration("world", str, "its name"))
     top.value(Declaration("format", int, "of this file", default=1, at_least=1, at_most=1))
@@ -100,7 +100,7 @@ def read_world(path: Path) -> World:
     findings.raise_errors()
     _check_size(top, reading, world)
     solid = outlines(world)
-    world = replace(world, bounds=bounds or _bounds_around(world, solid))
+    world = replace(world, bounds=bounds or bounds_round(world, solid, MARGIN))
     _check_placement(top, world, solid)
     findings.raise_errors()
     return world
@@ -134,13 +134,13 @@ def _bounds(top: Section) -> Bounds | None:
     return x_min, y_min, x_max, y_max
 
 
-def _bounds_around(world: World, solid: list[Outline]) -> Bounds:
-    """Bounds round everything solid, every place and the start, on multiples of 0.1 m."""
+def bounds_round(world: World, solid: list[Outline], margin: float) -> Bounds:
+    """Bounds a margin round everything solid, every place and the start, on multiples of 0.1 m."""
     poses = [world.start, *world.places.values()]
     extents = [outline.extent for outline in solid]
     extents += [(pose.x, pose.y, pose.x, pose.y) for pose in poses]
-    low = np.min(np.array(extents)[:, :2], axis=0) - MARGIN
-    high = np.max(np.array(extents)[:, 2:], axis=0) + MARGIN
+    low = np.min(np.array(extents)[:, :2], axis=0) - margin
+    high = np.max(np.array(extents)[:, 2:], axis=0) + margin
     x_min, y_min = (floor(round(10 * float(value), 6)) / 10 for value in low)
     x_max, y_max = (ceil(round(10 * float(value), 6)) / 10 for value in high)
     return x_min, y_min, x_max, y_max

@@ -6,6 +6,7 @@ The hash of a run's events is the SHA-256 of its events.jsonl, byte for byte.
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterator, Mapping
 from math import isfinite
 from pathlib import Path
@@ -25,6 +26,20 @@ _FIELDS = {
     "text": str,
     "fields": dict,
 }
+
+
+_ADDRESS = re.compile(r"\b0x[0-9a-fA-F]{6,}\b")
+_PATH = re.compile(r"(?<![\w.:/])/(?:[\w.+-]+/)+(?=[\w.+-])")
+
+
+def without_whereabouts(text: str) -> str:
+    """A text without memory addresses and without the folders of absolute paths.
+
+    They differ from run to run and from machine to machine, and the log is hashed.
+    """
+    if "/" not in text and "0x" not in text:
+        return text
+    return _PATH.sub("", _ADDRESS.sub("0x…", text))
 
 
 def json_value(value: Any) -> Any:

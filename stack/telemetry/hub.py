@@ -8,12 +8,16 @@ from dataclasses import replace
 from hashlib import sha256
 from typing import Any
 
-from stack.telemetry.event_log import event_line, json_value
+from stack.telemetry.event_log import event_line, json_value, without_whereabouts
 from stack.telemetry.records import Ack, Command, CommandSource, Event, RunInfo, Sink, Snapshot
 
 LEVELS = ("info", "warning", "error")
 REPLAYED = 1000
 """How many past events a sink that is attached late is still told."""
+
+
+def _told(value: Any) -> Any:
+    return without_whereabouts(value) if isinstance(value, str) else value
 
 
 def _nowhere(sentence: str) -> None:
@@ -78,8 +82,9 @@ class Telemetry:
         if level not in LEVELS:
             raise ValueError(f"level {level!r} is not one of {', '.join(LEVELS)}")
         event = Event(
-            self.count, self._step, float(self._time), level, source, kind, text,
-            json_value(fields),
+            self.count, self._step, float(self._time), level, source, kind,
+            without_whereabouts(text),
+            json_value({name: _told(value) for name, value in fields.items()}),
         )  # fmt: skip
         self._digest.update(event_line(event))
         self.count += 1

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -79,8 +80,8 @@ class RunFolder:
         return target.relative_to(self.path).as_posix()
 
     def log(self, line: str) -> None:
-        """Add a line to log.txt."""
-        with (self.path / "log.txt").open("a", encoding="utf-8") as file:
+        """Add a line to log.txt; a full disk loses the line, never the mission."""
+        with suppress(OSError), (self.path / "log.txt").open("a", encoding="utf-8") as file:
             file.write(line.rstrip("\n") + "\n")
 
     def read_report(self) -> dict[str, Any]:

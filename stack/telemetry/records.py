@@ -22,6 +22,9 @@ from stack.types import (
     Twist,
 )
 
+ROUTINE = frozenset({"pose", "node_status", "tree"})
+"""Kinds of events that come all the time: for machines and records, not for people's eyes."""
+
 
 class MissionState(StrEnum):
     """A mission in one word."""
@@ -173,7 +176,8 @@ class Snapshot:
         layers: map, global_costmap, local_costmap, scene by name.
         commanded / measured: velocities.
         stages: compute time by stage name.
-        speed: simulated seconds per wall second, recently.
+        speed: simulated seconds per wall second so far.
+        pace: the same as asked for; 0 is as fast as the machine can.
         parameters: component parameters in force, flat: "controller.cruise_speed" -> value.
         image: newest camera picture if one came since the last snapshot.
         truth: the true pose, in simulation only. people: (n, 3) x, y, radius, likewise.
@@ -203,6 +207,7 @@ class Snapshot:
     measured: Twist = STANDSTILL
     stages: Mapping[str, StageTiming] = field(default_factory=dict)
     speed: float = 0.0
+    pace: float = 0.0
     parameters: Mapping[str, Any] = field(default_factory=dict)
     image: Image | None = None
     truth: Pose2D | None = None

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from stack.telemetry.records import Event, Layer, MissionState, RunInfo, Snapshot
+from stack.telemetry.records import ROUTINE, Event, Layer, MissionState, RunInfo, Snapshot
 from stack.telemetry.tree_text import activity
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ class RerunSink:
         self.path, self.period = path, period
         self._drawing: RerunDrawing | None = None
         self._next = 0.0
-        self._last = -1.0
+        self._arranged = False
         self._versions: dict[str, int] = {}
         self._statuses: dict[int, str] = {}
         self._state: MissionState | None = None
@@ -51,8 +51,9 @@ class RerunSink:
     def event(self, event: Event) -> None:
         """A line of the log."""
         assert self._drawing is not None
-        self._drawing.at(event.time)
-        self._drawing.event(event)
+        if event.kind not in ROUTINE:
+            self._drawing.at(event.time)
+            self._drawing.event(event)
 
     def wants_snapshot(self, time: float) -> bool:
         """Whether a period of robot time has passed."""
@@ -61,12 +62,10 @@ class RerunSink:
     def snapshot(self, snapshot: Snapshot) -> None:
         """Draw a moment."""
         assert self._drawing is not None
-        if snapshot.time <= self._last:
-            return
         drawing = self._drawing
-        if self._last < 0.0:
+        if not self._arranged:
+            self._arranged = True
             drawing.arrange(snapshot)
-        self._last = snapshot.time
         while self._next <= snapshot.time + 1e-9:
             self._next += self.period
         drawing.at(snapshot.time)

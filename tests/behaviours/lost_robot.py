@@ -37,6 +37,8 @@ class LostRobot(KinematicRobot):
         camera_works: no picture ever comes otherwise.
         global_answer: what its lidar search answers, `truth` for the right pose; None is AMBIGUOUS.
         true_error: the right candidate is turned about the marker by this, radians.
+        exposed: the last pictures' steps, with pose and turning speed at that moment.
+        blurred: how often sightings were asked for in a picture taken while turning.
         wrong_first: the wrong candidate has the smaller reprojection error.
     """
 
@@ -45,7 +47,8 @@ class LostRobot(KinematicRobot):
     global_answer: list[Pose2D | str | None] = field(default_factory=list)
     true_error: float = radians(8.0)
     wrong_first: bool = True
-    exposed: list[tuple[int, Pose2D]] = field(default_factory=list)
+    exposed: list[tuple[int, Pose2D, float]] = field(default_factory=list)
+    blurred: int = 0
     turn_left: float = 0.0
     asked_at: float = -10.0
 
@@ -80,14 +83,15 @@ class LostRobot(KinematicRobot):
 
     def image(self) -> Image | None:
         self.asked_at = self.time
-        ready = [step for step, _ in self.exposed if step <= self.steps - LATENCY_STEPS]
+        ready = [step for step, *_ in self.exposed if step <= self.steps - LATENCY_STEPS]
         return Image(ready[-1] * PERIOD, PIXELS, CAMERA) if ready else None
 
     def marker_sightings(self) -> tuple[MarkerSighting, ...]:
         ready = [one for one in self.exposed if one[0] <= self.steps - LATENCY_STEPS]
         if not ready:
             return ()
-        step, pose = ready[-1]
+        step, pose, turning = ready[-1]
+        self.blurred += abs(turning) > 0.05
         seen = [self._sighting(marker, pose, step * PERIOD) for marker in self.markers]
         return tuple(one for one in seen if one is not None)
 
@@ -113,7 +117,7 @@ class LostRobot(KinematicRobot):
         if self.steps % 2 == 0:
             self.localisation_quality = self.fit_at(self.belief)
         if self.camera_works and self.time - self.asked_at < 1.0 and self.steps % CAMERA_STEPS == 0:
-            self.exposed = [*self.exposed[-3:], (self.steps, self.pose)]
+            self.exposed = [*self.exposed[-3:], (self.steps, self.pose, self.speed.angular)]
 
     def _turn(self) -> None:
         """Turn on: fast while much is left, and slowly at the end."""
@@ -122,7 +126,7 @@ class LostRobot(KinematicRobot):
             self.twist = STANDSTILL
             self.motion.succeed()
         else:
-            speed = min(max(2.0 * self.turn_left, -TURNING_SPEED), TURNING_SPEED)
+            speed = min(max(5.0 * self.turn_left, -TURNING_SPEED), TURNING_SPEED)
             self.twist = Twist(0.0, speed)
         self.alive_until = self.time + 0.1
 

@@ -8,6 +8,7 @@ from py_trees.common import Status
 
 from behaviours.check import Check
 from behaviours.clear_costmap import ClearCostmap
+from behaviours.clear_costmap_around_robot import ClearCostmapAroundRobot
 from behaviours.say import Say
 from behaviours.set import Set
 from behaviours.take_photo import TakePhoto
@@ -106,6 +107,15 @@ def test_says_it_once(robot):
 def test_clears_the_costmap_that_is_meant(robot):
     assert tick(ClearCostmap(which="local"), robot) is Status.SUCCESS
     assert robot.asked("clear_costmap") == [{"which": "local"}]
+
+
+def test_clears_around_the_robot_in_one_layer_or_all(robot):
+    assert tick(ClearCostmapAroundRobot(radius=1.5, layer="obstacle"), robot) is Status.SUCCESS
+    assert tick(ClearCostmapAroundRobot(radius=2.0, which="local"), robot) is Status.SUCCESS
+    assert robot.asked("clear_costmap") == [
+        {"which": "both", "radius": 1.5, "layer": "obstacle"},
+        {"which": "local", "radius": 2.0},
+    ]
 
 
 def test_keeps_a_picture_newer_than_the_start(robot):

@@ -51,6 +51,7 @@ def test_finds_itself_by_a_marker(heading, wrong_first):
     assert near(robot.belief, robot.pose)
     assert robot.asked("set_pose")[-1]["source"] == "marker"
     assert robot.time < 20.0
+    assert robot.blurred == 0
     assert robot.asked("relocalise") == []
 
 

@@ -118,6 +118,18 @@ def test_approaches_a_wall_from_afar_facing_away():
     assert clearance(ROOM, robot.pose) == pytest.approx(0.4, abs=0.08)
 
 
+def test_a_round_too_short_to_be_a_loop_is_driven_twice():
+    # Round a pillar of 5 cm at 30 cm: 2 pi 0.35 m = 2.2 m, under the 3 m of a loop. Twice that,
+    # less the 40 cm that count as back, is 4.0 m; the chord of the lookahead cuts a little off.
+    angles = np.linspace(0.0, 2.0 * pi, 13)
+    pillar = segments_of([(0.05 * np.cos(a), 0.05 * np.sin(a)) for a in angles])
+    behaviour, _ = followed(
+        pillar, Pose2D(0.0, -0.35), side="left", distance=0.3, speed=0.3, until_loop=True
+    )
+    assert behaviour.status is Status.SUCCESS
+    assert behaviour.travelled == pytest.approx(4.0, abs=0.4)
+
+
 def test_ends_near_a_place():
     behaviour, robot = followed(
         ROOM, Pose2D(1.0, 0.5), side="right", until_place=Pose2D(4.5, 3.0), place_radius=0.4

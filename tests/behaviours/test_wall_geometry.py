@@ -86,6 +86,13 @@ def test_the_curve_rounds_an_outer_corner_on_an_arc():
     assert np.linalg.norm(past - corner, axis=1) == pytest.approx(0.5, abs=0.03)
 
 
+def test_the_curve_swings_round_the_end_of_a_thin_wall():
+    points = np.vstack([wall((0.3, 0.6), (-2, 0.6)), wall((-2, 0.5), (0.3, 0.5))])
+    curve = offset_curve(contour_of(points, 1.2), LEFT, AHEAD, length=3.0)
+    assert curve.points[-1, 1] == pytest.approx(1.1, abs=0.03)
+    assert curve.points[-1, 0] < 0.0
+
+
 def test_the_curve_turns_before_a_wall_ahead():
     points = np.vstack([wall((0.9, -2), (0.9, 0.5))[:-1], wall((0.9, 0.5), (-2, 0.5))])
     curve = offset_curve(contour_of(points, 1.2), LEFT, AHEAD)

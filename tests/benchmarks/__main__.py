@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy
 
-from tests.benchmarks import control, missions, planning, startup
+from tests.benchmarks import control, costmap, missions, planners, planning, startup, trees
 from tests.benchmarks.table import Rows, keep, show
 
 
@@ -23,8 +23,11 @@ def main() -> None:
     benchmarks: dict[str, tuple[str, Callable[[], Rows]]] = {
         "commands": ("Commands", startup.command_times),
         "run": ("02_office_patrol on one core, recording off", startup.run_figures),
+        "trees": ("A tick of a tree, ours and py_trees'", trees.run),
         "planning": ("Planning on generated office maps", planning.run),
         "control": ("Commands of the controllers", control.run),
+        "costmap": ("Costmap and tracker, processor time", costmap.run),
+        "planners": ("Planners and smoothers side by side", planners.run),
         "missions": (
             "Missions over seeds",
             lambda: missions.mission_table(given.seeds, given.jobs),
@@ -35,6 +38,9 @@ def main() -> None:
             lambda: missions.kidnap_table(given.kidnaps, given.jobs),
         ),
     }
+    for name in given.names:
+        if name not in benchmarks:
+            arguments.error(f"no benchmark {name!r}; there are {', '.join(benchmarks)}")
     for name in given.names or benchmarks:
         title, measure = benchmarks[name]
         rows = measure()

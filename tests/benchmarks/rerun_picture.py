@@ -4,6 +4,7 @@
 
 Needs a software Vulkan driver (Debian's mesa-vulkan-drivers). The interface is experimental in
 rerun. Complaints of the views (missing transforms and the like) are listed and the exit code is 1.
+While it runs, the viewer listens on that port of every network interface; rerun offers no other.
 """
 
 import argparse

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from textwrap import dedent
 
 import numpy as np
+import py_trees
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
@@ -47,6 +48,8 @@ class Check(RobotBehaviour):
 class WaitUntil(RobotBehaviour):
     """Wait until the condition holds."""
 
+    can_fail = False
+
     condition: Expression = port("what must hold")
 
     def update(self):
@@ -67,6 +70,9 @@ class Set(RobotBehaviour):
 class Wait(RobotBehaviour):
     """Wait."""
 
+    takes_time = True
+    can_fail = False
+
     time: float = port("how long", unit="s", at_least=0.0)
 
     def initialise(self):
@@ -78,6 +84,8 @@ class Wait(RobotBehaviour):
 
 class Say(RobotBehaviour):
     """Tell the operator."""
+
+    can_fail = False
 
     text: str = port("what to say")
 
@@ -233,6 +241,8 @@ class FakeCatalogue:
     def get(self, name):
         if name == "plain.Plain":
             return kind(name, Plain, {"ticks": Declaration("ticks", int, default=1)}, {})
+        if name == "plain.Running":
+            return kind(name, py_trees.behaviours.Running, {}, {})
         if name not in CLASSES:
             return None
         return kind(name, CLASSES[name], CLASSES[name].ports(), CLASSES[name].outputs())

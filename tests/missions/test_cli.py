@@ -26,7 +26,8 @@ def treepilot(*words: str, cwd: Path | None = None) -> subprocess.CompletedProce
 def test_help_teaches_and_imports_nothing_heavy():
     done = treepilot("--help")
     assert done.returncode == 0
-    for command in ("run", "check", "show", "list", "describe", "watch", "new"):
+    commands = "run check show list describe watch new explain test schema lsp".split()
+    for command in commands:
         assert command in done.stdout
 
 
@@ -57,8 +58,9 @@ def test_checking_imports_no_heavy_library(library):
         (("run", "01_drive_to_a_point", "--sped", "1"), "No such option"),
         (("describe", "navigate_to_pos"), "did you mean 'navigate_to_pose'"),
         (("list", "things"), "things"),
+        (("explain", "E1322"), "did you mean 'E132'"),
         (("check", "missing.yaml"), "missing.yaml:1:1 error[E001]"),
-        (("watch", "no-such-run"), "no run 'no-such-run' is live"),
+        (("watch", "no-such-run"), "watch needs a terminal"),
     ],
 )
 def test_wrong_usage_exits_with_2_and_says_what_to_do(words, expected, tmp_path):
@@ -77,7 +79,9 @@ def test_a_folder_that_is_not_empty_is_refused(tmp_path):
     assert [item.name for item in tmp_path.iterdir()] == ["precious.txt"]
 
 
-@pytest.mark.parametrize("kind", ["behaviours", "robots", "worlds", "missions", "planners"])
+@pytest.mark.parametrize(
+    "kind", ["behaviours", "robots", "worlds", "missions", "planners", "layers"]
+)
 def test_lists_say_something_about_everything(kind):
     done = treepilot("list", kind)
     assert done.returncode == 0
@@ -96,6 +100,55 @@ def test_show_draws_the_tree_in_three_ways():
     assert "navigate_to_pose" in treepilot("show", "02_office_patrol").stdout
     assert treepilot("show", "02_office_patrol", "--dot").stdout.startswith("digraph")
     assert "flowchart" in treepilot("show", "02_office_patrol", "--mermaid").stdout
+
+
+def test_schemas_are_printed_or_written(tmp_path):
+    printed = json.loads(treepilot("schema", "world", cwd=tmp_path).stdout)
+    assert printed["$schema"] == "https://json-schema.org/draft/2020-12/schema"
+    done = treepilot("schema", "--out", "mission.schema.json", cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (0, "")
+    written = json.loads((tmp_path / "mission.schema.json").read_text())
+    assert "navigate_to_pose" in written["$defs"]["node"]["properties"]
+
+
+def test_new_says_what_it_wrote_and_how_to_use_it(tmp_path):
+    done = treepilot("new", "planner", "beeline", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "wrote my_plugins/test_beeline.py" in done.stdout
+    assert "    plugins: [./my_plugins]\n    navigation: {planner: beeline}\n" in done.stdout
+    assert (tmp_path / "my_plugins" / "beeline.py").is_file()
+    again = treepilot("new", "planner", "beeline", cwd=tmp_path)
+    assert again.returncode == 2 and "is there already" in again.stderr
+    done = treepilot("new", "behaviour", "ring_bell", "--in", "mine", cwd=tmp_path)
+    assert "plugins: [./mine]" in done.stdout and (tmp_path / "mine" / "ring_bell.py").is_file()
+
+
+def test_check_gives_findings_as_json_for_editors(tmp_path):
+    file = tmp_path / "m.yaml"
+    file.write_text("mission: a\nrobot: scout\nworld: office\nrun: {wait: 2 m}\n")
+    done = treepilot("check", "--json", str(file))
+    assert done.returncode == 2
+    (found,) = json.loads(done.stdout)
+    assert (found["line"], found["column"], found["code"]) == (4, 13, "E132")
+    assert found["severity"] == "error"
+
+
+def test_explain_prints_cause_example_and_fix():
+    done = treepilot("explain", "E201")
+    assert done.returncode == 0
+    assert [line.split()[0] for line in done.stdout.splitlines()[2:]] == ["cause", "example", "fix"]
+
+
+def test_test_runs_a_missions_cases_and_exits_with_1_when_one_fails(tmp_path):
+    file = tmp_path / "m.yaml"
+    text = "mission: a\nrobot: scout\nworld: office\nrun: {wait: 2 s}\ntests: [{name: one}%s]\n"
+    file.write_text(text % "")
+    assert treepilot("test", str(file)).returncode == 0
+    file.write_text(text % ", {name: two, expect: {within: 1 s}}")
+    done = treepilot("test", str(file))
+    assert done.returncode == 1
+    assert "1 failed, 1 passed" in done.stdout
+    assert treepilot("test", str(file), "-k", "one", "--coverage").returncode == 0
 
 
 def begin(tmp_path: Path, mission: str = "02_office_patrol") -> subprocess.Popen[str]:

@@ -19,6 +19,7 @@ EXPECTED = {
     "04_wall_follow",
     "05_kidnapped",
     "06_your_own_behaviour",
+    "07_shelf_patrol",
 }
 
 
@@ -34,11 +35,12 @@ def test_every_shipped_mission_succeeds_without_a_collision(name):
     assert report.collisions == 0
     assert report.simulated_seconds < 240.0  # "in under 4 minutes of simulated time"
     assert report.localisation_error is not None
-    if name != "05_kidnapped":  # which is off by metres until it notices
+    lifted = name in ("05_kidnapped", "07_shelf_patrol")  # off by metres until it notices
+    if not lifted:
         assert report.localisation_error["max"] < 0.3
     if name == "03_blocked_corridor":
         assert report.recoveries >= 1
-    if name == "05_kidnapped":
+    if lifted:
         assert report.relocalised_by == "marker"
 
 
@@ -68,12 +70,17 @@ def test_without_a_camera_the_kidnapped_robot_does_not_guess():
     trace = Trace()
     options = RunOptions(seed=1, camera="off", serve=False)
     report = run_mission("05_kidnapped", options, [trace])
-    assert report.status == "failure"
     assert report.relocalised_by != "marker"
     lifted = next(event.time for event in trace.events if event.kind == "lifted")
     settled = [sample for sample in trace.errors if sample[0] > lifted + 5.0]
     confidently_wrong = [sample for sample in settled if sample[1] > 0.5 and sample[2] > 0.5]
     assert not confidently_wrong
+    # It gives up, or has driven to where the two rooms differ and found out by lidar alone.
+    if report.status == "success":
+        assert report.relocalised_by == "lidar"
+        assert settled[-1][1] < 0.1
+    else:
+        assert "LOST" in report.reason or "AMBIGUOUS" in report.reason
 
 
 @pytest.mark.slow

@@ -1,6 +1,7 @@
 """An office drawn by hand for the dashboard's tests: walls, doors, furniture, costs and sight."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -42,6 +43,7 @@ class Office:
     costs: CostGrid
 
 
+@lru_cache(maxsize=1)
 def build_office() -> Office:
     """The map (280, 480) at 5 cm and its inflated costs, row 0 at the smallest y."""
     cells = np.zeros((round(HEIGHT / RESOLUTION), round(WIDTH / RESOLUTION)), dtype=np.int8)

@@ -46,6 +46,11 @@ INFO = RunInfo(
     "office", 7, Footprint.circle(0.22), MARKERS, places=PLACES,
 )  # fmt: skip
 
+PARAMETERS = {
+    "controller.cruise_speed": 0.5, "controller.lookahead": 0.9, "localisation.particles": 500,
+    "planner.allow_unknown": False, "world.note": "plain",
+}  # fmt: skip
+
 # (parent, name, kind, status, message, since)
 TREE = (
     (-1, "office patrol", "reactive", "running", "", 0.0),
@@ -176,7 +181,7 @@ class SampleSource:
                 "distance": tick * CRUISE * PERIOD,
                 "clearance": 0.31,
             },
-            parameters={"controller.cruise_speed": 0.5},
+            parameters=PARAMETERS,
         )  # fmt: skip
 
     def _pose(self, index: int) -> Pose2D:
@@ -208,8 +213,9 @@ def _resample(corners: np.ndarray, spacing: float) -> np.ndarray:
 
 def finished(source: SampleSource, state: MissionState, reason: str = "") -> None:
     """Let the source's run be over."""
+    ended = "success" if state is MissionState.SUCCESS else "failure"
     rows = tuple(
-        replace(row, status="success" if state is MissionState.SUCCESS else row.status)
+        replace(row, status=ended if row.status == "running" else row.status)
         for row in _tree(source.tick * PERIOD)
     )
     source.changes.update(

@@ -2,7 +2,7 @@
 
 import py_trees
 import pytest
-from hypothesis import given, settings
+from hypothesis import given, reject, settings
 from hypothesis import strategies as st
 from py_trees.common import Status
 
@@ -50,7 +50,7 @@ def test_an_answer_that_is_no_status_is_a_failure(run):
     it = run("run: {broken: status}")
     it.ticks()
     assert it.tree.failure.code == "EXCEPTION"
-    assert it.tree.failure.sentence.startswith("update returned None")
+    assert it.tree.failure.sentence.startswith("update returned a NoneType")
 
 
 def test_a_setup_that_raises_is_reported_where_the_node_stands(run):
@@ -195,7 +195,10 @@ TREES = st.recursive(
 def test_every_start_has_one_end_and_halting_leaves_nothing_running(
     tmp_path_factory, node, scripts
 ):
-    it = ran(tmp_path_factory.mktemp("tree"), f"run: {node}")
+    try:
+        it = ran(tmp_path_factory.mktemp("tree"), f"run: {node}")
+    except InputError:
+        reject()  # two at the wheel
     it.robot.answers.update(zip("abcdefghx", scripts, strict=True))
     for _ in range(6):
         it.ticks()

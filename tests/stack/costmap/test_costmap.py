@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stack.costmap.costmap import Costmap, inflation_costs
+from stack.costmap.costmap import Costmap
+from stack.costmap.inflation_layer import inflation_costs
 from stack.costmap.parameters import CostmapParameters
 from stack.errors import ParameterError
 from stack.parameters import build
@@ -66,6 +67,16 @@ def test_a_090_door_stays_comfortably_open_for_a_022_robot():
     assert np.count_nonzero(row < INSCRIBED_COST) >= 9
 
 
+def test_a_turning_cost_makes_dear_what_an_oblong_robot_cannot_turn_in():
+    oblong = Footprint(np.array([[0.3, -0.2], [0.3, 0.2], [-0.3, 0.2], [-0.3, -0.2]]))  # R 0.361 m
+    parameters = CostmapParameters(turning_cost=140.0, cost_scaling=5.0)
+    table = inflation_costs(parameters, oblong, 0.01)
+    assert (table[0], table[20**2]) == (LETHAL_COST, INSCRIBED_COST)
+    assert table[28**2] == int(252 - 112 * 0.08 / (13**0.5 / 10 - 0.2))  # straight down to 140 at R
+    assert table[46**2] == int(140 * np.exp(-5.0 * (0.46 - 13**0.5 / 10)))
+    assert (np.diff(table.astype(int)) <= 0).all()
+
+
 @given(
     st.lists(st.tuples(st.integers(0, 29), st.integers(0, 39)), max_size=20),
     st.lists(st.tuples(st.integers(0, 29), st.integers(0, 39)), max_size=20),
@@ -77,7 +88,7 @@ def test_inflation_is_the_exact_distance_to_the_nearest_obstacle(occupied, unkno
         cells.cells[cell] = UNKNOWN
     for cell in occupied:
         cells.cells[cell] = OCCUPIED
-    table = inflation_costs(CostmapParameters(), ROUND.inscribed_radius, 0.05)
+    table = inflation_costs(CostmapParameters(), ROUND, 0.05)
     grid = np.indices((30, 40)).reshape(2, -1).T
     expected = np.where(cells.cells == UNKNOWN, UNKNOWN_COST, FREE_COST)
     if occupied:

@@ -226,13 +226,21 @@ def test_costmaps_are_cleared_by_name(rig):
     assert "did you mean 'local'" in error.value.hint
 
 
+def test_a_costmap_is_cleared_around_the_robot_or_in_one_layer(rig):
+    rig.pilot.clear_costmap("local", radius=1.5, layer="obstacle")
+    assert rig.toy.local.cleared_around == (rig.pilot.pose, 1.5, "obstacle")
+    with pytest.raises(ParameterError, match="no layer 'obstacles'") as error:
+        rig.pilot.clear_costmap("both", layer="obstacles")
+    assert "did you mean 'obstacle'" in error.value.hint
+
+
 def test_a_pose_that_is_set_is_told_with_source_and_jump(rig):
     rig.pilot.set_pose(
         Pose2D(4.0, 3.0, pi / 2), position_deviation=0.2, heading_deviation=0.1, source="marker"
     )
     assert rig.estimator.started == [(Pose2D(4.0, 3.0, pi / 2), 0.2, 0.1)]
     _, text, fields = rig.last("relocalised")
-    assert fields == {"source": "marker", "jump": 3.0, "turn": round(pi / 2, 4)}
+    assert fields == {"by": "marker", "jump": 3.0, "turn": round(pi / 2, 4)}
     assert text == "now at (4.00, 3.00, 90 deg) by marker, 3.00 m and 90 deg from before"
     assert (rig.toy.local.cleared, rig.toy.globe.cleared) == (1, 1)
 
@@ -256,7 +264,7 @@ def test_relocalising_stands_gathers_scans_and_sets_the_pose(rig):
     assert len(set(stamps)) == 3
     assert stamps[0] > stopped_from + 0.3  # not one from while it still rolled
     _, _, fields = rig.last("relocalised")
-    assert (fields["source"], fields["jump"]) == ("lidar", pytest.approx(2.0, abs=1e-3))
+    assert (fields["by"], fields["jump"]) == ("lidar", pytest.approx(2.0, abs=1e-3))
     assert "87% of the scans" in task.feedback
 
 

@@ -8,7 +8,8 @@ from stack.control.pure_pursuit import PurePursuit, PurePursuitParameters
 from stack.navigation.navigation import Navigation
 from stack.navigation.parameters import NavigationParameters
 from stack.navigation.tasks import Moment
-from stack.safety.safety import Safety, SafetyParameters
+from stack.safety.parameters import SafetyParameters
+from stack.safety.safety import Safety
 from tests.stack.navigation.toy_world import ToyCostmap, ToyPlanner, ToyWorld
 
 

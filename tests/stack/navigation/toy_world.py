@@ -173,7 +173,12 @@ class ToyCostmap:
         self.grid = CostGrid(costs.astype(np.uint8), self._resolution, (low[0], low[1]))
         self.version += 1
 
-    def clear(self) -> None:
+    layers = ("static", "obstacle")
+
+    def clear_around(self, pose: Pose2D, radius: float, *, layer: str | None = None) -> None:
+        self.cleared_around = (pose, radius, layer)
+
+    def clear(self, *, layer: str | None = None) -> None:
         self.cleared += 1
 
 

@@ -17,6 +17,7 @@ from stack.errors import NavigationError
 from stack.planning import kernels
 from stack.planning.astar import Astar, AstarParameters
 from stack.planning.search import StepCosts, Workspace
+from stack.planning.smoothers.choice import SMOOTHERS
 from stack.types import (
     FREE,
     INSCRIBED_COST,
@@ -121,15 +122,15 @@ def test_reachable_means_found_and_at_the_least_cost(costs, data):
             assert cost_of(costs, cells) <= 1.01 * optimum[goal] + 1e-9
 
 
-@given(cost_arrays(), st.data(), st.booleans())
+@given(cost_arrays(), st.data(), st.sampled_from(SMOOTHERS))
 @settings(deadline=None, max_examples=150)
-def test_plans_touch_nothing_and_join_start_and_goal(costs, data, smooth):
+def test_plans_touch_nothing_and_join_start_and_goal(costs, data, smoother):
     chosen = two_cells(costs, data)
     if chosen is None:
         return
     grid = CostGrid(costs, 0.05, (-3.0, 4.0))
     start, goal = (Pose2D(*grid.centre_of(*cell), 0.7) for cell in chosen)
-    planner = Astar(replace(EXACT, smooth=smooth), ROBOT)
+    planner = Astar(replace(EXACT, smoother=smoother), ROBOT)
     if chosen[1] not in dijkstra(costs, chosen[0]):
         with pytest.raises(NavigationError, match="NO_VALID_PATH"):
             planner.plan(grid, start, goal)
@@ -347,3 +348,19 @@ def test_work_arrays_start_over_when_their_range_is_used_up():
     for _ in range(9):  # 32 bits hold three such ranges
         assert workspace.run(costs, 0, 399, 0)
         assert len(kernels.extract(workspace.parents, 20, 0, 399)) == 20
+
+
+def test_cheap_unknown_ground_is_explored_and_dear_is_gone_round():
+    """Straight on over 1 m of unknown ground, or a bow of 2 x 0.3 m round it over free floor."""
+    cells = np.zeros((60, 60), dtype=np.uint8)
+    cells[10:50, 20:40] = UNKNOWN_COST
+    costs = CostGrid(cells, 0.05)
+    start, goal = Pose2D(0.3, 0.8), Pose2D(2.7, 0.8)
+
+    def ground_crossed(unknown_as):
+        raw = replace(EXACT, unknown_as=unknown_as, smoother="none")
+        path = Astar(raw, ROBOT).plan(costs, start, goal)
+        return sum(cells[costs.cell_at(x, y)] == UNKNOWN_COST for x, y in path.points[:, :2])
+
+    assert ground_crossed(0.0) == pytest.approx(20, abs=1)  # 1 m of points 5 cm apart
+    assert ground_crossed(126.0) <= 1  # 1 m would count as 2.5 m, the bow is 0.6 m longer

@@ -7,7 +7,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from stack.safety.monitor import CollisionMonitor
-from stack.safety.safety import Safety, SafetyParameters
+from stack.safety.parameters import SafetyParameters
+from stack.safety.safety import Safety
 from stack.types import STANDSTILL, Footprint, Pose2D, Scan, Twist
 from tests.stack.navigation.toy_world import RECTANGLE, ToyWorld, robot, room
 

@@ -1,0 +1,1 @@
+"""Benchmarks against figures that others published: missions to run and their scoring."""

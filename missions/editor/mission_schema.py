@@ -1,0 +1,196 @@
+"""The JSON Schema (draft 2020-12) of mission files, made from what is installed."""
+
+from __future__ import annotations
+
+from behaviours.catalogue import Catalogue
+from missions.choices import DEFAULTS, SETTINGS
+from missions.editor.describing import TOP_KEYS, TREE_KEYS
+from missions.editor.node_schemas import EXPRESSION, NODE, node_schema
+from missions.editor.value_schemas import (
+    Schema,
+    documented,
+    named,
+    of_declaration,
+    pose,
+    section,
+    words,
+)
+from missions.language.cases import CASE_KEYS, EXPECT_KEYS
+from missions.language.events import EVENT_KEYS, HOLD, THEN
+from missions.language.value_types import NAMED
+from stack.components import GROUPS, available, component
+from stack.errors import InputError
+from stack.parameters import Declaration, declarations
+
+DRAFT = "https://json-schema.org/draft/2020-12/schema"
+TEXT: Schema = {"type": "string"}
+TEXTS: Schema = {"type": "array", "items": {"type": "string", "minLength": 1}}
+DURATION = Declaration("", float, unit="s", at_least=0.0)
+
+
+def mission_schema(catalogue: Catalogue) -> Schema:
+    """The schema of missions that use these behaviours.
+
+    Values are checked as far as one value alone tells; names, data flow and ranges of quantities
+    written with a unit are left to `treepilot check` and the language server.
+    """
+    keys: dict[str, Schema] = {
+        "mission": {"type": "string", "minLength": 1}, "format": {"enum": [1]}, "doc": TEXT,
+        "robot": {"type": "string", "minLength": 1}, "world": {"type": "string", "minLength": 1},
+        "start": _pose_or_place(), "initial_pose": _pose_or_place("start", "unknown"),
+        "map": {**TEXT, "examples": ["from_world", "none"], "default": "from_world"},
+        "places": named(pose()), "parameters": TEXTS, "navigation": _navigation(),
+        "plugins": TEXTS, "include": TEXTS, "arguments": named(_argument()),
+        "blackboard": named(_key()), "events": _events(), "run": NODE,
+        "trees": named(_tree()), "tests": {"type": "array", "items": _test()},
+    }  # fmt: skip
+    described: dict[str, Schema] = {
+        key: documented(keys[key], text) for key, text in TOP_KEYS.items()
+    }
+    return {
+        "$schema": DRAFT,
+        "title": "treepilot mission, format 1",
+        **section(described, ["mission", "robot", "world", "run"]),
+        "$defs": {"node": node_schema(catalogue)},
+    }
+
+
+def _pose_or_place(*other: str) -> Schema:
+    return {**pose(), "type": ["array", "string"], **({"examples": list(other)} if other else {})}
+
+
+def _type_word() -> Schema:
+    return {
+        **words(list(NAMED)), "pattern": rf"^\s*(list\s+of\s+)*({'|'.join(NAMED)})\s*$",
+        "patternErrorMessage": f"a type is {', '.join(NAMED)}, or `list of` one of them",
+    }  # fmt: skip
+
+
+def _argument() -> Schema:
+    return section({
+        "type": documented(_type_word(), "The type of its values."),
+        "default": documented({}, "Its value when `--set` gives none."),
+        "range": documented(
+            {"type": "array", "minItems": 2, "maxItems": 2}, "`[least, most]` of a number."),
+        "one_of": documented(
+            {"type": "array", "minItems": 1}, "The only texts that it may be."),
+        "unit": documented(TEXT, "An SI unit, for `type: float`."),
+        "doc": documented(TEXT, "What it is for."),
+    }, ["type"])  # fmt: skip
+
+
+def _key() -> Schema:
+    return section({
+        "type": documented(_type_word(), "The type of its values."),
+        "initial": documented({}, "Its value when the mission begins."),
+        "optional": documented(
+            {"type": "boolean"}, "Whether it may be without value; ask `$key is set`."),
+        "unit": documented(TEXT, "An SI unit, for `type: float`."),
+        "doc": documented(TEXT, "What it is for."),
+    }, ["type"])  # fmt: skip
+
+
+def _tree() -> Schema:
+    signature = named(_type_word())
+    keys = {"in": signature, "out": signature, "doc": TEXT, "do": NODE}
+    return section({key: documented(keys[key], text) for key, text in TREE_KEYS.items()}, ["do"])
+
+
+def _events() -> Schema:
+    keys = {
+        "when": EXPRESSION, "hold": of_declaration(HOLD), "do": NODE,
+        "then": {"enum": list(THEN)},
+    }  # fmt: skip
+    event = section({key: documented(keys[key], text) for key, text in EVENT_KEYS.items()},
+                    ["when", "do"])  # fmt: skip
+    one = {**named(event), "type": "object", "minProperties": 1, "maxProperties": 1}
+    return {"type": ["array", "null"], "items": one}
+
+
+def _test() -> Schema:
+    """A case under `tests`."""
+    duration = of_declaration(DURATION, references=False)
+    outcome: Schema = {"type": ["string", "array"]}
+    takes = {**duration, "type": [*duration["type"], "array"]}
+    mock = section({"returns": outcome, "takes": takes, "sets": {"type": "object"}})
+    keys: dict[str, Schema] = {
+        "name": {"type": "string", "minLength": 1},
+        "arguments": {"type": "object"},
+        "mock": _mapping({**mock, **outcome, "type": ["string", "array", "object"]}),
+        "at": _mapping({"type": "object"}),
+        "expect": _expectation(duration),
+    }
+    return section({key: documented(keys[key], text) for key, text in CASE_KEYS.items()})
+
+
+def _expectation(duration: Schema) -> Schema:
+    count = {"type": ["integer", "array"], "minimum": 0, "minItems": 1, "maxItems": 2}
+    keys = {
+        "status": {"enum": ["success", "failure", "running"]}, "failure": TEXT,
+        "ran": _mapping(count), "order": {"type": ["array", "string"]},
+        "within": {**duration, "type": [*duration["type"], "object"]},
+    }  # fmt: skip
+    return {
+        "type": "object",
+        "properties": {key: documented(keys[key], EXPECT_KEYS[key]) for key in keys},
+    }
+
+
+def _mapping(schema: Schema) -> Schema:
+    return {"type": ["object", "null"], "additionalProperties": schema}
+
+
+def _navigation() -> Schema:
+    kinds = {kind: _component(kind, default) for kind, default in DEFAULTS.items()}
+    for kind, settings in SETTINGS.items():
+        fields = _fields(settings)
+        if kind == "costmap" and "costmap_layer" in GROUPS:
+            fields["layers"] = _layers()
+        if kind == "safety":
+            fields["zones"] = documented({"type": "array"}, "The zones it watches.")
+        kinds[kind] = documented(section(fields), f"Settings of the {kind}.")
+    return {**section(kinds), "type": ["object", "null"]}
+
+
+def _layers() -> Schema:
+    """Layers by name or with parameters, in the order in which they paint."""
+    names = list(available("costmap_layer"))
+    use = {"type": "string", "examples": names}
+    layer = {"type": ["string", "object"], "examples": names, "required": ["use"],
+             "properties": {"use": use}}  # fmt: skip
+    return documented({"type": "array", "items": layer}, "The layers, the first one first.")
+
+
+def _component(kind: str, default: str) -> Schema:
+    """A component by name alone, or with parameters, which depend on the name."""
+    names = list(available(kind))
+    about = {name: _parameters(kind, name) for name in names}
+    known = [
+        {
+            "if": {"type": "object", "properties": {"use": {"const": name}},
+                   **({} if name == default else {"required": ["use"]})},
+            "then": {"properties": fields,
+                     "propertyNames": {"enum": ["use", *fields]}},
+        }
+        for name, fields in about.items() if fields is not None
+    ]  # fmt: skip
+    use = {"type": "string", "examples": names, "default": default}
+    schema = {
+        "type": ["string", "object"], "examples": names, "properties": {"use": use}, "allOf": known,
+    }  # fmt: skip
+    return documented(schema, f"The {kind}: {', '.join(f'`{name}`' for name in names)}.")
+
+
+def _parameters(kind: str, name: str) -> dict[str, Schema] | None:
+    """The parameters of a component; None when it is installed but cannot be loaded."""
+    try:
+        return _fields(component(kind, name).Parameters)  # type: ignore[attr-defined]
+    except InputError:
+        return None
+
+
+def _fields(parameters: type) -> dict[str, Schema]:
+    return {
+        name: of_declaration(declared, references=False)
+        for name, declared in declarations(parameters).items()
+    }

@@ -1,0 +1,145 @@
+"""The JSON Schema of a node: one key that names its type, and modifiers beside it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from re import escape
+
+from behaviours.catalogue import BehaviourKind, Catalogue
+from missions.editor.describing import behaviour_text, word_text
+from missions.editor.value_schemas import (
+    IDENTIFIER,
+    REFERENCE,
+    SCALARS,
+    Schema,
+    documented,
+    of_declaration,
+    section,
+    words,
+)
+from missions.language.modifiers import ATTEMPTS, DELAY, LIMIT, MODIFIERS, PERIOD, TIMES
+from missions.language.nodes import COMPOSITES
+from missions.language.ports import bare_port
+from stack.types import Assignments
+
+NODE: Schema = {"$ref": "#/$defs/node"}
+CHILDREN: Schema = {"type": "array", "minItems": 1, "items": NODE}
+EXPRESSION: Schema = {"type": list(SCALARS)}
+TARGET: Schema = {
+    "type": "string", "pattern": f"^{REFERENCE}$",
+    "patternErrorMessage": "an output goes to a blackboard key: $key",
+}  # fmt: skip
+DOTTED = r"^[A-Za-z_]\w*(\.[A-Za-z_]\w*)+$"
+"""A plain py_trees class by its dotted name."""
+
+_ONLY_FOR = {"with": ("use",), "do": ("for_each",)}
+
+
+def node_schema(catalogue: Catalogue) -> Schema:
+    """A node of any type that is installed."""
+    kinds = {word: documented(body, word_text(word)) for word, body in _composites().items()}
+    found = {name: catalogue.kinds[name] for name in catalogue.names()}
+    kinds |= {name: documented(_body(kind), behaviour_text(kind)) for name, kind in found.items()}
+    alone = [name for name, kind in found.items() if not _required(kind)]
+    pattern = "|".join([*map(escape, alone), DOTTED.strip("^$")])
+    company = {word: _beside(word, None) for word in COMPOSITES}
+    company |= {name: _beside(name, kind) for name, kind in found.items()}
+    return {
+        "type": ["string", "object"],
+        "pattern": f"^({pattern})$",
+        "patternErrorMessage": "expected a behaviour that needs no ports",
+        "properties": {**kinds, **_modifiers()},
+        "patternProperties": {DOTTED: {}},
+        "additionalProperties": False,
+        "not": {"type": "object", "propertyNames": {"enum": list(MODIFIERS)}},
+        "errorMessage": "a node is one key that names its type, with its ports as the value",
+        "dependentSchemas": company,
+    }
+
+
+def _required(kind: BehaviourKind) -> list[str]:
+    return [name for name, declared in kind.ports.items() if declared.required]
+
+
+def _body(kind: BehaviourKind) -> Schema:
+    """What stands under a behaviour's name: ports by name, a bare value, or nothing."""
+    required = _required(kind)
+    ports = {name: of_declaration(declared) for name, declared in kind.ports.items()}
+    bare = bare_port(kind.ports)
+    if bare is not None and kind.ports[bare].type is Assignments:
+        return ports[bare]
+    body = section(ports, required)
+    accepted = ["object", *([] if required else ["null"])]
+    if bare is None:
+        return {**body, "type": accepted}
+    value = {key: item for key, item in ports[bare].items() if "escription" not in key}
+    value.pop("default", None)
+    if "type" not in value:
+        body.pop("type")
+        return {**value, **body}
+    return {**value, **body, "type": [*accepted, *value["type"]]}
+
+
+def beside(word: str, kind: BehaviourKind | None) -> list[str]:
+    """The modifiers that may stand beside a type's word; `kind` when it is a behaviour."""
+    allowed = [name for name in MODIFIERS if word in _ONLY_FOR.get(name, (word,))]
+    if word != "use" and not (kind and kind.outputs):
+        allowed.remove("out")
+    return allowed
+
+
+def _beside(word: str, kind: BehaviourKind | None) -> Schema:
+    """What may stand beside a type's word; makes two types in one node an error."""
+    schema: Schema = {"propertyNames": {"enum": [word, *beside(word, kind)]}}
+    if kind and kind.outputs:
+        targets = {
+            name: documented(TARGET, declared.help) for name, declared in kind.outputs.items()
+        }
+        schema["properties"] = {"out": section(targets)}
+    if word == "for_each":
+        schema["required"] = ["do"]
+    return schema
+
+
+def _composites() -> dict[str, Schema]:
+    lists = {word: CHILDREN for word in COMPOSITES if word not in ("use", "for_each", "parallel")}
+    succeed_on = {**words(["all", "one"]), "type": ["string", "integer"], "minimum": 1}
+    both = section({"succeed_on": succeed_on, "do": CHILDREN}, ["do"])
+    return {
+        **lists,
+        "parallel": {**both, **CHILDREN, "type": ["array", "object"]},
+        "for_each": {
+            "type": "object", "minProperties": 1, "maxProperties": 1,
+            "propertyNames": {"pattern": IDENTIFIER},
+            "additionalProperties": {
+                "type": ["array", "string"], "pattern": f"^{REFERENCE}$",
+                "patternErrorMessage": "for_each takes a list or a $name",
+            },
+        },
+        "use": {"type": "string"},
+    }  # fmt: skip
+
+
+def _modifiers() -> dict[str, Schema]:
+    attempts = of_declaration(ATTEMPTS)
+    retry = section({"attempts": attempts, "delay": of_declaration(DELAY)}, ["attempts"])
+    recover = {"attempts": attempts, "unless": EXPRESSION, "round_robin": CHILDREN}
+    schemas: dict[str, Schema] = {
+        "name": {"type": "string", "minLength": 1},
+        "when": EXPRESSION,
+        "while": EXPRESSION,
+        "on_failure": {"enum": ["continue", "fail"]},
+        "repeat": {
+            **of_declaration(TIMES),
+            **words(["forever"], REFERENCE), "type": ["integer", "string"],
+        },
+        "recover": section(recover, ["attempts", "round_robin"]),
+        "retry": {**of_declaration(replace(ATTEMPTS, name="retry")), **retry,
+                  "type": ["integer", "string", "object"]},
+        "timeout": of_declaration(LIMIT),
+        "every": of_declaration(PERIOD),
+        "with": {"type": ["object", "null"]},
+        "out": {"type": "object", "additionalProperties": TARGET},
+        "do": NODE,
+    }  # fmt: skip
+    return {word: documented(schemas.get(word, {}), word_text(word)) for word in MODIFIERS}

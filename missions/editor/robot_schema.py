@@ -1,0 +1,79 @@
+"""The JSON Schema (draft 2020-12) of robot files."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from missions.choices import DEFAULTS, SETTINGS
+from missions.editor.mission_schema import DRAFT
+from missions.editor.value_schemas import Schema, documented, of_declaration, parts, section
+from robots.load import FIELD_OF_VIEW, JOINTS, PITCH, PIXELS, RADIUS, YAW, X, Y, Z
+from stack.description import (
+    BatteryDescription,
+    CameraDescription,
+    ImuDescription,
+    LidarDescription,
+    Limits,
+    OdometryNoise,
+)
+from stack.parameters import Declaration, declarations
+
+HEIGHT = replace(RADIUS, name="height", help="of everything on it")
+SEPARATION = replace(RADIUS, name="separation", help="between the middles of left and right")
+
+
+def robot_schema() -> Schema:
+    """The schema of robot files; the URDF is left to `treepilot run` and the language server."""
+    lidar = {"position": parts((X, Y)), "yaw": _of(YAW), **_fields(LidarDescription)}
+    camera = {
+        "position": parts((X, Y, Z)), "yaw": _of(YAW), "pitch": _of(PITCH),
+        "field_of_view": _of(FIELD_OF_VIEW), **{item.name: _of(item) for item in PIXELS},
+        **_fields(CameraDescription),
+    }  # fmt: skip
+    keys = {
+        "robot": documented({"type": "string"}, "Its name."),
+        "format": documented({"enum": [1]}, "The version of robot files; this is `1`."),
+        "doc": documented({"type": "string"}, "What it is."),
+        "footprint": documented(_footprint(), "Its outline in the base frame."),
+        "height": _of(HEIGHT),
+        "urdf": documented({"type": "string"}, "The URDF beside this file."),
+        "wheels": documented(_wheels(), "The differential drive."),
+        "limits": _part(Limits),
+        "odometry": _part(OdometryNoise),
+        "lidar": documented(section(lidar), str(LidarDescription.__doc__)),
+        "camera": documented(section(camera, ["position"]), str(CameraDescription.__doc__)),
+        "imu": _part(ImuDescription),
+        "battery": _part(BatteryDescription),
+        "navigation": documented(_navigation(), "Components, under what missions say."),
+    }
+    required = ["robot", "footprint", "height", "urdf", "wheels"]
+    return {"$schema": DRAFT, "title": "treepilot robot, format 1", **section(keys, required)}
+
+
+def _footprint() -> Schema:
+    circle = section({"radius": _of(RADIUS)}, ["radius"])
+    corners = {"minItems": 3, "items": parts((X, Y))}
+    return {**circle, **corners, "type": ["object", "array"]}
+
+
+def _wheels() -> Schema:
+    joints = {**_of(JOINTS), "minItems": 1}
+    keys = {"left": joints, "right": joints, "radius": _of(RADIUS), "separation": _of(SEPARATION)}
+    return section(keys, list(keys))
+
+
+def _navigation() -> Schema:
+    component: Schema = {"type": ["string", "object"]}
+    return section({kind: component for kind in (*DEFAULTS, *SETTINGS)})
+
+
+def _part(kind: type) -> Schema:
+    return documented(section(_fields(kind)), str(kind.__doc__))
+
+
+def _fields(kind: type) -> dict[str, Schema]:
+    return {name: _of(declared) for name, declared in declarations(kind).items()}
+
+
+def _of(declared: Declaration) -> Schema:
+    return of_declaration(declared, references=False)

@@ -1,0 +1,37 @@
+"""`treepilot schema`: the schema of a kind of file, as text."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+from behaviours.catalogue import find_behaviours
+from missions.editor.mission_schema import mission_schema
+from stack.errors import InputError
+
+
+def schema_text(kind: str, plugins: Sequence[str] = ()) -> str:
+    """The JSON Schema of `mission`, `world` or `robot` files.
+
+    Args:
+        kind: of which files.
+        plugins: of missions: plugins to include, relative to the current folder.
+
+    Raises:
+        InputError: a plugin cannot be used.
+    """
+    if kind == "mission":
+        catalogue = find_behaviours(plugins, Path.cwd())
+        if plugins and catalogue.problems:
+            raise InputError("\n".join(f"{file}: {why}" for file, why in catalogue.problems))
+        schema = mission_schema(catalogue)
+    elif kind == "world":
+        from missions.editor.world_schema import world_schema
+
+        schema = world_schema()
+    else:
+        from missions.editor.robot_schema import robot_schema
+
+        schema = robot_schema()
+    return json.dumps(schema, indent=1, ensure_ascii=False) + "\n"

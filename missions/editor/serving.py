@@ -1,0 +1,26 @@
+"""`treepilot lsp`: the language server on standard input and output."""
+
+from __future__ import annotations
+
+import os
+import sys
+from importlib.util import find_spec
+
+from stack.errors import InputError
+
+
+def serve() -> None:
+    """Answer one editor until it says `exit`.
+
+    Raises:
+        InputError: pygls is not installed.
+    """
+    if find_spec("pygls") is None:
+        raise InputError("the language server needs pygls: pip install 'treepilot[lsp]'")
+    from missions.editor.server import make_server
+
+    # The protocol has standard output to itself: what a plugin prints goes to standard error.
+    with os.fdopen(os.dup(1), "wb") as answers:
+        os.dup2(2, 1)
+        sys.stdout = sys.stderr
+        make_server().start_io(sys.stdin.buffer, answers)

@@ -1,0 +1,59 @@
+"""Sets the values that expressions ask of the robot, by the names that missions use."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from behaviours.testing import ScriptedRobot
+
+
+def set_value(robot: ScriptedRobot, name: str, value: Any) -> None:
+    """Give the robot's value of that name; `time`, `error` and `attempt` cannot be given."""
+    _SETTERS[name](robot, value)
+
+
+def _deviation(robot: ScriptedRobot, value: float) -> None:
+    robot.covariance = np.diag([value**2, value**2, robot.covariance[2, 2]])
+
+
+def _pose(field: str) -> Callable[[ScriptedRobot, Any], None]:
+    def write(robot: ScriptedRobot, value: float) -> None:
+        robot.pose = replace(robot.pose, **{field: value})
+
+    return write
+
+
+def _battery(field: str) -> Callable[[ScriptedRobot, Any], None]:
+    def write(robot: ScriptedRobot, value: Any) -> None:
+        robot.battery = replace(robot.battery, **{field: value})
+
+    return write
+
+
+def _speed(field: str) -> Callable[[ScriptedRobot, Any], None]:
+    def write(robot: ScriptedRobot, value: float) -> None:
+        robot.speed = replace(robot.speed, **{field: value})
+
+    return write
+
+
+def _plain(field: str) -> Callable[[ScriptedRobot, Any], None]:
+    return lambda robot, value: setattr(robot, field, value)
+
+
+_SETTERS: dict[str, Callable[[ScriptedRobot, Any], None]] = {
+    "battery.charge": _battery("charge"),
+    "battery.charging": _battery("charging"),
+    "robot.speed": _speed("linear"),
+    "robot.turning": _speed("angular"),
+    "localisation.quality": _plain("localisation_quality"),
+    "localisation.deviation": _deviation,
+    "pose": _plain("pose"),
+    "pose.x": _pose("x"),
+    "pose.y": _pose("y"),
+    "pose.heading": _pose("heading"),
+}

@@ -1,0 +1,135 @@
+"""A whole `treepilot test`: every case of some files, and the words about it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from time import perf_counter
+
+from missions.language.model import Mission, Resources
+from missions.language.reading import CatalogueFor, read_mission
+from missions.resources import catalogue_of, find_mission, resources
+from missions.testing.running import CaseResult, Place, place_of, run_case
+from missions.trees.compiler import compile_mission
+
+WIDTH = 78
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What to run and to show.
+
+    Attributes:
+        keyword: only cases with this in their name.
+        coverage: list the nodes that no case ticked.
+        catalogue_for, resources: what is installed; None takes what there is.
+    """
+
+    keyword: str = ""
+    coverage: bool = False
+    catalogue_for: CatalogueFor = catalogue_of
+    resources: Resources | None = None
+
+
+@dataclass
+class FileResult:
+    """The cases of one file."""
+
+    mission: Mission
+    results: list[CaseResult] = field(default_factory=list)
+    seconds: float = 0.0
+
+    @property
+    def places(self) -> dict[Place, str]:
+        """Every node of the file that could be ticked -> what it is called."""
+        records = compile_mission(self.mission).records
+        return {place_of(record): record.names[0] for record in records if record.names}
+
+    @property
+    def never(self) -> list[tuple[Place, str]]:
+        """Nodes that no case ticked, in the order of the file."""
+        reached = {place for result in self.results for place in result.reached}
+        missed = [(place, name) for place, name in self.places.items() if place not in reached]
+        return sorted(missed, key=lambda pair: pair[0][0])
+
+
+@dataclass(frozen=True)
+class Session:
+    """What `treepilot test` prints, and its exit code: 0 all passed, 1 not, 2 nothing was run."""
+
+    text: str
+    exit_code: int
+
+
+def run_files(names: list[str], wanted: Wanted | None = None) -> Session:
+    """Run the cases of missions by file or name.
+
+    Raises:
+        InputError: a mission cannot be read; its cases are checked with the rest.
+    """
+    wanted = wanted or Wanted()
+    files = [run_file(find_mission(name), wanted) for name in names]
+    results = [result for file in files for result in file.results]
+    failed = sum(not result.passed for result in results)
+    code = 2 if not results else 1 if failed else 0
+    return Session("\n".join(_lines(files, wanted)), code)
+
+
+def run_file(path: Path, wanted: Wanted) -> FileResult:
+    """Run the cases of one file."""
+    outside = wanted.resources or resources()
+    found = FileResult(read_mission(path, wanted.catalogue_for, outside))
+    began = perf_counter()
+    for case in found.mission.cases:
+        if wanted.keyword.lower() not in case.name.lower():
+            continue
+        mission = found.mission
+        if case.arguments:
+            mission = read_mission(path, wanted.catalogue_for, outside, case.arguments)
+        found.results.append(run_case(mission, case))
+    found.seconds = perf_counter() - began
+    return found
+
+
+def _lines(files: list[FileResult], wanted: Wanted) -> Iterator[str]:
+    for file in files:
+        dots = "".join("." if result.passed else "F" for result in file.results)
+        yield f"{file.mission.source} {dots or '(no tests)'}"
+    failures = [(file, result) for file in files for result in file.results if not result.passed]
+    if failures:
+        yield _ruled("FAILURES", "=")
+    for _, result in failures:
+        yield _ruled(result.case.name, "_")
+        for problem in result.problems:
+            yield f"{problem.mark}: {problem.what}"
+            yield f"    expected  {problem.expected}"
+            yield f"    got       {problem.got}"
+        yield f"    the mission: {result.outcome}"
+    if wanted.coverage:
+        yield from _coverage(files)
+    yield _summary(files, len(failures))
+
+
+def _coverage(files: list[FileResult]) -> Iterator[str]:
+    yield _ruled("coverage", "=")
+    for file in files:
+        total, never = len(file.places), file.never
+        share = 100 * (total - len(never)) // total if total else 100
+        yield f"{file.mission.source}: {total - len(never)} of {total} nodes ticked, {share} %"
+        for (mark, _), name in never:
+            yield f"    {mark} {name} is never ticked"
+
+
+def _summary(files: list[FileResult], failed: int) -> str:
+    passed = sum(len(file.results) for file in files) - failed
+    simulated = sum(result.seconds for file in files for result in file.results)
+    parts = [f"{failed} failed"] if failed else []
+    parts += [f"{passed} passed"] if passed else []
+    seconds = sum(file.seconds for file in files)
+    words = ", ".join(parts) or "no tests ran"
+    return _ruled(f"{words} in {seconds:.2f} s ({simulated:.0f} s simulated)", "=")
+
+
+def _ruled(words: str, line: str) -> str:
+    return f" {words} ".center(WIDTH, line)

@@ -1,0 +1,108 @@
+"""Costs around lethal cells."""
+
+from __future__ import annotations
+
+from math import exp, floor
+from typing import Any, ClassVar
+
+import numpy as np
+
+from stack.costmap.layer import NO_BOX, Box, Canvas, Costs, Frame, Region, Senses
+from stack.costmap.parameters import InflationParameters
+from stack.types import INSCRIBED_COST, LETHAL_COST, Footprint
+
+
+def inflation_costs(
+    parameters: InflationParameters, footprint: Footprint, resolution: float
+) -> Costs:
+    """Nav2's cost by squared distance in cells to the nearest lethal cell.
+
+    cost(d) = 254 at d = 0, 253 for d <= r, else floor(252 · exp(-k (d - r))) with d in metres, r
+    the inscribed radius and k the cost scaling. With a turning cost T the cost falls in a straight
+    line from 252 at r to T at the circumscribed radius R, and as T · exp(-k (d - R)) beyond: an
+    oblong robot then goes round a gap that it could pass but not turn in, unless that is far.
+
+    Returns:
+        (n² + 1,) uint8 where n is the inflation radius in whole cells.
+    """
+    inscribed, turning = footprint.inscribed_radius, footprint.circumscribed_radius
+    top = float(INSCRIBED_COST - 1)
+    if parameters.turning_cost == 0.0 or turning - inscribed < 1e-9:
+        turning, base = inscribed, top
+    else:
+        base = parameters.turning_cost
+    reach = floor(max(parameters.inflation_radius, turning) / resolution + 1e-6)
+    costs = np.zeros(reach * reach + 1, dtype=np.uint8)
+    for squared in range(costs.size):
+        distance = float(squared) ** 0.5 * resolution
+        if distance <= inscribed + 1e-9:
+            costs[squared] = INSCRIBED_COST
+        elif distance < turning:
+            share = (distance - inscribed) / (turning - inscribed)
+            costs[squared] = int(top + share * (base - top))
+        else:
+            costs[squared] = int(base * exp(-parameters.cost_scaling * (distance - turning)))
+    costs[0] = LETHAL_COST
+    return costs
+
+
+class InflationLayer:
+    """What lies near lethal cells costs, the nearer the more.
+
+    A centre within the footprint's inscribed radius certainly collides (253). Below the cost at its
+    circumscribed radius, `circumscribed_cost`, the robot fits however it is turned.
+    """
+
+    Parameters = InflationParameters
+    needs_tracks: ClassVar[bool] = False
+
+    def __init__(self, parameters: InflationParameters, footprint: Footprint) -> None:
+        from stack.costmap import kernels
+
+        self._kernels: Any = kernels
+        self._parameters, self._footprint = parameters, footprint
+        self._resolution, self._reach = 0.0, 0
+        self._costs: Costs = np.zeros(1, dtype=np.uint8)
+
+    @property
+    def reach(self) -> int:
+        """How many cells away from a lethal cell the cost ends."""
+        return self._reach
+
+    @property
+    def circumscribed_cost(self) -> int:
+        """Cost at the circumscribed radius; 0 when the inflation ends before it."""
+        cells = self._footprint.circumscribed_radius / self._resolution
+        squared = floor(cells * cells + 1e-6)
+        return int(self._costs[squared]) if squared < self._costs.size else 0
+
+    def configure(self, parameters: InflationParameters) -> None:
+        """Use other settings from now on."""
+        self._parameters = parameters
+        self._costs = inflation_costs(parameters, self._footprint, self._resolution)
+        self._reach = round((self._costs.size - 1) ** 0.5)
+
+    def lay_out(self, frame: Frame, shift: tuple[int, int] | None) -> None:
+        """Only the size of the cells matters."""
+        if frame.resolution != self._resolution:
+            self._resolution = frame.resolution
+            self.configure(self._parameters)
+
+    def spread(self, cells: Costs, base: Costs, box: Box) -> None:
+        """Write a box of cells from base (both the whole costmap) and what surrounds it."""
+        self._kernels.inflate(cells, base, self._costs, self._reach, *box)
+
+    def update(self, senses: Senses) -> Box:
+        """Senses nothing itself."""
+        return NO_BOX
+
+    def paint(self, canvas: Canvas) -> None:
+        """Spreads instead."""
+
+    def clear(self, region: Region | None) -> Box:
+        """There is nothing to forget."""
+        return NO_BOX
+
+    def origin_of(self, row: int, column: int) -> tuple[str, float | None] | None:
+        """Marks nothing."""
+        return None

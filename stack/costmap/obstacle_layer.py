@@ -1,0 +1,131 @@
+"""What a lidar sees as a costmap layer: returns mark, beams clear."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stack.costmap.layer import (
+    NO_BOX,
+    Box,
+    Canvas,
+    Frame,
+    Region,
+    Senses,
+    is_some,
+    joined,
+    part,
+    shifted,
+)
+from stack.costmap.parameters import ObstacleParameters
+from stack.parameters import parameter
+from stack.types import Footprint, Pose2D, Scan
+
+_EXPIRY_PERIOD = 0.5  # s; looking for faded marks reads every cell, which large maps would feel
+
+
+class ObstacleLayer:
+    """What one lidar sees: returns mark, beams clear the cells that they pass.
+
+    Returns mark cells within `obstacle_range`, beams clear up to `clearing_range` (no return, +inf,
+    clears all the way; NaN does nothing), the robot's own footprint is always clear of marks, and
+    marks unseen for `decay` seconds fade. Several lidars are several layers, each with its `source`
+    and settings: what one sees in its plane no beam of another one, in its own plane, clears.
+    """
+
+    @dataclass(frozen=True)
+    class Parameters(ObstacleParameters):
+        """How what the lidar sees is remembered."""
+
+        source: str = parameter("lidar", help="the sensor whose scans it takes in")
+
+    needs_tracks: ClassVar[bool] = False
+    reach = 0
+
+    def __init__(self, parameters: Parameters, footprint: Footprint) -> None:
+        from stack.costmap import kernels
+
+        self._kernels: Any = kernels
+        self._parameters, self._footprint = parameters, footprint
+        self._next_expiry = 0.0
+        self._frame = Frame((0, 0), 1.0, (0.0, 0.0))
+        self._marked_at = np.empty((0, 0), dtype=np.float32)
+        self._seen = np.empty((0, 0), dtype=np.uint8)
+
+    @property
+    def marked(self) -> NDArray[np.bool_]:
+        """(rows, columns): where an obstacle was marked that has not faded."""
+        marked: NDArray[np.bool_] = self._marked_at > -np.inf
+        return marked
+
+    def configure(self, parameters: Parameters) -> None:
+        """Use other settings from now on; marks stay."""
+        self._parameters = parameters
+
+    def lay_out(self, frame: Frame, shift: tuple[int, int] | None) -> None:
+        """Keep the marks where they are on the floor."""
+        self._frame = frame
+        if shift is None:
+            self._marked_at = np.full(frame.shape, -np.inf, dtype=np.float32)
+            self._seen = np.zeros(frame.shape, dtype=np.uint8)
+        else:
+            self._marked_at = shifted(self._marked_at, frame.shape, shift, -np.inf)
+            self._seen = shifted(self._seen, frame.shape, shift, 0)
+
+    def update(self, senses: Senses) -> Box:
+        """Let old marks fade, take in a scan, and clear where the robot stands."""
+        touched = [self._forget_old(senses.time)]
+        if senses.scan is not None and senses.source == self._parameters.source:
+            touched.append(self._sense(senses.pose, senses.scan, senses.time))
+        touched.append(self._clear_footprint(senses.pose))
+        return joined(touched)
+
+    def paint(self, canvas: Canvas) -> None:
+        """Marks are lethal; what was seen to be free is free where nothing else is known."""
+        self._kernels.paint_marks(canvas.cells, self._marked_at, self._seen, *canvas.box)
+
+    def clear(self, region: Region | None) -> Box:
+        """Forget marks and what was seen to be free."""
+        if region is None:
+            self._marked_at[:] = -np.inf
+            self._seen[:] = 0
+            return self._frame.everywhere
+        if not is_some(region.box):
+            return NO_BOX
+        part(self._marked_at, region.box)[region.inside] = -np.inf
+        part(self._seen, region.box)[region.inside] = 0
+        return region.box
+
+    def origin_of(self, row: int, column: int) -> tuple[str, float | None] | None:
+        """The lidar, and when it last saw the obstacle."""
+        time = float(self._marked_at[row, column])
+        return None if time == -np.inf else (self._parameters.source, time)
+
+    def _forget_old(self, time: float) -> Box:
+        if self._parameters.decay == 0.0 or time < self._next_expiry:
+            return NO_BOX
+        self._next_expiry = time + _EXPIRY_PERIOD
+        oldest = time - self._parameters.decay
+        box: Box = self._kernels.expire(self._marked_at, oldest, *self._frame.everywhere)
+        return box
+
+    def _sense(self, pose: Pose2D, scan: Scan, time: float) -> Box:
+        sensor, settings = pose.compose(scan.mount), self._parameters
+        clearable = time - settings.persistence if settings.persistence else np.inf
+        box: Box = self._kernels.sense(
+            self._marked_at, self._seen, *self._frame.origin, self._frame.resolution,
+            sensor.x, sensor.y, sensor.heading,
+            scan.ranges, scan.angle_min, scan.angle_increment, scan.range_max,
+            settings.obstacle_range, settings.clearing_range, time, clearable,
+        )  # fmt: skip
+        return box
+
+    def _clear_footprint(self, pose: Pose2D) -> Box:
+        corners = pose.transform(self._footprint.points)
+        box: Box = self._kernels.clear_polygon(
+            self._marked_at, self._seen, *self._frame.origin, self._frame.resolution, corners
+        )
+        return box

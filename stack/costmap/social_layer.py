@@ -1,0 +1,130 @@
+"""The space that moving people are about to need."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from stack.costmap.layer import (
+    NO_BOX,
+    Box,
+    Canvas,
+    Costs,
+    Frame,
+    Region,
+    Senses,
+    is_some,
+    joined,
+    part,
+)
+from stack.parameters import parameter
+from stack.types import Footprint, Track
+
+_REACH = 3.0
+"""Deviations beside the way beyond which nothing costs more."""
+
+
+class SocialLayer:
+    """Where moving people will be costs more, so that ways lead behind them, not before them.
+
+    Somebody at p with velocity v passes p + v t. A place whose nearest point of that way is reached
+    at time t, 0 <= t <= horizon, and lies d beyond the person's radius from it, costs
+    cost · (1 - fade · t / horizon) · exp(-d² / (2 · spread²)). Not lethal: what a person touches
+    now the obstacle layer marks. Stands after `inflation`. Prediction by constant velocity as in
+    Schöller et al., "What the constant velocity model can teach us", RA-L 2020.
+    """
+
+    @dataclass(frozen=True)
+    class Parameters:
+        """How much room people get."""
+
+        horizon: float = parameter(
+            2.0, "s", at_least=0.0, at_most=10.0, help="looks this far ahead"
+        )
+        cost: int = parameter(200, at_least=1, at_most=252, help="of the place of a person")
+        fade: float = parameter(
+            0.6, at_least=0.0, at_most=1.0, help="share of the cost that is gone at the horizon"
+        )
+        spread: float = parameter(
+            0.3, "m", above=0.0, at_most=2.0, help="deviation of the cost beside the way"
+        )
+
+    needs_tracks: ClassVar[bool] = True
+    reach = 0
+
+    def __init__(self, parameters: Parameters, footprint: Footprint) -> None:
+        from stack.costmap import kernels
+
+        self._kernels: Any = kernels
+        self._parameters = parameters
+        self._frame = Frame((0, 0), 1.0, (0.0, 0.0))
+        self._time = 0.0
+        self._tracks: tuple[Track, ...] = ()
+
+    def configure(self, parameters: Parameters) -> None:
+        """Use other settings from now on."""
+        self._parameters = parameters
+
+    def lay_out(self, frame: Frame, shift: tuple[int, int] | None) -> None:
+        """Tracks are in the map frame and need no moving."""
+        self._frame = frame
+
+    def update(self, senses: Senses) -> Box:
+        """Take the tracks of now for those of before."""
+        if senses.tracks is None:
+            return NO_BOX
+        before = [self._box(track) for track in self._tracks]
+        self._time, self._tracks = senses.time, senses.tracks
+        return joined([*before, *map(self._box, self._tracks)])
+
+    def paint(self, canvas: Canvas) -> None:
+        """Raise what is known and not certainly a collision."""
+        for track in self._tracks:
+            box = _common(self._box(track), canvas.box)
+            if not is_some(box):
+                continue
+            top, bottom, left, right = box
+            cells = part(canvas.cells, (top - canvas.box[0], bottom - canvas.box[0],
+                                        left - canvas.box[2], right - canvas.box[2]))  # fmt: skip
+            self._raise(cells, track, box)
+
+    def clear(self, region: Region | None) -> Box:
+        """Forget who moves until the next update."""
+        boxes = [self._box(track) for track in self._tracks]
+        self._tracks = ()
+        return joined(boxes)
+
+    def origin_of(self, row: int, column: int) -> tuple[str, float | None] | None:
+        """Marks nothing lethal."""
+        return None
+
+    def _raise(self, cells: Costs, track: Track, box: Box) -> None:
+        """Paint one person's way on the cells of a box."""
+        settings, frame = self._parameters, self._frame
+        self._kernels.raise_on_way(
+            cells, frame.origin[0] + box[2] * frame.resolution,
+            frame.origin[1] + box[0] * frame.resolution, frame.resolution,
+            *track.position_after(self._time - track.stamp), *track.velocity,
+            settings.horizon, track.radius, _REACH * settings.spread,
+            float(settings.cost), settings.fade, settings.spread,
+        )  # fmt: skip
+
+    def _box(self, track: Track) -> Box:
+        """The cells that a person's way makes cost something."""
+        margin = track.radius + _REACH * self._parameters.spread
+        age = self._time - track.stamp
+        ends = (track.position_after(age), track.position_after(age + self._parameters.horizon))
+        (x, y), (other_x, other_y) = ends
+        low = min(x, other_x) - margin, min(y, other_y) - margin
+        high = max(x, other_x) + margin, max(y, other_y) + margin
+        box = self._frame.box_around(low, high)
+        return box if is_some(box) else NO_BOX
+
+
+def _common(one: Box, other: Box) -> Box:
+    return (
+        max(one[0], other[0]),
+        min(one[1], other[1]),
+        max(one[2], other[2]),
+        min(one[3], other[3]),
+    )

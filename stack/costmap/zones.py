@@ -1,0 +1,149 @@
+"""Zones of the floor given as polygons or as a mask, and the cells that lie in them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stack.costmap.footprint import inside
+from stack.costmap.layer import NO_BOX, Box, Frame, edges, is_some, part, shifted
+from stack.costmap.sampling import sampled
+from stack.errors import ParameterError
+from stack.parameters import Declaration, build, parameter
+from stack.types import FREE, OCCUPIED, FloatArray, OccupancyGrid
+
+Corners = tuple[tuple[float, float], ...]
+_METRES = Declaration("corners", float, unit="m")
+IN_MASK = 255
+
+
+@dataclass(frozen=True)
+class Zone:
+    """A polygon on the floor, map frame."""
+
+    corners: tuple[Any, ...] = parameter((), help="at least three [x, y] in metres, map frame")
+    name: str = parameter("", help="what it is called")
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "corners", read_corners(self.corners))
+
+    @property
+    def points(self) -> FloatArray:
+        """(n, 2) corners, metres."""
+        return np.array(self.corners, dtype=np.float64)
+
+
+ZoneKind = TypeVar("ZoneKind", bound=Zone)
+
+
+def read_corners(raw: Any) -> Corners:
+    """The corners of a polygon as they stand in a file.
+
+    Raises:
+        ParameterError: fewer than three, or something that is not [x, y].
+    """
+    if not isinstance(raw, list | tuple) or len(raw) < 3:
+        raise ParameterError("corners", f"expected a list of at least three [x, y], got {raw!r}")
+    for corner in raw:
+        if not isinstance(corner, list | tuple) or len(corner) != 2:
+            raise ParameterError("corners", f"a corner is [x, y] in metres, got {corner!r}")
+    return tuple((_METRES.read(x), _METRES.read(y)) for x, y in raw)
+
+
+def read_zones(kind: type[ZoneKind], raw: Iterable[Any]) -> tuple[ZoneKind, ...]:
+    """Zones from what stands in a file: mappings, or lists of corners.
+
+    Raises:
+        ParameterError: one will not do; named `zones`.
+    """
+    zones = []
+    for number, item in enumerate(raw, start=1):
+        if isinstance(item, kind):
+            zones.append(item)
+            continue
+        values = dict(item) if isinstance(item, Mapping) else {"corners": item}
+        try:
+            zones.append(build(kind, {"name": f"zone {number}", **values}))
+        except ParameterError as error:
+            raise ParameterError("zones", f"zone {number}: {error}", error.hint) from None
+    return tuple(zones)
+
+
+def read_mask(file: str) -> OccupancyGrid | None:
+    """The mask in a ROS map.yaml, None for an empty name.
+
+    Raises:
+        InputError: it cannot be read; every finding with its position.
+    """
+    if not file:
+        return None
+    from stack.mapping.ros_map import read_ros_map
+
+    return read_ros_map(Path(file))
+
+
+class ZoneCells:
+    """Which zone each cell of a costmap lies in, kept while the costmap moves.
+
+    Attributes:
+        cells: (rows, columns) uint8: 0 none, n the n-th zone (the last one where several are),
+            IN_MASK where only the mask is occupied.
+    """
+
+    def __init__(self, zones: tuple[Zone, ...], mask: OccupancyGrid | None) -> None:
+        if len(zones) >= IN_MASK:
+            raise ParameterError("zones", f"{len(zones)} zones, at most {IN_MASK - 1} fit")
+        self._zones, self._mask = zones, mask
+        self.frame = Frame((0, 0), 1.0, (0.0, 0.0))
+        self.cells: NDArray[np.uint8] = np.empty((0, 0), dtype=np.uint8)
+
+    def lay_out(self, frame: Frame, shift: tuple[int, int] | None) -> None:
+        """The costmap's cells lie elsewhere from now on."""
+        same = self.cells.shape == frame.shape
+        self.frame = frame
+        if shift is None or not same:
+            self.cells = np.zeros(frame.shape, dtype=np.uint8)
+            self._draw(frame.everywhere)
+            return
+        self.cells = shifted(self.cells, frame.shape, shift, 0)
+        for strip in edges(frame.shape, shift, lead=0, trail=0):
+            self._draw(strip)
+
+    def name_at(self, row: int, column: int) -> str | None:
+        """The name of the zone that a cell lies in."""
+        number = int(self.cells[row, column])
+        if number == 0:
+            return None
+        return "mask" if number == IN_MASK else self._zones[number - 1].name
+
+    def _draw(self, box: Box) -> None:
+        target = part(self.cells, box)
+        target[:] = 0
+        if self._mask is not None:
+            target[sampled(self._mask, self.frame, box, FREE) == OCCUPIED] = IN_MASK
+        for number, zone in enumerate(self._zones, start=1):
+            region = cells_inside(self.frame, zone.points, box)
+            part(self.cells, region[0])[region[1]] = number
+
+
+def cells_inside(frame: Frame, corners: FloatArray, within: Box) -> tuple[Box, NDArray[np.bool_]]:
+    """The box around a polygon (n, 2) as far as it lies in another box, and its cells inside.
+
+    A cell is inside when its middle is.
+    """
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    around = frame.box_around((low[0], low[1]), (high[0], high[1]))
+    box = (
+        max(around[0], within[0]), min(around[1], within[1]),
+        max(around[2], within[2]), min(around[3], within[3]),
+    )  # fmt: skip
+    if not is_some(box):
+        return NO_BOX, np.zeros((0, 0), dtype=np.bool_)
+    x, y = np.broadcast_arrays(*frame.middles(box))
+    found = inside(corners, np.column_stack([x.ravel(), y.ravel()]))
+    return box, found.reshape(x.shape)

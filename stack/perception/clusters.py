@@ -1,0 +1,108 @@
+"""Things in a scan: runs of neighbouring returns, and the circles that they lie on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import cos, hypot, pi, sin
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stack.types import FloatArray, Pose2D, Scan
+
+
+@dataclass(frozen=True, slots=True)
+class Disc:
+    """A round thing as one scan shows it.
+
+    Attributes:
+        x: of its middle, metres, frame of the pose that was given.
+        y: likewise.
+        radius: metres.
+        is_whole: False when something nearer hides one of its sides: then it is too small, and
+            its middle is off.
+    """
+
+    x: float
+    y: float
+    radius: float
+    is_whole: bool
+
+
+def clusters(
+    ranges: FloatArray, increment: float, jump: float, valid: NDArray[np.bool_]
+) -> list[tuple[int, int]]:
+    """Runs of valid beams whose neighbouring returns lie no farther apart than a jump distance.
+
+    The first and the last beam of a scan all round are neighbours; such a run's end lies beyond
+    the number of beams.
+
+    Args:
+        ranges: (n,) metres.
+        increment: radians from beam to beam.
+        jump: metres.
+        valid: (n,) beams to be looked at.
+
+    Returns:
+        (first, last + 1) of each run; beams are to be taken modulo n.
+    """
+    n = ranges.size
+    following, after = np.roll(ranges, -1), np.roll(valid, -1)
+    safe, safe_next = np.where(valid, ranges, 0.0), np.where(after, following, 0.0)
+    apart = np.sqrt(
+        np.maximum(safe**2 + safe_next**2 - 2.0 * safe * safe_next * cos(increment), 0.0)
+    )
+    linked = valid & after & (apart <= jump)
+    if n * abs(increment) < 2.0 * pi - 1.5 * abs(increment):
+        linked[-1] = False
+    starts = np.flatnonzero(valid & ~np.roll(linked, 1))
+    ends = np.flatnonzero(valid & ~linked) + 1
+    if starts.size and ends[0] <= starts[0]:
+        ends = np.append(ends[1:], ends[0] + n)
+    return list(zip(starts.tolist(), ends.tolist(), strict=True))
+
+
+def disc_of(scan: Scan, pose: Pose2D, run: tuple[int, int], jump: float) -> Disc | None:
+    """The circle that a run of beams lies on; None where it is not round.
+
+    A circle of radius R whose middle is D away is seen under the half angle a = asin(R / D); its
+    return at the angle p off the middle is D · (cos p - sqrt(sin² a - sin² p)). The half angle is
+    half the run's, so each beam gives D; their mean over the inner half is taken.
+
+    Args:
+        scan: that the run is in.
+        pose: of the base.
+        run: (first, last + 1), modulo the number of beams.
+        jump: metres by which a neighbouring return has to be nearer to hide a side.
+    """
+    n, (first, end) = scan.ranges.size, run
+    beams = np.arange(first, end)
+    ranges = scan.ranges[beams % n].astype(np.float64)
+    half = 0.5 * beams.size * abs(scan.angle_increment)
+    if half >= 0.5 * pi:
+        return None
+    off = (beams - 0.5 * (first + end - 1)) * scan.angle_increment
+    inner = np.abs(off) <= 0.5 * half
+    if not inner.any():
+        inner = np.abs(off) <= np.abs(off).min() + 1e-12
+    shape = np.cos(off[inner]) - np.sqrt(sin(half) ** 2 - np.sin(off[inner]) ** 2)
+    distance = float(np.mean(ranges[inner] / shape))
+    bearing = scan.angle_min + scan.angle_increment * 0.5 * (first + end - 1)
+    sensor = pose.compose(scan.mount)
+    heading = sensor.heading + bearing
+    sides = ((first - 1) % n, float(ranges[0])), (end % n, float(ranges[-1]))
+    hidden = [float(scan.ranges[beam]) < edge - jump for beam, edge in sides]
+    return Disc(
+        sensor.x + distance * cos(heading),
+        sensor.y + distance * sin(heading),
+        distance * sin(half),
+        not any(hidden),
+    )
+
+
+def spread_of(scan: Scan, run: tuple[int, int]) -> float:
+    """Distance between the first and the last return of a run, metres."""
+    n, (first, end) = scan.ranges.size, run
+    near, far = float(scan.ranges[first % n]), float(scan.ranges[(end - 1) % n])
+    angle = (end - 1 - first) * scan.angle_increment
+    return hypot(near - far * cos(angle), far * sin(angle))

@@ -1,0 +1,1 @@
+"""Shortest curves between two poses for vehicles that cannot turn on the spot."""

@@ -1,0 +1,205 @@
+"""Motion primitives: short arcs and straights, and the moves of a state lattice."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import asin, atan2, ceil, cos, hypot, pi, sin, sqrt, tan
+
+import numpy as np
+
+from stack.types import FloatArray, wrap_angle
+
+HEADINGS = 72
+"""Headings that the hybrid search tells apart: five degrees each."""
+
+LATTICE_DIRECTIONS = (
+    (1, 0), (2, 1), (1, 1), (1, 2), (0, 1), (-1, 2), (-1, 1), (-2, 1),
+    (-1, 0), (-2, -1), (-1, -1), (-1, -2), (0, -1), (1, -2), (1, -1), (2, -1),
+)  # fmt: skip
+"""Steps in cells along the sixteen headings of the lattice: straight lines meet cell middles."""
+
+IN_PLACE = 9
+_PARTS = 1440  # a quarter of a degree: how finely directions are sorted into headings
+_REACH = 40  # cells; how far away the end of a lattice arc is looked for
+
+
+@dataclass(frozen=True)
+class Prices:
+    """What moves count beyond their length.
+
+    Attributes:
+        reverse: factor on metres driven backward.
+        non_straight: factor on metres of arcs.
+        change: metres for a change of steering side or of direction.
+        rotation: metres for each radian turned in place.
+    """
+
+    reverse: float
+    non_straight: float
+    change: float
+    rotation: float = 0.0
+
+    def of(self, length: float, kind: int) -> float:
+        """Metres that a move of this length and kind counts on free ground."""
+        if kind == IN_PLACE:
+            return length * self.rotation
+        steering = kind - 3 if kind >= 2 else kind
+        factor = self.reverse if kind >= 2 else 1.0
+        return length * factor * (self.non_straight if steering else 1.0)
+
+
+@dataclass(frozen=True)
+class Move:
+    """One motion primitive in the frame of the pose before it.
+
+    Attributes:
+        poses: (n, 3) along it, the first pose left out.
+        length: metres, or radians of a turn in place.
+        kind: steering -1, 0, 1, plus 3 in reverse; IN_PLACE.
+    """
+
+    poses: FloatArray
+    length: float
+    kind: int
+
+
+def packed(moves: list[list[Move]], prices: Prices, headings: FloatArray) -> object:
+    """The arrays of `kernels.Moves` for the moves of each heading.
+
+    Args:
+        moves: by heading; every heading has the same number, of the same kinds.
+        prices: penalties.
+        headings: (n,) radians of the headings.
+    """
+    from stack.planning.kinematic import kernels
+
+    most = max(len(move.poses) for row in moves for move in row)
+    poses = np.zeros((len(moves), len(moves[0]), most, 3))
+    counts = np.zeros(poses.shape[:2], np.int64)
+    costs = np.zeros(poses.shape[:2])
+    for turn, row in enumerate(moves):
+        for index, move in enumerate(row):
+            counts[turn, index] = len(move.poses)
+            poses[turn, index, : len(move.poses)] = move.poses
+            costs[turn, index] = prices.of(move.length, move.kind)
+    middles = (np.arange(_PARTS) + 0.5) / _PARTS * 2.0 * pi - pi
+    apart = np.abs(np.angle(np.exp(1j * (middles[:, None] - headings[None, :]))))
+    kinds = np.array([move.kind for move in moves[0]], dtype=np.int64)
+    return kernels.Moves(
+        poses, counts, costs, kinds, np.argmin(apart, axis=1).astype(np.int64), prices.change
+    )
+
+
+def steering_moves(radius: float, resolution: float, reverse: bool) -> list[Move]:
+    """Left, straight and right, each long enough to leave its cell and its heading bin.
+
+    Args:
+        radius: least turning radius, metres.
+        resolution: side of a cell, metres.
+        reverse: also the same backward.
+    """
+    angle = 2.0 * asin(min(1.0, sqrt(2.0) * resolution / (2.0 * radius)))
+    bin_size = 2.0 * pi / HEADINGS
+    length = radius * bin_size * ceil(angle / bin_size - 1e-9)
+    moves = []
+    for way in (1, -1) if reverse else (1,):
+        for steering in (0, 1, -1):
+            kind = steering if way > 0 else steering + 3
+            poses = arc(steering / radius, way * length, resolution)
+            moves.append(Move(poses, length, kind))
+    return moves
+
+
+def arc(curvature: float, length: float, spacing: float) -> FloatArray:
+    """Poses (n, 3) along an arc from the origin; a negative length is driven backward."""
+    along = np.linspace(0.0, length, ceil(abs(length) / spacing - 1e-9) + 1)[1:]
+    turn = curvature * along
+    chord = along if curvature == 0.0 else 2.0 / curvature * np.sin(0.5 * turn)
+    return np.column_stack([chord * np.cos(0.5 * turn), chord * np.sin(0.5 * turn), turn])
+
+
+def lattice_headings() -> FloatArray:
+    """(16,) radians."""
+    return np.array([atan2(rise, run) for run, rise in LATTICE_DIRECTIONS])
+
+
+def lattice_moves(radius: float, resolution: float, reverse: bool) -> list[list[Move]]:
+    """The moves of a differential robot by heading: straights, arcs, turns in place.
+
+    All end in middles of cells and at one of the sixteen headings, if they begin so.
+
+    Args:
+        radius: least radius of arcs, metres.
+        resolution: side of a cell, metres.
+        reverse: also a straight backward.
+    """
+    return [_moves_from(turn, radius, resolution, reverse) for turn in range(16)]
+
+
+def _moves_from(turn: int, radius: float, resolution: float, reverse: bool) -> list[Move]:
+    headings = lattice_headings()
+    step = hypot(*LATTICE_DIRECTIONS[turn]) * resolution
+    short = step * ceil(1.5 * resolution / step)
+    long = step * max(1, round(8.0 * resolution / step))
+    moves = [Move(arc(0.0, length, resolution), length, 0) for length in (short, long)]
+    if reverse:
+        moves.append(Move(arc(0.0, -short, resolution), short, 3))
+    for side in (1, -1):
+        other = (turn + side) % 16
+        poses, length = _bend(turn, other, radius, resolution)
+        moves.append(Move(poses, length, side))
+        angle = wrap_angle(float(headings[other] - headings[turn]))
+        steps = max(1, ceil(abs(angle) / 0.1))
+        turned = np.zeros((steps, 3))
+        turned[:, 2] = angle * np.arange(1, steps + 1) / steps
+        moves.append(Move(turned, abs(angle), IN_PLACE))
+    return moves
+
+
+def _bend(turn: int, other: int, radius: float, resolution: float) -> tuple[FloatArray, float]:
+    """The shortest arc with a straight before or after it, from middle to middle of a cell.
+
+    Both headings' lines meet in a corner; an arc round it touches both at equal distance, the
+    rest of the longer side is the straight (Pivtoraiko and Kelly 2005 for lattices of such moves).
+
+    Returns:
+        (poses (n, 3) in the frame of the start, length in metres).
+    """
+    (run, rise), (next_run, next_rise) = LATTICE_DIRECTIONS[turn], LATTICE_DIRECTIONS[other]
+    start = atan2(rise, run)
+    angle = wrap_angle(atan2(next_rise, next_run) - start)
+    bend = tan(0.5 * abs(angle))
+    best: tuple[float, float, float] | None = None
+    for before in range(1, _REACH):
+        for after in range(1, _REACH):
+            first = before * hypot(run, rise) * resolution
+            last = after * hypot(next_run, next_rise) * resolution
+            tangent = min(first, last)
+            if tangent / bend < radius - 1e-9:
+                continue
+            length = first + last - 2.0 * tangent + tangent / bend * abs(angle)
+            if best is None or length < best[0] - 1e-9:
+                best = (length, first, last)
+    if best is None:
+        raise AssertionError(f"no lattice arc of radius {radius:g} m within {_REACH} cells")
+    length, first, last = best
+    tangent = min(first, last)
+    straight, curved = (arc(0.0, rest, resolution) for rest in (first - tangent, last - tangent))
+    turned = arc(angle / abs(angle) * bend / tangent, tangent / bend * abs(angle), resolution)
+    return _chained([straight, turned, curved]), length
+
+
+def _chained(pieces: list[FloatArray]) -> FloatArray:
+    """One line of poses from pieces that each begin at the origin."""
+    chain, x, y, heading = [], 0.0, 0.0, 0.0
+    for piece in pieces:
+        if not len(piece):
+            continue
+        c, s = cos(heading), sin(heading)
+        moved = np.column_stack(
+            [x + c * piece[:, 0] - s * piece[:, 1], y + s * piece[:, 0] + c * piece[:, 1],
+             heading + piece[:, 2]]
+        )  # fmt: skip
+        chain.append(moved)
+        x, y, heading = moved[-1]
+    return np.vstack(chain)

@@ -1,0 +1,186 @@
+"""What the planners of poses share: ends, reachability, partial plans and failures."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import inf
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stack.errors import NavigationError
+from stack.planning.endpoints import Cell, Endpoints, cell_on_map, no_way, text
+from stack.planning.kinematic.search import Drive, Ground, Method, Outcome, PoseSearch, Query
+from stack.planning.kinematic.shaping import Shaping
+from stack.planning.search import StepCosts
+from stack.types import CostGrid, FailureCode, Footprint, Path, Pose2D
+
+_FLOOD_MARGIN = 0.3  # the field of costs to go covers ways this much dearer than the cheapest
+_PARTIAL_REACH = 3.0  # m; how far from a blocked goal a partial plan looks for a clear pose
+_TURNED = 0.35  # rad; how far the heading of a place within the tolerance may be off
+_ANY_HEADING = 8  # headings tried there
+
+
+@dataclass(frozen=True)
+class PosePlanning:
+    """Plans poses for a footprint by one method.
+
+    Attributes:
+        footprint: outline in the base frame.
+        tables: step costs of the two-dimensional field.
+        endpoints: tolerances.
+        shaping: what is done to the poses found.
+        method: of a resolution in metres; made anew for each.
+        seeds: ways to begin from a pose.
+    """
+
+    footprint: Footprint
+    tables: StepCosts
+    endpoints: Endpoints
+    shaping: Shaping
+    method: Callable[[float], Method]
+    seeds: Callable[[Ground, Pose2D], list[Drive]]
+
+    def plan(self, costs: CostGrid, start: Pose2D, goal: Pose2D) -> Path:
+        """Poses from start to goal that the footprint can be driven over.
+
+        Raises:
+            NavigationError: as `Planner.plan`, and TIMED_OUT at the limit of expansions.
+        """
+        cell_on_map(costs, start, "start", FailureCode.START_OUTSIDE_MAP)
+        cell_on_map(costs, goal, "goal", FailureCode.GOAL_OUTSIDE_MAP)
+        ground = Ground.of(costs, self.footprint, self.tables)
+        begin = self._begin(ground, start)
+        end = self._clear_goal(ground, goal)
+        field, horizon = self._field(costs, end, begin)
+        if field[begin] >= self._unreached:
+            end = self._reachable(ground, start, goal, begin)
+            field, horizon = self._field(costs, end, begin)
+        contacts = ground.allowed(start)
+        escape = self.endpoints.escape_distance if contacts else 0.0
+        query = Query(
+            start, self.seeds(ground, start), end, field, horizon,
+            escape, float(field[begin]), contacts,
+        )  # fmt: skip
+        outcome = PoseSearch(self.method(costs.resolution), ground, query).run()
+        drive = outcome.drive or self._nearest(outcome, start, goal)
+        if len(drive.poses) < 2:
+            drive = Drive(np.vstack([drive.poses, drive.poses]), np.zeros(2, np.int64), 0.0)
+        return self.shaping.path(ground, drive)
+
+    @property
+    def _unreached(self) -> float:
+        from stack.planning.cost_to_go import kernels
+
+        return kernels.UNREACHED
+
+    def _begin(self, ground: Ground, start: Pose2D) -> Cell:
+        """The cell from which a point could set out."""
+        costs = ground.costs
+        cell = costs.cell_at(start.x, start.y)
+        if self.tables.traverse[costs.cells[cell]] > 0:
+            return cell
+        near = self.endpoints.escape_cell(costs, start)
+        if near is None:
+            raise NavigationError(
+                FailureCode.START_OCCUPIED,
+                f"start {text(start)} lies too near to an obstacle and no cell within "
+                f"{self.endpoints.escape_distance:.2f} m is free; "
+                f"{self.endpoints.free_place(costs, start)}",
+            )
+        return near
+
+    def _clear_goal(self, ground: Ground, goal: Pose2D) -> Pose2D:
+        """The goal, or the nearest pose of its heading within the tolerance that is clear."""
+        if ground.contacts(goal) == 0:
+            return goal
+        partial = self.endpoints.partial
+        reach = max(self.endpoints.tolerance, _PARTIAL_REACH if partial else 0.0)
+        turns = np.arange(_ANY_HEADING) if partial else np.zeros(1)
+        for x, y in _places_around(ground.costs, goal, reach):
+            for turn in turns:
+                pose = Pose2D(x, y, goal.heading + float(turn) * 2.0 * np.pi / _ANY_HEADING)
+                if ground.contacts(pose) == 0:
+                    return pose
+        raise NavigationError(
+            FailureCode.GOAL_OCCUPIED,
+            f"the robot does not fit at goal {text(goal)} with heading {goal.heading:.2f} rad; "
+            f"{self.endpoints.free_place(ground.costs, goal)}",
+        )
+
+    def _field(
+        self, costs: CostGrid, goal: Pose2D, begin: Cell, margin: float = _FLOOD_MARGIN
+    ) -> tuple[NDArray[np.float32], float]:
+        from stack.planning.cost_to_go import kernels
+
+        flood: Any = kernels.cost_to_go
+        scale = costs.resolution / float(self.tables.traverse[0])
+        field, horizon = flood(
+            costs.cells, self.tables.traverse, self.tables.diagonal,
+            costs.cell_at(goal.x, goal.y), begin, margin, scale,
+        )  # fmt: skip
+        return field, float(horizon)
+
+    def _reachable(self, ground: Ground, start: Pose2D, goal: Pose2D, begin: Cell) -> Pose2D:
+        """The nearest clear pose to the goal that a point can get to from the start."""
+        costs = ground.costs
+        field, _ = self._field(costs, Pose2D(*costs.centre_of(*begin)), (-1, -1))
+        cells = np.argwhere(field < self._unreached)
+        middles = (cells[:, ::-1] + 0.5) * costs.resolution + np.array(costs.origin)
+        away = np.hypot(middles[:, 0] - goal.x, middles[:, 1] - goal.y)
+        order = np.argsort(away, kind="stable")
+        nearest = middles[order[0]]
+        reach = inf if self.endpoints.partial else self.endpoints.tolerance
+        for index in order[away[order] <= reach]:
+            x, y = (float(value) for value in middles[index])
+            pose = Pose2D(x, y, goal.heading)
+            if ground.contacts(pose) == 0:
+                return pose
+        raise no_way(start, goal, (float(nearest[0]), float(nearest[1])))
+
+    def _nearest(self, outcome: Outcome, start: Pose2D, goal: Pose2D) -> Drive:
+        """The way to the pose reached that is nearest to the goal, if that will do."""
+        reached = outcome.reached
+        if not len(reached):
+            raise NavigationError(
+                FailureCode.NO_VALID_PATH,
+                f"start {text(start)} is shut in: the robot cannot move anywhere from it",
+            )
+        away = np.hypot(reached[:, 0] - goal.x, reached[:, 1] - goal.y)
+        turned = np.abs(np.angle(np.exp(1j * (reached[:, 2] - goal.heading))))
+        index = int(np.lexsort((turned, away))[0])
+        near = np.flatnonzero((away <= self.endpoints.tolerance) & (turned <= _TURNED))
+        if near.size:
+            return outcome.drive_to(int(near[np.lexsort((turned[near], away[near]))[0]]))
+        if self.endpoints.partial:
+            return outcome.drive_to(index)
+        if outcome.limited:
+            raise NavigationError(
+                FailureCode.TIMED_OUT,
+                f"no way from {text(start)} to {text(goal)} found within "
+                f"{outcome.expanded} expansions; raise max_expansions, or use astar to see "
+                "whether there is one",
+            )
+        if away[index] <= self.endpoints.tolerance:
+            raise NavigationError(
+                FailureCode.NO_VALID_PATH,
+                f"{text(goal)} can be reached from {text(start)}, but not with heading "
+                f"{goal.heading:.2f} rad: the nearest is {reached[index, 2]:.2f} rad",
+            )
+        raise no_way(start, goal, (float(reached[index, 0]), float(reached[index, 1])))
+
+
+def _places_around(costs: CostGrid, pose: Pose2D, reach: float) -> list[tuple[float, float]]:
+    """Middles of the cells within a distance of a pose, the nearest first."""
+    row, column = costs.cell_at(pose.x, pose.y)
+    cells = int(reach / costs.resolution) + 1
+    found = []
+    for rise in range(-cells, cells + 1):
+        for run in range(-cells, cells + 1):
+            x, y = costs.centre_of(row + rise, column + run)
+            away = pose.distance_to(Pose2D(x, y))
+            if away <= reach and costs.contains(row + rise, column + run):
+                found.append((away, x, y))
+    return [(x, y) for _, x, y in sorted(found)]

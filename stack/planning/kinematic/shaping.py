@@ -1,0 +1,135 @@
+"""From the poses of a search to a path: smoothed between the turning points, and checked."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stack.planning.kinematic.search import Drive, Ground
+from stack.planning.smoothers.choice import shape
+from stack.planning.smoothing import SPACING
+from stack.types import FloatArray, Path
+
+_ROUNDING = 1.05  # chords of an arc bend this much more than the arc, where they are uneven
+_SHARES = (1.0, 0.6, 0.3)  # of the way to the smooth line, tried in turn
+_PINNED = 2  # points at each end of a stretch that keep its heading
+_SAME_PLACE = 1e-9  # m
+
+
+@dataclass(frozen=True)
+class Shaping:
+    """Smooths what can be smoothed and still be driven.
+
+    Attributes:
+        smoother: one of SMOOTHERS.
+        radius: least turning radius, metres.
+        traverse: (256,) cost of a straight step by cell cost, 0 for no way.
+    """
+
+    smoother: str
+    radius: float
+    traverse: NDArray[np.int64]
+
+    def path(self, ground: Ground, drive: Drive) -> Path:
+        """The path along a drive; each stretch in one direction smoothed by itself.
+
+        A stretch is moved as far to its smooth line as the footprint touches nothing and no bend is
+        tighter than the turning radius, or stays as it was found. A turn in place
+        shows as a corner: only its last pose is kept.
+        """
+        poses, ways = drive.poses, drive.ways
+        stretches = [poses[:1]]
+        ends = np.flatnonzero(np.diff(ways) != 0)
+        for first, last in zip([0, *ends], [*ends, len(poses) - 1], strict=True):
+            stretch = poses[first : last + 1]
+            if ways[last] != 0 and self.smoother != "none":
+                stretch = self._stretch(ground, stretch, int(ways[last]))
+            stretches.append(stretch[1:])
+        found = np.vstack(stretches)
+        steps = np.hypot(*np.diff(found[:, :2], axis=0).T)
+        return Path(found[np.append(steps > _SAME_PLACE, True)])
+
+    def _stretch(self, ground: Ground, poses: FloatArray, way: int) -> FloatArray:
+        even = evenly(poses, way)
+        if len(even) <= 2 * _PINNED + 1:
+            return poses
+        points = even[:, :2]
+        if self.smoother == "simple":
+            shaped = self._rounded(ground, points)
+        else:
+            shaped = shape(self.smoother, ground.costs, points, self.radius, _PINNED)
+        for share in _SHARES:
+            moved = _with_headings(points + share * (shaped - points), even, way)
+            if bends_within(moved, way, self.radius / _ROUNDING) and ground.weight(moved) > 0.0:
+                return moved
+        return poses
+
+    def _rounded(self, ground: Ground, points: FloatArray) -> FloatArray:
+        from stack.planning import kernels
+
+        pull: Any = kernels.round_corners
+        scale, origin = ground.costs.resolution, np.array(ground.costs.origin)
+        data = 0.3 * (SPACING / 0.3) ** 2
+        inner = (points[1:-1] - origin) / scale
+        moved = pull(ground.costs.cells, self.traverse, inner, data, 0.3, self.traverse[160], 80)
+        shaped = points.copy()
+        shaped[1:-1] = moved * scale + origin
+        return shaped
+
+
+def evenly(poses: FloatArray, way: int) -> FloatArray:
+    """Poses along the same curve, evenly spaced: cubics through (n, 3) with their headings."""
+    steps = np.hypot(*np.diff(poses[:, :2], axis=0).T)
+    keep = np.append(True, steps > _SAME_PLACE)
+    poses, steps = poses[keep], steps[keep[1:]]
+    along = np.append(0.0, np.cumsum(steps))
+    at = np.linspace(0.0, along[-1], max(1, round(float(along[-1]) / SPACING)) + 1)
+    before = np.clip(np.searchsorted(along, at, side="right") - 1, 0, max(len(steps) - 1, 0))
+    if not len(steps):
+        return poses
+    t = ((at - along[before]) / steps[before])[:, None]
+    tangents = way * np.column_stack([np.cos(poses[:, 2]), np.sin(poses[:, 2])])
+    begin, end = poses[before, :2], poses[before + 1, :2]
+    leave, arrive = (tangents[index] * steps[before, None] for index in (before, before + 1))
+    points = (
+        (1 + 2 * t) * (1 - t) ** 2 * begin + t * (1 - t) ** 2 * leave
+        + t**2 * (3 - 2 * t) * end + t**2 * (t - 1) * arrive
+    )  # fmt: skip
+    turn = _wrapped(poses[before + 1, 2] - poses[before, 2])
+    even = np.column_stack([points, poses[before, 2] + t[:, 0] * turn])
+    even[0], even[-1] = poses[0], poses[-1]
+    return even
+
+
+def bends_within(poses: FloatArray, way: int, radius: float) -> bool:
+    """Whether a vehicle of a turning radius can follow poses (n, 3) driven in one direction.
+
+    On an arc chords turn by step / radius from one to the next, and leave the heading at its ends
+    by half of that.
+    """
+    runs, rises = np.diff(poses[:, :2], axis=0).T * way
+    lengths, directions = np.hypot(runs, rises), np.arctan2(rises, runs)
+    if np.any(lengths < _SAME_PLACE):
+        return False
+    turns = np.abs(_wrapped(np.diff(directions)))
+    if np.any(turns > 0.5 * (lengths[1:] + lengths[:-1]) / radius + 1e-3):
+        return False
+    ends = np.abs(_wrapped(directions[[0, -1]] - poses[[0, -1], 2]))
+    return bool(np.all(ends <= 0.5 * lengths[[0, -1]] / radius + 1e-3))
+
+
+def _with_headings(points: FloatArray, poses: FloatArray, way: int) -> FloatArray:
+    """Poses along points (n, 2) driven forward or backward; the headings at the ends stay."""
+    moved = poses.copy()
+    moved[:, :2] = points
+    runs, rises = (points[2:] - points[:-2]).T * way
+    moved[1:-1, 2] = np.arctan2(rises, runs)
+    return moved
+
+
+def _wrapped(angles: FloatArray) -> FloatArray:
+    turned: FloatArray = (angles + np.pi) % (2.0 * np.pi) - np.pi
+    return turned

@@ -1,0 +1,1 @@
+"""What is done to a path after the search; chosen by name."""

@@ -1,0 +1,99 @@
+"""How the smoothers shape a line of points; nothing is checked here."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stack.types import LETHAL_COST, UNKNOWN_COST, CostGrid, FloatArray
+
+WINDOW, ORDER, PASSES = 7, 3, 2
+"""Of the Savitzky-Golay filter: points, degree of the polynomials, how often it is applied."""
+
+_IRONING = (1, 80, np.array([0.04, 0.0, 0.08, 0.0]))  # takes out the kinks of the costmap's cells
+_STAGES = (
+    (4, 60, np.array([0.04, 0.06, 0.06, 0.002])),
+    (2, 60, np.array([0.04, 0.02, 0.08, 0.002])),
+    _IRONING,
+)
+"""Stride, iterations, and weights of smoothness, clearance, curvature and distance."""
+_GENTLE_STAGES = ((1, 120, np.array([0.04, 0.04, 0.06, 0.002])), _IRONING)
+"""For lines with headings at their ends, next to which large strides would leave kinks."""
+_EASIER = 1.15  # the descent aims at arcs this much wider than asked, for it ends short of its aim
+_CLEAR_FIELD = UNKNOWN_COST // 2  # unknown cells repel as half-inflated ones
+
+
+@lru_cache(maxsize=4)
+def _coefficients(window: int, order: int) -> FloatArray:
+    """(window,) weights of a least-squares polynomial's value in the middle of its points."""
+    half = window // 2
+    powers = np.vander(np.arange(-half, half + 1), order + 1, increasing=True)
+    row: FloatArray = np.linalg.pinv(powers)[0]
+    return row
+
+
+def savitzky_golay(points: FloatArray) -> FloatArray:
+    """Points (n, 2) after the filter of Savitzky and Golay (1964); the ends stay.
+
+    Beyond the ends the line goes on as its own mirror image, which leaves them where they are.
+    """
+    half = WINDOW // 2
+    if len(points) <= half:
+        return points
+    weights = _coefficients(WINDOW, ORDER)
+    for _ in range(PASSES):
+        before = 2.0 * points[0] - points[half:0:-1]
+        after = 2.0 * points[-1] - points[-2 : -half - 2 : -1]
+        longer = np.vstack([before, points, after])
+        points = np.column_stack([np.convolve(axis, weights, "valid") for axis in longer.T])
+    return points
+
+
+@dataclass(frozen=True)
+class Descent:
+    """The constrained smoother: smoothness, clearance and curvature together.
+
+    Attributes:
+        radius: metres; arcs tighter than this are widened.
+    """
+
+    radius: float
+
+    def shape(self, costs: CostGrid, points: FloatArray, pinned: int) -> FloatArray:
+        """Points (n, 2) in metres, moved; `pinned` of them at each end stay."""
+        from stack.planning.smoothers import kernels
+
+        if len(points) <= 2 * pinned:
+            return points
+        descend: Any = kernels.descend
+        scale, origin = costs.resolution, np.array(costs.origin)
+        low, high = _box(costs, points)
+        field = _field(costs.cells[low[1] : high[1], low[0] : high[0]])
+        tightest = scale / (_EASIER * self.radius)
+        moved = (points - origin) / scale - low
+        for stride, iterations, weights in _STAGES if pinned == 1 else _GENTLE_STAGES:
+            moved = descend(field, moved, pinned, stride, tightest, weights, iterations)
+        shaped: FloatArray = (moved + low) * scale + origin
+        shaped[:pinned], shaped[len(points) - pinned :] = points[:pinned], points[-pinned:]
+        return shaped
+
+
+def _box(costs: CostGrid, points: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """(column, row) of the corners of the part of the grid around points."""
+    cells = np.floor((points - np.array(costs.origin)) / costs.resolution).astype(np.int64)
+    rows, columns = costs.cells.shape
+    margin = 20
+    low = np.maximum(cells.min(axis=0) - margin, 0)
+    high = np.minimum(cells.max(axis=0) + margin + 1, [columns, rows])
+    return low, high
+
+
+def _field(cells: NDArray[np.uint8]) -> NDArray[np.float32]:
+    values = cells.astype(np.float32)
+    values[cells == UNKNOWN_COST] = _CLEAR_FIELD
+    values /= LETHAL_COST
+    return values

@@ -1,0 +1,1 @@
+"""Any-angle planning on a costmap."""

@@ -1,0 +1,278 @@
+"""Gazebo's world files (SDFormat, .world and .sdf) as worlds to drive in.
+
+Read are models (nested ones, too), their links' collision shapes, poses, `static`, includes of
+models that the same file defines, and the poses of a saved state, which count as in Gazebo. What
+stands is taken to rise from the floor. Lights, physics, looks and the like do not matter here; what
+would matter and is not understood is left out with a warning in `World.warnings`.
+
+Format: sdformat.org/spec, versions 1.4 to 1.11. Codes: E201 shape and values · E205 too many ·
+E206 empty · E207 not XML · E208 left out or replaced (warnings).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from math import isfinite, radians
+from pathlib import Path
+
+import numpy as np
+
+from stack.documents import Finding, Findings, Mark
+from stack.errors import InputError
+from stack.sim import sdf_shapes as shapes
+from stack.sim.world import Box, Cylinder, World
+from stack.sim.world_file import MARGIN, bounds_round
+from stack.sim.world_outlines import outlines
+from stack.sim.world_values import EMPTY, FARTHEST, SHAPE, TOO_MANY
+from stack.sim.xml_file import Element, read_xml
+from stack.types import FloatArray
+
+LEFT_OUT = "E208"
+MAX_SHAPES = 20_000
+HEADROOM = 1.0
+"""Metres over the floor from which something is taken to hang over any robot."""
+
+SUNK = 0.01
+"""Metres over the floor below which something is part of it."""
+
+STANDARD = frozenset({"ground_plane", "sun"})
+"""Gazebo's own models that are floor and light."""
+
+IGNORED_SHAPES = frozenset({"empty"})
+
+
+def read_sdf_world(path: Path) -> World:
+    """The first world in a file.
+
+    Raises:
+        InputError: every finding, each with its position.
+    """
+    root = read_xml(path, "Gazebo world file")
+    findings = Findings()
+    world = root.first("world") if root.tag == "sdf" else None
+    if world is None:
+        sentence = f"a Gazebo world file is <sdf> with a <world> in it, got <{root.tag}>"
+        raise InputError([Finding(root.mark, SHAPE, sentence)])
+    reader = _Reader(findings, {model.name: model for model in root.all("model")})
+    reader.read_world(world)
+    findings.raise_errors()
+    if not reader.solids:
+        sentence = "nothing stands in this world, a lidar would see nothing"
+        findings.error(EMPTY, world.mark, sentence)
+        findings.raise_errors()
+    built = World(
+        name=world.name or path.stem,
+        bounds=(0.0, 0.0, 0.0, 0.0),
+        boxes=tuple(solid for solid in reader.solids if isinstance(solid, Box)),
+        cylinders=tuple(solid for solid in reader.solids if isinstance(solid, Cylinder)),
+        source=path,
+        warnings=tuple(reader.warnings()),
+    )
+    return replace(built, bounds=bounds_round(built, outlines(built), MARGIN))
+
+
+@dataclass
+class _Reader:
+    """Collects what stands in a world.
+
+    Attributes:
+        models: those that the file defines beside its worlds, for includes.
+        solids: what was found.
+    """
+
+    findings: Findings
+    models: dict[str, Element]
+    solids: list[shapes.Solid] = field(default_factory=list)
+    _left_out: dict[str, list[Finding]] = field(default_factory=dict)
+    _including: list[str] = field(default_factory=list)
+
+    def read_world(self, world: Element) -> None:
+        """Everything that stands in it."""
+        states = {model.name: model for state in world.all("state") for model in state.all("model")}
+        local = {model.name: model for model in world.all("model")}
+        self.models = {**local, **self.models}
+        for element in world.children:
+            if element.tag == "model":
+                self._model(element, self._placed(element, states), static=False)
+            elif element.tag == "include":
+                self._include(element, np.eye(4))
+            elif element.tag in ("actor", "population", "road"):
+                self._leave_out(
+                    element.mark, f"<{element.tag}> is left out", element.name or "unnamed"
+                )
+
+    def warnings(self) -> list[Finding]:
+        """One for each kind of thing left out, at the first of its kind."""
+        found = []
+        for kind, cases in self._left_out.items():
+            names = list(dict.fromkeys(case.sentence for case in cases))
+            shown = ", ".join(names[:5]) + (f" and {len(names) - 5} more" if names[5:] else "")
+            found.append(Finding(cases[0].mark, LEFT_OUT, f"{kind}: {shown}", "", "warning"))
+        return found
+
+    def _leave_out(self, mark: Mark, kind: str, name: str) -> None:
+        self._left_out.setdefault(kind, []).append(Finding(mark, LEFT_OUT, name))
+
+    def _placed(self, model: Element, states: dict[str, Element]) -> FloatArray | None:
+        """(4, 4) of a model in the world: the saved state's pose, else its own."""
+        state = states.get(model.name)
+        if state is not None and state.first("pose") is not None:
+            return self._pose(state, model.name)
+        return self._pose(model, model.name)
+
+    def _model(self, model: Element, placed: FloatArray | None, *, static: bool) -> None:
+        """What a model consists of, at its (4, 4) in the world."""
+        if placed is None:
+            return
+        static = static or model.text_of("static") in ("1", "true")
+        if not static and any(model.all("link")):
+            self._leave_out(model.mark, "not static in Gazebo, stands still here", model.name)
+        for link in model.all("link"):
+            at = self._pose(link, model.name)
+            if at is not None:
+                self._link(link, placed @ at, model.name)
+        for inner in model.all("model"):
+            at = self._pose(inner, inner.name)
+            self._model(inner, None if at is None else placed @ at, static=static)
+        for include in model.all("include"):
+            self._include(include, placed)
+
+    def _include(self, include: Element, outer: FloatArray) -> None:
+        uri = include.text_of("uri")
+        name = uri.removeprefix("model://").strip("/")
+        if name in STANDARD:
+            return
+        if name not in self.models or name in self._including:
+            kind = "includes of models from elsewhere are not followed"
+            self._leave_out(include.mark, kind, uri or "no uri")
+            return
+        model = self.models[name]
+        posed = include if include.first("pose") is not None else model
+        at = self._pose(posed, include.text_of("name") or name)
+        static = include.text_of("static") in ("1", "true")
+        self._including.append(name)
+        self._model(model, None if at is None else outer @ at, static=static)
+        self._including.pop()
+
+    def _link(self, link: Element, placed: FloatArray, name: str) -> None:
+        collisions = list(link.all("collision"))
+        if not collisions and any(link.all("visual")):
+            self._leave_out(link.mark, "can be seen but not touched, left out", name)
+        for collision in collisions:
+            at = self._pose(collision, name)
+            geometry = collision.first("geometry")
+            if geometry is None or not geometry.children:
+                sentence = f"the collision {collision.name!r} of {name!r} has no geometry"
+                self.findings.error(SHAPE, collision.mark, sentence)
+            elif at is not None:
+                self._shape(geometry.children[0], placed @ at, name)
+
+    def _shape(self, shape: Element, at: FloatArray, name: str) -> None:
+        """One collision shape, at its (4, 4) in the world."""
+        if shape.tag == "plane":
+            self._plane(shape, at, name)
+        elif shape.tag in ("box", "cylinder", "sphere", "capsule"):
+            found = self._solid(shape, at, name)
+            if found is not None:
+                self._keep(shape, name, *found)
+        elif shape.tag not in IGNORED_SHAPES:
+            uri = shape.text_of("uri")
+            kind = f"<{shape.tag}> shapes are not read, left out"
+            self._leave_out(shape.mark, kind, f"{name} ({uri})" if uri else name)
+
+    def _solid(
+        self, shape: Element, at: FloatArray, name: str
+    ) -> tuple[shapes.Solid, float, bool] | None:
+        if shape.tag == "box":
+            size = self._sizes(shape, "size", 3)
+            return None if size is None else shapes.box(at, size, name)
+        radius = self._sizes(shape, "radius", 1)
+        if radius is None:
+            return None
+        if shape.tag == "sphere":
+            return shapes.sphere(at, float(radius[0]), name)
+        length = self._sizes(shape, "length", 1)
+        if length is None:
+            return None
+        caps = 2.0 * float(radius[0]) if shape.tag == "capsule" else 0.0
+        return shapes.cylinder(at, float(radius[0]), float(length[0]) + caps, name)
+
+    def _keep(
+        self, shape: Element, name: str, solid: shapes.Solid, bottom: float, exact: bool
+    ) -> None:
+        """Take in a solid, unless no robot on the floor can meet it."""
+        top = solid.size[2] if isinstance(solid, Box) else solid.height
+        if top <= SUNK:
+            return
+        if bottom >= HEADROOM:
+            kind = f"begins {HEADROOM:g} m or more over the floor, left out"
+            self._leave_out(shape.mark, kind, name)
+            return
+        if not exact:
+            self._leave_out(shape.mark, "tilted, an upright box round it stands for it", name)
+        x, y = (solid.pose.x, solid.pose.y) if isinstance(solid, Box) else (solid.x, solid.y)
+        if max(abs(x), abs(y)) > FARTHEST:
+            sentence = f"{name!r} at ({x:g}, {y:g}) is more than {FARTHEST:g} m away"
+            self.findings.error(SHAPE, shape.mark, sentence)
+            return
+        self.solids.append(solid)
+        if len(self.solids) > MAX_SHAPES:
+            sentence = f"more than {MAX_SHAPES} shapes; a world may have that many"
+            raise InputError([Finding(shape.mark, TOO_MANY, sentence)])
+
+    def _plane(self, shape: Element, at: FloatArray, name: str) -> None:
+        normal = self._numbers(shape.first("normal"), 3)
+        upward = at[:3, :3] @ (np.array([0.0, 0.0, 1.0]) if normal is None else normal)
+        length = float(np.linalg.norm(upward))
+        if length > 0.0 and abs(float(upward[2])) / length < shapes.UPRIGHT:
+            self._leave_out(shape.mark, "a plane that is not the floor, left out", name)
+
+    def _sizes(self, shape: Element, tag: str, count: int) -> FloatArray | None:
+        """Lengths above 0, in metres; None, with everything noted, when they are wrong."""
+        element = shape.first(tag)
+        if element is None:
+            self.findings.error(SHAPE, shape.mark, f"<{shape.tag}> needs <{tag}>")
+            return None
+        values = self._numbers(element, count)
+        if values is not None and not ((values > 0.0) & (values <= FARTHEST)).all():
+            sentence = f"<{tag}> {element.text!r}: expected metres above 0, up to {FARTHEST:g}"
+            self.findings.error(SHAPE, element.mark, sentence)
+            return None
+        return values
+
+    def _pose(self, element: Element, name: str) -> FloatArray | None:
+        """(4, 4) of an element in the one around it; None, with a note, when it cannot be said."""
+        pose = element.first("pose")
+        if pose is None or not pose.text:
+            return np.eye(4)
+        frame = pose.attributes.get("relative_to") or pose.attributes.get("frame") or ""
+        if frame not in ("", "world", "__model__"):
+            self._leave_out(pose.mark, f"placed relative to {frame!r}, left out", name)
+            return None
+        if pose.attributes.get("rotation_format", "euler_rpy") != "euler_rpy":
+            self._leave_out(pose.mark, "rotations as quaternions are not read, left out", name)
+            return None
+        values = self._numbers(pose, 6)
+        if values is None:
+            return None
+        angles = values[3:]
+        if pose.attributes.get("degrees") in ("1", "true"):
+            angles = np.array([radians(angle) for angle in angles.tolist()])
+        return shapes.transform(values[:3], angles)
+
+    def _numbers(self, element: Element | None, count: int) -> FloatArray | None:
+        """The numbers in an element's text; None when it is absent or, noted, wrong."""
+        if element is None:
+            return None
+        words = element.text.split()
+        try:
+            values = [float(word) for word in words]
+        except ValueError:
+            values = []
+        if len(values) != count or not all(map(isfinite, values)):
+            wanted = "a number" if count == 1 else f"{count} numbers"
+            shown = element.text if len(element.text) <= 60 else element.text[:57] + "..."
+            sentence = f"<{element.tag}>: expected {wanted}, got {shown!r}"
+            self.findings.error(SHAPE, element.mark, sentence)
+            return None
+        return np.array(values)

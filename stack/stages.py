@@ -1,0 +1,47 @@
+"""Compute time by stage of the loop: for profiling, never for decisions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from time import perf_counter
+
+from stack.telemetry.records import StageTiming
+
+
+@dataclass
+class _Stage:
+    total: float = 0.0
+    worst: float = 0.0
+    count: int = 0
+    overruns: int = 0
+
+
+@dataclass
+class Stages:
+    """Compute time by stage, wall seconds: for profiling, never for decisions."""
+
+    budget: float
+    stages: dict[str, _Stage] = field(default_factory=dict)
+
+    @contextmanager
+    def measure(self, name: str, asleep: Callable[[], float] = lambda: 0.0) -> Iterator[None]:
+        """Add the time that the block takes to a stage, less what it sleeps."""
+        began = perf_counter() - asleep()
+        try:
+            yield
+        finally:
+            taken = perf_counter() - asleep() - began
+            stage = self.stages.setdefault(name, _Stage())
+            stage.total += taken
+            stage.count += 1
+            stage.worst = max(stage.worst, taken)
+            stage.overruns += taken > self.budget
+
+    def timings(self) -> dict[str, StageTiming]:
+        """Mean, worst, count and overruns of every stage."""
+        return {
+            name: StageTiming(stage.total / stage.count, stage.worst, stage.count, stage.overruns)
+            for name, stage in self.stages.items()
+        }

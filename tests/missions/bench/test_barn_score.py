@@ -1,0 +1,92 @@
+"""BARN's metric: by hand, from the organisers' definition."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from missions.bench.barn_crossing import Watch
+from missions.bench.barn_score import Crossing, per_world, score, summary
+from stack.types import Pose2D
+
+RUN = Crossing(
+    world="7", trial=0, status="success", cause="", time=12.0, path_length=12.0, driven=11.0,
+    clearance=0.1, recoveries=0, replans=1, end=(0.0, 9.0, 1.5), wall_seconds=1.0,
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("seconds", "k", "expected"),
+    [  # optimal time of 12 m at 2 m/s: 6 s
+        (6.0, 2.0, 0.5),  # faster than 2 x 6 s earns no more
+        (12.0, 2.0, 0.5),
+        (24.0, 2.0, 0.25),
+        (24.0, 4.0, 0.25),
+        (12.0, 4.0, 0.25),
+        (48.0, 2.0, 0.125),
+        (90.0, 2.0, 0.125),  # slower than 8 x 6 s costs no more
+    ],
+)
+def test_the_score(seconds, k, expected):
+    assert score(True, seconds, 12.0, k) == pytest.approx(expected)
+    assert score(False, seconds, 12.0, k) == 0.0
+
+
+@given(st.floats(0.1, 100.0), st.floats(5.0, 20.0))
+def test_the_score_never_rises_with_time(seconds, length):
+    assert score(True, seconds, length, 2.0) >= score(True, seconds + 1.0, length, 2.0)
+
+
+def looked(watch, *places, period=1.0):
+    for n, place in enumerate(places):
+        watch.look(n * period, Pose2D(*place), touched=False, over=False)
+    return watch
+
+
+def test_the_clock_starts_after_a_tenth_of_a_metre():
+    watch = looked(Watch(Pose2D(0.0, 10.0)), (0, 0), (0, 0.05), (0, 0.2), (0, 1), (0, 2))
+    assert watch.started == 2.0 and watch.time == 2.0
+    assert watch.driven == pytest.approx(2.0)
+    assert watch.status == ""
+
+
+def test_a_metre_from_the_goal_is_there():
+    watch = looked(Watch(Pose2D(0.0, 10.0)), (0, 0), (0, 8.99))
+    assert watch.status == ""
+    assert looked(watch, (0, 9.0)).status == "success"
+
+
+def test_a_contact_fails_even_at_the_goal():
+    watch = Watch(Pose2D(0.0, 0.0))
+    watch.look(1.0, Pose2D(0.0, 0.0), touched=True, over=False)
+    assert watch.status == "contact"
+
+
+def test_time_is_up_a_hundred_seconds_after_the_start_or_without_one():
+    moving = looked(Watch(Pose2D(0.0, 50.0)), (0, 0), (0, 1), period=20.0)
+    moving.look(119.9, Pose2D(0.0, 2.0), touched=False, over=False)
+    assert moving.status == ""
+    moving.look(120.0, Pose2D(0.0, 2.0), touched=False, over=False)
+    assert moving.status == "timeout"
+    standing = looked(Watch(Pose2D(0.0, 50.0)), (0, 0), (0, 0), period=100.0)
+    assert standing.status == "timeout"
+
+
+def test_a_mission_that_ends_elsewhere_gave_up():
+    watch = Watch(Pose2D(0.0, 50.0))
+    watch.look(1.0, Pose2D(0.0, 0.0), touched=False, over=True)
+    assert watch.status == "gave_up"
+
+
+def test_the_summary_counts_failures_as_zeros():
+    failed = replace(RUN, trial=1, status="contact", cause="touched at (1, 2)")
+    lines = summary([RUN, failed])
+    assert lines[0] == "2 runs in 1 worlds"
+    assert "50.00%  (1 contact)" in lines[1]
+    assert "0.2500" in lines[2] and "0.1250" in lines[3]
+    assert lines[-1] == "  world 7 trial 1: touched at (1, 2)"
+    assert per_world([RUN, failed])[1].split() == ["7", "1/2", "0.2500", "0.1250", "12.0"]
+    assert summary([]) == ["no runs yet"]

@@ -1,0 +1,56 @@
+"""`treepilot show --svg`, with Graphviz where there is one, else with a stand-in that counts."""
+
+import os
+import re
+import shutil
+import stat
+from pathlib import Path
+
+import pytest
+
+from missions.checking import drawing
+from missions.graphviz import save_svg, svg
+from stack.errors import InputError
+
+STAND_IN = """#!/bin/sh
+test "$1" = -Tsvg || exit 3
+echo '<svg>'
+grep -o 'n[0-9]* .label' | sed 's/.*/<g class="node"\\/>/'
+echo '</svg>'
+"""
+
+
+def put_on_path(folder, monkeypatch, script):
+    file = folder / "dot"
+    file.write_text(script)
+    file.chmod(file.stat().st_mode | stat.S_IEXEC)
+    monkeypatch.setenv("PATH", f"{folder}{os.pathsep}/usr/bin{os.pathsep}/bin")
+
+
+def test_every_node_of_the_tree_is_drawn(tmp_path, monkeypatch):
+    if shutil.which("dot") is None:
+        put_on_path(tmp_path, monkeypatch, STAND_IN)
+    save_svg("02_office_patrol", str(tmp_path / "tree.svg"))
+    drawn = (tmp_path / "tree.svg").read_text("utf-8").count('class="node"')
+    assert drawn == len(re.findall(r"\[label=", drawing("02_office_patrol", "dot", colours=False)))
+    assert drawn > 10
+
+
+def test_without_graphviz_it_says_what_to_install(monkeypatch, tmp_path):
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(InputError, match="apt install graphviz"):
+        svg("02_office_patrol")
+
+
+def test_a_graphviz_that_fails_is_quoted(monkeypatch, tmp_path):
+    put_on_path(tmp_path, monkeypatch, "#!/bin/sh\necho out of ink >&2\nexit 1\n")
+    with pytest.raises(InputError, match="could not draw the tree: out of ink"):
+        svg("02_office_patrol")
+
+
+def test_a_place_that_cannot_be_written_is_named(monkeypatch, tmp_path):
+    put_on_path(tmp_path, monkeypatch, STAND_IN)
+    nowhere = tmp_path / "nowhere" / "tree.svg"
+    with pytest.raises(InputError, match=r"tree\.svg cannot be written"):
+        save_svg("02_office_patrol", str(nowhere))
+    assert not Path(nowhere).exists()

@@ -1,0 +1,241 @@
+"""`treepilot test`: mocks, the clock, moments, expectations, coverage, and the words about them."""
+
+import dataclasses
+from pathlib import Path
+from textwrap import dedent
+
+import pytest
+
+from missions.language.model import Resources
+from missions.language.reading import read_mission
+from missions.testing.session import Wanted, run_file, run_files
+from tests.missions.mission_fakes import HEAD, FakeCatalogue
+
+SAMPLE = Path(__file__).with_name("shelf_patrol.yaml")
+FAKES = Wanted(catalogue_for=lambda *_: FakeCatalogue(), resources=Resources())
+MISSION = """
+places: {dock: [0, 0]}
+arguments: {rounds: {type: int, default: 1}}
+blackboard: {n: {type: int, initial: 0}, photo: {type: path, optional: true}}
+events:
+  - low: {when: battery.charge < 0.3, do: {use: charge}}
+run:
+  sequence:
+    - sequence:
+        - {navigate_to_pose: $dock, name: drive out, timeout: 60 s}
+        - {take_photo: {}, out: {image: $photo}, retry: {attempts: 2, delay: 1 s}}
+        - set: {n: $n + 1}
+      repeat: $rounds
+    - {spin: {}, when: $n > 5}
+trees:
+  charge: {do: {sequence: [{navigate_to_pose: $dock}, {wait_until: battery.charge > 0.8}]}}
+"""
+
+
+@pytest.fixture
+def run(tmp_path):
+    def run_case(case, **wanted):
+        file = tmp_path / "mission.yaml"
+        indented = "".join(f"    {line}\n" for line in dedent(case).strip().splitlines())
+        file.write_text(f"{MISSION}{HEAD}tests:\n  - name: it\n{indented}")
+        return run_file(file, dataclasses.replace(FAKES, **wanted)).results[0]
+
+    return run_case
+
+
+def problems(result):
+    return [(item.what, item.expected, item.got) for item in result.problems]
+
+
+def test_the_sample_mission_of_the_language_has_no_errors_and_its_tests_pass():
+    session = run_files([str(SAMPLE)], Wanted(resources=Resources()))
+    assert session.exit_code == 0
+    assert "1 passed" in session.text
+    # 10 s to the first shelf, interrupted at 4 s, back on the way at 60 s, the photograph fails
+    # once: 60 + 10 + 3 + 0.5 s, then 10 + 3 s to the second.
+    file = run_file(SAMPLE, Wanted(resources=Resources()))
+    assert file.results[0].seconds == pytest.approx(86.5, abs=0.5)
+    assert [item.code for item in file.mission.warnings] == []
+
+
+def test_what_needs_the_robot_succeeds_at_once_and_the_rest_is_real(run):
+    result = run("expect: {status: success, n: 1, ran: {drive out: 1, set: 1, spin: 0}}")
+    assert problems(result) == []
+    assert result.seconds == 0.0
+
+
+def test_mocks_take_time_fail_in_turn_and_set_outputs(run):
+    result = run("""
+        mock:
+          drive out: {takes: 12 s}
+          take_photo: {returns: [failure, success], takes: 500 ms, sets: {image: a.jpg}}
+        expect: {status: success, photo: a.jpg, ran: {take_photo: 2}, order: [drive out, set]}
+        """)
+    assert problems(result) == []
+    # 12 s, 0.5 s, a second's delay, 0.5 s
+    assert result.seconds == pytest.approx(14.0, abs=0.05)
+
+
+def test_a_mock_fails_with_a_code(run):
+    result = run("""
+        mock: {navigate_to_pose: NO_VALID_PATH}
+        expect: {status: failure, failure: NO_VALID_PATH, ran: {set: 0}}
+        """)
+    assert problems(result) == []
+
+
+def test_a_mock_that_never_ends_runs_into_the_time_limit(run):
+    result = run("""
+        mock: {drive out: running}
+        expect: {failure: TIMED_OUT}
+        """)
+    assert problems(result) == []
+    assert result.seconds == pytest.approx(60.0)
+
+
+def test_trees_can_be_mocked(run):
+    result = run("""
+        mock: {charge: {takes: 5 s}, drive out: {takes: 2 s}}
+        at: {1 s: {battery.charge: 0.1}, 3 s: {battery.charge: 1}}
+        expect: {status: success, ran: {charge: 1, drive out: 2, wait_until: 0}}
+        """)
+    assert problems(result) == []
+    assert result.seconds == pytest.approx(8.0, abs=0.05)  # 1 + 5 + 2
+
+
+def test_real_leaves_a_behaviour_as_it_is(run):
+    result = run("mock: {take_photo: real}\nexpect: {photo: a.jpg}")
+    assert problems(result) == []
+
+
+def test_values_keys_and_events_come_at_their_time(run):
+    result = run("""
+        mock: {drive out: {takes: 5 s}}
+        at: {1 s: {event: low, $n: 3, battery.charge: 50 %}, 4: {battery.charge: 0.9}}
+        expect: {status: success, $n: 4, ran: {low: 1}, order: [drive out, low, set]}
+        """)
+    assert problems(result) == []
+
+
+def test_arguments_are_given_as_the_mission_declares_them(run):
+    assert problems(run("arguments: {rounds: 3}\nexpect: {n: 3, ran: {drive out: 3}}")) == []
+
+
+def test_within_limits_the_mission_or_each_run(run):
+    mock = "mock: {drive out: {takes: 5 s}}\n"
+    assert problems(run(f"{mock}expect: {{within: 6 s}}")) == []
+    assert problems(run(f"{mock}expect: {{within: 3 s}}")) == [
+        ("within", "3 s", "still running then")
+    ]
+    assert problems(run(f"{mock}expect: {{within: {{drive out: 4 s}}}}")) == [
+        ("within drive out", "4 s", "5 s")
+    ]
+    assert problems(run(f"{mock}expect: {{status: running, within: 3 s}}")) == []
+
+
+@pytest.mark.parametrize(
+    ("expect", "problem"),
+    [
+        ("{status: failure}", ("status", "failure", "success")),
+        ("{failure: LOST}", ("failure", "LOST", "none, success")),
+        ("{n: 2}", ("$n", "2", "1")),
+        ("{photo: a.jpg}", ("$photo", "'a.jpg'", "not set")),
+        ("{ran: {set: 3}}", ("ran set", "3 times", "1")),
+        ("{ran: {set: [2, 4]}}", ("ran set", "2 to 4 times", "1")),
+        ("{order: [set, drive out]}",
+         ("order", "set, drive out", "drive out not after that; first starts: drive out, set")),
+    ],
+)  # fmt: skip
+def test_what_is_not_as_expected_is_a_failure(run, expect, problem):
+    result = run(f"expect: {expect}")
+    assert problems(result) == [problem]
+    assert not result.passed
+
+
+def test_a_case_that_expects_nothing_expects_success(run):
+    assert problems(run("mock: {spin: {}}")) == []
+    assert problems(run("mock: {navigate_to_pose: failure}")) == [("status", "success", "failure")]
+
+
+FILE = f"""{MISSION}{HEAD}tests:
+  - {{name: goes well, expect: {{status: success}}}}
+  - {{name: counts badly, expect: {{n: 7}}}}
+"""
+
+
+def test_the_output_names_the_place_the_expectation_and_what_came(tmp_path):
+    file = tmp_path / "mission.yaml"
+    file.write_text(FILE)
+    session = run_files([str(file)], FAKES)
+    assert session.exit_code == 1
+    lines = session.text.splitlines()
+    number = FILE.splitlines().index("  - {name: counts badly, expect: {n: 7}}") + 1
+    assert lines[0] == f"{file} .F"
+    assert lines[3:7] == [
+        f"{file}:{number}:38: $n", "    expected  7", "    got       1",
+        "    the mission: success after 0.0 s",
+    ]  # fmt: skip
+    assert "1 failed, 1 passed" in lines[-1]
+
+
+def test_a_keyword_chooses_and_none_left_is_said(tmp_path):
+    file = tmp_path / "mission.yaml"
+    file.write_text(FILE)
+    assert run_files([str(file)], dataclasses.replace(FAKES, keyword="WELL")).exit_code == 0
+    none = run_files([str(file)], dataclasses.replace(FAKES, keyword="nowhere"))
+    assert (none.exit_code, "no tests ran" in none.text) == (2, True)
+
+
+def test_coverage_lists_what_no_case_ticks(tmp_path):
+    file = tmp_path / "mission.yaml"
+    file.write_text(FILE)
+    found = run_file(file, FAKES)
+    # The event, the tree in it, and its two nodes; and the turn that is skipped.
+    assert [name for _, name in found.never] == [
+        "low", "charge", "spin", "navigate_to_pose", "wait_until",
+    ]  # fmt: skip
+    text = run_files([str(file)], dataclasses.replace(FAKES, coverage=True)).text
+    assert "3 of 8 nodes ticked, 37 %" in text
+    assert f"{file}:14:8 spin is never ticked" in text
+
+
+FAULTY = [
+    ("tests: {a: b}", "E115 1:8"),
+    ("tests: [3]", "E115 1:9"),
+    ("tests: [{nam: a}]", "E115 1:10"),
+    ("tests: [{arguments: {round: 3}}]", "E115 1:22"),
+    ("tests: [{arguments: {rounds: many}}]", "E115 1:30"),
+    ("tests: [{mock: {navigate: success}}]", "E115 1:17"),
+    ("tests: [{mock: {spin: done}}]", "E115 1:23"),
+    ("tests: [{mock: {spin: {return: success}}}]", "E115 1:24"),
+    ("tests: [{mock: {spin: {takes: 3 m}}}]", "E115 1:31"),
+    ("tests: [{mock: {take_photo: {sets: {picture: a}}}}]", "E115 1:37"),
+    ("tests: [{mock: {take_photo: {sets: {image: 3}}}}]", "E115 1:44"),
+    ("tests: [{at: {soon: {battery.charge: 1}}}]", "E115 1:15"),
+    ("tests: [{at: {3 s: {battery.level: 1}}}]", "E115 1:21"),
+    ("tests: [{at: {3 s: {battery.charge: 2}}}]", "E115 1:37"),
+    ("tests: [{at: {3 s: {time: 2}}}]", "E115 1:21"),
+    ("tests: [{at: {3 s: {$m: 2}}}]", "E115 1:21"),
+    ("tests: [{at: {3 s: {event: high}}}]", "E115 1:28"),
+    ("tests: [{at: {3 s: 3}}]", "E115 1:20"),
+    ("tests: [{expect: {status: done}}]", "E115 1:27"),
+    ("tests: [{expect: {failure: lost}}]", "E115 1:28"),
+    ("tests: [{expect: {m: 3}}]", "E115 1:19"),
+    ("tests: [{expect: {n: three}}]", "E115 1:22"),
+    ("tests: [{expect: {ran: {dive: 1}}}]", "E115 1:25"),
+    ("tests: [{expect: {ran: {spin: [1, 2, 3]}}}]", "E115 1:31"),
+    ("tests: [{expect: {order: [spin, dive]}}]", "E115 1:33"),
+    ("tests: [{expect: {within: 3 m}}]", "E115 1:27"),
+]
+
+
+@pytest.mark.parametrize(("text", "expected"), FAULTY)
+def test_faulty_cases_are_found_with_the_rest(tmp_path, text, expected):
+    from stack.errors import InputError
+
+    file = tmp_path / "mission.yaml"
+    file.write_text(f"{text}\n{MISSION}{HEAD}")
+    with pytest.raises(InputError) as caught:
+        read_mission(file, FAKES.catalogue_for, Resources())
+    assert [f"{item.code} {item.mark.line}:{item.mark.column}" for item in caught.value.findings] \
+        == [expected]  # fmt: skip

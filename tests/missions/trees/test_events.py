@@ -1,0 +1,285 @@
+"""Events and `every`, tick by tick on a scripted robot."""
+
+import pytest
+from py_trees.common import Status
+
+from missions.trees import show
+from stack.types import Battery, Failure
+from tests.missions.mission_fakes import ran
+
+LOW = "when: battery.charge < 0.3"
+
+
+@pytest.fixture
+def run(tmp_path):
+    return lambda text, **overrides: ran(tmp_path, text, **overrides)
+
+
+def patrol(then="resume", more=""):
+    return f"""
+        events:
+          - low:
+              {LOW}
+              do: {{drive: dock}}
+              then: {then}
+        run:
+          sequence:
+            - act: a
+            - sequence: [{{act: b}}, {{drive: c}}, {{act: d}}]
+              {more}
+        """
+
+
+def low(it, charge=0.2):
+    it.robot.battery = Battery(charge)
+
+
+def test_resume_keeps_the_place_and_starts_only_what_was_running_again(run):
+    it = run(patrol())
+    it.robot.answers.update(c="rrrs", dock="rs")
+    it.ticks(2)
+    low(it)
+    it.ticks()
+    assert it.robot.log[-3:] == ["c starts", "c halted", "dock starts"]
+    low(it, 0.9)
+    it.ticks()
+    # dock is done and c starts again in the same tick; a and b do not.
+    assert it.robot.log[-2:] == ["dock done", "c starts"]
+    it.ticks()
+    assert it.robot.log[-3:] == ["c done", "d starts", "d done"]
+    assert it.robot.log.count("a starts") == it.robot.log.count("b starts") == 1
+    assert it.tree.status is Status.SUCCESS
+
+
+def test_while_an_event_is_under_way_the_interrupted_branch_shows_as_idle(run):
+    it = run(patrol())
+    it.robot.answers.update(c="r", dock="rs")
+    it.ticks()
+    low(it)
+    it.ticks()
+    rows = {row.name: row.status for row in it.tree.rows()}
+    assert rows["drive"] == "idle"
+    assert [row.status for row in it.tree.rows() if row.kind == "sequence"] == ["idle", "idle"]
+    low(it, 1.0)
+    it.ticks()
+    assert [row.status for row in it.tree.rows() if row.kind == "sequence"] == ["running"] * 2
+    assert [event["text"] for event in it.events if event["kind"].startswith("event")] == [
+        "low: battery.charge (0.2) < 0.3; interrupts sequence", "low is done: resume",
+    ]  # fmt: skip
+
+
+def test_restart_begins_run_again(run):
+    it = run(patrol("restart"))
+    it.robot.answers.update(c="rrs", dock="s")
+    it.ticks(2)
+    low(it)
+    it.tree.tick()
+    low(it, 1.0)
+    it.ticks(2)
+    assert it.robot.log.count("a starts") == 2
+    assert it.tree.status is Status.SUCCESS
+
+
+def test_abort_ends_the_mission_as_failed(run):
+    it = run(patrol("abort"))
+    it.robot.answers.update(c="r")
+    it.ticks(2)
+    low(it)
+    it.ticks()
+    assert it.robot.log[-3:] == ["c halted", "dock starts", "dock done"]
+    assert it.tree.failure == Failure("CANCELLED", "the event 'low' ends the mission")
+    assert all(row.status != "running" for row in it.tree.rows())
+
+
+def test_the_failure_of_an_event_is_the_missions(run):
+    it = run(patrol())
+    it.robot.answers.update(c="r", dock="f")
+    it.ticks(2)
+    low(it)
+    it.ticks()
+    assert it.tree.reason == "test > low > drive: NO_WALL dock found no wall"
+    assert it.robot.log[-3:] == ["c halted", "dock starts", "dock failed"]
+    it.tree.halt()
+    assert sum("starts" in entry for entry in it.robot.log) * 2 == len(it.robot.log)
+
+
+def test_hold_asks_for_the_condition_to_be_true_all_the_time(run):
+    it = run("""
+        events: [{low: {when: battery.charge < 0.3, hold: 300 ms, do: {act: dock}}}]
+        run: {act: a}
+        """)
+    it.robot.answers.update(a="r")
+    low(it)
+    it.ticks(3)  # true at 0.0, 0.1, 0.2 s
+    low(it, 1.0)
+    it.ticks()
+    low(it)
+    it.ticks(3)  # true at 0.4, 0.5, 0.6 s
+    assert "dock starts" not in it.robot.log
+    it.ticks()  # 0.7 s
+    assert it.robot.log[1:] == ["a halted", "dock starts", "dock done", "a starts"]
+
+
+def test_an_event_goes_on_to_its_end_whatever_becomes_of_its_condition(run):
+    it = run(patrol())
+    it.robot.answers.update(c="r", dock="rrrs")
+    low(it)
+    it.ticks()
+    low(it, 1.0)
+    it.ticks(2)
+    assert it.robot.log == ["dock starts"]
+    it.ticks()
+    assert it.robot.log[1:4] == ["dock done", "a starts", "a done"]
+
+
+def test_an_event_whose_condition_still_holds_comes_again_after_its_hold(run):
+    it = run("""
+        events: [{low: {when: battery.charge < 0.3, hold: 200 ms, do: {act: dock}}}]
+        run: {act: a}
+        """)
+    it.robot.answers.update(a="r")
+    low(it)
+    it.ticks(6)
+    # Due at 0.2 s, counted anew from there: due again at 0.4 s.
+    starts = [entry for entry in it.robot.log if "starts" in entry]
+    assert starts == ["a starts", "dock starts", "a starts", "dock starts", "a starts"]
+
+
+TWO = """
+    events:
+      - lost: {when: localisation.quality < 0.3, do: {drive: look}}
+      - low: {when: battery.charge < 0.3, do: {sequence: [{act: say}, {drive: dock}, {act: x}]}}
+    run: {drive: a}
+    """
+
+
+def test_only_an_earlier_event_pre_empts_one_and_then_it_goes_on_where_it_was(run):
+    it = run(TWO)
+    it.robot.answers.update(a="r", dock="rrs", look="rs")
+    it.ticks()
+    low(it)
+    it.ticks()
+    it.robot.localisation_quality = 0.1
+    it.ticks()
+    it.robot.localisation_quality = 0.9
+    low(it, 0.9)
+    it.ticks(3)
+    assert it.robot.log == [
+        "a starts", "a halted", "say starts", "say done", "dock starts", "dock halted",
+        "look starts", "look done", "dock starts", "dock done", "x starts", "x done", "a starts",
+    ]  # fmt: skip
+
+
+def test_a_later_event_waits_for_an_earlier_one(run):
+    it = run(TWO)
+    it.robot.answers.update(a="r", look="rrs")
+    it.robot.localisation_quality = 0.1
+    it.ticks()
+    low(it)
+    it.ticks()
+    it.robot.localisation_quality = 0.9
+    it.tree.tick()
+    assert it.robot.log == ["look starts", "look done", "a starts"]
+    it.ticks()
+    assert it.robot.log[3:6] == ["a halted", "say starts", "say done"]
+
+
+def test_time_limits_and_delays_stand_still_while_a_branch_is_interrupted(run):
+    it = run(patrol(more="timeout: 1 s"))
+    it.robot.answers.update(c="r", dock="r")
+    it.ticks(5)  # 0.0 .. 0.4 s
+    low(it)
+    it.ticks(20)  # interrupted at 0.5 s
+    low(it, 1.0)
+    it.robot.answers.update(dock="s")
+    it.ticks()  # resumed at 2.5 s, so the limit is at 3.0 s
+    it.ticks(4)
+    assert it.tree.status is Status.RUNNING
+    it.ticks()
+    assert it.tree.failure.code == "TIMED_OUT"
+
+
+def test_for_each_retry_and_parallel_keep_their_place(run):
+    it = run("""
+        events: [{low: {when: battery.charge < 0.3, do: {act: dock}}}]
+        run:
+          for_each: {word: [one, two]}
+          do:
+            sequence:
+              - say: $word
+              - parallel: [{act: p}, {drive: q}]
+                retry: 2
+        """)
+    it.robot.answers.update(q="rfrs")
+    it.ticks(2)
+    low(it)
+    it.robot.answers.update(q="rrs")
+    it.tree.tick()
+    low(it, 1.0)
+    it.ticks(4)
+    said = [entry for entry in it.robot.log if entry in ("one", "two")]
+    assert said == ["one", "two"]
+    # p: first attempt, second attempt, and once for "two"; not again when resumed.
+    assert it.robot.log.count("p starts") == 3
+    assert it.tree.status is Status.SUCCESS
+
+
+def test_the_drawing_has_the_events(run):
+    it = run(patrol())
+    drawn = show.text(it.tree)
+    assert drawn.splitlines()[1:4] == [
+        "└─ · events",
+        "   ├─ · low [event]  when battery.charge < 0.3, then resume",
+        "   │  └─ · drive  who dock",
+    ]  # fmt: skip
+
+
+def test_a_key_that_is_not_set_is_a_failure_and_nothing_goes_on_running(run):
+    it = run("""
+        blackboard: {n: {type: int, optional: true}}
+        events: [{many: {when: $n > 2, do: {act: b}}}]
+        run: {sequence: [{act: a}, {set: {n: 1}}]}
+        """)
+    it.robot.answers.update(a="r")
+    it.ticks()
+    assert it.tree.failure == Failure("FAILED", "$n is read, but nothing has written it yet")
+
+
+def test_every_keeps_the_last_result_until_its_period_is_over(run):
+    it = run("""
+        run: {reactive: [{act: look, every: 300 ms}, {act: go}]}
+        """)
+    it.robot.answers.update(go="r")
+    it.ticks(7)  # 0.0, 0.3 and 0.6 s
+    assert it.robot.log.count("look starts") == 3
+    assert it.robot.log.count("go starts") == 1
+
+
+def test_every_keeps_a_failure_too_with_its_reason(run):
+    it = run("run: {act: look, every: 1 s, repeat: forever}")
+    it.robot.answers.update(look="sf")
+    it.ticks(5)
+    assert it.robot.log.count("look starts") == 1
+    it.ticks(6)
+    assert it.tree.failure == Failure("NO_WALL", "look found no wall")
+
+
+def test_every_does_not_end_a_run_under_way_and_counts_from_start_to_start(run):
+    it = run("run: {repeat: forever, sequence: [{act: look, every: 300 ms}, {wait: 100 ms}]}")
+    it.robot.answers.update(look="rrrrs")
+    it.ticks(5)
+    assert it.robot.log == ["look starts", "look done"]
+
+
+def test_a_halted_run_left_no_result_so_every_starts_again(run):
+    it = run("""
+        run:
+          reactive_fallback:
+            - check: robot.speed > 1
+            - {act: look, every: 10 s}
+        """)
+    it.robot.answers.update(look="r")
+    it.ticks()
+    it.tree.halt()
+    it.ticks()
+    assert it.robot.log == ["look starts", "look halted", "look starts"]

@@ -1,0 +1,143 @@
+"""Direct calls against py_trees' own ticking, on random trees of the nodes that both have."""
+
+import random
+
+import py_trees
+import pytest
+from py_trees.behaviour import Behaviour
+from py_trees.common import ParallelPolicy, Status
+
+from missions.trees import attempts, composites, decorators
+from missions.trees.execution import Execution, Record
+from missions.trees.leaves import LeafGuard
+from missions.trees.mission_tree import MissionTree
+from stack.documents import Mark
+
+WORDS = {"s": Status.SUCCESS, "f": Status.FAILURE, "r": Status.RUNNING}
+TREES, TICKS = 5000, 25
+
+
+class Scripted(Behaviour):
+    """Answers as its script says, over and over, and notes what is called."""
+
+    def __init__(self, name, script, log):
+        super().__init__(name)
+        self.script, self.log, self.turn, self.active = script, log, 0, False
+
+    def initialise(self):
+        self.active = True
+        self.log.append((self.name, "initialise"))
+
+    def update(self):
+        self.turn += 1
+        return WORDS[self.script[self.turn % len(self.script)]]
+
+    def terminate(self, new_status):
+        # py_trees tells finished leaves again that they are over; treepilot does not.
+        if self.active:
+            self.active = False
+            self.log.append((self.name, "terminate", new_status))
+
+
+def random_tree(draw, depth, letters="srf"):
+    """A leaf's script, or (kind, children)."""
+    if depth == 0 or draw.random() < 0.3:
+        return "".join(draw.choice(letters) for _ in range(draw.randint(1, 5)))
+    kind = draw.choice(
+        ["sequence", "fallback", "reactive", "reactive_fallback", "parallel", "retry", "repeat",
+         "on_failure"]
+    )  # fmt: skip
+    if kind in ("retry", "repeat", "on_failure"):
+        return kind, [random_tree(draw, depth - 1, letters)]
+    if kind == "parallel":
+        # Ours decides with the first failure, theirs at the end of the tick: leave failures out.
+        return kind, [random_tree(draw, 0, "sr") for _ in range(draw.randint(1, 3))]
+    return kind, [random_tree(draw, depth - 1, letters) for _ in range(draw.randint(1, 3))]
+
+
+class Builder:
+    """Builds one shape in both kinds of nodes; names count up in the same order."""
+
+    def __init__(self, execution=None):
+        self.execution, self.log, self.count = execution, [], 0
+
+    def build(self, shape):
+        self.count += 1
+        name = str(self.count)
+        if isinstance(shape, str):
+            node = Scripted(name, shape, self.log)
+            if self.execution is not None:
+                LeafGuard(node, self.execution)
+        else:
+            children = [self.build(child) for child in shape[1]]
+            make = self.theirs if self.execution is None else self.ours
+            node = make(shape[0], name, children)
+            node.name = name
+        if self.execution is not None:
+            record = Record(node, "node", name, "", Mark("test"))
+            self.execution.records[id(node)] = record
+        return node
+
+    def theirs(self, kind, name, children):
+        one = children[0]
+        made = {
+            "sequence": lambda: py_trees.composites.Sequence(name, True, children),
+            "reactive": lambda: py_trees.composites.Sequence(name, False, children),
+            "fallback": lambda: py_trees.composites.Selector(name, True, children),
+            "reactive_fallback": lambda: py_trees.composites.Selector(name, False, children),
+            "parallel": lambda: py_trees.composites.Parallel(
+                name, ParallelPolicy.SuccessOnAll(synchronise=True), children
+            ),
+            "retry": lambda: py_trees.decorators.Retry(name, one, 2),
+            "repeat": lambda: py_trees.decorators.Repeat(name, one, 2),
+            "on_failure": lambda: py_trees.decorators.FailureIsSuccess(name, one),
+        }
+        return made[kind]()
+
+    def ours(self, kind, name, children):
+        one, execution = children[0], self.execution
+        made = {
+            "sequence": lambda: composites.Sequence(name, children, execution),
+            "reactive": lambda: composites.ReactiveSequence(name, children, execution),
+            "fallback": lambda: composites.Fallback(name, children, execution),
+            "reactive_fallback": lambda: composites.ReactiveFallback(name, children, execution),
+            "parallel": lambda: composites.Parallel(name, children, execution, len(children)),
+            "retry": lambda: attempts.Retry(
+                one, execution, attempts.Attempts(lambda: 2), lambda: 0.0
+            ),
+            "repeat": lambda: decorators.Repeat(name, one, execution, lambda: 2),
+            "on_failure": lambda: decorators.OnFailure(name, one, execution),
+        }
+        return made[kind]()
+
+
+class Clock:
+    """A robot that has nothing but the time."""
+
+    time = 0.0
+
+
+def compare(shape):
+    """Tick both 25 times, beginning again after each end."""
+    execution = Execution()
+    ours, theirs = Builder(execution), Builder()
+    tree = MissionTree("test", ours.build(shape), execution, {})
+    tree.setup(Clock())
+    root = theirs.build(shape)
+    for number in range(TICKS):
+        mine = [(node.name, node.status) for node in tree.root.tick()]
+        other = [(node.name, node.status) for node in root.tick()]
+        assert mine == other, (shape, number)
+        assert ours.log == theirs.log, (shape, number)
+        running = {node.name for node in tree.root.iterate() if node.status is Status.RUNNING}
+        assert running == {node.name for node in root.iterate() if node.status is Status.RUNNING}
+    tree.halt()
+    root.stop(Status.INVALID)
+    assert ours.log == theirs.log, shape
+
+
+@pytest.mark.slow
+def test_statuses_visits_and_calls_equal_py_trees_own():
+    draw = random.Random(7)
+    for _ in range(TREES):
+        compare(random_tree(draw, 3))

@@ -1,0 +1,62 @@
+"""Driving without a map: the pose is odometry laid where the robot began."""
+
+from math import pi, sqrt
+
+import numpy as np
+import pytest
+
+from stack.errors import NavigationError
+from stack.localisation.dead_reckoning import DISTANCE_VARIANCE, DeadReckoning
+from stack.types import Pose2D, Scan
+
+SCAN = Scan(0.0, np.full(4, np.inf, np.float32), 0.0, 0.1, 0.1, 10.0)
+
+
+def test_the_map_frame_is_the_odom_frame_laid_at_the_start():
+    estimator = DeadReckoning(Pose2D(-2.25, 3.0, pi / 2))
+    assert estimator.estimate.pose == Pose2D(-2.25, 3.0, pi / 2)
+    estimator.update(Pose2D(5.0, 1.0, 0.0), None)  # wherever odometry begins to count
+    assert estimator.estimate.pose == Pose2D(-2.25, 3.0, pi / 2)
+    estimator.update(Pose2D(7.0, 1.0, 0.0), SCAN)  # two metres forward, which is north
+    pose = estimator.estimate.pose
+    assert (pose.x, pose.y, pose.heading) == pytest.approx((-2.25, 5.0, pi / 2))
+    assert estimator.estimate.quality == 1.0
+    assert estimator.particles.shape == (0, 3)
+
+
+def deviation_after(steps: int) -> float:
+    estimator = DeadReckoning(Pose2D(0.0, 0.0))
+    for step in range(steps + 1):
+        estimator.update(Pose2D(4.0 * step / steps, 0.0), None)
+    return float(sqrt(estimator.estimate.covariance[0, 0]))
+
+
+def test_the_deviation_along_a_straight_grows_with_the_root_of_the_way():
+    assert deviation_after(1) == pytest.approx(sqrt(4.0 * DISTANCE_VARIANCE))
+    assert deviation_after(100) == pytest.approx(deviation_after(1))
+
+
+def test_a_doubtful_heading_becomes_a_doubtful_place_across_the_way():
+    estimator = DeadReckoning(Pose2D(0.0, 0.0, pi / 2))
+    estimator.update(Pose2D(0.0, 0.0), None)
+    estimator.start(Pose2D(0.0, 0.0, pi / 2), 0.0, 0.1)
+    estimator.update(Pose2D(2.0, 0.0), None)  # 2 m along y: 0.1 rad are 0.2 m along x
+    covariance = estimator.estimate.covariance
+    assert covariance[0, 0] == pytest.approx(0.2**2 + 2.0 * DISTANCE_VARIANCE)
+    assert covariance[1, 1] == pytest.approx(2.0 * DISTANCE_VARIANCE)
+
+
+def test_standing_still_adds_no_doubt_and_a_set_pose_holds():
+    estimator = DeadReckoning(Pose2D(0.0, 0.0))
+    estimator.update(Pose2D(1.0, 2.0, 0.5), None)
+    estimator.start(Pose2D(8.0, 9.0, 1.0), 0.3, 0.2)
+    estimator.update(Pose2D(1.0, 2.0, 0.5), SCAN)
+    assert estimator.estimate.pose.distance_to(Pose2D(8.0, 9.0)) < 1e-12
+    assert np.allclose(estimator.estimate.covariance, np.diag([0.09, 0.09, 0.04]))
+
+
+def test_there_is_nothing_to_relocalise_on():
+    estimator = DeadReckoning(Pose2D(0.0, 0.0))
+    assert estimator.fit_at(Pose2D(1.0, 1.0), SCAN) == 0.0
+    with pytest.raises(NavigationError, match=r"LOST: .*without a map.*give it a map"):
+        estimator.relocalise_globally(SCAN)

@@ -1,0 +1,188 @@
+"""Tracks of circles whose ranges are exact: analytic rays, a Kalman step by hand, crossings."""
+
+from math import cos, hypot, inf, pi, sin
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from stack.perception.clusters import clusters
+from stack.perception.tracker import Tracker
+from stack.perception.tracker_parameters import TrackerParameters
+from stack.types import FREE, OCCUPIED, OccupancyGrid, Pose2D, Scan
+
+BEAMS, RANGE_MAX = 720, 12.0
+MOUNT = Pose2D(0.1, 0.0, 0.0)
+
+
+def seen(pose, circles, time=0.0, noise=0.0, random=None, walls=()):
+    """A scan all round of circles (x, y, radius) and of walls at some y, by closed form."""
+    sensor = pose.compose(MOUNT)
+    increment = 2 * pi / BEAMS
+    angles = -pi + increment * np.arange(BEAMS) + sensor.heading
+    ranges = np.full(BEAMS, inf)
+    dx, dy = np.cos(angles), np.sin(angles)
+    for x, y, radius in circles:
+        along = (x - sensor.x) * dx + (y - sensor.y) * dy
+        across = (x - sensor.x) * dy - (y - sensor.y) * dx
+        hit = (np.abs(across) < radius) & (along > 0)
+        chord = np.sqrt(np.maximum(radius**2 - across**2, 0.0))
+        ranges = np.where(hit, np.minimum(ranges, along - chord), ranges)
+    for y in walls:
+        with np.errstate(divide="ignore"):
+            away = (y - sensor.y) / dy
+        ranges = np.where(away > 0, np.minimum(ranges, away), ranges)
+    if noise:
+        ranges = ranges + random.normal(0.0, noise, BEAMS)
+    ranges = np.where(ranges < RANGE_MAX, ranges, inf).astype(np.float32)
+    return Scan(time, ranges, -pi, increment, 0.08, RANGE_MAX, MOUNT)
+
+
+def follow(tracker, move, seconds, pose=lambda time: Pose2D(0.0, 0.0), **more):
+    """Tracks at 10 Hz while circles move as a function of time; the last ones."""
+    tracks = ()
+    for step in range(round(seconds * 10) + 1):
+        time = 0.1 * step
+        scan = seen(pose(time), move(time), time, **more)
+        tracks = tracker.update(pose(time), scan, time)
+    return tracks
+
+
+@given(
+    st.floats(0.15, 0.5), st.floats(1.2, 6.0), st.floats(-pi, pi),
+    st.floats(-2, 2), st.floats(-2, 2), st.floats(-pi, pi),
+)  # fmt: skip
+@settings(deadline=None, max_examples=80)
+def test_a_circle_is_found_where_it_is(radius, distance, bearing, x, y, heading):
+    pose = Pose2D(x, y, heading)
+    sensor = pose.compose(MOUNT)
+    middle = sensor.x + distance * cos(bearing), sensor.y + distance * sin(bearing)
+    (disc,) = Tracker(TrackerParameters()).discs(pose, seen(pose, [(*middle, radius)]))
+    # the edges are known to half a beam on either side: D · 0.0044 rad each
+    blur = 1.2 * distance * 2 * pi / BEAMS
+    assert disc.radius == pytest.approx(radius, abs=blur)
+    assert hypot(disc.x - middle[0], disc.y - middle[1]) < 1.5 * blur
+    assert disc.is_whole
+
+
+def test_runs_split_at_jumps_and_join_across_the_first_beam():
+    ranges = np.array([2.0, 2.0, 3.0, 3.0, np.nan, 1.0, 1.0, 2.0])
+    valid = np.isfinite(ranges)
+    assert clusters(ranges, 2 * pi / 8 / 100, 0.3, valid) == [(0, 2), (2, 4), (5, 7), (7, 8)]
+    # with eight beams all round, 2.0 m at 45 degrees are 1.53 m apart
+    assert clusters(ranges, 2 * pi / 8, 1.6, valid)[-1] == (5, 10)
+
+
+def test_no_valid_beam_gives_no_runs_and_all_alike_ones_a_single_one():
+    assert clusters(np.full(8, np.nan), 0.1, 0.3, np.zeros(8, dtype=bool)) == []
+    assert clusters(np.ones(8), 0.01, 0.3, np.ones(8, dtype=bool)) == [(0, 8)]
+
+
+def test_a_walker_gets_its_velocity_and_keeps_its_id():
+    tracker = Tracker(TrackerParameters())
+
+    def walk(time):
+        return [(3.0 - 0.8 * time, 1.0 + 0.3 * time, 0.25)]
+
+    (early,) = follow(tracker, walk, 1.0)
+    (track,) = follow(Tracker(TrackerParameters()), walk, 3.0)
+    assert early.id == track.id == 1
+    assert track.position == pytest.approx((0.6, 1.9), abs=0.03)
+    assert track.velocity == pytest.approx((-0.8, 0.3), abs=0.05)
+    assert track.radius == pytest.approx(0.25, abs=0.02)
+    assert track.speed == pytest.approx(hypot(0.8, 0.3), abs=0.05)
+    assert track.position_after(1.0) == pytest.approx((-0.2, 2.2), abs=0.08)
+
+
+def test_one_step_of_the_filter_by_hand():
+    settings_ = TrackerParameters(
+        position_noise=0.1, first_speed=1.0, acceleration=1.0, confirm=2, moving_distance=0.0,
+        moving_speed=0.01, gate=1e6,
+    )  # fmt: skip
+    tracker = Tracker(settings_)
+    pose = Pose2D(0.0, 0.0)
+    first, second = seen(pose, [(2.0, 0.0, 0.3)]), seen(pose, [(2.1, 0.0, 0.3)], 0.1)
+    assert tracker.update(pose, first, 0.0) == ()
+    (disc,), (other,) = tracker.discs(pose, first), tracker.discs(pose, second)
+    (track,) = tracker.update(pose, second, 0.1)
+    # prior: P_xx = 0.01 + 0.1² · 1 + 0.1⁴/4, P_xv = 0.1 + 0.1³/2, P_vv = 1 + 0.1²; S = P_xx + 0.01
+    prior, cross, speed = 0.01 + 0.01 + 0.000025, 0.1005, 1.01
+    spread = prior + 0.01
+    moved = other.x - disc.x
+    assert track.velocity[0] == pytest.approx(cross / spread * moved)
+    assert track.position[0] == pytest.approx(disc.x + prior / spread * moved)
+    assert track.covariance[0, 0] == pytest.approx(prior - prior**2 / spread)
+    assert track.covariance[2, 2] == pytest.approx(speed - cross**2 / spread)
+    assert track.covariance[0, 2] == pytest.approx(cross - prior * cross / spread)
+    assert np.array_equal(track.covariance, track.covariance.T)
+
+
+def test_what_stands_still_is_no_track_however_the_robot_moves():
+    random = np.random.default_rng(3)
+    posts = [(2.0, 0.5, 0.2), (1.0, -1.5, 0.1), (4.0, 2.0, 0.3)]
+    tracks = follow(
+        Tracker(TrackerParameters()), lambda time: posts, 6.0,
+        pose=lambda time: Pose2D(-2.0 + 0.5 * time, 0.0, 0.3 * time), noise=0.01, random=random,
+    )  # fmt: skip
+    assert tracks == ()
+
+
+def test_walls_of_the_map_are_no_things_and_a_walker_before_them_is():
+    cells = np.full((120, 400), FREE, dtype=np.int8)
+    cells[100] = cells[20] = OCCUPIED  # walls at y = 2.0..2.05 and y = -2.0..-1.95
+    static = OccupancyGrid(cells, 0.05, (-10.0, -3.0))
+    tracker = Tracker(TrackerParameters(), static)
+    tracks = follow(
+        tracker, lambda time: [(-2.0 + time, 1.2, 0.25)], 3.0, walls=(2.0, -1.95), noise=0.01,
+        random=np.random.default_rng(1),
+    )  # fmt: skip
+    assert [track.id for track in tracks] == [1]
+    assert tracks[0].velocity == pytest.approx((1.0, 0.0), abs=0.15)
+    scan = seen(Pose2D(0.0, 0.0), [], walls=(2.0, -1.95))
+    assert tracker.discs(Pose2D(0.0, 0.0), scan) == []
+
+
+def test_two_walkers_who_cross_keep_their_ids():
+    def crossing(time):
+        return [(3.0, -2.0 + time, 0.25), (2.0, 2.0 - time, 0.25)]
+
+    random = np.random.default_rng(5)
+    tracks = follow(Tracker(TrackerParameters()), crossing, 4.0, noise=0.01, random=random)
+    assert len(tracks) == 2
+    up, down = sorted(tracks, key=lambda track: track.position[0], reverse=True)
+    assert up.velocity == pytest.approx((0.0, 1.0), abs=0.15)
+    assert down.velocity == pytest.approx((0.0, -1.0), abs=0.15)
+    assert {up.id, down.id} == {1, 2}
+
+
+def test_a_walker_who_is_hidden_for_a_moment_comes_out_as_the_same():
+    def behind_a_post(time):
+        return [(3.0, -1.5 + time, 0.25), (1.5, 0.0, 0.2)]
+
+    tracks = follow(Tracker(TrackerParameters()), behind_a_post, 3.0)
+    assert len(tracks) == 1
+    assert tracks[0].id in (1, 2)
+    assert tracks[0].position == pytest.approx((3.0, 1.5), abs=0.05)
+
+
+def test_who_is_gone_is_forgotten_in_time_and_on_demand():
+    tracker = Tracker(TrackerParameters(forget=0.5))
+    follow(tracker, lambda time: [(2.0, time, 0.25)], 1.0)
+    pose = Pose2D(0.0, 0.0)
+    for time, expected in ((1.2, 1), (1.5, 1), (1.6, 0)):
+        assert len(tracker.update(pose, seen(pose, [], time), time)) == expected
+    follow(tracker, lambda time: [(2.0, time, 0.25)], 1.0)
+    tracker.clear()
+    assert tracker.update(pose, seen(pose, [(2.0, 1.1, 0.25)], 1.1), 1.1) == ()
+
+
+def test_the_same_scans_give_the_same_tracks():
+    def run():
+        random = np.random.default_rng(7)
+        tracker = Tracker(TrackerParameters())
+        move = lambda time: [(2.0, time - 1, 0.25), (2.6, 1 - time, 0.25)]  # noqa: E731
+        return follow(tracker, move, 2.0, noise=0.02, random=random)
+
+    for one, other in zip(run(), run(), strict=True):
+        assert (one.id, one.position, one.velocity) == (other.id, other.position, other.velocity)

@@ -1,0 +1,280 @@
+"""Hybrid A* and the lattice: paths that can be driven, clear for the footprint, to the goal."""
+
+from dataclasses import replace
+from functools import lru_cache
+from math import pi
+from pathlib import Path as FilePath
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from stack.components import choose
+from stack.costmap.costmap import Costmap
+from stack.costmap.footprint import first_blocked, footprint_cost
+from stack.costmap.parameters import CostmapParameters
+from stack.description import RobotDescription, Wheels
+from stack.errors import NavigationError
+from stack.planning.astar import Astar, AstarParameters
+from stack.planning.kinematic.hybrid_astar import HybridAstar, HybridAstarParameters
+from stack.planning.kinematic.lattice import Lattice, LatticeParameters
+from stack.planning.kinematic.moves import lattice_headings, lattice_moves
+from stack.planning.smoothers.choice import SMOOTHERS
+from stack.types import (
+    FREE,
+    LETHAL_COST,
+    OCCUPIED,
+    CostGrid,
+    FailureCode,
+    Footprint,
+    OccupancyGrid,
+    Pose2D,
+)
+from tests.stack.planning.office_maps import office
+
+BOX = Footprint(np.array([[0.3, -0.2], [0.3, 0.2], [-0.3, 0.2], [-0.3, -0.2]]))
+ROBOT = RobotDescription("box", BOX, 0.4, FilePath("none.urdf"), Wheels((), (), 0.05, 0.3))
+FORWARD = HybridAstarParameters(motion="dubins")
+BOTH = HybridAstarParameters()
+
+
+@lru_cache(maxsize=4)
+def costs_of_office(seed):
+    return Costmap(CostmapParameters(), BOX, office(200, seed)).grid
+
+
+def costs_of(cells):
+    return Costmap(CostmapParameters(), BOX, OccupancyGrid(cells, 0.05)).grid
+
+
+def open_floor(side=100):
+    return CostGrid(np.zeros((side, side), dtype=np.uint8), 0.05)
+
+
+def wrapped(angles):
+    return np.angle(np.exp(1j * np.asarray(angles)))
+
+
+def curvature(points):
+    """Between neighbours of (n, 3): turn of the heading over the arc length of the chord."""
+    turns = np.abs(wrapped(np.diff(points[:, 2])))
+    chords = np.hypot(*np.diff(points[:, :2], axis=0).T)
+    return turns / (chords * (0.5 * turns) / np.maximum(np.sin(0.5 * turns), 1e-12) + 1e-12)
+
+
+def ways(points):
+    """+1 where a step goes along the mean heading, -1 against it, and how far off it points."""
+    directions = np.arctan2(*np.diff(points[:, :2], axis=0).T[::-1])
+    middle = points[:-1, 2] + 0.5 * wrapped(np.diff(points[:, 2]))
+    off = wrapped(directions - middle)
+    way = np.where(np.abs(off) < pi / 2, 1, -1)
+    return way, np.abs(wrapped(off + np.where(way < 0, pi, 0.0)))
+
+
+def assert_drivable(points, radius):
+    way, slip = ways(points)
+    assert slip.max() < 0.1  # no step goes sideways
+    assert curvature(points).max() <= 1.1 / radius
+    return way
+
+
+@given(st.integers(0, 3), st.integers(0, 2**32), st.booleans(), st.sampled_from(SMOOTHERS))
+@settings(deadline=None, max_examples=40)
+def test_hybrid_plans_can_be_driven_touch_nothing_and_end_at_the_goal(
+    office_seed, seed, both_ways, smoother
+):
+    grid, random = costs_of_office(office_seed), np.random.default_rng(seed)
+    free = np.argwhere(grid.cells < 200)
+    start, goal = (
+        Pose2D(*grid.centre_of(*free[n]), random.uniform(-3.1, 3.1))
+        for n in random.integers(0, len(free), 2)
+    )
+    if any(footprint_cost(grid, BOX, pose) >= LETHAL_COST for pose in (start, goal)):
+        return
+    parameters = replace(BOTH if both_ways else FORWARD, tolerance=0.0, smoother=smoother)
+    parameters = replace(parameters, max_expansions=20_000)
+    try:
+        points = HybridAstar(parameters, ROBOT).plan(grid, start, goal).points
+    except NavigationError as error:
+        assert error.failure.code in (FailureCode.NO_VALID_PATH, FailureCode.TIMED_OUT)
+        return
+    assert points[0] == pytest.approx([start.x, start.y, start.heading])
+    assert points[-1] == pytest.approx([goal.x, goal.y, goal.heading])
+    assert first_blocked(grid, points, BOX) is None
+    way = assert_drivable(points, parameters.turning_radius)
+    assert both_ways or np.all(way == 1)
+    again = HybridAstar(parameters, ROBOT).plan(grid, start, goal).points
+    assert np.array_equal(points, again)
+
+
+@pytest.mark.parametrize("kind", ["hybrid_astar", "lattice"])
+def test_what_a_point_can_reach_with_room_around_it_is_found(kind):
+    planner_of = choose("planner", kind, {"tolerance": 0.0})
+    planner = planner_of.component(planner_of.parameters, ROBOT)
+    found = 0
+    for seed in range(3):
+        grid, random = costs_of_office(seed), np.random.default_rng(seed)
+        roomy = np.argwhere(grid.cells == 0)
+        for _ in range(6):
+            start, goal = (
+                Pose2D(*grid.centre_of(*roomy[n]), random.uniform(-3.1, 3.1))
+                for n in random.integers(0, len(roomy), 2)
+            )
+            try:
+                Astar(AstarParameters(tolerance=0.0), ROBOT).plan(grid, start, goal)
+            except NavigationError:
+                continue
+            points = planner.plan(grid, start, goal).points
+            assert points[-1] == pytest.approx([goal.x, goal.y, goal.heading])
+            assert first_blocked(grid, points, BOX) is None
+            found += 1
+    assert found > 10
+
+
+def test_on_open_floor_the_path_is_the_shortest_curve():
+    # half a circle of radius 0.5 to the left: pi / 2 long
+    planner = HybridAstar(
+        replace(FORWARD, turning_radius=0.5, smoother="none", non_straight_penalty=1.0), ROBOT
+    )
+    path = planner.plan(open_floor(), Pose2D(2.5, 2.0, 0.0), Pose2D(2.5, 3.0, pi))
+    assert path.length == pytest.approx(pi / 2, rel=0.01)
+
+
+def test_into_a_parking_space_it_backs_up():
+    cells = np.full((80, 160), FREE, dtype=np.int8)
+    cells[:20] = OCCUPIED
+    cells[4:20, 70:90] = FREE  # a slot 1 m wide, 0.8 m deep, from below
+    grid = costs_of(cells)
+    goal = Pose2D(4.0, 0.65, pi / 2)
+    points = HybridAstar(BOTH, ROBOT).plan(grid, Pose2D(2.0, 2.0, 0.0), goal).points
+    assert points[-1] == pytest.approx([4.0, 0.65, pi / 2])
+    assert first_blocked(grid, points, BOX) is None
+    way = assert_drivable(points, BOTH.turning_radius)
+    assert way[-1] == -1 and np.any(way == 1)
+    forward = HybridAstar(FORWARD, ROBOT)
+    with pytest.raises(NavigationError, match="but not with heading"):  # facing out
+        forward.plan(grid, Pose2D(2.0, 2.0, 0.0), goal)
+
+
+def test_a_long_robot_is_not_sent_round_a_corner_that_its_middle_could_take():
+    cells = np.full((100, 100), OCCUPIED, dtype=np.int8)
+    cells[40:52, 5:60] = FREE  # 0.6 m wide, then a right angle
+    cells[40:95, 48:60] = FREE
+    long = Footprint(np.array([[0.6, -0.2], [0.6, 0.2], [-0.6, 0.2], [-0.6, -0.2]]))
+    robot = replace(ROBOT, footprint=long)
+    grid = Costmap(CostmapParameters(), long, OccupancyGrid(cells, 0.05)).grid
+    start, goal = Pose2D(1.2, 2.3, 0.0), Pose2D(2.7, 4.0, pi / 2)
+    assert Astar(AstarParameters(), robot).plan(grid, start, goal).length > 2.0
+    for planner in (HybridAstar(BOTH, robot), Lattice(LatticeParameters(), robot)):
+        with pytest.raises(NavigationError, match="NO_VALID_PATH"):
+            planner.plan(grid, start, goal)
+
+
+def test_lattice_moves_end_in_middles_of_cells_at_headings_of_the_lattice():
+    headings = lattice_headings()
+    for turn, moves in enumerate(lattice_moves(0.5, 0.05, True)):
+        c, s = np.cos(headings[turn]), np.sin(headings[turn])
+        for move in moves:
+            x, y, angle = move.poses[-1]
+            cells = np.array([c * x - s * y, s * x + c * y]) / 0.05
+            assert cells == pytest.approx(np.rint(cells), abs=1e-6)
+            assert np.abs(wrapped(headings - headings[turn] - angle)).min() < 1e-9
+            if move.kind in (1, -1):
+                assert curvature(np.vstack([[0, 0, 0], move.poses])).max() <= 1.0 / 0.5 + 1e-6
+
+
+@given(st.integers(0, 3), st.integers(0, 2**32), st.sampled_from(SMOOTHERS))
+@settings(deadline=None, max_examples=25)
+def test_lattice_plans_touch_nothing_and_end_at_the_goal(office_seed, seed, smoother):
+    grid, random = costs_of_office(office_seed), np.random.default_rng(seed)
+    free = np.argwhere(grid.cells < 200)
+    start, goal = (
+        Pose2D(*grid.centre_of(*free[n]), random.uniform(-3.1, 3.1))
+        for n in random.integers(0, len(free), 2)
+    )
+    if any(footprint_cost(grid, BOX, pose) >= LETHAL_COST for pose in (start, goal)):
+        return
+    parameters = LatticeParameters(tolerance=0.0, smoother=smoother, max_expansions=20_000)
+    try:
+        points = Lattice(parameters, ROBOT).plan(grid, start, goal).points
+    except NavigationError as error:
+        assert error.failure.code in (FailureCode.NO_VALID_PATH, FailureCode.TIMED_OUT)
+        return
+    assert points[0, :2] == pytest.approx([start.x, start.y])
+    assert points[-1] == pytest.approx([goal.x, goal.y, goal.heading])
+    assert first_blocked(grid, points, BOX) is None
+    assert np.array_equal(points, Lattice(parameters, ROBOT).plan(grid, start, goal).points)
+
+
+PLANNERS = [
+    lambda **more: HybridAstar(replace(BOTH, **more), ROBOT),
+    lambda **more: Lattice(LatticeParameters(**more), ROBOT),
+]
+
+
+def split_floor():
+    cells = np.full((100, 100), FREE, dtype=np.int8)
+    cells[49:51] = OCCUPIED
+    return costs_of(cells)
+
+
+@pytest.mark.parametrize("planner", PLANNERS)
+def test_an_unreachable_goal_is_refused_at_once_or_approached(planner):
+    start, goal = Pose2D(1.0, 1.0, 0.0), Pose2D(3.0, 4.0, 0.0)
+    with pytest.raises(NavigationError, match="NO_VALID_PATH: no way from"):
+        planner().plan(split_floor(), start, goal)
+    end = planner(allow_partial=True).plan(split_floor(), start, goal).goal
+    # the wall begins at y = 2.45; lying along it the robot's half width of 0.2 m fits below
+    assert end.y == pytest.approx(2.2, abs=0.06) and end.x == pytest.approx(3.0, abs=0.06)
+
+
+@pytest.mark.parametrize("planner", PLANNERS)
+def test_a_goal_too_near_to_a_wall_moves_away_from_it_within_the_tolerance(planner):
+    start, goal = Pose2D(1.0, 1.0, 0.0), Pose2D(3.0, 2.32, 0.0)
+    end = planner(tolerance=0.2).plan(split_floor(), start, goal).goal
+    assert end.distance_to(goal) <= 0.2 and end.heading == pytest.approx(0.0)
+    with pytest.raises(NavigationError, match="GOAL_OCCUPIED: the robot does not fit at goal"):
+        planner(tolerance=0.05).plan(split_floor(), start, goal)
+
+
+@pytest.mark.parametrize("planner", PLANNERS)
+def test_a_start_in_contact_is_left(planner):
+    start, goal = Pose2D(2.0, 2.3, pi / 2), Pose2D(2.0, 1.0, pi / 2)  # its nose is in the wall
+    grid = split_floor()
+    points = planner().plan(grid, start, goal).points
+    assert points[-1] == pytest.approx([2.0, 1.0, pi / 2])
+    assert first_blocked(grid, points[15:], BOX) is None
+
+
+@pytest.mark.parametrize("planner", PLANNERS)
+def test_failures_have_the_codes_of_astar(planner):
+    grid, inside = split_floor(), Pose2D(1.0, 1.0)
+    cases = [
+        (Pose2D(-1.0, 1.0), inside, FailureCode.START_OUTSIDE_MAP),
+        (inside, Pose2D(1.0, 6.0), FailureCode.GOAL_OUTSIDE_MAP),
+    ]
+    for start, goal, code in cases:
+        with pytest.raises(NavigationError) as caught:
+            planner().plan(grid, start, goal)
+        assert caught.value.failure.code == code
+    walled = grid.cells.copy()
+    walled[:40] = LETHAL_COST
+    with pytest.raises(NavigationError, match="START_OCCUPIED"):
+        planner().plan(CostGrid(walled, 0.05), inside, Pose2D(3.0, 4.0))
+
+
+@pytest.mark.parametrize("planner", PLANNERS)
+def test_the_limit_of_expansions_is_a_failure_that_says_so(planner):
+    grid = costs_of_office(0)
+    free = np.argwhere(grid.cells == 0)
+    start, goal = (Pose2D(*grid.centre_of(*free[n]), 1.0) for n in (10, -10))
+    with pytest.raises(NavigationError, match=r"TIMED_OUT: .* found within 3 expansions"):
+        planner(max_expansions=3).plan(grid, start, goal)
+
+
+@pytest.mark.parametrize("planner", PLANNERS)
+def test_a_goal_at_the_start_gives_two_poses_or_more(planner):
+    pose = Pose2D(2.0, 2.0, 0.5)
+    points = planner().plan(open_floor(), pose, pose).points
+    assert len(points) >= 1 and points[-1] == pytest.approx([2.0, 2.0, 0.5])

@@ -1,0 +1,62 @@
+"""Values as they stand in files, and what they mean."""
+
+from math import pi
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stack.errors import ParameterError
+from stack.parameters import Declaration, read_quantity
+from stack.types import Pose2D
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "value"),
+    [
+        ("30 cm", "m", 0.3), ("90 deg", "rad", pi / 2), ("500 ms", "s", 0.5), ("5 min", "s", 300.0),
+        ("3.6 km/h", "m/s", 1.0), ("70 %", "", 0.7), ("-1.5", "m", -1.5), ("2e-3 m", "m", 0.002),
+    ],
+)  # fmt: skip
+def test_quantities_are_read_in_si(text, unit, value):
+    assert read_quantity(text, unit) == pytest.approx(value, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "words"),
+    [
+        ("2 m", "rad", "'2 m' is in m, expected an angle"),
+        ("3 parsec", "m", "unknown unit 'parsec'"),
+        ("soon", "s", "expected a duration, got 'soon'"),
+        ("1e999 m", "m", "is not a finite number"),
+    ],
+)
+def test_wrong_quantities_say_what_was_expected(text, unit, words):
+    with pytest.raises(ParameterError, match=words):
+        read_quantity(text, unit)
+
+
+POSE = Declaration("goal", Pose2D)
+
+
+def test_a_pose_takes_degrees_and_wraps_its_heading():
+    assert POSE.read([1, 2, "270 deg"]) == Pose2D(1.0, 2.0, pytest.approx(-pi / 2))
+
+
+def test_ninety_without_a_unit_is_not_taken_for_ninety_radians():
+    with pytest.raises(ParameterError, match="90 rad is more than a full turn") as caught:
+        POSE.read([1, 2, 90])
+    assert caught.value.hint == "write 90 deg"
+
+
+@pytest.mark.parametrize("raw", [[1], [1, 2, 3, 4], "here", [1, "x"], None, True])
+def test_what_is_no_pose_is_refused(raw):
+    with pytest.raises(ParameterError):
+        POSE.read(raw)
+
+
+@given(st.floats(-1e6, 1e6), st.floats(-1e6, 1e6), st.floats(-pi, pi, exclude_min=True))
+def test_any_pose_reads_back(x, y, heading):
+    pose = POSE.read([x, y, heading])
+    assert (pose.x, pose.y) == (x, y)
+    assert pose.heading == pytest.approx(heading, abs=1e-9)

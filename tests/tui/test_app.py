@@ -1,0 +1,360 @@
+"""Every key of the dashboard, pressed on a source that records what it is told."""
+
+import inspect
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from textual.actions import parse
+from textual.widgets import OptionList
+
+from stack.errors import TelemetryError
+from stack.telemetry.records import MissionState
+from stack.types import Battery, Pose2D
+from tests.tui.sample_source import SampleSource, finished
+from tui.app import PANES, Dashboard
+from tui.banner import Banner
+from tui.events_pane import EventsPane
+from tui.keys import KEYS
+from tui.map_pane import MapPane
+from tui.screens import Help, Question
+from tui.tree_pane import TreePane
+
+
+@pytest.fixture
+def source():
+    return SampleSource()
+
+
+@pytest.fixture
+async def pilot(source):
+    async with Dashboard(source, live=False).run_test(size=(120, 40)) as pilot:
+        await pilot.pause()
+        yield pilot
+
+
+def kinds(source):
+    return [command.kind for command in source.sent]
+
+
+def refresh(pilot, **changes):
+    pilot.app.source.changes.update(changes)
+    pilot.app.refresh_now()
+
+
+def banner_text(pilot):
+    banner = pilot.app.screen_stack[0].query_one(Banner)
+    return str(banner.render()) if banner.display else ""
+
+
+def test_every_key_names_an_action_that_takes_its_arguments():
+    for key in KEYS:
+        _, name, arguments = parse(key.action)
+        action = getattr(Dashboard, f"action_{name}")
+        inspect.signature(action).bind(None, *arguments)
+
+
+def test_no_key_has_two_meanings():
+    names = [name for key in KEYS for name in key.keys.split(",")]
+    assert len(names) == len(set(names))
+
+
+async def test_space_stops_at_once(pilot, source):
+    await pilot.press("space")
+    assert kinds(source) == ["estop"]
+    assert source.sent[0].arguments == {"reason": "operator"}
+
+
+@pytest.mark.parametrize(
+    "opening", ["question_mark", "a", "q", "ctrl+c", "1", "2", "3", "4", "5", "z"]
+)
+async def test_space_stops_on_every_screen_and_pane(pilot, source, opening):
+    await pilot.press(opening)
+    before = pilot.app.screen
+    await pilot.press("space")
+    assert kinds(source) == ["estop"]
+    assert pilot.app.screen is before
+
+
+async def test_space_in_a_question_chooses_nothing(pilot, source):
+    await pilot.press("a", "down")
+    assert isinstance(pilot.app.focused, OptionList)
+    await pilot.press("space", "space")
+    assert kinds(source) == ["estop", "estop"]
+    assert isinstance(pilot.app.screen, Question)
+
+
+async def test_an_unconfirmed_stop_is_shouted_about(pilot, source):
+    source.acks = list
+    await pilot.press("space")
+    for _ in range(10):
+        pilot.app.refresh_now()
+    assert banner_text(pilot) == ""
+    pilot.app.refresh_now()
+    assert "NOT CONFIRMED" in banner_text(pilot)
+
+
+async def test_r_releases(pilot, source):
+    await pilot.press("R")
+    assert kinds(source) == ["release"]
+
+
+async def test_p_pauses_and_goes_on(pilot, source):
+    await pilot.press("p")
+    refresh(pilot, state=MissionState.PAUSED)
+    await pilot.press("p")
+    assert kinds(source) == ["pause", "resume"]
+    assert "PAUSED" in banner_text(pilot)
+
+
+async def test_abort_asks_first(pilot, source):
+    await pilot.press("a", "enter")
+    assert source.sent == []
+    await pilot.press("a", "escape")
+    assert source.sent == []
+    await pilot.press("a", "down", "enter")
+    assert kinds(source) == ["abort"]
+
+
+async def test_a_refused_command_is_told(pilot, source):
+    source.refusal = "the mission has not [begun]"
+    await pilot.press("p")
+    pilot.app.refresh_now()
+    await pilot.pause()
+    assert [note.message for note in pilot.app._notifications] == ["the mission has not [begun]"]
+
+
+async def test_a_command_that_cannot_leave_is_told(pilot, source):
+    def send(command):
+        raise TelemetryError("cannot pause: the engine does not answer")
+
+    source.send = send
+    await pilot.press("p", "space")
+    await pilot.pause()
+    assert len(pilot.app._notifications) == 2
+
+
+async def test_the_simulation_can_be_sped_up_and_down(pilot, source):
+    await pilot.press("greater_than_sign", "greater_than_sign", "less_than_sign")
+    assert [command.arguments["factor"] for command in source.sent] == [2.0, 4.0, 2.0]
+    assert set(kinds(source)) == {"speed"}
+
+
+async def test_plus_and_minus_zoom_the_map_and_f_fits_it(pilot):
+    pane = pilot.app.query_one(MapPane)
+    whole = pane.view
+    await pilot.press("plus")
+    assert pane.view.metres_per_dot == pytest.approx(whole.metres_per_dot / 1.4)
+    assert pane.following
+    await pilot.press("equals_sign", "minus", "minus")
+    assert pane.view.metres_per_dot == pytest.approx(whole.metres_per_dot, rel=0.01)
+    await pilot.press("f")
+    assert pane.view == whole and not pane.following
+
+
+async def test_arrows_move_the_map(pilot):
+    pane = pilot.app.query_one(MapPane)
+    start = pane.view
+    await pilot.press("right", "up")
+    assert pane.view.x > start.x and pane.view.y > start.y
+    await pilot.press("left", "down")
+    assert (pane.view.x, pane.view.y) == pytest.approx((start.x, start.y))
+
+
+async def test_arrows_choose_a_node_while_the_tree_has_the_focus(pilot):
+    tree = pilot.app.query_one(TreePane)
+    await pilot.press("1")
+    start = tree.chosen
+    await pilot.press("down", "down", "up")
+    assert tree.chosen == start + 1 and tree.held
+    await pilot.press("t")
+    assert tree.chosen == start and not tree.held
+
+
+async def test_c_hides_the_costs(pilot):
+    pane = pilot.app.query_one(MapPane)
+    before = [strip.text for strip in pane._strips]
+    colours = {segment.style for strip in pane._strips for segment in strip}
+    await pilot.press("c")
+    assert [strip.text for strip in pane._strips] == before
+    assert {segment.style for strip in pane._strips for segment in strip} != colours
+
+
+async def test_l_goes_through_the_levels(pilot):
+    log = pilot.app.query_one(EventsPane)
+    counts = [len(log.lines)]
+    for _ in range(4):
+        await pilot.press("l")
+        counts.append(len(log.lines))
+    # Of the sample's 12 events one is a quiet one, two are warnings and one is an error.
+    assert counts == [11, 3, 1, 12, 11]
+
+
+@pytest.mark.parametrize(("key", "name"), zip("12345", PANES, strict=True))
+async def test_digits_go_to_panes_and_z_fills_the_screen(pilot, key, name):
+    await pilot.press(key)
+    assert pilot.app.focused.id == name
+    await pilot.press("z")
+    assert pilot.app.screen.query_one(f"#{name}").size.width > 100
+    await pilot.press("z")
+    assert not pilot.app.screen.has_class(f"full-{name}")
+
+
+@pytest.mark.parametrize(("key", "name"), zip("12345", PANES, strict=True))
+async def test_a_pane_without_room_comes_over_the_whole_screen(source, key, name):
+    async with Dashboard(source, live=False).run_test(size=(60, 20)) as pilot:
+        await pilot.press(key)
+        await pilot.pause()
+        pane = pilot.app.screen.query_one(f"#{name}")
+        assert pilot.app.focused is pane and pane.size.width >= 30
+        await pilot.press("escape")
+        await pilot.pause()
+        pilot.app.refresh_now()
+        assert pilot.app.query_one(MapPane).size.width >= 30
+        assert pilot.app.focused.size.width > 0
+
+
+async def test_help_shows_every_key(pilot):
+    await pilot.press("question_mark")
+    assert isinstance(pilot.app.screen, Help)
+    shown = str(pilot.app.screen.query_one("Static").render())
+    assert all(key.sentence in shown for key in KEYS)
+    await pilot.press("q")
+    assert not isinstance(pilot.app.screen, Help)
+
+
+async def test_ctrl_c_interrupts_a_run_that_was_begun_here(source):
+    app = Dashboard(source, live=False, interrupted=lambda: False)
+    async with app.run_test(size=(120, 40)) as pilot:
+        app.refresh_now()
+        await pilot.press("ctrl+c")
+    assert app.return_value == "interrupt"
+
+
+@pytest.mark.parametrize("key", ["q", "ctrl+c", "ctrl+q"])
+@pytest.mark.parametrize(
+    ("answer", "result", "sent"),
+    [([], None, []), (["down"], "leave", []), (["down", "down"], "abort", ["abort"])],
+)
+async def test_leaving_a_running_mission_asks(source, key, answer, result, sent):
+    app = Dashboard(source, live=False)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press(key, *answer, "enter")
+        await pilot.pause()
+        assert app.return_value == result
+        assert kinds(source) == sent
+        assert app._exit == (result is not None)
+    assert source.closed
+
+
+async def test_the_question_is_asked_once(pilot):
+    await pilot.press("ctrl+c", "ctrl+c", "ctrl+c")
+    assert len(pilot.app.screen_stack) == 2
+
+
+async def test_a_finished_run_stays_until_q_which_asks_nothing(pilot, source):
+    finished(source, MissionState.FAILURE, "go to lab: NO_VALID_PATH: the door is blocked")
+    pilot.app.refresh_now()
+    assert "MISSION FAILED" in banner_text(pilot)
+    assert "the door is blocked" in banner_text(pilot)
+    assert not pilot.app._exit
+    await pilot.press("q")
+    assert pilot.app.return_value == "over"
+
+
+async def test_a_lost_engine_is_left_without_asking(pilot, source):
+    source.silent_for = 6.0
+    pilot.app.refresh_now()
+    assert "ENGINE LOST" in banner_text(pilot)
+    assert pilot.app.screen.has_class("stale")
+    await pilot.press("q")
+    assert pilot.app.return_value == "lost"
+
+
+async def test_an_engine_of_another_version_is_told(pilot, source):
+    def poll():
+        raise TelemetryError("the engine speaks version 9, expected 1: install the same treepilot")
+
+    source.poll = poll
+    pilot.app.refresh_now()
+    assert "install the same treepilot" in banner_text(pilot)
+    await pilot.press("q")
+    assert pilot.app.return_value == "lost"
+
+
+async def test_the_emergency_stop_colours_the_screen(pilot):
+    refresh(pilot, state=MissionState.EMERGENCY_STOP, reason="operator")
+    assert pilot.app.screen.has_class("stopped")
+    assert "R releases it" in banner_text(pilot)
+    refresh(pilot, state=MissionState.RUNNING)
+    assert not pilot.app.screen.has_class("stopped")
+
+
+async def test_news_comes_in_while_a_question_is_open(pilot, source):
+    await pilot.press("a")
+    source.tick += 30
+    refresh(pilot, state=MissionState.EMERGENCY_STOP)
+    assert pilot.app.screen_stack[0].has_class("stopped")
+
+
+async def test_nothing_yet_is_drawn_as_waiting():
+    source = SampleSource(-1)
+    source.info = None
+    async with Dashboard(source, live=False).run_test(size=(80, 24)) as pilot:
+        for key in ("plus", "f", "right", "c", "t", "l", "z", "1", "down", "escape"):
+            await pilot.press(key)
+        pane = pilot.app.query_one(MapPane)
+        middle = pane.render_line(pane.size.height // 2).text
+        assert "waiting for the map" in middle
+
+
+async def test_a_bare_snapshot_is_drawn(pilot, source):
+    full = source.poll()
+    bare = type(full)(
+        1.0,
+        20,
+        MissionState.STARTING,
+        "",
+        (),
+        Pose2D(1.0, 2.0),
+        np.zeros((3, 3)),
+        0.0,
+        Battery(0.0),
+    )
+    source.poll = lambda: replace(bare)
+    source.info = None
+    pilot.app.refresh_now()
+    await pilot.press("plus", "f", "right", "c")
+    pane = pilot.app.query_one(MapPane)
+    text = "".join(strip.text for strip in pane._strips)
+    assert "→" in text  # the robot, in an unknown world
+
+
+async def test_a_run_without_a_map_keeps_the_robot_in_the_middle(pilot, source):
+    refresh(pilot, layers={})
+    pilot.app.query_one(MapPane).fit()
+    pane = pilot.app.query_one(MapPane)
+    first = pane.view
+    source.tick -= 200
+    pilot.app.refresh_now()
+    assert pane.following and pane.view != first
+
+
+@pytest.mark.parametrize(
+    "size", [(20, 6), (40, 12), (62, 20), (80, 24), (90, 30), (120, 40), (240, 70)]
+)
+async def test_every_size_works_and_the_map_keeps_thirty_columns(source, size):
+    async with Dashboard(source, live=False).run_test(size=(120, 40)) as pilot:
+        await pilot.resize_terminal(*size)
+        await pilot.pause()
+        pilot.app.refresh_now()
+        assert pilot.app.query_one(MapPane).outer_size.width >= 30
+        assert pilot.app.query_one("#charts").display == (size[0] >= 116)
+
+
+async def test_a_live_dashboard_refreshes_by_itself(source):
+    async with Dashboard(source).run_test(size=(80, 24)) as pilot:
+        refresh(pilot)
+        source.changes["state"] = MissionState.PAUSED
+        await pilot.pause(0.25)
+        assert "PAUSED" in banner_text(pilot)

@@ -1,0 +1,102 @@
+"""Live tuning: choose a parameter in force, type its new value."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Vertical
+from textual.screen import ModalScreen
+from textual.widgets import Input, Label, OptionList, Static
+from textual.widgets.option_list import Option
+
+from tui.palette import BAD, DIM, css
+
+HINT = "enter chooses · esc goes back · the engine checks it"
+YES, NO = ("true", "yes", "on", "1"), ("false", "no", "off", "0")
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """A parameter's name and the value it is to have."""
+
+    name: str
+    value: object
+
+
+def parsed(text: str, present: object) -> object:
+    """The value that a typed text means for a parameter, by the kind of its present value.
+
+    Raises:
+        ValueError: the text is no such value; says what was expected.
+    """
+    text = text.strip()
+    if isinstance(present, bool):
+        if text.lower() not in YES + NO:
+            raise ValueError(f"{text!r}: expected true or false")
+        return text.lower() in YES
+    for kind, words in ((int, "a whole number"), (float, "a number")):
+        if isinstance(present, kind):
+            try:
+                return kind(text)
+            except ValueError:
+                raise ValueError(f"{text!r}: expected {words}") from None
+    return text
+
+
+class ValueInput(Input):
+    """A line to type a value in, which leaves the space bar to the emergency stop."""
+
+    def check_consume_key(self, key: str, character: str | None) -> bool:
+        """Whether the key is typed; Textual hides every binding of a key that is."""
+        return key != "space" and super().check_consume_key(key, character)
+
+
+class Tuning(ModalScreen[Change | None]):
+    """All parameters; returns the change, or None."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [Binding("escape", "cancel", "Back")]
+
+    def __init__(self, parameters: Mapping[str, Any]) -> None:
+        super().__init__()
+        self._parameters = dict(sorted(parameters.items()))
+        self._chosen = ""
+
+    def compose(self) -> ComposeResult:
+        """The list; the line to type in comes when a parameter is chosen."""
+        width = max(map(len, self._parameters))
+        options = (
+            Option(f"{name:<{width}}  {value}", id=name) for name, value in self._parameters.items()
+        )
+        with Vertical(classes="dialog"):
+            yield Label("Change a parameter")
+            yield OptionList(*options, markup=False)
+            yield ValueInput()
+            yield Static(f"[{css(DIM)}]{HINT}[/]")
+
+    def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
+        """Type a value for the chosen parameter."""
+        self._chosen = event.option.id or ""
+        self.query_one(Label).update(f"{self._chosen} is {self._parameters[self._chosen]}; now")
+        self.query_one(".dialog").add_class("editing")
+        self.query_one(OptionList).display = False
+        line = self.query_one(Input)
+        line.value = str(self._parameters[self._chosen])
+        line.cursor_blink = False
+        line.focus()
+
+    def on_input_submitted(self, event: Input.Submitted) -> None:
+        """Hand the change over, or say what is wrong with it."""
+        try:
+            value = parsed(event.value, self._parameters[self._chosen])
+        except ValueError as error:
+            self.query_one(Static).update(f"[{css(BAD)}]{error}[/]")
+            return
+        self.dismiss(Change(self._chosen, value))
+
+    def action_cancel(self) -> None:
+        """Change nothing."""
+        self.dismiss(None)
