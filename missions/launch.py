@@ -16,7 +16,7 @@ from pathlib import Path
 from time import monotonic, sleep  # noqa: TID251 - waiting for another process
 from typing import IO, TextIO
 
-from missions.assembly import RunOptions, prepare
+from missions.assembly import Plan, RunOptions, prepare
 from missions.progress import ProgressLines
 from missions.report import Report
 from missions.resources import find_mission
@@ -127,7 +127,7 @@ def _run_here(options: LaunchOptions) -> int:
     run_options = options.run_options()
     with _stdout_kept_clean(options.json) as out:
         plan = prepare(options.mission, run_options)
-        _say_when_kernels_compile()
+        _say_when_kernels_compile(plan)
         for warning in plan.mission.warnings:
             print(warning, file=sys.stderr)
         lines = ProgressLines(lambda line: print(line, file=sys.stderr))
@@ -157,10 +157,10 @@ def _stdout_kept_clean(wanted: bool) -> Iterator[TextIO]:
         os.close(kept)
 
 
-def _say_when_kernels_compile() -> None:
+def _say_when_kernels_compile(plan: Plan) -> None:
     from missions.kernels_cache import first_run_notice
 
-    notice = first_run_notice()
+    notice = first_run_notice(choice.component for choice in plan.choices.values())
     if notice:
         print(notice, file=sys.stderr, flush=True)
 
@@ -168,8 +168,8 @@ def _say_when_kernels_compile() -> None:
 def _run_with_dashboard(options: LaunchOptions) -> int:
     """Engine in its own session; this process shows it, passes signals on and waits."""
     run_options = options.run_options()
-    prepare(options.mission, run_options)  # findings belong on this terminal, before it changes
-    _say_when_kernels_compile()
+    plan = prepare(options.mission, run_options)  # findings belong here, before the screen changes
+    _say_when_kernels_compile(plan)
     assert run_options.out is not None
     with tempfile.TemporaryFile() as errors:
         engine = _spawn_engine(options.mission, run_options, errors)
