@@ -81,7 +81,9 @@ def surface_field(grid: OccupancyGrid) -> SurfaceField:
     def to_nearest(goal: NDArray[np.bool_]) -> NDArray[np.float32]:
         if not goal.any():
             return np.full(goal.shape, TRUNCATION, dtype=np.float32)
-        cells = cv2.distanceTransform((~goal).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+        rough = cv2.distanceTransform((~goal).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+        # Its last bit depends on where the memory lies; squares of distances are whole numbers.
+        cells = np.sqrt(np.rint(np.square(rough)))
         metres = (cells - 0.5) * grid.resolution
         nearest: NDArray[np.float32] = np.minimum(metres, TRUNCATION).astype(np.float32)
         return nearest

@@ -89,8 +89,9 @@ class Ground:
         distances = np.full(blocked.shape, np.inf, np.float32)
         if blocked.any():
             clear = np.logical_not(blocked).astype(np.uint8)
-            distances = cv2.distanceTransform(clear, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-            distances *= np.float32(costs.resolution)
+            rough = cv2.distanceTransform(clear, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+            # Its last bit depends on where the memory lies; squares of distances are whole numbers.
+            distances = np.sqrt(np.rint(np.square(rough))) * np.float32(costs.resolution)
         geometry = np.array([*costs.origin, costs.resolution, costs.resolution * 0.5**0.5])
         place = kernels.Place(
             costs.cells, tables.traverse / float(tables.traverse[0]), distances, geometry,
