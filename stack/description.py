@@ -3,11 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from enum import StrEnum
+from math import tan
 from pathlib import Path as FilePath
 from typing import Any
 
 from stack.parameters import parameter
 from stack.types import CameraModel, Footprint, Pose2D
+
+
+class DriveKind(StrEnum):
+    """Which velocities a drive can make."""
+
+    DIFFERENTIAL = "differential"
+    OMNI = "omni"
+    ACKERMANN = "ackermann"
 
 
 @dataclass(frozen=True)
@@ -16,6 +26,9 @@ class Limits:
 
     linear_speed: float = parameter(0.8, "m/s", above=0.0, help="top speed forward")
     reverse_speed: float = parameter(0.3, "m/s", at_least=0.0, help="top speed backward")
+    lateral_speed: float = parameter(
+        0.0, "m/s", at_least=0.0, help="top speed sideways; omnidirectional robots only"
+    )
     angular_speed: float = parameter(1.8, "rad/s", above=0.0, help="top turning speed")
     linear_acceleration: float = parameter(1.0, "m/s²", above=0.0, help="speeding up")
     linear_deceleration: float = parameter(1.5, "m/s²", above=0.0, help="slowing down")
@@ -30,6 +43,49 @@ class Wheels:
     right: tuple[str, ...]
     radius: float
     separation: float
+
+
+@dataclass(frozen=True)
+class OmniWheels:
+    """Three or more wheels that each push one way and roll freely the other.
+
+    Attributes:
+        joints: of the URDF, one a wheel.
+        mounts: where each touches the floor, base frame; the heading is the way that it pushes.
+        radius: metres.
+    """
+
+    joints: tuple[str, ...]
+    mounts: tuple[Pose2D, ...]
+    radius: float
+
+
+@dataclass(frozen=True)
+class SteeredWheels:
+    """A car: steered front wheels, driven rear wheels; the base frame lies midway between these.
+
+    Attributes:
+        steering: URDF joints that turn the front wheels, left and right.
+        rear: URDF joints of the driven wheels, left and right.
+        radius: of every wheel, metres.
+        wheelbase: from axle to axle, metres.
+        track: between left and right wheels, metres.
+        steering_angle: the most that the middle of the front axle steers, radians.
+        steering_speed: how fast it steers, rad/s.
+    """
+
+    steering: tuple[str, str]
+    rear: tuple[str, str]
+    radius: float
+    wheelbase: float
+    track: float
+    steering_angle: float
+    steering_speed: float
+
+    @property
+    def turning_radius(self) -> float:
+        """Tightest circle that the base frame's origin can drive, metres."""
+        return self.wheelbase / tan(self.steering_angle)
 
 
 @dataclass(frozen=True)
@@ -118,7 +174,7 @@ class RobotDescription:
     footprint: Footprint
     height: float
     urdf: FilePath
-    wheels: Wheels
+    wheels: Wheels | OmniWheels | SteeredWheels
     limits: Limits = field(default_factory=Limits)
     odometry: OdometryNoise = field(default_factory=OdometryNoise)
     lidar: LidarDescription | None = None
@@ -127,3 +183,17 @@ class RobotDescription:
     battery: BatteryDescription = field(default_factory=BatteryDescription)
     navigation: dict[str, Any] = field(default_factory=dict)
     source: FilePath | None = None
+
+    @property
+    def drive(self) -> DriveKind:
+        """Which velocities it can make."""
+        if isinstance(self.wheels, OmniWheels):
+            return DriveKind.OMNI
+        if isinstance(self.wheels, SteeredWheels):
+            return DriveKind.ACKERMANN
+        return DriveKind.DIFFERENTIAL
+
+    @property
+    def turning_radius(self) -> float:
+        """Tightest circle it can drive, metres; 0 where it can turn in place."""
+        return self.wheels.turning_radius if isinstance(self.wheels, SteeredWheels) else 0.0

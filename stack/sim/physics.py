@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from stack.description import RobotDescription
+from stack.description import RobotDescription, Wheels
 from stack.errors import BodyError
 from stack.sim import bullet as loader
 from stack.sim.scene import Scene
@@ -233,6 +233,7 @@ class Physics:
     def _prepare_robot(self, description: RobotDescription, friction: float) -> None:
         bullet, client, robot = self._bullet, self.client, self.robot
         wheels = description.wheels
+        assert isinstance(wheels, Wheels), "only differential drives are simulated"
         links = _joints_by_name(bullet, client, robot)
         missing = [name for name in wheels.left + wheels.right if name not in links]
         if missing:
@@ -309,6 +310,7 @@ def _sprung_caster(mass: float) -> dict[str, float]:
 def _torque(description: RobotDescription, mass: float) -> float:
     """Motor strength of one wheel: both accelerations at once, with a reserve."""
     limits, wheels = description.limits, description.wheels
+    assert isinstance(wheels, Wheels), "only differential drives are simulated"
     linear = mass * max(limits.linear_acceleration, limits.linear_deceleration)
     inertia = mass * description.footprint.circumscribed_radius**2 / 2.0
     turning = 2.0 * inertia * limits.angular_acceleration / wheels.separation

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stack.description import RobotDescription
+from stack.description import RobotDescription, Wheels
 from stack.sim.battery import Battery
 from stack.sim.contacts import ContactCounter, ContactTally
 from stack.sim.drive import Drive
@@ -45,8 +45,10 @@ class Simulation:
         self._scan: Scan | None = None
         self._bumped = False
 
-        self.drive = Drive(description.limits, description.wheels, self._period)
-        self._odometry = Odometry(description.wheels, description.odometry, seed)
+        wheels = description.wheels
+        assert isinstance(wheels, Wheels), "only differential drives are simulated"
+        self.drive = Drive(description.limits, wheels, self._period)
+        self._odometry = Odometry(wheels, description.odometry, seed)
         self._lidar = Lidar(description.lidar, world, seed) if description.lidar else None
         self._imu = Imu(description.imu, seed) if description.imu else None
         self._battery = Battery(
