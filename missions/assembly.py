@@ -98,8 +98,9 @@ def prepare(name: str | Path, options: RunOptions) -> Plan:
     _check_start(start, options, mission, world, robot)
     belief = _belief(mission, start)
     choices = all_chosen(
-        robot, {kind: (part.use, part.values) for kind, part in mission.navigation.items()}
-    )
+        robot, {kind: (part.use, part.values) for kind, part in mission.navigation.items()},
+        mapped=mission.map != "none",
+    )  # fmt: skip
     layers = tuple(layer.located(beside) for layer in choices["costmap"].parts)
     choices["costmap"] = replace(choices["costmap"], parts=layers)
     return Plan(

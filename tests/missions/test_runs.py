@@ -20,6 +20,9 @@ EXPECTED = {
     "05_kidnapped",
     "06_your_own_behaviour",
     "07_shelf_patrol",
+    "15_from_nav2",
+    "16_house_rules",
+    "17_without_a_map",
 }
 
 
