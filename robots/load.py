@@ -6,18 +6,26 @@ Codes: E301 shape and values · E302 the URDF · E303 the footprint.
 from __future__ import annotations
 
 import dataclasses
-from math import pi, tan
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
 
+from robots.sensors import (
+    SHAPE,
+    X,
+    Y,
+    length,
+    parameters_of,
+    read_camera,
+    read_lidar,
+    read_lidars,
+    read_sonars,
+)
 from stack.description import (
     BatteryDescription,
-    CameraDescription,
     ImuDescription,
-    LidarDescription,
     Limits,
     OdometryNoise,
     RobotDescription,
@@ -25,38 +33,17 @@ from stack.description import (
 )
 from stack.documents import Findings, Node, Section, read_document
 from stack.errors import InputError
-from stack.parameters import Declaration, declarations, suggestion
-from stack.types import CameraModel, FloatArray, Footprint, Pose2D
+from stack.parameters import Declaration, suggestion
+from stack.types import FloatArray, Footprint
 
-SHAPE = "E301"
 URDF = "E302"
 FOOTPRINT = "E303"
 
 HERE = Path(__file__).parent
-FARTHEST = 10.0
-T = TypeVar("T")
 
 
-def _coordinate(name: str) -> Declaration:
-    return Declaration(name, float, "base frame", "m", at_least=-FARTHEST, at_most=FARTHEST)
-
-
-def _length(name: str, help: str) -> Declaration:
-    return Declaration(name, float, help, "m", above=0.0, at_most=FARTHEST)
-
-
-X, Y, Z = _coordinate("x"), _coordinate("y"), _coordinate("z")
-RADIUS = _length("radius", "of a circle")
+RADIUS = length("radius", "of a circle")
 JOINTS = Declaration("joints", list[str], "URDF joints that turn together")
-YAW = Declaration("yaw", float, "to the left", "rad", 0.0, at_least=-pi, at_most=2 * pi)
-PITCH = Declaration("pitch", float, "looking down", "rad", 0.0, at_least=-pi / 2, at_most=pi / 2)
-PIXELS = tuple(
-    Declaration(name, int, "of the picture", default=default, at_least=16, at_most=4096)
-    for name, default in (("width", 320), ("height", 240))
-)
-FIELD_OF_VIEW = Declaration(
-    "field_of_view", float, "from left to right", "rad", pi * 70 / 180, above=0.0, at_most=2.8
-)
 
 
 def robot_names() -> list[str]:
@@ -97,34 +84,24 @@ def read_robot(path: Path, text: str | None = None) -> RobotDescription:
     top.value(Declaration("format", int, "of this file", default=1, at_least=1, at_most=1))
     top.value(Declaration("doc", str, "what it is", default=""))
     footprint = _footprint(top)
-    height = top.value(_length("height", "of everything on it"))
+    height = top.value(length("height", "of everything on it"))
     wheels = _wheels(top)
     urdf = _urdf(top, path, wheels)
-    limits = _parameters(top.section("limits"), Limits)
-    odometry = _parameters(top.section("odometry"), OdometryNoise)
-    lidar, camera = _lidar(top.section("lidar")), _camera(top.section("camera"))
+    limits = parameters_of(top.section("limits"), Limits)
+    odometry = parameters_of(top.section("odometry"), OdometryNoise)
+    lidar, camera = read_lidar(top.section("lidar")), read_camera(top.section("camera"))
+    lidars, sonars = read_lidars(top), read_sonars(top)
     imu_section = top.section("imu")
-    imu = None if imu_section is None else _parameters(imu_section, ImuDescription)
-    battery = _parameters(top.section("battery"), BatteryDescription)
+    imu = None if imu_section is None else parameters_of(imu_section, ImuDescription)
+    battery = parameters_of(top.section("battery"), BatteryDescription)
     navigation = _navigation(top)
     top.done()
     findings.raise_errors()
     assert footprint is not None and wheels is not None and urdf is not None
     return RobotDescription(
         name, footprint, height, urdf, wheels, limits, odometry, lidar, camera, imu, battery,
-        navigation, path,
+        navigation, path, lidars, sonars,
     )  # fmt: skip
-
-
-def _parameters(section: Section | None, kind: type[T], **more: Any) -> T:
-    """A parameter dataclass from a section, its other fields given; the defaults without one."""
-    if section is None:
-        return kind(**more)
-    values = {
-        name: section.value(declared) for name, declared in declarations(cast("type", kind)).items()
-    }
-    section.done()
-    return kind(**values, **more)
 
 
 def _footprint(top: Section) -> Footprint | None:
@@ -185,7 +162,7 @@ def _wheels(top: Section) -> Wheels | None:
         section.value(dataclasses.replace(JOINTS, name=side)) for side in ("left", "right")
     )
     radius = section.value(RADIUS)
-    separation = section.value(_length("separation", "between the middles of left and right"))
+    separation = section.value(length("separation", "between the middles of left and right"))
     section.done()
     for side, joints in (("left", left), ("right", right)):
         if joints == []:
@@ -240,38 +217,6 @@ def _check_joints(top: Section, root: ElementTree.Element, wheels: Wheels) -> No
             elif kinds[joint] != "continuous":
                 sentence = f"wheels: the URDF's joint {joint!r} is {kinds[joint]}"
                 top.findings.error(URDF, item.mark, sentence, "a wheel's joint is continuous")
-
-
-def _lidar(section: Section | None) -> LidarDescription | None:
-    if section is None:
-        return None
-    node = section.node_of("position")
-    position = None if node is None else section.parts("position", node, (X, Y))
-    x, y = position or (0.0, 0.0)
-    mount = Pose2D(x, y, section.value(YAW))
-    lidar = _parameters(section, LidarDescription, mount=mount)
-    for key, worst, limit in (
-        ("range_min", lidar.range_min, lidar.range_max),
-        ("field_of_view", lidar.field_of_view, 2 * pi + 1e-9),
-    ):
-        if worst >= limit:
-            mark = (section.node.get(key) or section.node).mark
-            section.findings.error(SHAPE, mark, f"{key}: {worst:g} must be below {limit:g}")
-    return lidar
-
-
-def _camera(section: Section | None) -> CameraDescription | None:
-    if section is None:
-        return None
-    width, height = (section.value(declared) for declared in PIXELS)
-    focal_length = width / 2 / tan(section.value(FIELD_OF_VIEW) / 2)
-    node = section.node_of("position", required=True)
-    position = None if node is None else section.parts("position", node, (X, Y, Z))
-    x, y, z = position or (0.0, 0.0, 0.0)
-    model = CameraModel(
-        width, height, focal_length, (x, y, z), section.value(PITCH), section.value(YAW)
-    )
-    return _parameters(section, CameraDescription, model=model)
 
 
 def _navigation(top: Section) -> dict[str, Any]:

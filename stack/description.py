@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from math import tan
@@ -122,6 +123,21 @@ class LidarDescription:
 
 
 @dataclass(frozen=True)
+class SonarDescription:
+    """A sonar: hears the nearest thing somewhere in a cone."""
+
+    mount: Pose2D
+    height: float = parameter(0.1, "m", above=0.0, help="above the floor")
+    field_of_view: float = parameter(
+        0.44, "rad", above=0.0, at_most=1.6, help="opening of the cone"
+    )
+    rate: float = parameter(10.0, "Hz", above=0.0, help="readings per second")
+    range_min: float = parameter(0.05, "m", at_least=0.0, help="nearer is invalid")
+    range_max: float = parameter(2.5, "m", above=0.0, help="farther is no return")
+    noise: float = parameter(0.01, "m", at_least=0.0, help="standard deviation of a distance")
+
+
+@dataclass(frozen=True)
 class CameraDescription:
     """A colour camera."""
 
@@ -166,6 +182,8 @@ class RobotDescription:
         footprint: outline in the base frame.
         height: metres, for what passes over it.
         urdf: the file that shapes and masses come from.
+        lidars: further ones by name; `lidar` alone localises.
+        sonars: by name.
         navigation: component choices and parameters for this robot, as raw values by kind
             ({"controller": {"use": "pure_pursuit", "cruise_speed": 0.5}}), under the mission's.
     """
@@ -183,6 +201,8 @@ class RobotDescription:
     battery: BatteryDescription = field(default_factory=BatteryDescription)
     navigation: dict[str, Any] = field(default_factory=dict)
     source: FilePath | None = None
+    lidars: Mapping[str, LidarDescription] = field(default_factory=dict)
+    sonars: Mapping[str, SonarDescription] = field(default_factory=dict)
 
     @property
     def drive(self) -> DriveKind:

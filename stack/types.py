@@ -6,7 +6,7 @@ never written to after they were handed over.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum, StrEnum, auto
 from math import atan2, cos, hypot, pi, sin
@@ -327,6 +327,8 @@ class Observation:
         imu: inertial samples since the last observation.
         image: a new camera picture, only while somebody asks for pictures.
         bumped: a bumper touches something.
+        scans: new ones of further lidars, by the sensor's name.
+        readings: new ones of sonars.
     """
 
     time: float
@@ -336,6 +338,8 @@ class Observation:
     imu: Imu | None = None
     image: Image | None = None
     bumped: bool = False
+    scans: Mapping[str, Scan] = field(default_factory=dict)
+    readings: tuple[RangeReading, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

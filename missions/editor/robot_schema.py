@@ -7,7 +7,8 @@ from dataclasses import replace
 from missions.choices import DEFAULTS, SETTINGS
 from missions.editor.mission_schema import DRAFT
 from missions.editor.value_schemas import Schema, documented, of_declaration, parts, section
-from robots.load import FIELD_OF_VIEW, JOINTS, PITCH, PIXELS, RADIUS, YAW, X, Y, Z
+from robots.load import JOINTS, RADIUS
+from robots.sensors import FIELD_OF_VIEW, PITCH, PIXELS, YAW, X, Y, Z
 from stack.description import (
     BatteryDescription,
     CameraDescription,
@@ -15,6 +16,7 @@ from stack.description import (
     LidarDescription,
     Limits,
     OdometryNoise,
+    SonarDescription,
 )
 from stack.parameters import Declaration, declarations
 
@@ -24,7 +26,9 @@ SEPARATION = replace(RADIUS, name="separation", help="between the middles of lef
 
 def robot_schema() -> Schema:
     """The schema of robot files; the URDF is left to `treepilot run` and the language server."""
-    lidar = {"position": parts((X, Y)), "yaw": _of(YAW), **_fields(LidarDescription)}
+    mount = {"position": parts((X, Y)), "yaw": _of(YAW)}
+    lidar = {**mount, **_fields(LidarDescription)}
+    sonar = {**mount, **_fields(SonarDescription)}
     camera = {
         "position": parts((X, Y, Z)), "yaw": _of(YAW), "pitch": _of(PITCH),
         "field_of_view": _of(FIELD_OF_VIEW), **{item.name: _of(item) for item in PIXELS},
@@ -41,6 +45,8 @@ def robot_schema() -> Schema:
         "limits": _part(Limits),
         "odometry": _part(OdometryNoise),
         "lidar": documented(section(lidar), str(LidarDescription.__doc__)),
+        "lidars": documented(_named(lidar), "Further lidars by name."),
+        "sonars": documented(_named(sonar), "Sonars by name."),
         "camera": documented(section(camera, ["position"]), str(CameraDescription.__doc__)),
         "imu": _part(ImuDescription),
         "battery": _part(BatteryDescription),
@@ -48,6 +54,10 @@ def robot_schema() -> Schema:
     }
     required = ["robot", "footprint", "height", "urdf", "wheels"]
     return {"$schema": DRAFT, "title": "treepilot robot, format 1", **section(keys, required)}
+
+
+def _named(fields: dict[str, Schema]) -> Schema:
+    return {"type": "object", "additionalProperties": section(fields)}
 
 
 def _footprint() -> Schema:

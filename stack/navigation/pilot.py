@@ -89,6 +89,7 @@ class Pilot:
         self._observation: Observation | None = None
         self._odometry = Odometry(0.0, Pose2D(0.0, 0.0), Twist())
         self._scan: Scan | None = None
+        self._scans: dict[str, Scan] = {}
         self._image: Image | None = None
         self._sightings: tuple[Image, tuple[MarkerSighting, ...]] | None = None
         self._lease = -CAMERA_LEASE
@@ -103,6 +104,7 @@ class Pilot:
         self._observation = observation
         self._odometry = odometry or observation.odometry
         self._scan = observation.scan or self._scan
+        self._scans = {**self._scans, **observation.scans}
         self._image = observation.image or self._image
 
     def advance(self) -> Twist:
@@ -110,6 +112,11 @@ class Pilot:
         moment = Moment(self.time, self.estimate, self._odometry, self._scan)
         self._parts.cover([moment.estimate.pose])
         return self._navigation.advance(moment)
+
+    @property
+    def scans(self) -> Mapping[str, Scan]:
+        """The newest scans of further lidars, by name."""
+        return self._scans
 
     @property
     def camera_wanted(self) -> bool:

@@ -23,6 +23,7 @@ EXPECTED = {
     "15_from_nav2",
     "16_house_rules",
     "17_without_a_map",
+    "18_below_the_lidar",
 }
 
 
