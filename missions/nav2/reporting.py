@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-import yaml
-
 from missions.language.model import Component
 from missions.nav2.reading import Nav2Settings
 from missions.nav2.reasons import NO_EQUIVALENT
-from stack.documents import Finding, Mark
+from stack.documents import Finding, Mark, as_yaml
 
 CODE = "W110"
 MANY = 6
@@ -61,8 +59,7 @@ def parameter_file(settings: Nav2Settings, source: str) -> str:
         kind: {**({"use": chosen.use} if chosen.use else {}), **chosen.values}
         for kind, chosen in settings.kinds.items()
     }
-    text: str = yaml.safe_dump(section, sort_keys=False, allow_unicode=True, width=100)
-    return f"# From {source}, by `treepilot nav2`.\n{text}"
+    return f"# From {source}, by `treepilot nav2`.\n{as_yaml(section)}"
 
 
 def _short(value: Any) -> str:
