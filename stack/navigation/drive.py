@@ -9,7 +9,7 @@ from stack.control.checkers import LostChecker
 from stack.errors import NavigationError
 from stack.navigation.blockages import Blockages
 from stack.navigation.following import Follower, Tools, check_not_lost, drive_feedback, standing
-from stack.navigation.planning import Plan, PlanRequest, Ticket
+from stack.navigation.planning import Plan, PlanRequest
 from stack.navigation.route_costs import blocked_at, route_cost
 from stack.navigation.tasks import Moment, MotionTask
 from stack.types import STANDSTILL, Failure, FailureCode, Path, Pose2D, Twist
@@ -23,6 +23,9 @@ IDLE_BEFORE_REPLAN = 0.5
 RECEDING = 0.02
 """Metres by which a pose on the way must have come farther again to lie behind."""
 
+NEAR_ENOUGH = 0.5
+"""Metres before the end of a partial path at which standing before an obstacle is its end."""
+
 ROUTINE = ""
 """The reason of a plan made only to see whether there is a better path."""
 
@@ -34,7 +37,11 @@ class GoalDrive:
         task: its handle.
         path: in force; None while there is none.
         goal: the last one.
+        partial: having come as near to it as can be is success; otherwise, where the planner
+            makes partial plans at all, it is NO_VALID_PATH, said when it has come there.
     """
+
+    partial = False
 
     def __init__(
         self, task: MotionTask, tools: Tools, goals: Sequence[Pose2D], tolerance: float | None
@@ -44,7 +51,6 @@ class GoalDrive:
         self._tools, self._goals, self._tolerance = tools, tuple(goals), tolerance
         self._follower = Follower(tools, tolerance)
         self._lost = LostChecker(tools.parameters.lost_quality, tools.parameters.lost_time)
-        self._ticket: Ticket | None = None
         self._reason = "first plan"
         self._asked_at = -inf
         self._failing_since: float | None = None
@@ -63,14 +69,23 @@ class GoalDrive:
             self._take_plan(moment)
             self._pass_goals(moment.estimate.pose)
             if self._follower.reached(moment) and len(self._goals) == 1:
-                self.task.succeed(self._arrival(moment.estimate.pose))
+                self._arrive(moment.estimate.pose)
                 return STANDSTILL
             self._ask_if_needed(moment)
             self._report()
             return STANDSTILL if self.path is None else self._follower.advance(moment)
         except NavigationError as error:
+            if self._held_at_the_end(error):
+                self._arrive(moment.estimate.pose)
             self.task.fail(error.failure.code, error.failure.sentence)
             return STANDSTILL
+
+    def _held_at_the_end(self, error: NavigationError) -> bool:
+        """Whether what ends a partial path, an obstacle, is also what the controller stands at."""
+        track = self._follower.track
+        if self.path is None or not self.path.partial or track is None:
+            return False
+        return error.failure.code == FailureCode.COLLISION_AHEAD and track.remaining <= NEAR_ENOUGH
 
     def _stand(self, why: str) -> Twist:
         """Stand while the pose is in doubt: a path from a wrong pose leads anywhere."""
@@ -82,8 +97,19 @@ class GoalDrive:
         remaining = 0.0 if track is None else track.remaining
         self.task.report(drive_feedback(self._follower), remaining)
 
-    def _arrival(self, pose: Pose2D) -> str:
-        return f"there, {pose.distance_to(self.goal):.2f} m from the goal"
+    def _arrive(self, pose: Pose2D) -> None:
+        """The end of the path: the goal, or what was nearest to it."""
+        away = f"{pose.distance_to(self.goal):.2f} m from the goal"
+        if self.path is None or not self.path.partial:
+            self.task.succeed(f"there, {away}")
+        elif self.partial:
+            self.task.succeed(f"as near as there is a way to, {away}")
+        else:
+            self.task.fail(
+                FailureCode.NO_VALID_PATH,
+                f"there is no way to the goal; came as near to it as there is one, to "
+                f"({pose.x:.2f}, {pose.y:.2f}), {away}",
+            )
 
     def _pass_goals(self, pose: Pose2D) -> None:
         """Strike out the goals on the way that lie behind.
@@ -109,14 +135,15 @@ class GoalDrive:
         """Ask for a plan when there is a reason to, no more often than the interval allows."""
         p = self._tools.parameters
         self._look_ahead(moment.estimate.pose)
-        if self._ticket is not None or moment.time < self._asked_at + p.replan_interval - 1e-9:
+        if self.task.ticket is not None or moment.time < self._asked_at + p.replan_interval - 1e-9:
             return
         reason = self._why_replan(moment)
         if reason is None:
             return
-        request = PlanRequest(self._tools.world.grid, moment.estimate.pose, self._goals)
+        pose = moment.estimate.pose
+        request = PlanRequest(self._tools.world.grid, pose, self._goals, self.partial)
         due = moment.time + p.planning_latency
-        self._ticket = self._tools.desk.ask(request, due, wait=p.wait_for_plan)
+        self.task.ticket = self._tools.desk.ask(request, due, wait=p.wait_for_plan)
         self._reason, self._asked_at = reason, moment.time
 
     def _look_ahead(self, pose: Pose2D) -> None:
@@ -148,12 +175,11 @@ class GoalDrive:
 
     def _take_plan(self, moment: Moment) -> None:
         """Use the plan asked for, once its time has come."""
-        if self._ticket is None:
+        ticket = self.task.ticket
+        answer = None if ticket is None else ticket.result(moment.time)
+        if ticket is None or answer is None:
             return
-        answer = self._ticket.result(moment.time)
-        if answer is None:
-            return
-        ticket, self._ticket = self._ticket, None
+        self.task.ticket = None
         self._tools.count("plans")
         if isinstance(answer, Plan):
             answer = self._unless_too_far(answer)
@@ -169,7 +195,7 @@ class GoalDrive:
     def _unless_too_far(self, plan: Plan) -> Plan | Failure:
         """The plan, unless it ends farther from the goal than the task tolerates."""
         distance = plan.path.goal.distance_to(self.goal)
-        if self._tolerance is None or distance <= self._tolerance:
+        if self._tolerance is None or distance <= self._tolerance or plan.path.partial:
             return plan
         return Failure(
             FailureCode.GOAL_OCCUPIED,
