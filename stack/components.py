@@ -3,9 +3,10 @@
 A component class has a class attribute `Parameters` (a frozen dataclass of `parameter(...)` fields)
 and a docstring whose first line says what it is. Its module must not import numba, cv2 or its
 kernels at module level but in `__init__`, so that checking a mission imports none of them.
-Plugins name such a class under the entry-point groups `treepilot.planners`,
-`treepilot.controllers` and `treepilot.costmap_layers`. What a layer has to do is said in
-stack/costmap/layer.py.
+What its parameters ask of the robot may be checked in a static method `check(parameters, robot)`,
+which raises InputError. Plugins name such a class under the entry-point groups
+`treepilot.planners`, `treepilot.controllers` and `treepilot.costmap_layers`. What a layer has to do
+is said in stack/costmap/layer.py.
 """
 
 from __future__ import annotations

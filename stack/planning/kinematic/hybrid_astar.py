@@ -69,6 +69,11 @@ class HybridAstar:
 
     Parameters: ClassVar[type] = HybridAstarParameters
 
+    @staticmethod
+    def check(parameters: HybridAstarParameters, robot: RobotDescription) -> None:
+        """Raise InputError for a turning radius tighter than the robot can drive."""
+        radius_for(robot, parameters.turning_radius, _RADIUS)
+
     def __init__(self, parameters: HybridAstarParameters, robot: RobotDescription) -> None:
         p = parameters
         self._parameters = p

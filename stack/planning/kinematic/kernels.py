@@ -19,12 +19,8 @@ ATTEMPT, NO_WAY, GROW, LIMIT, SETTLED, STOPPED = 0, 1, 2, 3, 4, 5
 """Why `expand` stopped: a node to try the goal from, nothing left, arrays full, enough expanded,
 nothing left that is cheaper than the bound, nobody wants the answer any more."""
 
-CHECKED = 256
-"""Expansions between two looks at the wish to stop."""
-
-UNREACHED = 3.0e38
-"""Cost to go of places that are shut off."""
-
+CHECKED = 256  # expansions between two looks at the wish to stop
+UNREACHED = 3.0e38  # cost to go of places that are shut off
 EMPTY = -1
 AWAY = 1 << 20  # keys count cells from here, so that they stay positive
 IN_PLACE = 9

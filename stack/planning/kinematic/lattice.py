@@ -13,7 +13,7 @@ from stack.errors import InputError
 from stack.parameters import parameter
 from stack.planning.endpoints import Endpoints
 from stack.planning.kinematic.moves import Prices, lattice_headings, lattice_moves, packed
-from stack.planning.kinematic.parameters import PosePlannerParameters, may_reverse, radius_for
+from stack.planning.kinematic.parameters import PosePlannerParameters, may_reverse
 from stack.planning.kinematic.planning import PosePlanning
 from stack.planning.kinematic.search import Drive, Ground, Method
 from stack.planning.kinematic.shaping import Shaping
@@ -63,6 +63,15 @@ class Lattice:
 
     Parameters: ClassVar[type] = LatticeParameters
 
+    @staticmethod
+    def check(parameters: LatticeParameters, robot: RobotDescription) -> None:
+        """Raise InputError for a robot that cannot turn in place."""
+        if robot.turning_radius > 0.0:
+            raise InputError(
+                f"planner lattice: it turns in place, and {robot.name} cannot turn more tightly "
+                f"than in a circle of {robot.turning_radius:.3g} m; use hybrid_astar"
+            )
+
     def __init__(self, parameters: LatticeParameters, robot: RobotDescription) -> None:
         p = parameters
         self._parameters = p
@@ -70,13 +79,9 @@ class Lattice:
         self._prices = Prices(
             p.reverse_penalty, p.non_straight_penalty, p.change_penalty, p.rotation_penalty
         )
-        if robot.turning_radius > 0.0:
-            raise InputError(
-                f"planner lattice: it turns in place, and {robot.name} has a turning radius of "
-                f"{robot.turning_radius:.3g} m; use hybrid_astar"
-            )
+        self.check(parameters, robot)
         self._methods: dict[float, Method] = {}
-        self._radius = radius_for(robot, p.turning_radius, _RADIUS)
+        self._radius = _RADIUS if p.turning_radius is None else p.turning_radius
         self._reverse = p.allow_reverse and may_reverse(robot)
         self._planning = PosePlanning(
             footprint=robot.footprint,

@@ -3,6 +3,9 @@
 
 `weights` (256,) float64 says by cell cost what a cell's length of line through it counts, 0 for no
 way. Places are middles of cells, lengths are in cells; cells are numbered row * columns + column.
+
+The heap stands in kinematic/kernels.py as well: a kernel's cache does not notice when what it calls
+in another module was changed.
 """
 
 import numpy as np
