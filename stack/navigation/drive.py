@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import inf
+from math import copysign, inf
 
 from stack.control.checkers import LostChecker
 from stack.errors import NavigationError
@@ -140,8 +140,10 @@ class GoalDrive:
         reason = self._why_replan(moment)
         if reason is None:
             return
+        twist = moment.odometry.twist
+        way = 0 if standing(twist) else int(copysign(1, twist.linear))
         pose = moment.estimate.pose
-        request = PlanRequest(self._tools.world.grid, pose, self._goals, self.partial)
+        request = PlanRequest(self._tools.world.grid, pose, self._goals, self.partial, way)
         due = moment.time + p.planning_latency
         self.task.ticket = self._tools.desk.ask(request, due, wait=p.wait_for_plan)
         self._reason, self._asked_at = reason, moment.time

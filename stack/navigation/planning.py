@@ -40,12 +40,14 @@ class PlanRequest:
 
     Attributes:
         partial: where there is no way to a goal, one to the nearest place to it will do.
+        way: +1 or -1 while the robot drives forward or backward, 0 while it stands.
     """
 
     costs: CostGrid
     start: Pose2D
     goals: tuple[Pose2D, ...]
     partial: bool = False
+    way: int = 0
 
 
 class Ticket:
@@ -111,11 +113,14 @@ class PlanningDesk:
 def plan_through(planner: Planner, request: PlanRequest, stop: Stop | None = None) -> Plan:
     """Plan from goal to goal and join the legs.
 
+    Planners of poses drive through each goal with its heading, so that the joins are smooth, and
+    count a change of direction there as they do anywhere.
+
     Raises:
         NavigationError: one of the legs cannot be planned, or CANCELLED.
     """
     stop = stop or Stop()
-    terms = Terms(request.partial, 0, stop)
+    terms = Terms(request.partial, request.way, stop)
     start, legs = request.start, list[Path]()
     for goal in request.goals:
         stop.check()
