@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import copysign, inf
 
+import numpy as np
+
 from stack.control.checkers import LostChecker
 from stack.errors import NavigationError
 from stack.navigation.blockages import Blockages
@@ -24,7 +26,12 @@ RECEDING = 0.02
 """Metres by which a pose on the way must have come farther again to lie behind."""
 
 NEAR_ENOUGH = 0.5
-"""Metres before the end of a partial path at which standing before an obstacle is its end."""
+"""Metres before the end of a partial path within which an obstacle is what was to be expected:
+standing before it is having come there, and no reason to look for another place as near.
+"""
+
+HELD = frozenset({FailureCode.COLLISION_AHEAD, FailureCode.NO_PROGRESS})
+"""Failures of a robot that stands before an obstacle."""
 
 ROUTINE = ""
 """The reason of a plan made only to see whether there is a better path."""
@@ -75,17 +82,17 @@ class GoalDrive:
             self._report()
             return STANDSTILL if self.path is None else self._follower.advance(moment)
         except NavigationError as error:
-            if self._held_at_the_end(error):
+            if self._near_a_partial_end and error.failure.code in HELD:
                 self._arrive(moment.estimate.pose)
             self.task.fail(error.failure.code, error.failure.sentence)
             return STANDSTILL
 
-    def _held_at_the_end(self, error: NavigationError) -> bool:
-        """Whether what ends a partial path, an obstacle, is also what the controller stands at."""
+    @property
+    def _near_a_partial_end(self) -> bool:
+        """Whether it is where what keeps it from the goal may hold it up: that is no news."""
         track = self._follower.track
-        if self.path is None or not self.path.partial or track is None:
-            return False
-        return error.failure.code == FailureCode.COLLISION_AHEAD and track.remaining <= NEAR_ENOUGH
+        partial = self.path is not None and self.path.partial
+        return partial and track is not None and track.remaining <= NEAR_ENOUGH
 
     def _stand(self, why: str) -> Twist:
         """Stand while the pose is in doubt: a path from a wrong pose leads anywhere."""
@@ -155,6 +162,9 @@ class GoalDrive:
             return
         self._seen_version = world.version
         points = track.ahead(self._tools.parameters.look_ahead)
+        if self.path is not None and self.path.partial:
+            end = self.path.goal
+            points = points[np.hypot(points[:, 0] - end.x, points[:, 1] - end.y) > NEAR_ENOUGH]
         self._blocked_at = blocked_at(world.grid, points, pose, self._tools.clear_of)
 
     def _why_replan(self, moment: Moment) -> str | None:
@@ -162,6 +172,8 @@ class GoalDrive:
         p, follower, track = self._tools.parameters, self._follower, self._follower.track
         if self.path is None or track is None:
             return "first plan"
+        if self._near_a_partial_end:
+            return self._routine(moment.time)
         if follower.waiting:
             return "something is in the way"
         if self._blocked_at is not None:
@@ -173,7 +185,11 @@ class GoalDrive:
             return None
         if idle is not None and moment.time - idle >= IDLE_BEFORE_REPLAN:
             return "stopped short of the goal"
-        return ROUTINE if moment.time >= self._asked_at + p.replan_period - 1e-9 else None
+        return self._routine(moment.time)
+
+    def _routine(self, time: float) -> str | None:
+        due = time >= self._asked_at + self._tools.parameters.replan_period - 1e-9
+        return ROUTINE if due else None
 
     def _take_plan(self, moment: Moment) -> None:
         """Use the plan asked for, once its time has come."""
@@ -227,6 +243,8 @@ class GoalDrive:
         if self._blockages.bar(plan.path.points, time):
             return False
         closer = self.path.goal.distance_to(self.goal) - plan.path.goal.distance_to(self.goal)
+        if plan.path.partial and self.path.partial:
+            return closer > NEAR_ENOUGH  # on the other side of a table it may be nearer by a cell
         if closer > 0.02:
             return True
         costs = self._tools.world.grid

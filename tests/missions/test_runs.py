@@ -20,6 +20,9 @@ EXPECTED = {
     "05_kidnapped",
     "06_your_own_behaviour",
     "07_shelf_patrol",
+    "13_tight_garage",
+    "14_any_angle",
+    "15_turn_on_the_spot",
 }
 
 

@@ -113,3 +113,16 @@ def test_a_goal_that_can_be_reached_is_reached_with_partial_as_well(make):
     task = toy.navigation.navigate_to(Pose2D(2.0, 1.0, 0.0), partial=True)
     assert toy.finish(task) is TaskStatus.SUCCEEDED
     assert task.feedback.startswith("there, 0.0")
+
+
+def test_what_blocks_the_end_of_a_partial_path_does_not_send_it_round_to_the_other_side(make):
+    """A round table with the goal inside, a little nearer to the far side once it is seen well."""
+    world = ToyWorld(room(8, 6), robot(), Pose2D(1.0, 3.0), circles=[(4.0, 3.0, 0.5)])
+    choice = choose("planner", "astar", {})
+    toy = make(world, planner=choice.component(choice.parameters, world.robot))
+    task = toy.navigation.navigate_to(Pose2D(3.98, 3.0, 0.0), partial=True)
+    toy.run(30.0, lambda: world.pose.x > 2.5)
+    world.circles[0] = (3.9, 3.0, 0.5)
+    assert toy.finish(task) is TaskStatus.SUCCEEDED, task.failure
+    assert world.pose.x < 3.3 and toy.navigation.counters["distance"] < 2.5
+    assert world.nearest > 0.0
