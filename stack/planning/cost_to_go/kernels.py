@@ -91,6 +91,8 @@ def cost_to_go(cells, traverse, diagonal, goal, start, margin, scale, stop):
                 waiting += 1
     complete = UNREACHED if waiting == 0 else scale * level
     field = np.full((rows, columns), np.float32(UNREACHED), np.float32)
+    if stop[0] != 0:
+        return field, complete
     for cell in range(rows * columns):
         if reached[cell] < np.int64(1) << 59:
             field[cell // columns, cell % columns] = scale * reached[cell]

@@ -63,6 +63,7 @@ class PosePlanning:
         cell_on_map(costs, start, "start", FailureCode.START_OUTSIDE_MAP)
         cell_on_map(costs, goal, "goal", FailureCode.GOAL_OUTSIDE_MAP)
         ground = Ground.of(costs, self.footprint, self.tables)
+        terms.stop.check()
         begin = self._begin(ground, start)
         end = self._clear_goal(ground, goal)
         field, horizon = self._field(costs, end, begin, terms.stop)
