@@ -101,6 +101,7 @@ def prepare(name: str | Path, options: RunOptions) -> Plan:
         robot, {kind: (part.use, part.values) for kind, part in mission.navigation.items()},
         mapped=mission.map != "none",
     )  # fmt: skip
+    _check_fit(choices, mission, robot)
     layers = tuple(layer.located(beside) for layer in choices["costmap"].parts)
     choices["costmap"] = replace(choices["costmap"], parts=layers)
     return Plan(
@@ -112,6 +113,19 @@ def prepare(name: str | Path, options: RunOptions) -> Plan:
         choices=choices,
         text=path.read_text("utf-8"),
     )
+
+
+def _check_fit(choices: dict[str, Choice], mission: Mission, robot: RobotDescription) -> None:
+    """Refuse components that are set to what this robot cannot do."""
+    for choice in choices.values():
+        check = getattr(choice.component, "check", None)
+        if check is None:
+            continue
+        try:
+            check(choice.parameters, robot)
+        except InputError as error:
+            mark = _mark_of(mission.source, "navigation")
+            raise InputError([Finding(mark, "E111", str(error))]) from None
 
 
 def _beside(given: str | None, mission_folder: Path) -> Path:

@@ -96,9 +96,11 @@ class Path:
 
     Attributes:
         points: (n, 3) float64: x, y in metres and heading in radians; start first.
+        partial: it ends farther from the goal than a planner tolerates, as near as could be.
     """
 
     points: FloatArray
+    partial: bool = False
 
     @property
     def length(self) -> float:

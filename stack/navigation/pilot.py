@@ -210,10 +210,12 @@ class Pilot:
         """Localisation quality that the newest scan would have at another pose; 0 without one."""
         return 0.0 if self._scan is None else self._parts.estimator.fit_at(pose, self._scan)
 
-    def navigate_to(self, goal: Pose2D, *, tolerance: float | None = None) -> MotionTask:
+    def navigate_to(
+        self, goal: Pose2D, *, tolerance: float | None = None, partial: bool = False
+    ) -> MotionTask:
         """Plan and drive to a pose in the map frame, replanning as the world changes."""
         self._parts.cover([goal])
-        return self._navigation.navigate_to(goal, tolerance=tolerance)
+        return self._navigation.navigate_to(goal, tolerance=tolerance, partial=partial)
 
     def navigate_through(
         self, goals: list[Pose2D], *, tolerance: float | None = None

@@ -140,7 +140,7 @@ def test_a_file_that_will_not_do_is_refused_with_its_place(text: str, sentence: 
 
 
 def test_the_missions_own_settings_win() -> None:
-    plan = prepare("15_from_nav2", RunOptions())
+    plan = prepare("19_from_nav2", RunOptions())
     mppi = plan.choices["controller"].parameters
     assert plan.choices["controller"].name == "mppi"
     assert (mppi.cruise_speed, mppi.batch) == (0.5, 1500)
