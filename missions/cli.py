@@ -74,6 +74,12 @@ def run(  # noqa: PLR0913 - each is an option of the command
     set_: Annotated[
         list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="a mission argument")
     ] = None,
+    parameter: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=VALUE", help="e.g. controller.cruise_speed=0.4; see `parameters`"
+        ),
+    ] = None,
     robot: Annotated[str | None, typer.Option(help="another robot: a name or a robot.yaml")] = None,
     world: Annotated[str | None, typer.Option(help="another world: a name or a file")] = None,
     start: Annotated[
@@ -101,6 +107,7 @@ def run(  # noqa: PLR0913 - each is an option of the command
         mission=mission, headless=headless or json or not _on_a_terminal(), json=json, seed=seed,
         speed=speed, arguments=_assignments(set_ or []), robot=robot, world=world, start=start,
         out=out, rerun=not no_rerun, mavlink=mavlink, camera=camera.value,
+        parameters=_assignments(parameter or [], "--parameter"),
     )  # fmt: skip
     raise typer.Exit(launch(options))
 
@@ -198,6 +205,27 @@ def describe(
     from missions.listing import description_of
 
     typer.echo(description_of(name))
+
+
+@app.command()
+def parameters(
+    mission: MissionArgument,
+    robot: Annotated[str | None, typer.Option(help="another robot: a name or a robot.yaml")] = None,
+    parameter: Annotated[
+        list[str] | None, typer.Option(metavar="NAME=VALUE", help="as `run` takes it")
+    ] = None,
+    changed: Annotated[bool, typer.Option("--set", help="only those that something sets")] = False,
+) -> None:
+    """Every parameter in force in a mission, and which file and line it comes from."""
+    from missions.assembly import RunOptions
+    from missions.provenance import lines_of, parameters_of
+
+    found = parameters_of(
+        mission,
+        RunOptions(robot=robot, parameters=_assignments(parameter or [], "--parameter")),
+    )
+    for line in lines_of([item for item in found if item.is_set or not changed]):
+        typer.echo(line)
 
 
 @app.command()
@@ -352,12 +380,12 @@ def _on_a_terminal() -> bool:
     return sys.stdin.isatty() and sys.stdout.isatty() and os.environ.get("TERM", "dumb") != "dumb"
 
 
-def _assignments(pairs: list[str]) -> dict[str, str]:
+def _assignments(pairs: list[str], option: str = "--set") -> dict[str, str]:
     values = {}
     for pair in pairs:
         name, equals, value = pair.partition("=")
         if not equals or not name.strip():
-            raise InputError(f"--set {pair}: expected NAME=VALUE, such as --set dwell=5s")
+            raise InputError(f"{option} {pair}: expected NAME=VALUE, such as dwell=5s")
         values[name.strip()] = value.strip()
     return values
 

@@ -228,6 +228,7 @@ def _merge(first: Component | None, then: Component) -> Component:
     if first is None or (then.use and first.use and then.use != first.use):
         return then
     return replace(
-        then, use=then.use or first.use, values={**first.values, **then.values},
+        then, use=then.use or first.use, mark=then.mark if then.use else first.mark,
+        values={**first.values, **then.values},
         marks={**first.marks, **then.marks},
     )  # fmt: skip
