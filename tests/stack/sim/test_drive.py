@@ -1,7 +1,7 @@
 import pytest
 
 from stack.description import Limits, Wheels
-from stack.sim.drive import Drive
+from stack.sim.drive import DifferentialDrive
 from stack.types import Twist
 
 WHEELS = Wheels(("l",), ("r",), radius=0.1, separation=0.4)
@@ -13,7 +13,7 @@ LIMITS = Limits(
 
 @pytest.fixture
 def drive():
-    return Drive(LIMITS, WHEELS, 0.002)
+    return DifferentialDrive(LIMITS, WHEELS, 0.002)
 
 
 def run(drive, twist, steps):
