@@ -5,7 +5,6 @@ Codes: E301 shape and values · E302 the URDF · E303 the footprint.
 
 from __future__ import annotations
 
-import dataclasses
 from math import pi, tan
 from pathlib import Path
 from typing import Any, TypeVar, cast
@@ -13,6 +12,8 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from robots.declared import FOOTPRINT, RADIUS, SHAPE, URDF, X, Y, Z, length
+from robots.wheels import AnyWheels, check_joints, check_lateral_speed, read_wheels
 from stack.description import (
     BatteryDescription,
     CameraDescription,
@@ -21,33 +22,16 @@ from stack.description import (
     Limits,
     OdometryNoise,
     RobotDescription,
-    Wheels,
 )
 from stack.documents import Findings, Node, Section, read_document
 from stack.errors import InputError
 from stack.parameters import Declaration, declarations, suggestion
 from stack.types import CameraModel, FloatArray, Footprint, Pose2D
 
-SHAPE = "E301"
-URDF = "E302"
-FOOTPRINT = "E303"
-
 HERE = Path(__file__).parent
-FARTHEST = 10.0
 T = TypeVar("T")
 
 
-def _coordinate(name: str) -> Declaration:
-    return Declaration(name, float, "base frame", "m", at_least=-FARTHEST, at_most=FARTHEST)
-
-
-def _length(name: str, help: str) -> Declaration:
-    return Declaration(name, float, help, "m", above=0.0, at_most=FARTHEST)
-
-
-X, Y, Z = _coordinate("x"), _coordinate("y"), _coordinate("z")
-RADIUS = _length("radius", "of a circle")
-JOINTS = Declaration("joints", list[str], "URDF joints that turn together")
 YAW = Declaration("yaw", float, "to the left", "rad", 0.0, at_least=-pi, at_most=2 * pi)
 PITCH = Declaration("pitch", float, "looking down", "rad", 0.0, at_least=-pi / 2, at_most=pi / 2)
 PIXELS = tuple(
@@ -97,10 +81,11 @@ def read_robot(path: Path, text: str | None = None) -> RobotDescription:
     top.value(Declaration("format", int, "of this file", default=1, at_least=1, at_most=1))
     top.value(Declaration("doc", str, "what it is", default=""))
     footprint = _footprint(top)
-    height = top.value(_length("height", "of everything on it"))
-    wheels = _wheels(top)
+    height = top.value(length("height", "of everything on it"))
+    wheels = read_wheels(top)
     urdf = _urdf(top, path, wheels)
     limits = _parameters(top.section("limits"), Limits)
+    check_lateral_speed(top, wheels, limits)
     odometry = _parameters(top.section("odometry"), OdometryNoise)
     lidar, camera = _lidar(top.section("lidar")), _camera(top.section("camera"))
     imu_section = top.section("imu")
@@ -177,26 +162,7 @@ def _holds_origin(points: FloatArray) -> bool:
     return bool(np.count_nonzero(crossings > 0) % 2)
 
 
-def _wheels(top: Section) -> Wheels | None:
-    section = top.section("wheels", required=True)
-    if section is None:
-        return None
-    left, right = (
-        section.value(dataclasses.replace(JOINTS, name=side)) for side in ("left", "right")
-    )
-    radius = section.value(RADIUS)
-    separation = section.value(_length("separation", "between the middles of left and right"))
-    section.done()
-    for side, joints in (("left", left), ("right", right)):
-        if joints == []:
-            sentence = f"wheels: {side} names no joint"
-            top.findings.error(SHAPE, section.node.mark, sentence, f"{side}: [{side}_wheel]")
-    if left is None or right is None or radius is None or separation is None:
-        return None
-    return Wheels(tuple(left), tuple(right), radius, separation)
-
-
-def _urdf(top: Section, path: Path, wheels: Wheels | None) -> Path | None:
+def _urdf(top: Section, path: Path, wheels: AnyWheels | None) -> Path | None:
     """The URDF's path, once it parses and has the named wheel joints."""
     node = top.node_of("urdf", required=True)
     if node is None:
@@ -223,23 +189,8 @@ def _urdf(top: Section, path: Path, wheels: Wheels | None) -> Path | None:
         top.findings.error(URDF, node.mark, sentence)
         return None
     if wheels is not None:
-        _check_joints(top, root, wheels)
+        check_joints(top, root, wheels)
     return urdf
-
-
-def _check_joints(top: Section, root: ElementTree.Element, wheels: Wheels) -> None:
-    """Every wheel is a continuous joint of the URDF."""
-    kinds = {str(joint.get("name")): str(joint.get("type")) for joint in root.iter("joint")}
-    listed = top.node.get("wheels")
-    for side, joints in (("left", wheels.left), ("right", wheels.right)):
-        node = listed.get(side) if listed is not None else None
-        for item, joint in zip(node.items if node else (), joints, strict=True):
-            if joint not in kinds:
-                sentence = f"wheels: the URDF has no joint {joint!r}"
-                top.findings.error(URDF, item.mark, sentence, suggestion(joint, kinds))
-            elif kinds[joint] != "continuous":
-                sentence = f"wheels: the URDF's joint {joint!r} is {kinds[joint]}"
-                top.findings.error(URDF, item.mark, sentence, "a wheel's joint is continuous")
 
 
 def _lidar(section: Section | None) -> LidarDescription | None:

@@ -231,18 +231,22 @@ class Physics:
         return [state[0] for state in states]
 
     def _park(self) -> None:
-        """Hold the wheels' angles and let their contacts stick.
+        """Hold the wheels and let their contacts stick.
 
         With a speed of nothing the solver's remainder lets a standing robot creep 0.1 mm and turn
-        2e-4 rad a second.
+        2e-4 rad a second, so their angles are held. With front wheels that stand across it is the
+        other way round: held angles creep 0.5 mm a second, a speed of nothing 0.01 mm.
         """
-        self._bullet.setJointMotorControlArray(
-            self.robot,
-            self.joints,
-            self._bullet.POSITION_CONTROL,
-            targetPositions=self._angles(self.joints),
-            forces=self._torques,
-            physicsClientId=self.client,
+        bullet = self._bullet
+        still: dict[str, Any] = {
+            "controlMode": bullet.POSITION_CONTROL, "targetPositions": self._angles(self.joints)
+        }  # fmt: skip
+        if self._gear.steering:
+            still = {
+                "controlMode": bullet.VELOCITY_CONTROL, "targetVelocities": [0.0] * len(self.joints)
+            }  # fmt: skip
+        bullet.setJointMotorControlArray(
+            self.robot, self.joints, **still, forces=self._torques, physicsClientId=self.client
         )
         self._anchor(True)
 
@@ -252,6 +256,15 @@ class Physics:
             self._bullet.changeDynamics(
                 self.robot, joint, frictionAnchor=int(parked), physicsClientId=self.client
             )
+        self._brake(self._gear.torque if parked else 0.0)
+
+    def _brake(self, torque: float) -> None:
+        """Hold the wheels without motor; PyBullet holds every joint until it is told not to."""
+        for joint in self._gear.rolling:
+            self._bullet.setJointMotorControl2(
+                self.robot, joint, self._bullet.VELOCITY_CONTROL, targetVelocity=0.0, force=torque,
+                physicsClientId=self.client,
+            )  # fmt: skip
 
     def _prepare_robot(self, description: RobotDescription, friction: float) -> None:
         bullet, client, robot = self._bullet, self.client, self.robot
@@ -271,12 +284,13 @@ class Physics:
                 dynamics |= _sprung(gear.mass) | {"lateralFriction": 0.0}
             bullet.changeDynamics(robot, link, physicsClientId=client, **dynamics)
         self._torques = [gear.torque] * len(self.joints)
-        self._let_wheels_roll(gear)
+        if gear.rollers:
+            self._put_rollers_on(gear)
         self.steer([0.0] * len(gear.steering))
         self.wheel_places = self._wheel_places()
 
-    def _let_wheels_roll(self, gear: RunningGear) -> None:
-        """Take the brake off wheels without motor; give omnidirectional wheels their rollers.
+    def _put_rollers_on(self, gear: RunningGear) -> None:
+        """Let the driven wheels slide freely along their axles, as omnidirectional ones do.
 
         Friction without a share along the axle stands for rollers. It stays that way however far
         the wheel has rolled, since the axle is an axis of the wheel's own frame. Bullet's friction
@@ -284,12 +298,6 @@ class Physics:
         are: a pyramid takes the cone's place.
         """
         bullet, client = self._bullet, self.client
-        for joint in gear.rolling:
-            bullet.setJointMotorControl2(
-                self.robot, joint, bullet.VELOCITY_CONTROL, force=0.0, physicsClientId=client
-            )
-        if not gear.rollers:
-            return
         bullet.setPhysicsEngineParameter(enableConeFriction=0, physicsClientId=client)
         for joint in gear.driven:
             info = bullet.getJointInfo(self.robot, joint, physicsClientId=client)
