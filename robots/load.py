@@ -1,5 +1,6 @@
 """Reads a robot.yaml and the URDF beside it, and reports everything wrong in one go.
 
+What `wheels` may hold stands in robots.wheels.
 Codes: E301 shape and values · E302 the URDF · E303 the footprint.
 """
 

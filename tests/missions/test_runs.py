@@ -20,6 +20,8 @@ EXPECTED = {
     "05_kidnapped",
     "06_your_own_behaviour",
     "07_shelf_patrol",
+    "08_sideways",
+    "09_park_the_car",
 }
 
 
