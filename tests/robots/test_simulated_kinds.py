@@ -233,3 +233,10 @@ def test_equal_seeds_give_equal_bits(build, robot):
     assert run(5) == run(5)
     assert run(5)[0] == run(6)[0]  # the physics have no chance in them
     assert run(5)[1] != run(6)[1]
+
+
+def test_what_goes_sideways_does_not_stand():
+    from stack.navigation.following import standing
+
+    assert standing(Twist(0.001))
+    assert not standing(Twist(0.0, 0.0, 0.3))
