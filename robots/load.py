@@ -1,49 +1,33 @@
 """Reads a robot.yaml and the URDF beside it, and reports everything wrong in one go.
 
+What `wheels` may hold stands in robots.wheels.
 Codes: E301 shape and values · E302 the URDF · E303 the footprint.
 """
 
 from __future__ import annotations
 
-import dataclasses
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
 
-from robots.sensors import (
-    SHAPE,
-    X,
-    Y,
-    length,
-    parameters_of,
-    read_camera,
-    read_lidar,
-    read_lidars,
-    read_sonars,
-)
+from robots.declared import FOOTPRINT, RADIUS, SHAPE, URDF, X, Y, length
+from robots.sensors import parameters_of, read_camera, read_lidar, read_lidars, read_sonars
+from robots.wheels import AnyWheels, check_joints, check_lateral_speed, read_wheels
 from stack.description import (
     BatteryDescription,
     ImuDescription,
     Limits,
     OdometryNoise,
     RobotDescription,
-    Wheels,
 )
 from stack.documents import Findings, Node, Section, read_document
 from stack.errors import InputError
 from stack.parameters import Declaration, suggestion
 from stack.types import FloatArray, Footprint
 
-URDF = "E302"
-FOOTPRINT = "E303"
-
 HERE = Path(__file__).parent
-
-
-RADIUS = length("radius", "of a circle")
-JOINTS = Declaration("joints", list[str], "URDF joints that turn together")
 
 
 def robot_names() -> list[str]:
@@ -85,9 +69,10 @@ def read_robot(path: Path, text: str | None = None) -> RobotDescription:
     top.value(Declaration("doc", str, "what it is", default=""))
     footprint = _footprint(top)
     height = top.value(length("height", "of everything on it"))
-    wheels = _wheels(top)
+    wheels = read_wheels(top)
     urdf = _urdf(top, path, wheels)
     limits = parameters_of(top.section("limits"), Limits)
+    check_lateral_speed(top, wheels, limits)
     odometry = parameters_of(top.section("odometry"), OdometryNoise)
     lidar, camera = read_lidar(top.section("lidar")), read_camera(top.section("camera"))
     lidars, sonars = read_lidars(top), read_sonars(top)
@@ -154,26 +139,7 @@ def _holds_origin(points: FloatArray) -> bool:
     return bool(np.count_nonzero(crossings > 0) % 2)
 
 
-def _wheels(top: Section) -> Wheels | None:
-    section = top.section("wheels", required=True)
-    if section is None:
-        return None
-    left, right = (
-        section.value(dataclasses.replace(JOINTS, name=side)) for side in ("left", "right")
-    )
-    radius = section.value(RADIUS)
-    separation = section.value(length("separation", "between the middles of left and right"))
-    section.done()
-    for side, joints in (("left", left), ("right", right)):
-        if joints == []:
-            sentence = f"wheels: {side} names no joint"
-            top.findings.error(SHAPE, section.node.mark, sentence, f"{side}: [{side}_wheel]")
-    if left is None or right is None or radius is None or separation is None:
-        return None
-    return Wheels(tuple(left), tuple(right), radius, separation)
-
-
-def _urdf(top: Section, path: Path, wheels: Wheels | None) -> Path | None:
+def _urdf(top: Section, path: Path, wheels: AnyWheels | None) -> Path | None:
     """The URDF's path, once it parses and has the named wheel joints."""
     node = top.node_of("urdf", required=True)
     if node is None:
@@ -200,23 +166,8 @@ def _urdf(top: Section, path: Path, wheels: Wheels | None) -> Path | None:
         top.findings.error(URDF, node.mark, sentence)
         return None
     if wheels is not None:
-        _check_joints(top, root, wheels)
+        check_joints(top, root, wheels)
     return urdf
-
-
-def _check_joints(top: Section, root: ElementTree.Element, wheels: Wheels) -> None:
-    """Every wheel is a continuous joint of the URDF."""
-    kinds = {str(joint.get("name")): str(joint.get("type")) for joint in root.iter("joint")}
-    listed = top.node.get("wheels")
-    for side, joints in (("left", wheels.left), ("right", wheels.right)):
-        node = listed.get(side) if listed is not None else None
-        for item, joint in zip(node.items if node else (), joints, strict=True):
-            if joint not in kinds:
-                sentence = f"wheels: the URDF has no joint {joint!r}"
-                top.findings.error(URDF, item.mark, sentence, suggestion(joint, kinds))
-            elif kinds[joint] != "continuous":
-                sentence = f"wheels: the URDF's joint {joint!r} is {kinds[joint]}"
-                top.findings.error(URDF, item.mark, sentence, "a wheel's joint is continuous")
 
 
 def _navigation(top: Section) -> dict[str, Any]:

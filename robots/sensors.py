@@ -6,25 +6,14 @@ from collections.abc import Callable
 from math import pi, tan
 from typing import Any, TypeVar, cast
 
+from robots.declared import SHAPE, X, Y, Z
 from stack.description import CameraDescription, LidarDescription, SonarDescription
 from stack.documents import Section
 from stack.parameters import Declaration, declarations
 from stack.types import CameraModel, Pose2D
 
-SHAPE = "E301"
-FARTHEST = 10.0
 T = TypeVar("T")
 
-
-def _coordinate(name: str) -> Declaration:
-    return Declaration(name, float, "base frame", "m", at_least=-FARTHEST, at_most=FARTHEST)
-
-
-def length(name: str, help: str) -> Declaration:
-    return Declaration(name, float, help, "m", above=0.0, at_most=FARTHEST)
-
-
-X, Y, Z = _coordinate("x"), _coordinate("y"), _coordinate("z")
 YAW = Declaration("yaw", float, "to the left", "rad", 0.0, at_least=-pi, at_most=2 * pi)
 PITCH = Declaration("pitch", float, "looking down", "rad", 0.0, at_least=-pi / 2, at_most=pi / 2)
 PIXELS = tuple(

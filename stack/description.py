@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
-from math import tan
+from math import cos, sin, tan
 from pathlib import Path as FilePath
 from typing import Any
 
+import numpy as np
+
 from stack.parameters import parameter
-from stack.types import CameraModel, Footprint, Pose2D
+from stack.types import CameraModel, FloatArray, Footprint, Pose2D
 
 
 class DriveKind(StrEnum):
@@ -60,6 +62,14 @@ class OmniWheels:
     mounts: tuple[Pose2D, ...]
     radius: float
 
+    @property
+    def jacobian(self) -> FloatArray:
+        """(n, 3): the speed that each wheel rolls at, m/s, for each of linear, lateral, angular."""
+        return np.array([
+            [cos(m.heading), sin(m.heading), m.x * sin(m.heading) - m.y * cos(m.heading)]
+            for m in self.mounts
+        ])  # fmt: skip
+
 
 @dataclass(frozen=True)
 class SteeredWheels:
@@ -68,7 +78,7 @@ class SteeredWheels:
     Attributes:
         steering: URDF joints that turn the front wheels, left and right.
         rear: URDF joints of the driven wheels, left and right.
-        radius: of every wheel, metres.
+        radius: of the rear wheels, metres.
         wheelbase: from axle to axle, metres.
         track: between left and right wheels, metres.
         steering_angle: the most that the middle of the front axle steers, radians.

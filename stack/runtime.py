@@ -147,7 +147,8 @@ class Runtime:
 
     def _standing(self) -> bool:
         twist = self.odometry.twist
-        return abs(twist.linear) < STANDING_SPEED and abs(twist.angular) < STANDING_SPEED
+        fastest = max(abs(twist.linear), abs(twist.lateral), abs(twist.angular))
+        return fastest < STANDING_SPEED
 
     def _estimate(self, observation: Observation) -> None:
         before = self.odometry.pose

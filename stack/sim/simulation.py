@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from stack.description import RobotDescription, Wheels
+from stack.description import RobotDescription
 from stack.sim.battery import Battery
 from stack.sim.contacts import ContactCounter, ContactTally
-from stack.sim.drive import Drive
+from stack.sim.drive import drive_of
 from stack.sim.friction import FrictionZones
 from stack.sim.imu import Imu
 from stack.sim.lidar import Lidar
-from stack.sim.odometry import Odometry
+from stack.sim.odometry import Encoders, Odometry
 from stack.sim.people import People
 from stack.sim.physics import GroundTruth, Physics
 from stack.sim.rendering import Shot
@@ -46,10 +46,8 @@ class Simulation:
         self._scan: Scan | None = None
         self._bumped = False
 
-        wheels = description.wheels
-        assert isinstance(wheels, Wheels), "only differential drives are simulated"
-        self.drive = Drive(description.limits, wheels, self._period)
-        self._odometry = Odometry(wheels, description.odometry, seed)
+        self.drive = drive_of(description, self._period)
+        self._odometry = Odometry(description, seed)
         self._lidar = Lidar(description.lidar, world, seed) if description.lidar else None
         self._lidars = {
             name: Lidar(lidar, world, seed, f"lidar:{name}")
@@ -92,6 +90,7 @@ class Simulation:
         for _ in range(steps):
             if drive.advance():
                 physics.set_wheel_speeds(*drive.wheel_speeds)
+                physics.steer(drive.steering)
             physics.step()
             self._step += 1
             if self._step % self._scene_steps == 0:
@@ -155,7 +154,7 @@ class Simulation:
     def _begin(self) -> None:
         self._physics.scene.place_people(self.people.places)
         self._friction.update(self.truth.pose)
-        self._odometry.update(0.0, self._physics.wheel_angles())
+        self._odometry.update(0.0, self._encoders())
         self._let_things_happen()
         if self._lidar:
             self._take_scan()
@@ -165,10 +164,13 @@ class Simulation:
         truth = self._physics.truth()
         if self.people.walk(period, truth.pose):
             self._physics.scene.place_people(self.people.places)
-        self._odometry.update(self.time, self._physics.wheel_angles())
+        self._odometry.update(self.time, self._encoders())
         self._battery.update(truth, period)
         self._friction.update(truth.pose)
         self._count_contacts(truth)
+
+    def _encoders(self) -> Encoders:
+        return Encoders(self._physics.wheel_angles(), self._physics.steering_angles())
 
     def _count_contacts(self, truth: GroundTruth) -> None:
         touching = self._physics.touching()

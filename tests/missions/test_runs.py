@@ -27,6 +27,8 @@ EXPECTED = {
     "13_tight_garage",
     "14_any_angle",
     "15_turn_on_the_spot",
+    "08_sideways",
+    "09_park_the_car",
 }
 
 
