@@ -158,6 +158,12 @@ class ScriptedRobot:
         """A new motion task."""
         return self._move("back_up", distance=distance, speed=speed)
 
+    def drive_on_heading(
+        self, distance: float, *, speed: float | None = None, direction: float = 0.0
+    ) -> ScriptedTask:
+        """A new motion task."""
+        return self._move("drive_on_heading", distance=distance, speed=speed, direction=direction)
+
     def drive_for(self, twist: Twist, seconds: float) -> None:
         """Keep the velocity in `twist`; cancels a motion under way, as the real robot does."""
         self.motion.cancel()

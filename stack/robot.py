@@ -146,6 +146,20 @@ class Robot(Protocol):
         """Drive straight back by a distance; gives up rather than touch what the lidar sees."""
         ...
 
+    def drive_on_heading(
+        self, distance: float, *, speed: float | None = None, direction: float = 0.0
+    ) -> Task:
+        """Drive straight by a distance (negative: backward), holding the heading by odometry.
+
+        Gives up rather than touch what the lidar sees.
+
+        Args:
+            distance: metres.
+            speed: m/s; None is the robot's own.
+            direction: of travel in the base frame, radians; omnidirectional robots only.
+        """
+        ...
+
     def drive_for(self, twist: Twist, seconds: float) -> None:
         """Velocity with a time to live, for behaviours that close their own loop each tick.
 

@@ -7,13 +7,20 @@ from dataclasses import dataclass, replace
 from math import degrees
 
 from stack.components import Controller, Planner
-from stack.description import RobotDescription
+from stack.description import DriveKind, RobotDescription
 from stack.errors import ParameterError
 from stack.navigation.drive import GoalDrive
 from stack.navigation.following import PathDrive, Tools
 from stack.navigation.parameters import NavigationParameters
 from stack.navigation.planning import Plan, PlanningDesk, PlanRequest, Ticket
-from stack.navigation.recoveries import BackUp, DriveFor, RecoveryTools, Spin
+from stack.navigation.recoveries import (
+    BackUp,
+    DriveFor,
+    DriveOnHeading,
+    RecoveryTools,
+    Spin,
+    StraightWay,
+)
 from stack.navigation.tasks import Activity, CostmapLike, Emit, Moment, MotionTask
 from stack.safety.monitor import CollisionMonitor
 from stack.types import STANDSTILL, FailureCode, Path, Pose2D, TaskStatus, Twist
@@ -176,13 +183,18 @@ class Navigation:
         return task
 
     def spin(self, angle: float, *, speed: float | None = None) -> MotionTask:
-        """Turn in place by an angle, positive to the left."""
+        """Turn in place by an angle, positive to the left; a car fails at once."""
         task = self._task(f"spin {degrees(angle):.0f} deg")
         rate = _positive("speed", self.parameters.spin_speed if speed is None else speed)
-        spin = Spin(task, angle, rate, self._recovery_tools())
-        self._tools.count("recoveries")
-        self.start(spin, "recovery", task.what)
-        return task
+        radius = self._robot.turning_radius
+        if radius:
+            task.fail(
+                FailureCode.FAILED,
+                f"the {self._robot.name} steers like a car and cannot turn in place: its tightest "
+                f"circle has a radius of {radius:.2f} m; use free_space_escape or back_up instead",
+            )
+            return task
+        return self._recover(Spin(task, angle, rate, self._recovery_tools()))
 
     def back_up(self, distance: float, *, speed: float | None = None) -> MotionTask:
         """Drive straight back by a distance.
@@ -194,10 +206,29 @@ class Navigation:
         _positive("reverse_speed", self._robot.limits.reverse_speed)
         task = self._task(f"back up {distance:.2f} m")
         rate = _positive("speed", self.parameters.back_up_speed if speed is None else speed)
-        back_up = BackUp(task, distance, rate, self._recovery_tools())
-        self._tools.count("recoveries")
-        self.start(back_up, "recovery", task.what)
-        return task
+        return self._recover(BackUp(task, distance, rate, self._recovery_tools()))
+
+    def drive_on_heading(
+        self, distance: float, *, speed: float | None = None, direction: float = 0.0
+    ) -> MotionTask:
+        """Drive straight by a distance, negative is backward, and hold the heading by odometry.
+
+        Args:
+            distance: metres.
+            speed: m/s; the limits of the drive hold as well.
+            direction: radians in the base frame, for omnidirectional robots; others fail at once.
+
+        Raises:
+            ParameterError: a speed that is not above 0.
+        """
+        rate = _positive("speed", self.parameters.straight_speed if speed is None else speed)
+        way = StraightWay(distance, direction, rate)
+        task = self._task(f"drive {distance:.2f} m on its heading")
+        refusal = self._why_not(way)
+        if refusal:
+            task.fail(FailureCode.FAILED, refusal)
+            return task
+        return self._recover(DriveOnHeading(task, way, self._recovery_tools()))
 
     def drive_for(self, twist: Twist, seconds: float) -> MotionTask:
         """A velocity with a time to live; called again before it is over, it goes on."""
@@ -253,7 +284,24 @@ class Navigation:
         return None
 
     def _recovery_tools(self) -> RecoveryTools:
-        return RecoveryTools(self._robot.limits, self.parameters, self._monitor, self._period)
+        return RecoveryTools(self._robot, self.parameters, self._monitor, self._period)
+
+    def _recover(self, activity: Activity) -> MotionTask:
+        self._tools.count("recoveries")
+        self.start(activity, "recovery", activity.task.what)
+        return activity.task
+
+    def _why_not(self, way: StraightWay) -> str:
+        """Why the drive cannot make a straight way; empty when it can."""
+        name, kind = self._robot.name, self._robot.drive
+        if way.direction and kind is not DriveKind.OMNI:
+            return (
+                f"the {name} has {kind} wheels and cannot drive towards "
+                f"{degrees(way.direction):.0f} deg without turning first; leave the direction out"
+            )
+        if way.top_speed(self._robot.limits) <= 0.0:
+            return f"the {name} cannot drive that way: its speed limit there is 0 m/s"
+        return ""
 
     def _task(self, what: str) -> MotionTask:
         return MotionTask(what, self._ended)

@@ -232,6 +232,12 @@ class Pilot:
         """Drive straight back by a distance; gives up rather than touch what the lidar sees."""
         return self._navigation.back_up(distance, speed=speed)
 
+    def drive_on_heading(
+        self, distance: float, *, speed: float | None = None, direction: float = 0.0
+    ) -> MotionTask:
+        """Drive straight by a distance, negative is backward, and hold the heading."""
+        return self._navigation.drive_on_heading(distance, speed=speed, direction=direction)
+
     def drive_for(self, twist: Twist, seconds: float) -> None:
         """Velocity with a time to live; cancels another motion task under way."""
         self._navigation.drive_for(twist, seconds)

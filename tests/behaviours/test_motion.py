@@ -5,6 +5,7 @@ from py_trees.common import Status
 
 from behaviours.back_up import BackUp
 from behaviours.drive_for import DriveFor
+from behaviours.drive_on_heading import DriveOnHeading
 from behaviours.navigate_through import NavigateThrough
 from behaviours.navigate_to_pose import NavigateToPose
 from behaviours.spin import Spin
@@ -28,6 +29,10 @@ TASKS = [
     ),
     (Spin(angle=1.5), ("spin", {"angle": 1.5, "speed": None})),
     (BackUp(distance=0.3, speed=0.15), ("back_up", {"distance": 0.3, "speed": 0.15})),
+    (
+        DriveOnHeading(distance=-1.0, direction=0.5),
+        ("drive_on_heading", {"distance": -1.0, "speed": None, "direction": 0.5}),
+    ),
 ]
 
 
