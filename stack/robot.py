@@ -160,6 +160,18 @@ class Robot(Protocol):
         """
         ...
 
+    def escape(
+        self, *, clearance: float | None = None, distance: float = 1.5, speed: float | None = None
+    ) -> Task:
+        """Drive out of a tight spot by lidar and odometry alone; no costmap, map or pose is asked.
+
+        Args:
+            clearance: metres wanted round the outline; None is the robot's own.
+            distance: metres to drive for it, at most.
+            speed: m/s; None is the robot's own.
+        """
+        ...
+
     def drive_for(self, twist: Twist, seconds: float) -> None:
         """Velocity with a time to live, for behaviours that close their own loop each tick.
 

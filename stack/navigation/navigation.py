@@ -10,6 +10,8 @@ from stack.components import Controller, Planner
 from stack.description import DriveKind, RobotDescription
 from stack.errors import ParameterError
 from stack.navigation.drive import GoalDrive
+from stack.navigation.escape.escape import Escape, Freedom
+from stack.navigation.escape.surroundings import Surroundings
 from stack.navigation.following import PathDrive, Tools
 from stack.navigation.parameters import NavigationParameters
 from stack.navigation.planning import Plan, PlanningDesk, PlanRequest, Ticket
@@ -65,6 +67,7 @@ class Navigation:
             counters={"plans": 0.0, "replans": 0.0, "recoveries": 0.0, "distance": 0.0},
         )  # fmt: skip
         self._monitor = CollisionMonitor(robot)
+        self._surroundings = Surroundings()
         self._activity: Activity | None = None
         self._plannings: list[_Planning] = []
         self._moment: Moment | None = None
@@ -131,6 +134,7 @@ class Navigation:
         self._count_distance(moment)
         moment = self._without_pauses(moment)
         self._moment = moment
+        self._surroundings.look(moment)
         self._advance_plannings(moment)
         activity = self._activity
         if activity is None or not activity.task.running:
@@ -229,6 +233,29 @@ class Navigation:
             task.fail(FailureCode.FAILED, refusal)
             return task
         return self._recover(DriveOnHeading(task, way, self._recovery_tools()))
+
+    def escape(
+        self, *, clearance: float | None = None, distance: float = 1.5, speed: float | None = None
+    ) -> MotionTask:
+        """Drive out of a tight spot by lidar and odometry alone.
+
+        Args:
+            clearance: metres wanted round the outline; None is room to turn, and 15 cm at least.
+            distance: metres to drive for it, at most.
+            speed: m/s.
+
+        Raises:
+            ParameterError: a value that is not above 0.
+        """
+        outline = self._robot.footprint
+        room = max(0.15, outline.circumscribed_radius - outline.inscribed_radius + 0.05)
+        freedom = Freedom(
+            _positive("clearance", room if clearance is None else clearance),
+            _positive("distance", distance),
+            _positive("speed", self.parameters.escape_speed if speed is None else speed),
+        )
+        task = self._task("escape to free space")
+        return self._recover(Escape(task, freedom, self._surroundings, self._recovery_tools()))
 
     def drive_for(self, twist: Twist, seconds: float) -> MotionTask:
         """A velocity with a time to live; called again before it is over, it goes on."""

@@ -54,6 +54,9 @@ class NavigationParameters:
     straight_speed: float = parameter(
         0.25, "m/s", above=0.0, help="speed of driving straight on a heading"
     )
+    escape_speed: float = parameter(
+        0.15, "m/s", above=0.0, help="speed of driving out of a tight spot"
+    )
     recovery_padding: float = parameter(
         0.05, "m", at_least=0.0, help="stays free round the footprint in spins and backing up"
     )

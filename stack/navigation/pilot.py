@@ -238,6 +238,12 @@ class Pilot:
         """Drive straight by a distance, negative is backward, and hold the heading."""
         return self._navigation.drive_on_heading(distance, speed=speed, direction=direction)
 
+    def escape(
+        self, *, clearance: float | None = None, distance: float = 1.5, speed: float | None = None
+    ) -> MotionTask:
+        """Drive out of a tight spot by lidar and odometry alone."""
+        return self._navigation.escape(clearance=clearance, distance=distance, speed=speed)
+
     def drive_for(self, twist: Twist, seconds: float) -> None:
         """Velocity with a time to live; cancels another motion task under way."""
         self._navigation.drive_for(twist, seconds)

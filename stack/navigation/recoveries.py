@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from math import copysign, cos, inf, sin, sqrt
+from math import atan2, copysign, cos, inf, sin, sqrt
 
 from stack.description import DriveKind, Limits, RobotDescription
 from stack.navigation.following import standing
@@ -212,6 +212,11 @@ class StraightWay:
     distance: float
     direction: float
     speed: float
+
+    @staticmethod
+    def along(twist: Twist, speed: float) -> StraightWay:
+        """A metre the way that a twist leads."""
+        return StraightWay(1.0, atan2(twist.lateral, twist.linear), speed)
 
     @property
     def unit(self) -> tuple[float, float]:

@@ -6,6 +6,7 @@ from py_trees.common import Status
 from behaviours.back_up import BackUp
 from behaviours.drive_for import DriveFor
 from behaviours.drive_on_heading import DriveOnHeading
+from behaviours.free_space_escape import FreeSpaceEscape
 from behaviours.navigate_through import NavigateThrough
 from behaviours.navigate_to_pose import NavigateToPose
 from behaviours.spin import Spin
@@ -29,6 +30,10 @@ TASKS = [
     ),
     (Spin(angle=1.5), ("spin", {"angle": 1.5, "speed": None})),
     (BackUp(distance=0.3, speed=0.15), ("back_up", {"distance": 0.3, "speed": 0.15})),
+    (
+        FreeSpaceEscape(clearance=0.2),
+        ("escape", {"clearance": 0.2, "distance": 1.5, "speed": None}),
+    ),
     (
         DriveOnHeading(distance=-1.0, direction=0.5),
         ("drive_on_heading", {"distance": -1.0, "speed": None, "direction": 0.5}),
