@@ -60,6 +60,9 @@ class NavigationParameters:
     recovery_padding: float = parameter(
         0.05, "m", at_least=0.0, help="stays free round the footprint in spins and backing up"
     )
+    escape_padding: float = parameter(
+        0.03, "m", at_least=0.0, help="stays free round the footprint on the way out, if it is now"
+    )
     recovery_patience: float = parameter(
         2.0, "s", at_least=0.0, help="a spin or backing up waits this long for its way to clear"
     )

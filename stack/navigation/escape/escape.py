@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from math import inf
 
 from stack.navigation.escape.primitives import Leg
-from stack.navigation.escape.search import Search, Way, Wish
+from stack.navigation.escape.search import Motion, Search, Way, Wish
 from stack.navigation.escape.surroundings import Surroundings
 from stack.navigation.following import standing
 from stack.navigation.recoveries import DONE, RecoveryTools, StraightWay, Stroke
@@ -16,8 +16,8 @@ from stack.types import STANDSTILL, FailureCode, Pose2D, Scan, Twist
 LOOK_AGAIN = 0.5
 """Seconds between two searches while there is no way."""
 
-GIVES_UP_MOTION = 1.0
-"""Seconds without moving after which another motion is tried."""
+GIVES_UP_MOTION, STIR = 1.0, 0.005
+"""Seconds in which it moves less than so many metres, after which another motion is tried."""
 
 MOVED_ON = 0.05
 """Metres of way after which motions that did not go may be tried again."""
@@ -59,11 +59,11 @@ class Escape:
         self._way: Way | None = None
         self._legs: tuple[Leg, ...] = ()
         self._rate, self._driven, self._stirred = 0.0, 0.0, 0.0
-        self._banned: list[int] = []
+        self._banned: list[Motion] = []
         self._last: Pose2D | None = None
         self._scan: Scan | None = None
-        self._began = self._moved_at = self._looked_at = self._chosen_at = -inf
-        self._moved_to, self._banned_at = 0.0, 0.0
+        self._began = self._moved_at = self._looked_at = self._stirred_at = -inf
+        self._moved_to, self._stirred_to, self._banned_at = 0.0, 0.0, 0.0
         self._waits_since: float | None = None
         self._first = self._room = 0.0
 
@@ -131,6 +131,8 @@ class Escape:
         self._last = pose
         if self._stirred > self._moved_to + DONE:
             self._moved_to, self._moved_at = self._stirred, moment.time
+        if self._stirred > self._stirred_to + STIR:
+            self._stirred_to, self._stirred_at = self._stirred, moment.time
         if self._stirred > self._banned_at + MOVED_ON:
             self._banned = []
 
@@ -164,8 +166,8 @@ class Escape:
         """Whether the way is to be driven on; what is over or in vain is dropped."""
         while self._legs and self._legs[0].amount <= DONE:
             self._legs, self._rate = self._legs[1:], 0.0
-        if moment.time - max(self._moved_at, self._chosen_at) >= GIVES_UP_MOTION:
-            self._banned.append(way.number)
+        if moment.time - self._stirred_at >= GIVES_UP_MOTION:
+            self._banned.append(way.motion)
             self._banned_at = self._stirred
             self._way = None
         elif not self._legs or not self._search.clear(moment.odometry.pose, way, self._legs):
@@ -201,14 +203,21 @@ class Escape:
             return
         self._looked_at = moment.time
         pose = moment.odometry.pose
-        padding = self._tools.parameters.recovery_padding
+        padding = self._tools.parameters.escape_padding
         wish = Wish(self._freedom.clearance + GAIN, padding, GAIN, self._remaining)
         self._way = self._search.best(pose, wish, self._banned)
         if self._way is not None:
             if self._waits_since is not None:
                 self._waits_since, self._moved_at = None, moment.time
-            self._legs, self._chosen_at = self._way.legs, moment.time
-            return
+            self._legs, self._stirred_at = self._way.legs, moment.time
+        elif self._banned:  # what does not go may go now; the stall is timed elsewhere
+            self._banned = []
+        else:
+            self._despair(moment, pose)
+
+    def _despair(self, moment: Moment, pose: Pose2D) -> None:
+        """There is no way to more room: wait for one, then fail with what is the matter."""
+        padding = self._tools.parameters.escape_padding
         wanted = self._freedom.clearance
         if self._search.can_leave(pose, padding):
             self._wait(

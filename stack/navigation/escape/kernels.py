@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import atan2, cos, floor, hypot, inf, isnan, pi, sin
+from math import atan2, cos, hypot, inf, isnan, pi, sin
 
 from numba import njit
 
@@ -18,7 +18,7 @@ def _sees(
     n = ranges.shape[0]
     turn = (atan2(dy, dx) - view[2] - angle_min) % (2.0 * pi)
     place = turn / increment
-    first = floor(place)
+    first = int(place)
     second = first + 1
     if n * increment > 2.0 * pi - 1.5 * increment:  # looks all round
         first, second = first % n, second % n
@@ -103,9 +103,11 @@ def _signed_distance(corners: FloatArray, x: float, y: float) -> float:
 @njit(cache=True, nogil=True)
 def clearances(
     poses: FloatArray, points: FloatArray, corners: FloatArray, radius: float, reach: float,
-    out: FloatArray,
-) -> None:  # fmt: skip
+    floor: float, out: FloatArray,
+) -> int:  # fmt: skip
     """Distance from the footprint at each pose to the nearest point, at most `reach`.
+
+    Returns the number of poses before the first that comes nearer than the floor.
 
     Args:
         poses: (k, 3) x, y, heading.
@@ -113,6 +115,7 @@ def clearances(
         corners: (c, 2) of the footprint, base frame, metres.
         radius: of the circle round the base that holds the footprint.
         reach: metres; farther is as good.
+        floor: metres; the first pose that is nearer than this ends it.
         out: (k,) written to: metres, negative where a point lies inside.
     """
     for i in range(poses.shape[0]):
@@ -122,4 +125,7 @@ def clearances(
             dx, dy = points[j, 0] - poses[i, 0], points[j, 1] - poses[i, 1]
             if hypot(dx, dy) - radius < best:
                 best = min(best, _signed_distance(corners, c * dx + s * dy, c * dy - s * dx))
+        if best < floor:
+            return i
         out[i] = best
+    return int(poses.shape[0])

@@ -6,12 +6,14 @@ from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stack.description import RobotDescription
 from stack.navigation.escape.primitives import Leg, Rollout, motions, roll_out
 from stack.navigation.escape.surroundings import Surroundings
 from stack.types import FloatArray, Pose2D
+
+Motion = tuple[bool, int]
+"""Whether it is of the fine set, and its number there."""
 
 OUTLINE_SPACING = 0.03
 """Metres between the points of the outline that must lie on known ground."""
@@ -54,13 +56,13 @@ class Way:
     """A motion chosen.
 
     Attributes:
-        number: of the motion in the set.
+        motion: which it is.
         legs: cut off where it is to end.
         clearance: expected at its end, metres.
         floor: clearance that it keeps to, metres.
     """
 
-    number: int
+    motion: Motion
     legs: tuple[Leg, ...]
     clearance: float
     floor: float
@@ -93,34 +95,37 @@ class Search:
         points = self._surroundings.points(pose, self._radius + reach)
         return float(self._clearances(here, points, reach)[0])
 
-    def best(self, start: Pose2D, wish: Wish, banned: Collection[int] = ()) -> Way | None:
+    def best(self, start: Pose2D, wish: Wish, banned: Collection[Motion] = ()) -> Way | None:
         """The motion to the most room; None when none leads to more than there is here.
 
         Args:
             start: odom frame.
             wish: what is looked for.
-            banned: numbers of motions that have turned out not to go.
+            banned: motions that have turned out not to go.
         """
+        coarse = self._best(start, wish, banned, fine=False)
+        return coarse or self._best(start, wish, banned, fine=True)
+
+    def _best(
+        self, start: Pose2D, wish: Wish, banned: Collection[Motion], *, fine: bool
+    ) -> Way | None:
         points = self._surroundings.points(start, wish.length + 2.0 * self._radius)
         now = self.clearance(start, wish.clearance)
         floor = min(wish.padding, now - SLACK)
         best, found = -np.inf, None
-        for number, legs in enumerate(motions(self._robot, wish.length)):
-            if number in banned:
+        for number, legs in enumerate(motions(self._robot, wish.length, fine)):
+            if (fine, number) in banned:
                 continue
             rollout = roll_out(start, legs, self._radius)
-            clear = self._clearances(rollout.poses, points, wish.clearance)
-            usable = _first(clear < floor)
+            clear = self._clearances(rollout.poses, points, wish.clearance, floor)
             score = _scores(rollout, clear, wish, now)
-            if not usable or score[:usable].max() <= best:
+            if score.max(initial=-np.inf) <= best:
                 continue
-            usable = self._known_until(rollout.poses[:usable])
-            if not usable:
-                continue
-            end = int(score[:usable].argmax())
-            if score[end] > best:
-                best = float(score[end])
-                found = Way(number, _cut(legs, rollout, end), float(clear[end]), floor)
+            score = score[: self._known_until(rollout.poses[: len(score)])]
+            end = int(score.argmax()) if len(score) else 0
+            if len(score) and score[end] > best:
+                best, cut = float(score[end]), _cut(legs, rollout, end)
+                found = Way((fine, number), cut, float(clear[end]), floor)
         return found
 
     def can_leave(self, start: Pose2D, padding: float) -> bool:
@@ -135,8 +140,8 @@ class Search:
         for legs in motions(self._robot, LITTLE):
             if len(legs) == 1:
                 poses = roll_out(start, legs, self._radius).poses
-                clear = self._clearances(poses, points, padding)
-                if clear.min() >= floor and self._known_until(poses) == len(poses):
+                clear = self._clearances(poses, points, padding, floor)
+                if len(clear) == len(poses) and self._known_until(poses) == len(poses):
                     return True
         return False
 
@@ -152,13 +157,18 @@ class Search:
         length = sum(leg.amount for leg in legs if not leg.turns)
         points = self._surroundings.points(start, length + 2.0 * self._radius)
         floor = min(way.floor, self.clearance(start, NOISE)) - NOISE / 2.0
-        clear = self._clearances(poses, points, NOISE)
-        return bool(clear.min() >= floor) and self._known_until(poses) == len(poses)
+        clear = self._clearances(poses, points, NOISE, floor)
+        return len(clear) == len(poses) and self._known_until(poses) == len(poses)
 
-    def _clearances(self, poses: FloatArray, points: FloatArray, reach: float) -> FloatArray:
+    def _clearances(
+        self, poses: FloatArray, points: FloatArray, reach: float, floor: float = -np.inf
+    ) -> FloatArray:
+        """(n,) metres round the outline at each pose, up to the first that is below the floor."""
         out = np.empty(len(poses))
-        self._kernels.clearances(poses, points, self._corners, self._radius, reach, out)
-        return out
+        count = self._kernels.clearances(
+            poses, points, self._corners, self._radius, reach, floor, out
+        )
+        return out[:count]
 
     def _known_until(self, poses: FloatArray) -> int:
         views = self._surroundings.views
@@ -176,16 +186,16 @@ class Search:
 
 
 def _scores(rollout: Rollout, clear: FloatArray, wish: Wish, now: float) -> FloatArray:
-    """(k,) worth of ending at each pose; -inf where it gains too little.
+    """(n,) worth of ending at each of the first n poses; -inf where it gains too little.
 
     Clearance gained at the end counts most, then the least on the way, then a short way.
     """
-    least = np.minimum.accumulate(clear)
+    least, count = np.minimum.accumulate(clear), len(clear)
     scores: FloatArray = (
         clear
         + LEAST_WEIGHT * np.minimum(least, wish.padding)
-        - LENGTH_WEIGHT * rollout.length
-        - TURN_WEIGHT * rollout.turned
+        - LENGTH_WEIGHT * rollout.length[:count]
+        - TURN_WEIGHT * rollout.turned[:count]
     )
     scores[clear < min(now + wish.gain, wish.clearance)] = -np.inf
     return scores
@@ -195,11 +205,6 @@ def _cut(legs: tuple[Leg, ...], rollout: Rollout, end: int) -> tuple[Leg, ...]:
     """The legs up to a pose of the roll-out."""
     last = int(rollout.leg[end])
     return *legs[:last], replace(legs[last], amount=float(rollout.amount[end]))
-
-
-def _first(holds: NDArray[np.bool_]) -> int:
-    """Index of the first True, the length when there is none."""
-    return int(holds.argmax()) if holds.any() else len(holds)
 
 
 def _resampled(corners: FloatArray, spacing: float) -> FloatArray:
