@@ -170,6 +170,10 @@ class ScriptedRobot:
         """A new motion task."""
         return self._move("escape", clearance=clearance, distance=distance, speed=speed)
 
+    def assisted_teleop(self, seconds: float, *, silence: float = 30.0) -> ScriptedTask:
+        """A new motion task."""
+        return self._move("assisted_teleop", seconds=seconds, silence=silence)
+
     def drive_for(self, twist: Twist, seconds: float) -> None:
         """Keep the velocity in `twist`; cancels a motion under way, as the real robot does."""
         self.motion.cancel()

@@ -172,6 +172,15 @@ class Robot(Protocol):
         """
         ...
 
+    def assisted_teleop(self, seconds: float, *, silence: float = 30.0) -> Task:
+        """Let the operator drive; safety has the last word. Succeeds when the operator is done.
+
+        Args:
+            seconds: for which, at most; fails TIMED_OUT after that.
+            silence: seconds without a velocity from the operator after which it fails.
+        """
+        ...
+
     def drive_for(self, twist: Twist, seconds: float) -> None:
         """Velocity with a time to live, for behaviours that close their own loop each tick.
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from math import degrees
 
 from stack.components import Controller, Planner
-from stack.description import DriveKind, RobotDescription
+from stack.description import RobotDescription
 from stack.errors import ParameterError
 from stack.navigation.drive import GoalDrive
 from stack.navigation.escape.escape import Escape, Freedom
@@ -24,6 +24,7 @@ from stack.navigation.recoveries import (
     StraightWay,
 )
 from stack.navigation.tasks import Activity, CostmapLike, Emit, Moment, MotionTask
+from stack.navigation.teleoperation import Teleoperation
 from stack.safety.monitor import CollisionMonitor
 from stack.types import STANDSTILL, FailureCode, Path, Pose2D, TaskStatus, Twist
 
@@ -190,13 +191,9 @@ class Navigation:
         """Turn in place by an angle, positive to the left; a car fails at once."""
         task = self._task(f"spin {degrees(angle):.0f} deg")
         rate = _positive("speed", self.parameters.spin_speed if speed is None else speed)
-        radius = self._robot.turning_radius
-        if radius:
-            task.fail(
-                FailureCode.FAILED,
-                f"the {self._robot.name} steers like a car and cannot turn in place: its tightest "
-                f"circle has a radius of {radius:.2f} m; use free_space_escape or back_up instead",
-            )
+        refusal = Spin.why_not(self._robot)
+        if refusal:
+            task.fail(FailureCode.FAILED, refusal)
             return task
         return self._recover(Spin(task, angle, rate, self._recovery_tools()))
 
@@ -228,7 +225,7 @@ class Navigation:
         rate = _positive("speed", self.parameters.straight_speed if speed is None else speed)
         way = StraightWay(distance, direction, rate)
         task = self._task(f"drive {distance:.2f} m on its heading")
-        refusal = self._why_not(way)
+        refusal = way.why_not(self._robot)
         if refusal:
             task.fail(FailureCode.FAILED, refusal)
             return task
@@ -266,6 +263,24 @@ class Navigation:
         task = self._task("drive on command")
         self.start(DriveFor(task, twist, until), "goal", "driving on command")
         return task
+
+    def assisted_teleop(self, seconds: float, *, silence: float = 30.0) -> MotionTask:
+        """Let the operator drive, through `teleoperation`.
+
+        Args:
+            seconds: for which, at most.
+            silence: seconds without a velocity after which it fails.
+        """
+        task = self._task("assisted teleoperation")
+        return self._recover(Teleoperation(task, seconds, silence))
+
+    @property
+    def teleoperation(self) -> Teleoperation | None:
+        """Takes the operator's velocities while one is under way."""
+        activity = self._activity
+        if isinstance(activity, Teleoperation) and activity.task.running:
+            return activity
+        return None
 
     def start(self, activity: Activity, kind: str, text: str) -> None:
         """Let an activity move the robot from the next step on; cancels the one under way."""
@@ -317,18 +332,6 @@ class Navigation:
         self._tools.count("recoveries")
         self.start(activity, "recovery", activity.task.what)
         return activity.task
-
-    def _why_not(self, way: StraightWay) -> str:
-        """Why the drive cannot make a straight way; empty when it can."""
-        name, kind = self._robot.name, self._robot.drive
-        if way.direction and kind is not DriveKind.OMNI:
-            return (
-                f"the {name} has {kind} wheels and cannot drive towards "
-                f"{degrees(way.direction):.0f} deg without turning first; leave the direction out"
-            )
-        if way.top_speed(self._robot.limits) <= 0.0:
-            return f"the {name} cannot drive that way: its speed limit there is 0 m/s"
-        return ""
 
     def _task(self, what: str) -> MotionTask:
         return MotionTask(what, self._ended)

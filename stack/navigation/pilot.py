@@ -244,6 +244,10 @@ class Pilot:
         """Drive out of a tight spot by lidar and odometry alone."""
         return self._navigation.escape(clearance=clearance, distance=distance, speed=speed)
 
+    def assisted_teleop(self, seconds: float, *, silence: float = 30.0) -> MotionTask:
+        """Let the operator drive; safety has the last word."""
+        return self._navigation.assisted_teleop(seconds, silence=silence)
+
     def drive_for(self, twist: Twist, seconds: float) -> None:
         """Velocity with a time to live; cancels another motion task under way."""
         self._navigation.drive_for(twist, seconds)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from math import atan2, copysign, cos, inf, sin, sqrt
+from math import atan2, copysign, cos, degrees, inf, sin, sqrt
 
 from stack.description import DriveKind, Limits, RobotDescription
 from stack.navigation.following import standing
@@ -165,6 +165,17 @@ class Spin(Recovery):
         self._sign = copysign(1.0, angle)
         self._heading: float | None = None
 
+    @staticmethod
+    def why_not(robot: RobotDescription) -> str:
+        """Why a robot cannot turn in place; empty when it can."""
+        radius = robot.turning_radius
+        if not radius:
+            return ""
+        return (
+            f"the {robot.name} steers like a car and cannot turn in place: its tightest circle has "
+            f"a radius of {radius:.2f} m; use free_space_escape or back_up instead"
+        )
+
     def _measure(self, odometry: Odometry) -> float:
         heading = odometry.pose.heading
         if self._heading is not None:
@@ -223,6 +234,17 @@ class StraightWay:
         """Forward and left parts of the direction of travel, base frame."""
         sign = copysign(1.0, self.distance)
         return sign * cos(self.direction), sign * sin(self.direction)
+
+    def why_not(self, robot: RobotDescription) -> str:
+        """Why a robot's drive cannot make it; empty when it can."""
+        if self.direction and robot.drive is not DriveKind.OMNI:
+            return (
+                f"the {robot.name} has {robot.drive} wheels and cannot drive towards "
+                f"{degrees(self.direction):.0f} deg without turning first; leave the direction out"
+            )
+        if self.top_speed(robot.limits) <= 0.0:
+            return f"the {robot.name} cannot drive that way: its speed limit there is 0 m/s"
+        return ""
 
     def top_speed(self, limits: Limits) -> float:
         """The speed within what the drive can do in this direction, m/s; 0 when it cannot."""

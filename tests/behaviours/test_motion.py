@@ -3,6 +3,7 @@
 import pytest
 from py_trees.common import Status
 
+from behaviours.assisted_teleop import AssistedTeleop
 from behaviours.back_up import BackUp
 from behaviours.drive_for import DriveFor
 from behaviours.drive_on_heading import DriveOnHeading
@@ -129,3 +130,37 @@ def test_drive_for_stands_still_when_pre_empted_but_only_then(robot):
     other = robot.spin(1.0)
     halt(drive)
     assert other.status is TaskStatus.RUNNING
+
+
+class TestAssistedTeleop:
+    def test_hands_over_and_says_so(self, robot):
+        behaviour = AssistedTeleop(time=20.0, silence=5.0)
+        assert tick(behaviour, robot, 3.0) is Status.RUNNING
+        assert robot.asked("assisted_teleop") == [{"seconds": 20.0, "silence": 5.0}]
+        assert robot.said == ["the operator may drive: arrow keys, enter when done"]
+        robot.task.succeed()
+        assert tick(behaviour, robot) is Status.SUCCESS
+        assert behaviour.uses_wheels
+
+    @pytest.mark.parametrize(
+        ("code", "time_over", "status"),
+        [
+            ("TIMED_OUT", "failure", Status.FAILURE),
+            ("TIMED_OUT", "success", Status.SUCCESS),
+            ("NO_PROGRESS", "success", Status.FAILURE),
+        ],
+    )
+    def test_what_it_is_when_the_time_is_over_is_the_missions_choice(
+        self, robot, code, time_over, status
+    ):
+        behaviour = AssistedTeleop(time_over=time_over)
+        tick(behaviour, robot)
+        robot.task.fail(code, "the operator was not done after 120 s")
+        assert tick(behaviour, robot) is status
+        assert (behaviour.failure is None) == (status is Status.SUCCESS)
+
+    def test_pre_emption_takes_the_wheels_back(self, robot):
+        behaviour = AssistedTeleop()
+        tick(behaviour, robot)
+        halt(behaviour)
+        assert robot.task.status is TaskStatus.CANCELLED
