@@ -160,6 +160,22 @@ class ScriptedRobot:
         """A new motion task."""
         return self._move("back_up", distance=distance, speed=speed)
 
+    def drive_on_heading(
+        self, distance: float, *, speed: float | None = None, direction: float = 0.0
+    ) -> ScriptedTask:
+        """A new motion task."""
+        return self._move("drive_on_heading", distance=distance, speed=speed, direction=direction)
+
+    def escape(
+        self, *, clearance: float | None = None, distance: float = 1.5, speed: float | None = None
+    ) -> ScriptedTask:
+        """A new motion task."""
+        return self._move("escape", clearance=clearance, distance=distance, speed=speed)
+
+    def assisted_teleop(self, seconds: float, *, silence: float = 30.0) -> ScriptedTask:
+        """A new motion task."""
+        return self._move("assisted_teleop", seconds=seconds, silence=silence)
+
     def drive_for(self, twist: Twist, seconds: float) -> None:
         """Keep the velocity in `twist`; cancels a motion under way, as the real robot does."""
         self.motion.cancel()

@@ -241,6 +241,22 @@ class Pilot:
         """Drive straight back by a distance; gives up rather than touch what the lidar sees."""
         return self._navigation.back_up(distance, speed=speed)
 
+    def drive_on_heading(
+        self, distance: float, *, speed: float | None = None, direction: float = 0.0
+    ) -> MotionTask:
+        """Drive straight by a distance, negative is backward, and hold the heading."""
+        return self._navigation.drive_on_heading(distance, speed=speed, direction=direction)
+
+    def escape(
+        self, *, clearance: float | None = None, distance: float = 1.5, speed: float | None = None
+    ) -> MotionTask:
+        """Drive out of a tight spot by lidar and odometry alone."""
+        return self._navigation.escape(clearance=clearance, distance=distance, speed=speed)
+
+    def assisted_teleop(self, seconds: float, *, silence: float = 30.0) -> MotionTask:
+        """Let the operator drive; safety has the last word."""
+        return self._navigation.assisted_teleop(seconds, silence=silence)
+
     def drive_for(self, twist: Twist, seconds: float) -> None:
         """Velocity with a time to live; cancels another motion task under way."""
         self._navigation.drive_for(twist, seconds)
