@@ -20,6 +20,7 @@ EXPECTED = {
     "05_kidnapped",
     "06_your_own_behaviour",
     "07_shelf_patrol",
+    "11_waypoints",
 }
 
 
