@@ -79,7 +79,8 @@ def test_it_stops_at_the_first_failure_and_the_reason_names_the_waypoint(run):
 
 def test_with_continue_the_missed_are_passed_over_told_and_handed_out(run):
     it = run(
-        f"{KEYS}\nrun: {{follow_waypoints: {THREE}, on_failure: continue, do: {{act: look}}, {OUT}}}"
+        f"{KEYS}\nrun: {{follow_waypoints: {THREE}, on_failure: continue, "
+        f"do: {{act: look}}, {OUT}}}"
     )
     it.robot.answers.update(shut=(1.0,), look="sf")
     it.ticks()
@@ -125,11 +126,18 @@ def test_a_second_run_begins_a_new_account(run):
     assert it.tree.blackboard()["reached"] == "3"
 
 
-def test_a_drive_that_takes_too_long_is_missed(run):
+def test_a_drive_that_takes_too_long_is_missed(run, monkeypatch):
+    monkeypatch.setattr(Moody, "update", lambda drive: Status.RUNNING)
     it = run(
-        f"run: {{follow_waypoints: {{waypoints: {THREE}, time_limit: 300 ms}}, on_failure: continue}}"
+        "run: {follow_waypoints: {waypoints: [[1, 0], [2, 0]], time_limit: 300 ms}, "
+        "on_failure: continue}"
     )
     assert "timeout 300 ms" in show.text(it.tree)
+    it.ticks(10)
+    assert texts(it, "waypoint_missed") == [
+        "waypoint 1 of 2 missed: TIMED_OUT not done after 0.3 s",
+        "waypoint 2 of 2 missed: TIMED_OUT not done after 0.3 s",
+    ]
 
 
 def test_an_event_comes_back_to_the_waypoint_under_way(run):
