@@ -17,6 +17,7 @@ from missions.resources import (
     load_world,
     resources,
 )
+from missions.route_graphs import located_planner
 from stack.components import Choice
 from stack.description import RobotDescription
 from stack.documents import Finding, Mark, read_file
@@ -65,6 +66,7 @@ class Plan:
 
     Attributes:
         belief: where the robot believes it starts, map frame; None when it has no idea.
+        warnings: about the files that components name.
     """
 
     mission: Mission
@@ -74,6 +76,7 @@ class Plan:
     belief: Pose2D | None
     choices: dict[str, Choice]
     text: str
+    warnings: tuple[Finding, ...] = ()
 
     @property
     def is_mapped(self) -> bool:
@@ -102,6 +105,7 @@ def prepare(name: str | Path, options: RunOptions) -> Plan:
     )
     layers = tuple(layer.located(beside) for layer in choices["costmap"].parts)
     choices["costmap"] = replace(choices["costmap"], parts=layers)
+    choices["planner"], warnings = located_planner(choices["planner"], mission, robot, world)
     return Plan(
         mission=mission,
         robot=robot,
@@ -110,6 +114,7 @@ def prepare(name: str | Path, options: RunOptions) -> Plan:
         belief=belief,
         choices=choices,
         text=path.read_text("utf-8"),
+        warnings=warnings,
     )
 
 

@@ -96,9 +96,12 @@ class Path:
 
     Attributes:
         points: (n, 3) float64: x, y in metres and heading in radians; start first.
+        speed_limits: (n,) m/s, the most that may be driven from each point to the next; inf is
+            the robot's own. None where there is no limit.
     """
 
     points: FloatArray
+    speed_limits: FloatArray | None = None
 
     @property
     def length(self) -> float:

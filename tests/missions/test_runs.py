@@ -21,6 +21,7 @@ EXPECTED = {
     "06_your_own_behaviour",
     "07_shelf_patrol",
     "11_waypoints",
+    "12_route_graph",
 }
 
 
