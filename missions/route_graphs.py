@@ -6,11 +6,13 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from missions.language.model import Mission
+from missions.language.flow import children_of
+from missions.language.model import Constant, Leaf, Mission, Step
 from stack.components import Choice
 from stack.description import RobotDescription
 from stack.documents import Finding, Mark
 from stack.errors import InputError
+from stack.parameters import suggestion
 from stack.planning.routes.geojson import read_route_graph
 from stack.planning.routes.graph import RouteGraph
 from stack.planning.routes.parameters import RouteParameters
@@ -30,6 +32,8 @@ def located_planner(
         InputError: there is no graph, or it is faulty.
     """
     if not isinstance(choice.parameters, RouteParameters):
+        if isinstance(choice.component, type) and not hasattr(choice.component, "with_edge"):
+            _refuse_edges(mission, choice.name)
         return choice, ()
     given = choice.parameters.graph
     if not given:
@@ -39,6 +43,9 @@ def located_planner(
     graph = read_route_graph(file)
     drawn = outlines(world, mapped_only=True) if mission.map != "none" else []
     through = through_walls(graph, drawn, robot.footprint.inscribed_radius)
+    unknown = list(_unknown_edges(mission, graph))
+    if unknown:
+        raise InputError(unknown)
     parameters = replace(choice.parameters, graph=str(file))
     return replace(choice, parameters=parameters), (*graph.warnings, *through)
 
@@ -68,6 +75,35 @@ def through_walls(
                 "draw it elsewhere; the robot goes round, if there is room", "warning",
             )  # fmt: skip
             break
+
+
+def _refuse_edges(mission: Mission, planner: str) -> None:
+    """Raise InputError when a mission closes edges of a graph that its planner does not have."""
+    hint = "choose `planner: {use: route, graph: FILE}`"
+    sentence = f"set_edge: the planner {planner} has no route graph"
+    found = [Finding(step.mark, "E111", sentence, hint) for step in _edge_setters(mission)]
+    if found:
+        raise InputError(found)
+
+
+def _unknown_edges(mission: Mission, graph: RouteGraph) -> Iterator[Finding]:
+    for step in _edge_setters(mission):
+        edge = step.ports.get("edge")
+        if isinstance(edge, Constant) and edge.value not in graph.edges:
+            sentence = f"set_edge: the route graph has no edge {edge.value!r}"
+            yield Finding(step.mark, "E432", sentence, suggestion(str(edge.value), graph.edges))
+
+
+def _edge_setters(mission: Mission) -> Iterator[Leaf]:
+    """Every set_edge in a mission, each once."""
+    roots = [mission.root, *(event.step for event in mission.events)]
+    roots += [tree.root for tree in mission.trees.values() if tree.root is not None]
+    waiting: list[Step] = roots[::-1]
+    while waiting:
+        step = waiting.pop()
+        if isinstance(step, Leaf) and step.kind == "set_edge":
+            yield step
+        waiting += reversed(children_of(step))
 
 
 def _mark(mission: Mission) -> Mark:
