@@ -78,7 +78,7 @@ def wire(plan: Plan, options: RunOptions, telemetry: Telemetry, folder: RunFolde
     log = folder.log if folder is not None else _nowhere
     body = SimulatedBody(robot, plan.world, start=plan.start, seed=seed)
     body.pace = options.speed
-    for warning in plan.world.warnings:
+    for warning in (*plan.world.warnings, *plan.warnings):
         where = f"{Path(warning.mark.file).name}:{warning.mark.line}"
         telemetry.emit("world", f"{where} {warning.sentence}", source="world", level="warning")
     rates = Rates()

@@ -29,6 +29,7 @@ BUILT_IN: dict[str, dict[str, str]] = {
         "theta_star": "stack.planning.theta_star.planner:ThetaStar",
         "hybrid_astar": "stack.planning.kinematic.hybrid_astar:HybridAstar",
         "lattice": "stack.planning.kinematic.lattice:Lattice",
+        "route": "stack.planning.routes.planner:Route",
     },
     "controller": {
         "pure_pursuit": "stack.control.pure_pursuit:PurePursuit",

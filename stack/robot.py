@@ -205,6 +205,14 @@ class Robot(Protocol):
         """
         ...
 
+    def set_edge(self, edge: str, *, closed: bool) -> None:
+        """Close or open an edge of the planner's route graph; a drive under way plans anew.
+
+        Raises:
+            ParameterError: there is no such edge, or the planner has no route graph.
+        """
+        ...
+
     def relocalise(self) -> Task:
         """Find the pose anywhere on the map from lidar alone; fails AMBIGUOUS rather than guess."""
         ...

@@ -96,10 +96,13 @@ class Path:
 
     Attributes:
         points: (n, 3) float64: x, y in metres and heading in radians; start first.
+        speed_limits: (n,) m/s, the most that may be driven from each point to the next; inf is
+            the robot's own. None where there is no limit.
         partial: it ends farther from the goal than a planner tolerates, as near as could be.
     """
 
     points: FloatArray
+    speed_limits: FloatArray | None = None
     partial: bool = False
 
     @property

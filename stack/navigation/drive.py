@@ -33,6 +33,9 @@ standing before it is having come there, and no reason to look for another place
 HELD = frozenset({FailureCode.COLLISION_AHEAD, FailureCode.NO_PROGRESS})
 """Failures of a robot that stands before an obstacle."""
 
+OTHER_ROUTES = "the routes have changed"
+"""The reason of a plan by another planner than the path in force: an edge was closed or opened."""
+
 ROUTINE = ""
 """The reason of a plan made only to see whether there is a better path."""
 
@@ -66,6 +69,7 @@ class GoalDrive:
         self._seen_version = -1
         self._blocked_at: tuple[float, float] | None = None
         self._blockages = Blockages()
+        self._planner = self._asked_of = tools.desk.planner
 
     def advance(self, moment: Moment) -> Twist:
         """The velocity for this step."""
@@ -154,6 +158,7 @@ class GoalDrive:
         due = moment.time + p.planning_latency
         self.task.ticket = self._tools.desk.ask(request, due, wait=p.wait_for_plan)
         self._reason, self._asked_at = reason, moment.time
+        self._asked_of = self._tools.desk.planner
 
     def _look_ahead(self, pose: Pose2D) -> None:
         """Whether the next metres of the path are blocked; looked at when the costs changed."""
@@ -172,6 +177,8 @@ class GoalDrive:
         p, follower, track = self._tools.parameters, self._follower, self._follower.track
         if self.path is None or track is None:
             return "first plan"
+        if self._tools.desk.planner is not self._planner:
+            return OTHER_ROUTES
         if self._near_a_partial_end:
             return self._routine(moment.time)
         if follower.waiting:
@@ -202,12 +209,15 @@ class GoalDrive:
         if isinstance(answer, Plan):
             answer = self._unless_too_far(answer)
         if isinstance(answer, Failure):
+            self._planner = self._asked_of
             self._no_way(answer, moment)
             return
         self._failing_since = None
         if ticket.request.goals != self._goals:
             self._asked_at = -inf  # one was passed meanwhile: the plan leads back to it
-        elif self._reason != ROUTINE or self._clearly_better(answer, moment.time):
+            return
+        self._planner = self._asked_of
+        if self._reason != ROUTINE or self._clearly_better(answer, moment.time):
             self._adopt(answer, moment.time)
 
     def _unless_too_far(self, plan: Plan) -> Plan | Failure:
@@ -227,6 +237,8 @@ class GoalDrive:
             raise NavigationError(FailureCode(failure.code), failure.sentence)
         if self._reason == ROUTINE:
             return
+        if self._reason == OTHER_ROUTES:
+            self.path = None  # what was closed must not be driven on
         if self.path is not None and not standing(moment.odometry.twist):
             self._failing_since = None
             return

@@ -64,6 +64,7 @@ class Navigation:
         self._tools = Tools(
             controller, PlanningDesk(planner), parameters, local_costmap, global_costmap, emit,
             clear_of=robot.footprint.inscribed_radius,
+            deceleration=robot.limits.linear_deceleration,
             counters={"plans": 0.0, "replans": 0.0, "recoveries": 0.0, "distance": 0.0},
         )  # fmt: skip
         self._monitor = CollisionMonitor(robot)
@@ -90,6 +91,21 @@ class Navigation:
     @planner.setter
     def planner(self, planner: Planner) -> None:
         self._tools.desk.planner = planner
+
+    def set_edge(self, edge: str, *, closed: bool) -> None:
+        """Close or open an edge of the route graph; the drive under way plans anew.
+
+        Raises:
+            ParameterError: there is no such edge, or the planner has no graph.
+        """
+        change = getattr(self.planner, "with_edge", None)
+        if change is None:
+            raise ParameterError(
+                "edge", f"{edge!r}: the planner in use has no route graph",
+                "choose `planner: {use: route, graph: FILE}`",
+            )  # fmt: skip
+        self.planner = change(edge, closed=closed)
+        self._emit("route", f"edge {edge} is {'closed' if closed else 'open'} now", edge=edge)
 
     @property
     def controller(self) -> Controller:

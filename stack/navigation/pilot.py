@@ -297,6 +297,14 @@ class Pilot:
         only = "" if layer is None else f", layer {layer}"
         self._parts.emit("recovery", f"cleared costmap: {which}{within}{only}", costmap=which)
 
+    def set_edge(self, edge: str, *, closed: bool) -> None:
+        """Close or open an edge of the planner's route graph, from the next plan on.
+
+        Raises:
+            ParameterError: there is no such edge, or the planner has no route graph.
+        """
+        self._navigation.set_edge(edge, closed=closed)
+
     def relocalise(self) -> MotionTask:
         """Find the pose anywhere on the map from lidar alone; fails AMBIGUOUS rather than guess."""
         task = self._navigation.new_task("relocalise")

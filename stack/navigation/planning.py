@@ -18,7 +18,7 @@ import numpy as np
 
 from stack.components import Planner, Stop, Terms
 from stack.errors import NavigationError
-from stack.types import CostGrid, Failure, FailureCode, Path, Pose2D
+from stack.types import CostGrid, Failure, FailureCode, FloatArray, Path, Pose2D
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,7 +134,18 @@ def plan_through(planner: Planner, request: PlanRequest, stop: Stop | None = Non
 def joined(legs: Sequence[Path]) -> Path:
     """One path from legs that begin where the one before ends; goals on the way lose headings."""
     points = [leg.points[:-1] for leg in legs[:-1]]
-    return replace(legs[-1], points=np.vstack([*points, legs[-1].points]))
+    whole = np.vstack([*points, legs[-1].points])
+    if all(leg.speed_limits is None for leg in legs):
+        return replace(legs[-1], points=whole)
+    limits = [_limits(leg)[:-1] for leg in legs[:-1]]
+    joint = np.concatenate([*limits, _limits(legs[-1])])
+    return replace(legs[-1], points=whole, speed_limits=joint)
+
+
+def _limits(leg: Path) -> FloatArray:
+    """(n,) the speed limit at each point."""
+    none = np.full(len(leg.points), np.inf)
+    return none if leg.speed_limits is None else leg.speed_limits
 
 
 def last_way(path: Path) -> int:

@@ -30,6 +30,8 @@ EXPECTED = {
     "08_sideways",
     "09_park_the_car",
     "10_tight_spot",
+    "11_waypoints",
+    "12_route_graph",
 }
 
 
