@@ -14,6 +14,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from importlib import import_module
 from importlib.metadata import entry_points
+from inspect import signature
 from typing import Any, ClassVar, Protocol
 
 import numpy as np
@@ -117,6 +118,15 @@ class Planner(Protocol):
                 GOAL_OUTSIDE_MAP, TIMED_OUT at a limit of expansions, or CANCELLED.
         """
         ...
+
+
+def plan_on_terms(planner: Any, costs: CostGrid, ends: tuple[Pose2D, Pose2D], terms: Terms) -> Path:
+    """A plan from a pose to another, on terms where the planner knows of such."""
+    if "terms" in signature(planner.plan).parameters:
+        path: Path = planner.plan(costs, *ends, terms)
+    else:
+        path = planner.plan(costs, *ends)
+    return path
 
 
 @dataclass(frozen=True, slots=True)

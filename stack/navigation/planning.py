@@ -11,12 +11,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from inspect import signature
-from typing import Any
 
 import numpy as np
 
-from stack.components import Planner, Stop, Terms
+from stack.components import Planner, Stop, Terms, plan_on_terms
 from stack.errors import NavigationError
 from stack.types import CostGrid, Failure, FailureCode, FloatArray, Path, Pose2D
 
@@ -124,7 +122,7 @@ def plan_through(planner: Planner, request: PlanRequest, stop: Stop | None = Non
     start, legs = request.start, list[Path]()
     for goal in request.goals:
         stop.check()
-        path = _leg(planner, request.costs, (start, goal), terms)
+        path = plan_on_terms(planner, request.costs, (start, goal), terms)
         legs.append(path)
         start, terms = path.goal, replace(terms, way=last_way(path))
     ends = tuple(float(end) for end in np.cumsum([leg.length for leg in legs]))
@@ -155,12 +153,3 @@ def last_way(path: Path) -> int:
     (x, y, _), (end_x, end_y, heading) = path.points[-2:]
     along = float(np.cos(heading) * (end_x - x) + np.sin(heading) * (end_y - y))
     return int(np.sign(along))
-
-
-def _leg(planner: Any, costs: CostGrid, ends: tuple[Pose2D, Pose2D], terms: Terms) -> Path:
-    """A plan from a pose to the next, on terms where the planner knows of such."""
-    if "terms" in signature(planner.plan).parameters:
-        path: Path = planner.plan(costs, *ends, terms)
-    else:
-        path = planner.plan(costs, *ends)
-    return path

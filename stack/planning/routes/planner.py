@@ -12,7 +12,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from stack.components import Planner, choose
+from stack.components import USUAL_TERMS, Planner, Stop, Terms, choose, plan_on_terms
 from stack.description import RobotDescription
 from stack.errors import NavigationError, ParameterError
 from stack.planning.routes.geojson import read_route_graph
@@ -85,15 +85,19 @@ class Route:
         changed.graph = self.graph.with_edge(edge, closed=closed)
         return changed
 
-    def plan(self, costs: CostGrid, start: Pose2D, goal: Pose2D) -> Path:
+    def plan(
+        self, costs: CostGrid, start: Pose2D, goal: Pose2D, terms: Terms = USUAL_TERMS
+    ) -> Path:
         """A path of poses 5 cm apart from start to goal, with the speed limits of its lanes.
+
+        Of the terms only `stop` counts: half a way is none where lanes are the rule.
 
         Raises:
             NavigationError: NO_VALID_PATH where the lanes do not lead there; else as the planner of
                 the ways on to them and off them.
         """
         network = Network(self.graph, costs, self._rates, (start, goal))
-        look = partial(self._look, network, costs, (start, goal))
+        look = partial(self._look, network, costs, (start, goal), terms.stop)
         self._limit(network, look)
         arcs = cheapest_looked_at(network.arcs, 0, 1, look)
         if arcs is None:
@@ -127,15 +131,18 @@ class Route:
         network.straight_on.longest = sum(shortest) + SLACK
 
     def _look(
-        self, network: Network, costs: CostGrid, ends: tuple[Pose2D, Pose2D], arc: Arc
+        self, network: Network, costs: CostGrid, ends: tuple[Pose2D, Pose2D], stop: Stop, arc: Arc
     ) -> None:
         """Find out what a way through free space costs."""
+        stop.check()
         arc.looked_at, arc.cost = True, inf
         start, goal = self._poses(network, ends, arc)
         try:
-            path = self._connect.plan(costs, start, goal)
+            path = plan_on_terms(self._connect, costs, (start, goal), Terms(stop=stop))
         except NavigationError as error:
             code = error.failure.code
+            if code == FailureCode.CANCELLED:
+                raise
             if (arc.start == 0 and code in _OF_START) or (arc.end == 1 and code in _OF_GOAL):
                 raise
             return

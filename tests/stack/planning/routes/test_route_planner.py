@@ -8,6 +8,7 @@ from pathlib import Path as FilePath
 import numpy as np
 import pytest
 
+from stack.components import Stop, Terms
 from stack.description import Limits, RobotDescription, SteeredWheels, Wheels
 from stack.errors import NavigationError, ParameterError
 from stack.planning.routes.parameters import RouteParameters
@@ -213,6 +214,14 @@ def test_goals_and_starts_that_cannot_be_are_told_by_their_own_codes(planner):
         with pytest.raises(NavigationError) as raised:
             planner().plan(box, *ends)
         assert raised.value.failure.code == code
+
+
+def test_a_plan_that_nobody_wants_is_given_up(planner):
+    stop = Stop()
+    stop.request()
+    with pytest.raises(NavigationError) as error:
+        planner().plan(floor(), Pose2D(2.0, 2.0), Pose2D(10.0, 6.0), Terms(stop=stop))
+    assert error.value.failure.code == FailureCode.CANCELLED
 
 
 def test_it_needs_a_graph_and_a_planner_that_is_not_itself(planner):
