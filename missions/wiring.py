@@ -15,6 +15,7 @@ from missions.trees.compiler import compile_mission
 from missions.trees.mission_tree import MissionTree
 from missions.witness import SimulationWitness
 from robots.simulated import SimulatedBody
+from stack.control.legs import controller_for
 from stack.costmap.costmap import Costmap
 from stack.costmap.unexplored import Ground, unexplored
 from stack.localisation.dead_reckoning import DeadReckoning
@@ -182,7 +183,7 @@ def _navigation(
     return Navigation(
         robot=plan.robot,
         planner=planner.component(planner.parameters, plan.robot),
-        controller=controller.component(controller.parameters, plan.robot, period),
+        controller=controller_for(controller.component, controller.parameters, plan.robot, period),
         parameters=plan.choices["navigator"].parameters,
         local_costmap=local,
         global_costmap=whole,

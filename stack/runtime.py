@@ -7,6 +7,7 @@ stage that would have overrun the control period on hardware is counted.
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import hypot
 from time import perf_counter
 
 from stack.loop_parts import Parts, Rates
@@ -146,7 +147,8 @@ class Runtime:
 
     def _standing(self) -> bool:
         twist = self.odometry.twist
-        return abs(twist.linear) < STANDING_SPEED and abs(twist.angular) < STANDING_SPEED
+        speed = hypot(twist.linear, twist.lateral)
+        return speed < STANDING_SPEED and abs(twist.angular) < STANDING_SPEED
 
     def _estimate(self, observation: Observation) -> None:
         before = self.odometry.pose

@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from math import degrees, hypot
 
 from stack.components import Controller, ControlState
 from stack.control.checkers import GoalChecker, LostChecker, ProgressChecker
+from stack.control.legs import cusps_of
 from stack.control.track import Track
 from stack.errors import NavigationError
 from stack.navigation.parameters import NavigationParameters
 from stack.navigation.planning import PlanningDesk
 from stack.navigation.tasks import CostmapLike, Emit, Moment, MotionTask
-from stack.types import STANDSTILL, FailureCode, Path, Twist
+from stack.types import STANDSTILL, FailureCode, Path, Twist, wrap_angle
 
 STANDING_SPEED, STANDING_TURN = 0.02, 0.05
 """m/s and rad/s below which the robot stands."""
+
+IDLE_BEFORE_REPLAN = 0.5
+"""Seconds of standing short of the goal after which a new path is asked for."""
 
 
 @dataclass
@@ -23,6 +28,7 @@ class Tools:
 
     Attributes:
         clear_of: metres round the robot in which a blocked path is not its concern.
+        turns_in_place: whether the robot can; a car cannot.
         counters: plans, replans, recoveries and the like, for the snapshot.
     """
 
@@ -33,6 +39,7 @@ class Tools:
     world: CostmapLike
     emit: Emit
     clear_of: float
+    turns_in_place: bool = True
     counters: dict[str, float] = field(default_factory=dict)
 
     def count(self, what: str) -> None:
@@ -42,7 +49,8 @@ class Tools:
 
 def standing(twist: Twist) -> bool:
     """Whether a measured velocity is as good as none."""
-    return abs(twist.linear) < STANDING_SPEED and abs(twist.angular) < STANDING_TURN
+    speed = hypot(twist.linear, twist.lateral)
+    return speed < STANDING_SPEED and abs(twist.angular) < STANDING_TURN
 
 
 class Follower:
@@ -74,10 +82,25 @@ class Follower:
     def set_path(self, path: Path) -> None:
         """Follow another path from now on."""
         p = self._tools.parameters
-        self.track = Track(path)
+        self.track = Track(path, () if self._tools.turns_in_place else cusps_of(path))
         self._goal = GoalChecker(path.goal, self._tolerance, p.goal_heading, p.goal_settle)
         self._tools.controller.set_path(path)
         self.idle_since = None
+
+    def off_heading(self, moment: Moment) -> str:
+        """What is wrong where a car has stood at the goal's position for a moment; else nothing."""
+        idle = self.idle_since
+        stands = idle is not None and moment.time - idle >= IDLE_BEFORE_REPLAN
+        if self._tools.turns_in_place or self._goal is None or not (stands and self.at_position):
+            return ""
+        goal, pose = self._goal.goal, moment.estimate.pose
+        off = abs(wrap_angle(goal.heading - pose.heading))
+        if off <= self._tools.parameters.goal_heading:
+            return ""
+        return (
+            f"{pose.distance_to(goal):.2f} m from the goal, but {degrees(off):.0f} deg off its "
+            "heading, and this robot cannot turn in place"
+        )
 
     def reached(self, moment: Moment) -> bool:
         """Whether the end of the path is reached."""
@@ -153,6 +176,8 @@ class PathDrive:
             if follower.reached(moment):
                 task.succeed("at the end of the path")
                 return STANDSTILL
+            if off := follower.off_heading(moment):
+                raise NavigationError(FailureCode.NO_PROGRESS, off)
             return follower.advance(moment)
         except NavigationError as error:
             task.fail(error.failure.code, error.failure.sentence)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from math import degrees
 
 from stack.components import Controller, Planner
-from stack.description import RobotDescription
+from stack.description import DriveKind, RobotDescription
 from stack.errors import ParameterError
 from stack.navigation.drive import GoalDrive
 from stack.navigation.following import PathDrive, Tools
@@ -55,6 +55,7 @@ class Navigation:
         self._tools = Tools(
             controller, PlanningDesk(planner), parameters, local_costmap, global_costmap, emit,
             clear_of=robot.footprint.inscribed_radius,
+            turns_in_place=robot.drive is not DriveKind.ACKERMANN,
             counters={"plans": 0.0, "replans": 0.0, "recoveries": 0.0, "distance": 0.0},
         )  # fmt: skip
         self._monitor = CollisionMonitor(robot)
@@ -176,8 +177,16 @@ class Navigation:
         return task
 
     def spin(self, angle: float, *, speed: float | None = None) -> MotionTask:
-        """Turn in place by an angle, positive to the left."""
+        """Turn in place by an angle, positive to the left; a car's task fails at once."""
         task = self._task(f"spin {degrees(angle):.0f} deg")
+        if not self._tools.turns_in_place:
+            radius = self._robot.turning_radius
+            task.fail(
+                FailureCode.UNSUPPORTED,
+                f"{self._robot.name} is a car and cannot turn in place: its tightest circle has a "
+                f"radius of {radius:.2f} m. Drive to a pose with the heading wanted instead",
+            )
+            return task
         rate = _positive("speed", self.parameters.spin_speed if speed is None else speed)
         spin = Spin(task, angle, rate, self._recovery_tools())
         self._tools.count("recoveries")

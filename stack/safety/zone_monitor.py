@@ -7,7 +7,7 @@ from math import hypot, inf
 
 import numpy as np
 
-from stack.safety.monitor import moved
+from stack.kinematics import moved
 from stack.safety.zones import SafetyZone
 from stack.types import STANDSTILL, FloatArray, Footprint, Twist
 

@@ -157,7 +157,7 @@ class LocalPath:
         free = np.ones(len(points), dtype=bool)
         found = costs.cells[rows[inside], columns[inside]]
         free[inside] = (found < INSCRIBED_COST) | (found > LETHAL_COST)
-        goal = track.path.goal
+        goal = track.arrival
         return LocalPath(
             np.ascontiguousarray(points - (pose.x, pose.y), dtype=np.float32), free, spacing,
             Pose2D(goal.x - pose.x, goal.y - pose.y, goal.heading), track.remaining,

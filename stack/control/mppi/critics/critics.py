@@ -16,6 +16,7 @@ import numpy as np
 
 from stack.control.mppi.parameters import MppiParameters
 from stack.control.mppi.scene import Array32, LocalPath, Obstacles, Outline, Rollouts
+from stack.description import DriveKind
 from stack.types import wrap_angle
 
 ALIGN_STRIDE = 4
@@ -42,6 +43,7 @@ class Judgement:
         pull: (axes, steps) the plan times the inverse covariance of the noise.
         heading: of the robot, map frame.
         furthest: index of the path point that the rollouts reach.
+        drive: how the robot can move.
     """
 
     kernels: Any
@@ -51,6 +53,7 @@ class Judgement:
     pull: Array32
     heading: float
     furthest: int
+    drive: DriveKind = DriveKind.DIFFERENTIAL
 
     def add(self, rollouts: Rollouts, term: Array32, weight: float, power: int) -> None:
         """Add (weight × term) ** power to the rollouts' costs."""
@@ -119,7 +122,7 @@ def goal_angle(j: Judgement, rollouts: Rollouts) -> None:
     turns in place once it is there.
     """
     p = j.parameters
-    if p.motion_model == "differential":
+    if j.drive is DriveKind.DIFFERENTIAL:
         return
     if p.goal_angle_weight and j.path.remaining <= p.goal_angle_range:
         j.kernels.mean_turn(rollouts.poses, j.path.goal.heading, rollouts.term)
