@@ -4,8 +4,19 @@ from __future__ import annotations
 
 from math import cos, hypot, inf, sin
 
-from stack.description import Limits
+from stack.description import DriveKind, Limits, RobotDescription
 from stack.types import Pose2D, Twist
+
+
+def drivable(twist: Twist, robot: RobotDescription) -> Twist:
+    """The part of a twist that the robot's drive can make, whatever its speed.
+
+    Nothing sideways but by omnidirectional wheels; no tighter arc than a car steers.
+    """
+    if robot.drive is DriveKind.OMNI:
+        return twist
+    ahead = Twist(twist.linear, twist.angular) if twist.lateral else twist
+    return within_turning_radius(ahead, robot.turning_radius)
 
 
 def within_turning_radius(twist: Twist, radius: float) -> Twist:
