@@ -167,6 +167,7 @@ class Runtime:
         pose = self.parts.localiser.estimate.pose
         scan, time, tracker = observation.scan, observation.time, self.parts.tracker
         tracks = None if tracker is None else tracker.update(pose, scan, time)
+        self.parts.pilot.tracks = tracks or ()
         self.parts.local_costmap.update(pose, scan, time, tracks=tracks)
         self.parts.global_costmap.update(pose, scan, time, tracks=tracks)
 

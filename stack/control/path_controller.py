@@ -56,7 +56,10 @@ class PathController(ABC, Generic[P]):
         if track is None:
             return STANDSTILL
         there = ends.reached(state)
-        chosen = ends.finish(state) if there else ends.turned(state)
+        if there:
+            chosen = ends.finish(state)
+        else:
+            chosen = ends.turned(state) if self._may_stand_and_turn(state) else None
         if there or chosen is not None:
             self._stand()
         else:
@@ -71,6 +74,10 @@ class PathController(ABC, Generic[P]):
     def _stand(self) -> None:
         """Nothing is driven along the path in this step."""
         self._local_plan = None
+
+    def _may_stand_and_turn(self, state: ControlState) -> bool:
+        """Whether there is time to turn in place towards the path."""
+        return True
 
     @abstractmethod
     def _along(self, track: Track, state: ControlState) -> Twist | None:

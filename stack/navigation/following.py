@@ -130,8 +130,9 @@ class Follower:
 
     def _command(self, moment: Moment) -> Twist:
         state = ControlState(
-            moment.time, moment.estimate.pose, moment.odometry.twist, self._tools.local.grid
-        )
+            moment.time, moment.estimate.pose, moment.odometry.twist, self._tools.local.grid,
+            moment.tracks,
+        )  # fmt: skip
         try:
             twist = self._tools.controller.command(state)
         except NavigationError as error:

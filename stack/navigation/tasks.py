@@ -16,6 +16,7 @@ from stack.types import (
     PoseEstimate,
     Scan,
     TaskStatus,
+    Track,
     Twist,
 )
 
@@ -32,12 +33,14 @@ class Moment:
         estimate: where the robot believes it is, map frame.
         odometry: dead reckoning and measured speed.
         scan: the newest lidar scan.
+        tracks: what moves around the robot, as of the robot's clock now, map frame.
     """
 
     time: float
     estimate: PoseEstimate
     odometry: Odometry
     scan: Scan | None = None
+    tracks: tuple[Track, ...] = ()
 
 
 class CostmapLike(Protocol):

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from math import ceil, hypot
+from typing import ClassVar
+
+import numpy as np
 
 from stack.components import ControlState
 from stack.control.mppi.optimiser import Optimiser
 from stack.control.mppi.parameters import MppiParameters
-from stack.control.mppi.scene import Array32, LocalPath, Obstacles, Outline
+from stack.control.mppi.scene import Array32, LocalPath, Obstacles, Outline, room_beside
 from stack.control.path_controller import PathController
 from stack.control.track import Track
 from stack.description import RobotDescription
-from stack.types import Twist
+from stack.types import FloatArray, Twist
 
 SLOWER = (1.0, 0.5, 0.25)
 """Shares of the plan's speeds tried in turn while what it leads to is not clear."""
@@ -19,11 +22,15 @@ SLOWER = (1.0, 0.5, 0.25)
 STALLED, STALLED_TURN = 0.04, 0.1
 """A plan that moves less than this (metres, radians) while the robot stands leads nowhere."""
 
+NEAR_SOMEBODY = 3.0
+"""Metres to a moving thing within which the robot does not stand to turn towards its path."""
+
 
 class Mppi(PathController[MppiParameters]):
     """Follows a path by sampling controls and averaging the best (MPPI)."""
 
     Parameters = MppiParameters
+    needs_tracks: ClassVar[bool] = True
 
     def __init__(self, parameters: MppiParameters, robot: RobotDescription, period: float) -> None:
         self._outline: tuple[float, Outline] | None = None
@@ -48,12 +55,21 @@ class Mppi(PathController[MppiParameters]):
         self._optimiser.reset()
         super()._stand()
 
+    def _may_stand_and_turn(self, state: ControlState) -> bool:
+        """Not in the way of somebody, whom the plan leads past."""
+        x, y = state.pose.x, state.pose.y
+        return not self.parameters.moving_weight or all(
+            hypot(track.position[0] - x, track.position[1] - y) > NEAR_SOMEBODY
+            for track in state.tracks
+        )
+
     def _along(self, track: Track, state: ControlState) -> Twist | None:
         """The first step of the improved plan, or of what of it is safe; None: nothing is."""
         optimiser, p, costs = self._optimiser, self.parameters, state.costs
         reach = optimiser.top_speed * p.steps * p.time_step + p.path_follow_ahead
         path = LocalPath.of(track, state.pose, costs, reach, p.path_spacing)
-        around = Obstacles.of(costs, state.pose, self._swept.body(costs.resolution))
+        body = self._swept.body(costs.resolution)
+        around = Obstacles.of(costs, state.pose, body, state.tracks if p.moving_weight else ())
         outline = self._outline_for(costs.resolution)
         optimiser.shift()
         optimiser.improve(state.pose.heading, self._ends.last, path, around, outline)
@@ -71,8 +87,17 @@ class Mppi(PathController[MppiParameters]):
         soon = poses[: self._soon]
         if self._swept.clear_poses(state.costs, state.pose, soon[None])[0] < len(soon):
             return None
+        if state.tracks and self._meets_somebody(soon, state):
+            return None
         self._local_plan = poses
         return first
+
+    def _meets_somebody(self, poses: FloatArray, state: ControlState) -> bool:
+        """Whether poses one time step apart run into anybody who keeps his velocity."""
+        p, outline = self.parameters, self._outline_for(state.costs.resolution)
+        times = p.time_step * np.arange(1.0, len(poses) + 1.0)
+        rooms = [room_beside(outline, poses, times, track) for track in state.tracks]
+        return bool(p.moving_weight) and any(room[0] >= 0.0 > room.min() for room in rooms)
 
     @property
     def _soon(self) -> int:

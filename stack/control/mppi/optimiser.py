@@ -19,6 +19,9 @@ HISTORY = 4
 PURSUITS = tuple((speed, ahead) for speed in (1.0, 0.7, 0.4, 0.2) for ahead in (0.6, 0.3, 0.15))
 """Shares of the top speed and lookahead distances (metres) of the path pursuits tried."""
 
+DODGES = tuple((speed, turn) for speed in (1.0, 0.5) for turn in (-1.4, -0.7, 0.7, 1.4))
+"""Shares of the top speed and angles (radians) of the dodges tried while something moves."""
+
 
 def savitzky_golay(half: int, order: int) -> FloatArray:
     """(2 half + 1,) weights of the least-squares polynomial's value in the middle of a window.
@@ -90,6 +93,8 @@ class Optimiser:
         rollouts, kernels, p = self._rollouts, self._critic_kernels, self.parameters
         for _ in range(p.iterations):
             self._sample(rollouts.controls, heading, twist, path)
+            if len(obstacles.moving):
+                self._dodge(rollouts.controls)
             self._drive(rollouts, heading, twist)
             look_around(kernels, p, rollouts, obstacles, body)
             furthest = kernels.furthest_reached(
@@ -97,7 +102,7 @@ class Optimiser:
             )
             judgement = Judgement(
                 kernels, p, path, self.plan, self._noise.pull(self.plan), heading, int(furthest),
-                self._drive_kind,
+                self._drive_kind, moving=len(obstacles.moving) > 0,
             )  # fmt: skip
             rollouts.costs[:] = 0.0
             for critic in CRITICS:
@@ -149,6 +154,20 @@ class Optimiser:
             self._kernels.pursue(
                 path.points, start, top, share * self.top_speed, lookahead, column, controls
             )
+
+    def _dodge(self, controls: Array32) -> None:
+        """Turns aside and straight on; noise round a plan that stops hardly finds these.
+
+        Among people who walk on, a robot that sees only the choice between driving into them and
+        waiting for them freezes (Trautman and Krause, "Unfreezing the robot", IROS 2010).
+        """
+        step, fastest = self.parameters.time_step, float(self._bounds[2])
+        first = 5 + len(PURSUITS)
+        for column, (share, turn) in enumerate(DODGES, first):
+            turning = min(self.parameters.steps, round(abs(turn) / (fastest * step)))
+            controls[:, :, column] = 0.0
+            controls[0, :, column] = share * self.top_speed
+            controls[1, :turning, column] = np.copysign(fastest, turn)
 
     def _start(self, heading: float, twist: Twist) -> Array32:
         start = [twist.linear, twist.angular, twist.lateral, cos(heading), sin(heading)]

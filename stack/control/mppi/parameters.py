@@ -66,6 +66,13 @@ class MppiParameters(EndsParameters):
     critical_margin: float = parameter(
         0.04, "m", at_least=0.0, help="clearance round the footprint that is hardly given up"
     )
+    moving_weight: float = parameter(
+        60.0, at_least=0.0, help="repulsion by moving things nearer than `moving_margin`, ever"
+    )
+    moving_power: int = parameter(1, at_least=1, at_most=4, help="of the moving critic")
+    moving_margin: float = parameter(
+        0.5, "m", at_least=0.0, help="clearance wanted from where people will be at that time"
+    )
     near_goal: float = parameter(
         0.5, "m", at_least=0.0,
         help="way left at which costs and clearance no longer count, only collisions",

@@ -75,10 +75,12 @@ def judged(critic, rollouts, path=None, furthest=0, heading=0.0, **parameters):
     """The cost that a critic alone gives to the first rollout."""
     path = path or straight_path()
     drive = parameters.pop("drive", DriveKind.DIFFERENTIAL)
+    moving = parameters.pop("moving", False)
     plan = np.zeros(rollouts.controls.shape[:2], np.float32)
     judgement = Judgement(
-        critic_kernels, MppiParameters(**parameters), path, plan, plan, heading, furthest, drive
-    )
+        critic_kernels, MppiParameters(**parameters), path, plan, plan, heading, furthest, drive,
+        moving,
+    )  # fmt: skip
     rollouts.costs[:] = 0.0
     critic(judgement, rollouts)
     return float(rollouts.costs[0])

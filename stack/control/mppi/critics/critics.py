@@ -44,6 +44,7 @@ class Judgement:
         heading: of the robot, map frame.
         furthest: index of the path point that the rollouts reach.
         drive: how the robot can move.
+        moving: whether anything around it does.
     """
 
     kernels: Any
@@ -54,6 +55,7 @@ class Judgement:
     heading: float
     furthest: int
     drive: DriveKind = DriveKind.DIFFERENTIAL
+    moving: bool = False
 
     def add(self, rollouts: Rollouts, term: Array32, weight: float, power: int) -> None:
         """Add (weight × term) ** power to the rollouts' costs."""
@@ -80,6 +82,11 @@ def look_around(
         obstacles.geometry, body.discs, body.core, body.points, stride, margins,
         rollouts.obstacle_cost, rollouts.repulsion, rollouts.hits,
     )  # fmt: skip
+    if len(obstacles.moving):
+        kernels.near_moving(
+            rollouts.poses, obstacles.moving, body.discs, p.moving_margin, p.time_step,
+            rollouts.closeness, rollouts.hits,
+        )  # fmt: skip
 
 
 def constraint(j: Judgement, rollouts: Rollouts) -> None:
@@ -105,6 +112,17 @@ def obstacles(j: Judgement, rollouts: Rollouts) -> None:
     p = j.parameters
     if j.path.remaining > p.near_goal:
         j.add(rollouts, rollouts.repulsion, p.obstacles_weight, p.obstacles_power)
+
+
+def moving(j: Judgement, rollouts: Rollouts) -> None:
+    """Clearance below the margin from where moving things will be when a rollout comes by.
+
+    They are believed to keep their velocities (Schöller et al., "What the constant velocity model
+    can teach us about pedestrian motion prediction", RA-L 2020).
+    """
+    if j.moving:
+        p = j.parameters
+        j.add(rollouts, rollouts.closeness, p.moving_weight, p.moving_power)
 
 
 def goal(j: Judgement, rollouts: Rollouts) -> None:
@@ -202,6 +220,6 @@ def liveliness(j: Judgement, rollouts: Rollouts) -> None:
 
 
 CRITICS = (
-    constraint, cost, obstacles, goal, goal_angle, path_align, path_angle, path_follow,
+    constraint, cost, obstacles, moving, goal, goal_angle, path_align, path_angle, path_follow,
     prefer_forward, deadband, liveliness,
 )  # fmt: skip
