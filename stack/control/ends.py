@@ -115,6 +115,14 @@ class PathEnds:
             return self.track.remaining <= p.goal_position
         return self._arrival.reached(state.pose, p.goal_position)
 
+    def way_left(self, state: ControlState) -> float:
+        """Metres to brake in: to the goal, for a car to the end of its path."""
+        if self.track is None:
+            return 0.0
+        if self._drive is DriveKind.ACKERMANN:
+            return self.track.remaining
+        return max(self.track.remaining, state.pose.distance_to(self.track.path.goal))
+
     def finish(self, state: ControlState) -> Twist | None:
         """At the goal: stop, and turn to its heading; None while that is blocked.
 

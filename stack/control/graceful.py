@@ -81,7 +81,7 @@ class Graceful(PathController[GracefulParameters]):
         self._local_plan = None
         if self._ends.held:
             return self._ends.realigned(state)
-        speed = self._top_speed(track, state)
+        speed = self._top_speed(state)
         for target in self._targets(track, state.pose):
             poses = self._simulate(state.pose, target, speed)
             clear = int(self._swept.clear_poses(state.costs, state.pose, poses[None])[0])
@@ -96,7 +96,7 @@ class Graceful(PathController[GracefulParameters]):
         linear, angular = self.law(state.pose, target, speed)
         return self._ends.ramped(Twist(linear, angular))
 
-    def _top_speed(self, track: Track, state: ControlState) -> float:
+    def _top_speed(self, state: ControlState) -> float:
         """Cruise speed, less where costs are high and where the goal is near."""
         p, limits = self.parameters, self._robot.limits
         cruise = min(p.cruise_speed, limits.linear_speed)
@@ -104,8 +104,7 @@ class Graceful(PathController[GracefulParameters]):
         cost = int(costs.cells[cell]) if costs.contains(*cell) else 0
         if cost <= 254:
             cruise *= 1.0 - p.cost_slowdown * min(cost, 252) / 252.0
-        distance = max(track.remaining, state.pose.distance_to(track.path.goal))
-        way = distance - 0.5 * p.goal_position
+        way = self._ends.way_left(state) - 0.5 * p.goal_position
         brake = p.brake_share * limits.linear_deceleration
         stopping = stopping_speed(way, brake, p.response_time + self._period)
         return min(cruise, max(stopping, 0.5 * p.min_speed))

@@ -76,7 +76,7 @@ class Dwb(PathController[DwbParameters]):
     def _best(self, track: Track, state: ControlState, share: float) -> Twist | None:
         """The best of the speeds that collide with nothing; None when all do, or it is to stand."""
         last = self._ends.last
-        p, top = self._before_goal(track, state, share)
+        p, top = self._before_goal(state, share)
         speeds = window(p, self._robot, last, top)
         speeds = speeds.of(self._not_oscillating(state.pose, speeds))
         poses = drive(p, self._robot, state.pose, last, speeds)
@@ -95,15 +95,13 @@ class Dwb(PathController[DwbParameters]):
         self._local_plan = poses[best]
         return self._ends.ramped(twist)
 
-    def _before_goal(
-        self, track: Track, state: ControlState, share: float
-    ) -> tuple[DwbParameters, float]:
+    def _before_goal(self, state: ControlState, share: float) -> tuple[DwbParameters, float]:
         """The parameters with a simulated time that ends about at the goal, and the top speed.
 
         A robot whose speeds are all driven far beyond the goal would creep towards it.
         """
         p, limits = self.parameters, self._robot.limits
-        way = max(track.remaining, state.pose.distance_to(track.path.goal))
+        way = self._ends.way_left(state)
         brake = p.brake_share * limits.linear_deceleration
         cruise = share * min(p.cruise_speed, limits.linear_speed)
         top = min(cruise, max(stopping_speed(way, brake, p.response_time + self._period), CREEP))

@@ -67,7 +67,7 @@ class MppiParameters(EndsParameters):
         0.04, "m", at_least=0.0, help="clearance round the footprint that is hardly given up"
     )
     moving_weight: float = parameter(
-        60.0, at_least=0.0, help="repulsion by moving things nearer than `moving_margin`, ever"
+        150.0, at_least=0.0, help="repulsion by moving things nearer than `moving_margin`, ever"
     )
     moving_power: int = parameter(1, at_least=1, at_most=4, help="of the moving critic")
     moving_margin: float = parameter(
