@@ -1,6 +1,6 @@
-"""Paths with cusps: a car drives them leg by leg, some of the legs backward.
+"""Paths with cusps: they are driven leg by leg, some of the legs backward.
 
-Seen from a frame whose x axis points backward, a car that reverses is a car that drives forward
+Seen from a frame whose x axis points backward, a robot that reverses is one that drives forward
 and whose outline is turned by half a circle: its arcs and their radii are the same. So any
 controller that drives forward drives reverse legs as well, with such a frame as its base.
 """
@@ -91,10 +91,13 @@ def _against(steps: FloatArray, headings: FloatArray) -> FloatArray:
 
 
 def controller_for(component: Any, parameters: Any, robot: RobotDescription, period: float) -> Any:
-    """A controller of a class (see stack.components) for a robot, leg by leg for a car."""
-    if robot.drive is DriveKind.ACKERMANN:
-        return LegByLeg(component, parameters, robot, period)
-    return component(parameters, robot, period)
+    """A controller of a class (see stack.components) for a robot, leg by leg where that counts.
+
+    To an omnidirectional robot a heading says nothing of the direction to drive in.
+    """
+    if robot.drive is DriveKind.OMNI:
+        return component(parameters, robot, period)
+    return LegByLeg(component, parameters, robot, period)
 
 
 class LegByLeg:

@@ -31,6 +31,7 @@ class Tools:
         clear_of: metres round the robot in which a blocked path is not its concern.
         deceleration: of the robot, m/s²: how early it brakes for a path's speed limit.
         turns_in_place: whether the robot can; a car cannot.
+        has_legs: whether paths have legs forward and backward; an omnidirectional robot's have not.
         counters: plans, replans, recoveries and the like, for the snapshot.
     """
 
@@ -43,6 +44,7 @@ class Tools:
     clear_of: float
     deceleration: float = 1.0
     turns_in_place: bool = True
+    has_legs: bool = True
     counters: dict[str, float] = field(default_factory=dict)
 
     def count(self, what: str) -> None:
@@ -86,7 +88,7 @@ class Follower:
     def set_path(self, path: Path) -> None:
         """Follow another path from now on."""
         p = self._tools.parameters
-        self.track = Track(path, () if self._tools.turns_in_place else cusps_of(path))
+        self.track = Track(path, cusps_of(path) if self._tools.has_legs else ())
         self._speeds = PathSpeeds(path, self._tools.deceleration)
         self._goal = GoalChecker(path.goal, self._tolerance, p.goal_heading, p.goal_settle)
         self._tools.controller.set_path(path)

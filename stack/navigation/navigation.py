@@ -66,6 +66,7 @@ class Navigation:
             clear_of=robot.footprint.inscribed_radius,
             deceleration=robot.limits.linear_deceleration,
             turns_in_place=robot.drive is not DriveKind.ACKERMANN,
+            has_legs=robot.drive is not DriveKind.OMNI,
             counters={"plans": 0.0, "replans": 0.0, "recoveries": 0.0, "distance": 0.0},
         )  # fmt: skip
         self._monitor = CollisionMonitor(robot)
