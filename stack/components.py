@@ -18,7 +18,7 @@ from typing import Any, ClassVar, Protocol
 from stack.description import RobotDescription
 from stack.errors import InputError
 from stack.parameters import build, suggestion
-from stack.types import CostGrid, Footprint, Path, Pose2D, Twist
+from stack.types import CostGrid, FloatArray, Footprint, Path, Pose2D, Twist
 
 BUILT_IN: dict[str, dict[str, str]] = {
     "planner": {
@@ -80,12 +80,14 @@ class ControlState:
         pose: map frame.
         twist: measured velocity.
         costs: the local costmap, map frame, around the robot.
+        points: (m, 2) what the newest scan met, base frame of now, metres; None without a scan.
     """
 
     time: float
     pose: Pose2D
     twist: Twist
     costs: CostGrid
+    points: FloatArray | None = None
 
 
 class Controller(Protocol):

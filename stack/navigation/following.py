@@ -11,7 +11,8 @@ from stack.errors import NavigationError
 from stack.navigation.parameters import NavigationParameters
 from stack.navigation.planning import PlanningDesk
 from stack.navigation.tasks import CostmapLike, Emit, Moment, MotionTask
-from stack.types import STANDSTILL, FailureCode, Path, Twist
+from stack.safety.monitor import CollisionMonitor
+from stack.types import STANDSTILL, FailureCode, FloatArray, Path, Twist
 
 STANDING_SPEED, STANDING_TURN = 0.02, 0.05
 """m/s and rad/s below which the robot stands."""
@@ -23,6 +24,7 @@ class Tools:
 
     Attributes:
         clear_of: metres round the robot in which a blocked path is not its concern.
+        monitor: brings scans into the base frame of now; None where nobody looks.
         counters: plans, replans, recoveries and the like, for the snapshot.
     """
 
@@ -33,6 +35,7 @@ class Tools:
     world: CostmapLike
     emit: Emit
     clear_of: float
+    monitor: CollisionMonitor | None = None
     counters: dict[str, float] = field(default_factory=dict)
 
     def count(self, what: str) -> None:
@@ -107,8 +110,9 @@ class Follower:
 
     def _command(self, moment: Moment) -> Twist:
         state = ControlState(
-            moment.time, moment.estimate.pose, moment.odometry.twist, self._tools.local.grid
-        )
+            moment.time, moment.estimate.pose, moment.odometry.twist, self._tools.local.grid,
+            self._points(moment),
+        )  # fmt: skip
         try:
             twist = self._tools.controller.command(state)
         except NavigationError as error:
@@ -118,6 +122,13 @@ class Follower:
         if twist != STANDSTILL:
             self._held_since = None
         return twist
+
+    def _points(self, moment: Moment) -> FloatArray | None:
+        """What the newest scan met, in the base frame of now."""
+        monitor = self._tools.monitor
+        if monitor is None or moment.scan is None:
+            return None
+        return monitor.points(moment.scan, moment.time, moment.odometry.twist)
 
     def _hold(self, error: NavigationError, time: float) -> None:
         """Stand before something in the way, or pass the error on when patience is over."""

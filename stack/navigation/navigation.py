@@ -52,12 +52,12 @@ class Navigation:
         emit: Emit, period: float,
     ) -> None:  # fmt: skip
         self._robot, self._period, self._emit = robot, period, emit
+        self._monitor = CollisionMonitor(robot)
         self._tools = Tools(
             controller, PlanningDesk(planner), parameters, local_costmap, global_costmap, emit,
-            clear_of=robot.footprint.inscribed_radius,
+            clear_of=robot.footprint.inscribed_radius, monitor=self._monitor,
             counters={"plans": 0.0, "replans": 0.0, "recoveries": 0.0, "distance": 0.0},
         )  # fmt: skip
-        self._monitor = CollisionMonitor(robot)
         self._activity: Activity | None = None
         self._plannings: list[_Planning] = []
         self._moment: Moment | None = None
