@@ -101,17 +101,17 @@ def named(words: str) -> tuple[str, ...]:
     return tuple(word.strip() for word in words.split(",") if word.strip())
 
 
-def assignments(pairs: list[str]) -> dict[str, str]:
-    """What `--set` gives.
+def assignments(pairs: list[str], option: str = "--set") -> dict[str, str]:
+    """NAME=VALUE, given again and again.
 
     Raises:
-        InputError: a pair without an equals sign.
+        InputError: one is something else.
     """
     values = {}
     for pair in pairs:
         name, equals, value = pair.partition("=")
         if not equals or not name.strip():
-            raise InputError(f"--set {pair}: expected NAME=VALUE, such as --set dwell=5s")
+            raise InputError(f"{option} {pair}: expected NAME=VALUE, such as dwell=5s")
         values[name.strip()] = value.strip()
     return values
 

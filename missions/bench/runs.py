@@ -6,7 +6,6 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from missions.assembly import Plan, RunOptions, prepare
-from missions.choices import all_chosen
 from stack.errors import InputError
 from stack.sim.world import World
 from stack.types import Pose2D
@@ -56,6 +55,7 @@ class Setup:
         arguments: as `--set` gives them.
         robot: in place of the mission's.
         controller: in place of the mission's, with its own defaults.
+        parameters: `controller.cruise_speed` -> value as text, over everything in files.
     """
 
     mission: str
@@ -63,11 +63,14 @@ class Setup:
     arguments: dict[str, str] = field(default_factory=dict)
     robot: str | None = None
     controller: str | None = None
+    parameters: dict[str, str] = field(default_factory=dict)
 
     @property
     def label(self) -> str:
         """Names it among the setups of one table."""
-        return " ".join(filter(None, (Path(self.mission).stem, self.robot, self.controller)))
+        given = [f"{name}={value}" for name, value in self.parameters.items()]
+        stem = Path(self.mission).stem
+        return " ".join(filter(None, (stem, self.robot, self.controller, *given)))
 
     def plan(self, case: Case | None, trial: int) -> tuple[Plan, RunOptions]:
         """The mission, read and checked, and how it is run.
@@ -83,17 +86,11 @@ class Setup:
         options = RunOptions(
             seed=trial, arguments=self.arguments, robot=self.robot, serve=False, camera="off",
             world=None if file is None else str(file.resolve()),
+            parameters=({"controller.use": self.controller} if self.controller else {})
+            | self.parameters,
         )  # fmt: skip
         plan = prepare(self.mission, options)
-        if case is not None:
-            plan = replace(plan, world=case.world)
-        return (self._controlled(plan) if self.controller else plan), options
-
-    def _controlled(self, plan: Plan) -> Plan:
-        if plan.choices["controller"].name == self.controller:
-            return plan
-        choices = all_chosen(plan.robot, {"controller": (self.controller, {})})
-        return replace(plan, choices={**plan.choices, "controller": choices["controller"]})
+        return (plan if case is None else replace(plan, world=case.world)), options
 
 
 def goal_of(plan: Plan) -> Pose2D:
