@@ -22,7 +22,16 @@ import numpy as np
 from stack.description import RobotDescription
 from stack.errors import InputError, NavigationError
 from stack.parameters import build, suggestion
-from stack.types import CostGrid, FailureCode, Footprint, Path, Pose2D, Track, Twist
+from stack.types import (
+    CostGrid,
+    FailureCode,
+    FloatArray,
+    Footprint,
+    Path,
+    Pose2D,
+    Track,
+    Twist,
+)
 
 BUILT_IN: dict[str, dict[str, str]] = {
     "planner": {
@@ -139,6 +148,7 @@ class ControlState:
         twist: measured velocity.
         costs: the local costmap, map frame, around the robot.
         tracks: what moves around it, map frame, as of now; only for controllers that ask for it.
+        points: (m, 2) what the newest scan met, base frame of now, metres; None without a scan.
     """
 
     time: float
@@ -146,6 +156,7 @@ class ControlState:
     twist: Twist
     costs: CostGrid
     tracks: tuple[Track, ...] = ()
+    points: FloatArray | None = None
 
 
 class Controller(Protocol):

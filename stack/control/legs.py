@@ -169,6 +169,7 @@ class LegByLeg:
             state,
             pose=Pose2D(pose.x, pose.y, wrap_angle(pose.heading + pi)),
             twist=Twist(-twist.linear, twist.angular, -twist.lateral),
+            points=None if state.points is None else -state.points,
         )
         twist = self._driver.command(about)
         return Twist(-twist.linear, twist.angular, -twist.lateral)

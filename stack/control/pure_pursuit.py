@@ -20,12 +20,14 @@ from math import cos, hypot, inf, sin
 import numpy as np
 
 from stack.components import ControlState
+from stack.control.manoeuvre import Leg, Manoeuvres
 from stack.control.parameters import FollowingParameters
 from stack.control.patience import Patience
 from stack.control.ramps import Ramp, stopping_speed
 from stack.control.swept import SweptFootprint
 from stack.control.track import Track
 from stack.control.turning import TurnInPlace, TurnStyle, turning_speed
+from stack.costmap.route_costs import blocked_at
 from stack.description import DriveKind, RobotDescription
 from stack.kinematics import moved, speed_towards, within_turning_radius
 from stack.parameters import parameter
@@ -34,6 +36,12 @@ from stack.types import wrap_angle as wrap
 
 SHORTER = (1.0, 0.6, 0.35)
 """Shares of the lookahead distance tried in turn while the arc ahead is not clear."""
+
+LEG_DONE = 0.02
+"""Metres or radians left of a motion that count as none."""
+
+CLEAR_AHEAD = 0.8
+"""Metres of path that must be clear for it to be worth while to find a way onto it."""
 
 NOT_ARRIVED_BEYOND = 0.06
 """Metres to the goal within which a new path to it does not send the robot off again."""
@@ -75,6 +83,9 @@ class PurePursuitParameters(FollowingParameters):
         "path", one_of=("path", "goal"),
         help="omnidirectional robots only: face along the path, or as at the goal, all the way",
     )  # fmt: skip
+    padding: float = parameter(
+        0.02, "m", at_least=0.0, at_most=0.5, help="stays free round the footprint"
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,7 +124,10 @@ class PurePursuit:
     ) -> None:
         self.parameters, self._limits, self._period = parameters, robot.limits, period
         self._drive, self._radius = robot.drive, robot.turning_radius
-        self._swept, self._patience = SweptFootprint(robot.footprint), Patience()
+        self._swept = SweptFootprint(robot.footprint, padding=parameters.padding, exact=True)
+        self._manoeuvres = Manoeuvres(self._swept, robot)
+        self._legs: tuple[Leg, ...] = ()
+        self._patience = Patience()
         self._track: Track | None = None
         self._arrived = self._turning = False
         self._last = STANDSTILL
@@ -131,6 +145,7 @@ class PurePursuit:
             NavigationError: COLLISION_AHEAD when nothing safe could be commanded for `patience`.
         """
         track, self._state = self._track, state
+        self._swept.seen = None if state.points is None else state.pose.transform(state.points)
         if track is None:
             return STANDSTILL
         fresh = track.travelled == 0.0
@@ -165,6 +180,9 @@ class PurePursuit:
 
     def _pursue(self, track: Track, state: ControlState) -> Twist | None:
         """Along the path: the first clear arc, a turn in place, or None when neither is safe."""
+        under_way = self._manoeuvred(state)
+        if under_way is not None:
+            return under_way
         lookahead = self._lookahead_distance(state.twist.linear, track.remaining)
         arc = self._arc(track, state, track.lookahead_point(state.pose, lookahead))
         if abs(arc.bearing) > self._turn_threshold(track, state):
@@ -180,9 +198,41 @@ class PurePursuit:
                 arc = other
         if arc.free > self.parameters.clearance:
             return self._driven(arc, track.remaining)
-        near = track.nearer_point(state.pose, SHORTER[-1] * lookahead)
-        nearest = self._arc(track, state, near)
-        return self._turn(state, nearest.bearing) if abs(nearest.bearing) > 0.15 else None
+        return self._squeeze(track, state)
+
+    def _manoeuvred(self, state: ControlState) -> Twist | None:
+        """The next command of the manoeuvre under way; None when there is none."""
+        while self._legs and self._legs[0].left(state.pose) <= LEG_DONE:
+            self._legs = self._legs[1:]
+        if self._legs and not self._manoeuvres.is_clear(state, self._legs[0]):
+            self._legs = ()
+        return self._leg_twist(state, self._legs[0]) if self._legs else None
+
+    def _squeeze(self, track: Track, state: ControlState) -> Twist | None:
+        """Where no arc to the path is clear but the path is: a motion that leads onto it."""
+        if self._is_blocked(track, state):
+            return None
+        ahead = self._manoeuvres.ahead(state, track)
+        if ahead is not None:
+            return self._leg_twist(state, ahead)
+        self._legs = self._manoeuvres.around(state, track)
+        return self._manoeuvred(state)
+
+    def _leg_twist(self, state: ControlState, leg: Leg) -> Twist | None:
+        p = self.parameters
+        if not leg.twist.linear:
+            return self._turn(state, wrap(leg.end.heading - state.pose.heading))
+        speed = max(p.creep_speed, min(p.min_speed, leg.left(state.pose) / p.time_to_collision))
+        if leg.twist.angular:
+            speed = min(speed, 0.5 * self._limits.angular_speed / abs(leg.twist.angular))
+        speed *= leg.twist.linear
+        linear = self._ramp.forward(self._last.linear, speed)
+        return Twist(linear, self._ramp.turn(self._last.angular, abs(linear) * leg.twist.angular))
+
+    def _is_blocked(self, track: Track, state: ControlState) -> bool:
+        """Whether something stands on the path itself, and not only on the way to it."""
+        points = track.ahead(CLEAR_AHEAD)
+        return blocked_at(state.costs, points, state.pose, 0.0) is not None
 
     def _glide(self, track: Track, state: ControlState) -> Twist | None:
         """Straight to a lookahead point with a clear way, turning if that is clear as well."""

@@ -16,6 +16,9 @@ Short, so that a path that comes back near itself (a patrol that ends where it b
 order.
 """
 
+HEADING_OVER = 0.1
+"""Metres of path before and after a place that its heading there is taken over."""
+
 LOST_TRACK = 1.0
 """Farther than this from the path, in metres, all of what is left of it is searched."""
 
@@ -121,6 +124,16 @@ class Track:
         x, y = (float(np.interp(length, self._lengths, axis)) for axis in self._points.T)
         return x, y
 
+    def pose_ahead(self, distance: float) -> Pose2D:
+        """Where on the path the robot should be some metres on, looking along it."""
+        length = self.travelled + distance
+        return Pose2D(*self._point(length), self._heading(length))
+
+    def foot(self, pose: Pose2D) -> tuple[float, float, float]:
+        """Where on the path a pose near the robot belongs: length, offset, the path's heading."""
+        _, length, offset = self._nearest(pose, REACH)
+        return length, offset, self._heading(length)
+
     def ahead(self, distance: float) -> FloatArray:
         """(k, 2) the path's own points on its next metres, map frame."""
         own = self._lengths[: len(self.path.points)]
@@ -142,6 +155,10 @@ class Track:
             if begin + span >= self.length and lengths[-1] < self.length - 0.2 * spacing:
                 lengths = np.append(lengths, self.length)
         return np.column_stack([np.interp(lengths, self._lengths, axis) for axis in self._points.T])
+
+    def _heading(self, length: float) -> float:
+        (bx, by), (cx, cy) = self._point(length - HEADING_OVER), self._point(length + HEADING_OVER)
+        return atan2(cy - by, cx - bx)
 
     def _nearest(self, pose: Pose2D, reach: float) -> tuple[int, float, float]:
         found: tuple[int, float, float] = self._kernels.project(

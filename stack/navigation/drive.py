@@ -8,6 +8,7 @@ from math import copysign, inf
 import numpy as np
 
 from stack.control.checkers import LostChecker
+from stack.costmap.route_costs import blocked_at, route_cost
 from stack.errors import NavigationError
 from stack.navigation.blockages import Blockages
 from stack.navigation.following import (
@@ -19,7 +20,6 @@ from stack.navigation.following import (
     standing,
 )
 from stack.navigation.planning import Plan, PlanRequest
-from stack.navigation.route_costs import blocked_at, route_cost
 from stack.navigation.tasks import Moment, MotionTask
 from stack.types import STANDSTILL, Failure, FailureCode, Path, Pose2D, Twist
 

@@ -14,7 +14,8 @@ from stack.navigation.parameters import NavigationParameters
 from stack.navigation.path_speeds import PathSpeeds, slower
 from stack.navigation.planning import PlanningDesk
 from stack.navigation.tasks import CostmapLike, Emit, Moment, MotionTask
-from stack.types import STANDSTILL, FailureCode, Path, Twist, wrap_angle
+from stack.safety.monitor import CollisionMonitor
+from stack.types import STANDSTILL, FailureCode, FloatArray, Path, Twist, wrap_angle
 
 STANDING_SPEED, STANDING_TURN = 0.02, 0.05
 """m/s and rad/s below which the robot stands."""
@@ -29,6 +30,7 @@ class Tools:
 
     Attributes:
         clear_of: metres round the robot in which a blocked path is not its concern.
+        monitor: brings scans into the base frame of now; None where nobody looks.
         deceleration: of the robot, m/s²: how early it brakes for a path's speed limit.
         turns_in_place: whether the robot can; a car cannot.
         has_legs: whether paths have legs forward and backward; an omnidirectional robot's have not.
@@ -42,6 +44,7 @@ class Tools:
     world: CostmapLike
     emit: Emit
     clear_of: float
+    monitor: CollisionMonitor | None = None
     deceleration: float = 1.0
     turns_in_place: bool = True
     has_legs: bool = True
@@ -146,6 +149,7 @@ class Follower:
         state = ControlState(
             moment.time, moment.estimate.pose, moment.odometry.twist, self._tools.local.grid,
             moment.tracks,
+            self._points(moment),
         )  # fmt: skip
         try:
             twist = self._tools.controller.command(state)
@@ -158,6 +162,13 @@ class Follower:
         if self._speeds is None or self.track is None:
             return twist
         return slower(twist, self._speeds.at(self.track.travelled))
+
+    def _points(self, moment: Moment) -> FloatArray | None:
+        """What the newest scan met, in the base frame of now."""
+        monitor = self._tools.monitor
+        if monitor is None or moment.scan is None:
+            return None
+        return monitor.points(moment.scan, moment.time, moment.odometry.twist)
 
     def _hold(self, error: NavigationError, time: float) -> None:
         """Stand before something in the way, or pass the error on when patience is over."""

@@ -61,15 +61,15 @@ class Navigation:
         emit: Emit, period: float,
     ) -> None:  # fmt: skip
         self._robot, self._period, self._emit = robot, period, emit
+        self._monitor = CollisionMonitor(robot)
         self._tools = Tools(
             controller, PlanningDesk(planner), parameters, local_costmap, global_costmap, emit,
-            clear_of=robot.footprint.inscribed_radius,
+            clear_of=robot.footprint.inscribed_radius, monitor=self._monitor,
             deceleration=robot.limits.linear_deceleration,
             turns_in_place=robot.drive is not DriveKind.ACKERMANN,
             has_legs=robot.drive is not DriveKind.OMNI,
             counters={"plans": 0.0, "replans": 0.0, "recoveries": 0.0, "distance": 0.0},
         )  # fmt: skip
-        self._monitor = CollisionMonitor(robot)
         self._surroundings = Surroundings()
         self._activity: Activity | None = None
         self._plannings: list[_Planning] = []

@@ -146,6 +146,7 @@ class Safety:
         if contact.time == inf:
             return twist
         share = min(1.0, contact.time / p.slow_time)
+        share = max(share, self._tight_share(twist, points))
         if share * self._rim_speed(twist) >= p.creep_speed:
             self.reason = f"slower: something {_where(contact)}"
             return scaled(twist, share)
@@ -157,13 +158,34 @@ class Safety:
                 return turn
         return STANDSTILL
 
+    def _tight_share(self, twist: Twist, points: FloatArray) -> float:
+        """The share of a twist's speed at which it may pass between things within the padding.
+
+        At a crawl the robot follows its arc to millimetres and needs less room beside it. Towards
+        something ahead it is no faster for that.
+        """
+        p = self.parameters
+        speed = self._rim_speed(twist)
+        if speed == 0.0 or p.tight_padding >= p.padding:
+            return 0.0
+        share = min(1.0, p.tight_speed / speed)
+        slow = Twist(twist.linear * share, twist.angular * share, twist.lateral * share)
+        contact = self._monitor.contact(slow, points, p.slow_time, p.tight_padding)
+        return share if contact.time == inf else 0.0
+
+    def _padding(self, twist: Twist) -> float:
+        """What is to stay free at a twist's speed, metres."""
+        p = self.parameters
+        slow = self._rim_speed(twist) <= p.tight_speed + 1e-9
+        return min(p.padding, p.tight_padding) if slow else p.padding
+
     def _braked(self, smooth: Twist, points: FloatArray) -> Twist:
         """The smoothed twist, or full braking if it meets something sooner than it can stop.
 
         On the way from one arc to another the robot drives neither.
         """
         time = self._stopping_time(smooth)
-        contact = self._monitor.contact(smooth, points, time, self.parameters.padding)
+        contact = self._monitor.contact(smooth, points, time, self._padding(smooth))
         if contact.time == inf:
             return smooth
         self.reason = f"braking: something {_where(contact)}"
