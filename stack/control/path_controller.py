@@ -64,6 +64,8 @@ class PathController(ABC, Generic[P]):
             self._stand()
         else:
             chosen = self._along(track, state)
+            if chosen is None:  # better to stand and turn than to wait for each other
+                chosen = ends.turned(state)
         return ends.end(state, chosen)
 
     @property

@@ -22,6 +22,9 @@ SLOWER = (1.0, 0.5, 0.25)
 STALLED, STALLED_TURN = 0.04, 0.1
 """A plan that moves less than this (metres, radians) while the robot stands leads nowhere."""
 
+AT_REST = 0.2
+"""m/s below which somebody is not on the way to anywhere, and may be waiting for the robot."""
+
 NEAR_SOMEBODY = 3.0
 """Metres to a moving thing within which the robot does not stand to turn towards its path."""
 
@@ -59,7 +62,8 @@ class Mppi(PathController[MppiParameters]):
         """Not in the way of somebody, whom the plan leads past."""
         x, y = state.pose.x, state.pose.y
         return not self.parameters.moving_weight or all(
-            hypot(track.position[0] - x, track.position[1] - y) > NEAR_SOMEBODY
+            track.speed < AT_REST
+            or hypot(track.position[0] - x, track.position[1] - y) > NEAR_SOMEBODY
             for track in state.tracks
         )
 
