@@ -24,6 +24,7 @@ from stack.errors import InputError, ParameterError
 from stack.parameters import read_quantity
 from stack.sim.world import World
 from stack.sim.world_outlines import outlines
+from stack.telemetry.records import Command
 from stack.types import Pose2D
 
 __all__ = ["Plan", "RunOptions", "prepare"]
@@ -44,6 +45,9 @@ class RunOptions:
         mavlink: address to send MAVLink telemetry to, or None.
         camera: "asked" renders when the mission looks; "off" is a robot whose camera is dead;
             "on" keeps it running for the recording.
+        watch: take the mission anew whenever its file is saved.
+        breakpoints: nodes that the mission stops before.
+        forced: node -> outcome, from the beginning.
     """
 
     seed: int = 0
@@ -57,6 +61,17 @@ class RunOptions:
     serve: bool = True
     mavlink: str | None = None
     camera: str = "asked"
+    watch: bool = False
+    breakpoints: tuple[str, ...] = ()
+    forced: dict[str, str] | None = None
+
+    def first_orders(self) -> list[Command]:
+        """What an operator would have to command before the first step."""
+        stops = [Command("start", "break", {"node": node}) for node in self.breakpoints]
+        forced = (self.forced or {}).items()
+        return stops + [
+            Command("start", "force", {"node": node, "status": outcome}) for node, outcome in forced
+        ]
 
 
 @dataclass(frozen=True)
@@ -102,7 +117,7 @@ def prepare(name: str | Path, options: RunOptions) -> Plan:
     )
     layers = tuple(layer.located(beside) for layer in choices["costmap"].parts)
     choices["costmap"] = replace(choices["costmap"], parts=layers)
-    return Plan(
+    plan = Plan(
         mission=mission,
         robot=robot,
         world=world,
@@ -111,6 +126,21 @@ def prepare(name: str | Path, options: RunOptions) -> Plan:
         choices=choices,
         text=path.read_text("utf-8"),
     )
+    if options.breakpoints or options.forced:
+        _check_nodes(plan, options)
+    return plan
+
+
+def _check_nodes(plan: Plan, options: RunOptions) -> None:
+    """Refuse breakpoints and forced outcomes on nodes that there are not."""
+    from missions.trees.compiler import compile_mission
+    from missions.trees.debugging import TreeDebugger
+
+    debugger = TreeDebugger(compile_mission(plan.mission))
+    for node in options.breakpoints:
+        debugger.set_breakpoint(node)
+    for node, outcome in (options.forced or {}).items():
+        debugger.force(node, outcome)
 
 
 def _beside(given: str | None, mission_folder: Path) -> Path:

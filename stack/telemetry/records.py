@@ -105,6 +105,25 @@ class TreeRow:
 
 
 @dataclass(frozen=True, slots=True)
+class Debugging:
+    """What operators do to the tree while it runs.
+
+    Attributes:
+        breakpoints: ids of the nodes that the mission stops before.
+        held: ids of the nodes that it stopped before and that start with the next tick.
+        forced: success | failure by id, as text.
+        generation: how often the tree was replaced by that of a file saved meanwhile.
+        faults: what is wrong with the file as last saved, which was therefore not taken.
+    """
+
+    breakpoints: tuple[int, ...] = ()
+    held: tuple[int, ...] = ()
+    forced: Mapping[str, str] = field(default_factory=dict)
+    generation: int = 0
+    faults: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class StageTiming:
     """Compute time of one stage of the loop, wall seconds."""
 
@@ -166,7 +185,8 @@ class Snapshot:
     Attributes:
         time: robot's clock, seconds.
         step: runtime step.
-        state: the mission in one word; `reason` says why (the path to the first failure).
+        state: the mission in one word; `reason` says why (the path to the first failure, the
+            breakpoint).
         tree: rows in drawing order.
         pose: estimate, map frame; covariance (3, 3); quality in [0, 1].
         odometry: pose in the odom frame.
@@ -185,6 +205,7 @@ class Snapshot:
         counters: recoveries, replans, collisions, distance (m)…
         safety: what the safety stage does now, in words; empty when nothing.
         events: the last few events, oldest first.
+        debugging: breakpoints, forced outcomes, what became of a file saved meanwhile.
     """
 
     time: float
@@ -216,6 +237,7 @@ class Snapshot:
     counters: Mapping[str, float] = field(default_factory=dict)
     safety: str = ""
     events: tuple[Event, ...] = ()
+    debugging: Debugging = Debugging()
 
 
 @dataclass(frozen=True, slots=True)
@@ -225,9 +247,10 @@ class Command:
     Attributes:
         id: chosen by the sender; comes back in the Ack.
         kind: pause | resume | abort | estop | release | speed | set_pose | set_goal |
-            set_parameter.
+            set_parameter | break | unbreak | step | continue | force.
         arguments: e.g. {"factor": 4.0}, {"x": 1.0, "y": 2.0, "heading": 0.0},
-            {"name": "controller.cruise_speed", "value": 0.4}, {"reason": "…"}.
+            {"name": "controller.cruise_speed", "value": 0.4}, {"reason": "…"},
+            {"node": "12"}, {"ticks": 1}, {"node": "go to lab", "status": "failure"}.
     """
 
     id: str
@@ -237,7 +260,11 @@ class Command:
 
 @dataclass(frozen=True, slots=True)
 class Ack:
-    """What became of a command: done, or refused with a reason."""
+    """What became of a command: done, or refused with a reason.
+
+    Attributes:
+        reason: why it was refused; what was understood, when that needs words.
+    """
 
     id: str
     done: bool
