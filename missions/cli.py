@@ -90,6 +90,19 @@ def run(  # noqa: PLR0913 - each is an option of the command
     camera: Annotated[Camera, typer.Option(help="render when asked, always, or never")] = (
         Camera.ASKED
     ),
+    watch: Annotated[
+        bool, typer.Option("--watch", help="take the mission anew whenever its file is saved")
+    ] = False,
+    break_: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--break", metavar="NODE", help="pause before a node: name, path or file:line"
+        ),
+    ] = None,
+    force: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NODE=OUTCOME", help="do not run a node: success or failure at once"),
+    ] = None,
     json: Annotated[bool, typer.Option("--json", help="print the report as JSON, nothing else")] = (
         False
     ),
@@ -100,7 +113,9 @@ def run(  # noqa: PLR0913 - each is an option of the command
     options = LaunchOptions(
         mission=mission, headless=headless or json or not _on_a_terminal(), json=json, seed=seed,
         speed=speed, arguments=_assignments(set_ or []), robot=robot, world=world, start=start,
-        out=out, rerun=not no_rerun, mavlink=mavlink, camera=camera.value,
+        out=out, rerun=not no_rerun, mavlink=mavlink, camera=camera.value, watch=watch,
+        breakpoints=tuple(break_ or ()),
+        forced=_assignments(force or [], "--force", "dock=failure"),
     )  # fmt: skip
     raise typer.Exit(launch(options))
 
@@ -330,12 +345,14 @@ def _on_a_terminal() -> bool:
     return sys.stdin.isatty() and sys.stdout.isatty() and os.environ.get("TERM", "dumb") != "dumb"
 
 
-def _assignments(pairs: list[str]) -> dict[str, str]:
+def _assignments(
+    pairs: list[str], option: str = "--set", example: str = "dwell=5s"
+) -> dict[str, str]:
     values = {}
     for pair in pairs:
         name, equals, value = pair.partition("=")
         if not equals or not name.strip():
-            raise InputError(f"--set {pair}: expected NAME=VALUE, such as --set dwell=5s")
+            raise InputError(f"{option} {pair}: expected NAME=VALUE, such as {option} {example}")
         values[name.strip()] = value.strip()
     return values
 

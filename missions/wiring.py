@@ -47,7 +47,11 @@ LOCAL_WINDOW = 5.0
 
 @dataclass
 class Wiring:
-    """A runtime ready to step, and what has to be closed after it."""
+    """A runtime ready to step, and what has to be closed after it.
+
+    Attributes:
+        between_steps: called before each step.
+    """
 
     runtime: Runtime
     body: SimulatedBody
@@ -55,6 +59,7 @@ class Wiring:
     telemetry: Telemetry
     witness: SimulationWitness
     debugger: TreeDebugger
+    between_steps: Callable[[], None] = lambda: None
 
 
 def run_info(plan: Plan, run_id: str, seed: int) -> RunInfo:

@@ -102,9 +102,15 @@ class Gate:
 
 
 class TreeDebugger:
-    """What operators do to a running tree; survives the tree's replacement."""
+    """What operators do to a running tree; survives the tree's replacement.
+
+    Attributes:
+        generation: how often the tree was replaced.
+        faults: of the mission's file as last saved, which is not what runs.
+    """
 
     def __init__(self, tree: MissionTree) -> None:
+        self.generation, self.faults = 0, tuple[str, ...]()
         self._tree = tree
         self._gates: dict[int, Gate] = {}
         self._stops: list[Record] = []
@@ -179,6 +185,8 @@ class TreeDebugger:
             breakpoints=tuple(gate.record.id for gate in gates if gate.breaks),
             held=tuple(gate.record.id for gate in gates if gate.is_holding),
             forced={str(g.record.id): WORDS[g.forced.status] for g in gates if g.forced},
+            generation=self.generation,
+            faults=self.faults,
         )
 
     def move_to(self, tree: MissionTree) -> list[str]:
