@@ -17,6 +17,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # halves numpy's import time
 import typer
 
 from missions.cli_new import new_app
+from missions.cli_tell import tell_app
 from stack.errors import BodyError, InputError, ParameterError, TelemetryError
 
 HELP = """Run behaviour-tree missions on a simulated or a real robot.
@@ -287,6 +288,7 @@ def watch(
 
 
 app.add_typer(new_app, name="new")
+app.add_typer(tell_app, name="tell")
 
 bench_app = typer.Typer(no_args_is_help=True, help="Measure against published benchmarks.")
 app.add_typer(bench_app, name="bench")

@@ -77,8 +77,12 @@ def default_folder(mission: str) -> Path:
     return folder
 
 
-def watch_run(name: str) -> int:
-    """Attach the dashboard to a live run; the newest when no name is given."""
+def find_run(name: str) -> RunHandle:
+    """A live run by name or folder; the newest when the name is empty.
+
+    Raises:
+        TelemetryError: there is none; the message names those there are.
+    """
     runs = live_runs()
     wanted = Path(name).name
     matching = [run for run in runs if not name or run.run_id == wanted]
@@ -87,9 +91,15 @@ def watch_run(name: str) -> int:
         raise TelemetryError(
             f"no run {name!r} is live; live runs: {live}" if name else "no mission is running"
         )
-    outcome = _dashboard(matching[-1])
+    return matching[-1]
+
+
+def watch_run(name: str) -> int:
+    """Attach the dashboard to a live run; the newest when no name is given."""
+    run = find_run(name)
+    outcome = _dashboard(run)
     if outcome == "abort":
-        print(f"aborted {matching[-1].run_id}", file=sys.stderr)
+        print(f"aborted {run.run_id}", file=sys.stderr)
     return 0
 
 
