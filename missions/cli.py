@@ -246,7 +246,9 @@ def lsp() -> None:
 @app.command()
 def trace(
     run: Annotated[Path, typer.Argument(help="a run's folder")],
-    node: Annotated[str, typer.Option(help="only this node, by name or kind, and below")] = "",
+    node: Annotated[
+        str, typer.Option(help="only this node and below: name, kind, path, file:line")
+    ] = "",
     since: Annotated[float, typer.Option(help="robot time, s")] = 0.0,
     until: Annotated[float, typer.Option(help="robot time, s")] = 1e18,
     summary: Annotated[bool, typer.Option("--summary", help="a line a node instead")] = False,
@@ -255,7 +257,7 @@ def trace(
     from missions import tracing
 
     told = tracing.read_trace(run)
-    lines = tracing.summary(told) if summary else tracing.story(told, node, since, until)
+    lines = tracing.summary(told, node) if summary else tracing.story(told, node, since, until)
     for line in lines:
         typer.echo(line)
 

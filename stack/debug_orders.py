@@ -77,7 +77,7 @@ class DebugOrders:
         self._pause(f"stopped at breakpoint: before {where}")
         self._parts.telemetry.emit(
             "breakpoint", f"stopped before {where} starts; step or continue", source="tree",
-            level="warning",
+            level="warning", nodes=list(self._debugger.view().held),
         )  # fmt: skip
 
     def _pause(self, why: str) -> None:
