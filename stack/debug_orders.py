@@ -84,14 +84,15 @@ class DebugOrders:
         self._course.state, self._course.reason = MissionState.PAUSED, why
 
     def _break(self, arguments: Arguments) -> str:
-        return f"stops before {self._debugger.set_breakpoint(str(arguments['node']))}"
+        return f"stops before {self._debugger.set_breakpoint(self._node(arguments))}"
 
     def _unbreak(self, arguments: Arguments) -> str:
-        cleared = self._debugger.clear_breakpoint(str(arguments.get("node", "")))
+        named = self._node(arguments) if "node" in arguments else ""
+        cleared = self._debugger.clear_breakpoint(named)
         return f"no breakpoint any more: {cleared}"
 
     def _force(self, arguments: Arguments) -> str:
-        node, status = str(arguments["node"]), str(arguments["status"])
+        node, status = self._node(arguments), str(arguments["status"])
         found = self._debugger.force(node, status, str(arguments.get("code", "")))
         return f"{found}: {'runs as ever' if status == 'off' else status}"
 
@@ -115,6 +116,13 @@ class DebugOrders:
         refusal = self._resume()
         if refusal:
             raise InputError(refusal)
+
+    def _node(self, arguments: Arguments) -> str:
+        """The node that is named; a number read off an older tree means another node by now."""
+        of = arguments.get("generation")
+        if of is not None and of != self._debugger.view().generation:
+            raise InputError("the tree was replaced meanwhile; choose the node again")
+        return str(arguments["node"])
 
     @property
     def _debugger(self) -> Debugger:

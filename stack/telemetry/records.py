@@ -250,7 +250,8 @@ class Command:
             set_parameter | break | unbreak | step | continue | force.
         arguments: e.g. {"factor": 4.0}, {"x": 1.0, "y": 2.0, "heading": 0.0},
             {"name": "controller.cruise_speed", "value": 0.4}, {"reason": "…"},
-            {"node": "12"}, {"ticks": 1}, {"node": "go to lab", "status": "failure"}.
+            {"node": "12", "generation": 0}, {"ticks": 1}, {"node": "go to lab", "status":
+            "failure", "code": "NO_VALID_PATH"}.
     """
 
     id: str
