@@ -44,13 +44,14 @@ class Gate:
     """Stands before one node.
 
     Attributes:
+        named: how an operator last named the node.
         breaks: the node has a breakpoint.
         forced: what it answers; None lets it run.
     """
 
     def __init__(self, record: Record, execution: Execution, stops: list[Record]) -> None:
         self.record, self.node, self.execution = record, record.node, execution
-        self.breaks = False
+        self.named, self.breaks = "", False
         self.forced: Forced | None = None
         self._stops, self._held, self._before = stops, False, Status.INVALID
         self._own = "once" in vars(self.node)
@@ -124,7 +125,8 @@ class TreeDebugger:
         """
         found = self._find(node)
         for record in found:
-            self._gate(record).breaks = True
+            gate = self._gate(record)
+            gate.breaks, gate.named = True, node
         return self._names(found)
 
     def clear_breakpoint(self, node: str = "") -> str:
@@ -168,7 +170,8 @@ class TreeDebugger:
             raise InputError(f"no failure has the code {code!r}; {suggestion(code, codes)}")
         forced = None if outcome == "off" else Forced(OUTCOMES[outcome], code or FailureCode.FAILED)
         for record in found:
-            self._gate(record).forced = forced
+            gate = self._gate(record)
+            gate.forced, gate.named = forced, node
         self._tidy()
         return self._names(found)
 
@@ -190,7 +193,10 @@ class TreeDebugger:
         )
 
     def move_to(self, tree: MissionTree) -> list[str]:
-        """Debug another tree from now on; the paths of what could not be found again in it."""
+        """Debug another tree from now on; the paths of what could not be found again in it.
+
+        A node is found again by its path, else by the name, path or line that the operator gave.
+        """
         gates, former = self._gates, {node.id: node for node in self._nodes}
         for gate in gates.values():
             gate.remove()
@@ -204,12 +210,21 @@ class TreeDebugger:
         lost = []
         for number in sorted(gates):
             path, old = path_of(former, number), gates[number]
-            if path not in places:
+            found = places.get(path) or self._named(old.named)
+            if not found:
                 lost.append(path)
-            for place in places.get(path, ()):
+            for place in found:
                 gate = self._gate(tree.records[place])
                 gate.breaks, gate.forced = old.breaks or gate.breaks, old.forced or gate.forced
+                gate.named = old.named
         return lost
+
+    def _named(self, text: str) -> list[int]:
+        """What a text means in this tree; a number meant a node of another."""
+        try:
+            return [] if text.removeprefix("#").isdecimal() else find_nodes(self._nodes, text)
+        except InputError:
+            return []
 
     def _find(self, text: str) -> list[Record]:
         records = self._tree.records

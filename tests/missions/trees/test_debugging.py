@@ -223,6 +223,14 @@ def test_breakpoints_and_outcomes_move_to_another_tree_by_path(tmp_path):
     assert debugger.move_to(third) == ["sequence", "sequence/act", "sequence/second"]
 
 
+def test_what_has_another_path_is_found_by_the_name_or_line_that_was_given(tmp_path):
+    _, debugger = debugged(tmp_path, TWO, ":4", "2")
+    renamed = TWO.replace("- act: {who: a}", "- drive: {who: a}").replace("second", "2nd")
+    other = compile_mission(read_text(tmp_path, renamed), FakeCatalogue())
+    assert debugger.move_to(other) == ["sequence/second"]
+    assert debugger.view().breakpoints == (1,)
+
+
 def test_values_whose_declarations_survive_are_handed_over(tmp_path):
     old = ran(tmp_path, """
         blackboard:
