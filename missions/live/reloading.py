@@ -122,8 +122,9 @@ class Reloader:
         said += [f"takes effect at the next run: {', '.join(later)}"] if later else []
         said += [f"no node any more for the breakpoint or outcome at {path}" for path in lost]
         wiring.telemetry.emit(
-            "reload", "; ".join(said), source="mission", level="warning" if later or lost else "info",
-            generation=debugger.generation, kept=kept, next_run=later, lost=lost,
+            "reload", "; ".join(said), source="mission",
+            level="warning" if later or lost else "info", generation=debugger.generation,
+            kept=kept, next_run=later, lost=lost,
         )  # fmt: skip
         announce_tree(wiring.telemetry, tree)
         self._keep_text(plan.text, debugger.generation)
