@@ -132,9 +132,11 @@ class ScriptedRobot:
         """The answer of the function that the test set."""
         return self.fit(pose)
 
-    def navigate_to(self, goal: Pose2D, *, tolerance: float | None = None) -> ScriptedTask:
+    def navigate_to(
+        self, goal: Pose2D, *, tolerance: float | None = None, partial: bool = False
+    ) -> ScriptedTask:
         """A new motion task."""
-        return self._move("navigate_to", goal=goal, tolerance=tolerance)
+        return self._move("navigate_to", goal=goal, tolerance=tolerance, partial=partial)
 
     def navigate_through(
         self, goals: list[Pose2D], *, tolerance: float | None = None

@@ -75,6 +75,12 @@ def run(  # noqa: PLR0913 - each is an option of the command
     set_: Annotated[
         list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="a mission argument")
     ] = None,
+    parameter: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=VALUE", help="e.g. controller.cruise_speed=0.4; see `parameters`"
+        ),
+    ] = None,
     robot: Annotated[str | None, typer.Option(help="another robot: a name or a robot.yaml")] = None,
     world: Annotated[str | None, typer.Option(help="another world: a name or a file")] = None,
     start: Annotated[
@@ -117,6 +123,7 @@ def run(  # noqa: PLR0913 - each is an option of the command
         out=out, rerun=not no_rerun, mavlink=mavlink, camera=camera.value, watch=watch,
         breakpoints=tuple(break_ or ()),
         forced=_assignments(force or [], "--force", "dock=failure"),
+        parameters=_assignments(parameter or [], "--parameter"),
     )  # fmt: skip
     raise typer.Exit(launch(options))
 
@@ -217,6 +224,27 @@ def describe(
 
 
 @app.command()
+def parameters(
+    mission: MissionArgument,
+    robot: Annotated[str | None, typer.Option(help="another robot: a name or a robot.yaml")] = None,
+    parameter: Annotated[
+        list[str] | None, typer.Option(metavar="NAME=VALUE", help="as `run` takes it")
+    ] = None,
+    changed: Annotated[bool, typer.Option("--set", help="only those that something sets")] = False,
+) -> None:
+    """Every parameter in force in a mission, and which file and line it comes from."""
+    from missions.assembly import RunOptions
+    from missions.provenance import lines_of, parameters_of
+
+    found = parameters_of(
+        mission,
+        RunOptions(robot=robot, parameters=_assignments(parameter or [], "--parameter")),
+    )
+    for line in lines_of([item for item in found if item.is_set or not changed]):
+        typer.echo(line)
+
+
+@app.command()
 def schema(
     kind: Annotated[SchemaKind, typer.Argument(help="of which files")] = SchemaKind.MISSION,
     out: Annotated[Path | None, typer.Option(help="write it there [default: print it]")] = None,
@@ -232,6 +260,28 @@ def schema(
         typer.echo(text, nl=False)
     else:
         out.write_text(text, "utf-8")
+        typer.echo(f"wrote {out}", err=True)
+
+
+@app.command()
+def nav2(
+    file: Annotated[Path, typer.Argument(help="a nav2_params.yaml")],
+    out: Annotated[
+        Path | None, typer.Option(help="write what was taken over as a parameter file")
+    ] = None,
+) -> None:
+    """What of a parameter file of Nav2 has an equivalent here, as what, and what has none.
+
+    A mission uses such a file with `navigation: {nav2_params: FILE}`.
+    """
+    from missions.nav2.reading import read_nav2
+    from missions.nav2.reporting import lines_of, parameter_file
+
+    settings = read_nav2(file)
+    for line in lines_of(settings):
+        typer.echo(line)
+    if out is not None:
+        out.write_text(parameter_file(settings, file.name), "utf-8")
         typer.echo(f"wrote {out}", err=True)
 
 

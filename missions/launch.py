@@ -49,6 +49,7 @@ class LaunchOptions:
     watch: bool = False
     breakpoints: tuple[str, ...] = ()
     forced: dict[str, str] = field(default_factory=dict)
+    parameters: dict[str, str] = field(default_factory=dict)
 
     def run_options(self) -> RunOptions:
         """The engine's share, with the folder and speed decided."""
@@ -58,6 +59,7 @@ class LaunchOptions:
             speed=_speed(self.speed or ("max" if self.headless else "1")), rerun=self.rerun,
             mavlink=self.mavlink, camera=self.camera, watch=self.watch,
             breakpoints=self.breakpoints, forced=self.forced,
+            parameters=self.parameters,
         )  # fmt: skip
 
 

@@ -18,6 +18,7 @@ from missions.witness import SimulationWitness
 from robots.simulated import SimulatedBody
 from stack.costmap.costmap import Costmap
 from stack.costmap.unexplored import Ground, unexplored
+from stack.description import DriveKind
 from stack.errors import InputError
 from stack.localisation.dead_reckoning import DeadReckoning
 from stack.localisation.localiser import Localiser
@@ -230,7 +231,8 @@ def _leave_as_it_is(poses: Iterable[Pose2D]) -> None:
 def _localiser(plan: Plan, grid: OccupancyGrid, seed: int) -> Localiser | DeadReckoning:
     if not plan.is_mapped:
         return DeadReckoning(plan.belief or NOWHERE)
-    localiser = Localiser(grid, LocaliserParameters(), seed)
+    sideways = plan.robot.drive is DriveKind.OMNI
+    localiser = Localiser(grid, LocaliserParameters(), seed, sideways=sideways)
     if plan.belief is None:
         localiser.scatter()
     else:

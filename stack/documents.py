@@ -409,6 +409,21 @@ def _mark(name: str, mark: Any) -> Mark:
     return Mark(name, mark.line + 1, mark.column + 1) if mark is not None else Mark(name)
 
 
+def value_of(text: str) -> Any:
+    """What one value means that stands alone, as on a command line: 3, true, [1, 2], 30 cm.
+
+    Raises:
+        InputError: not YAML.
+    """
+    return read_text(f"value: {text}", "command line", "value").plain()["value"]
+
+
+def as_yaml(value: Any) -> str:
+    """Plain values as a YAML text that `read_text` understands."""
+    text: str = yaml.safe_dump(value, sort_keys=False, allow_unicode=True, width=100)
+    return text
+
+
 def iter_scalars(node: Node) -> Iterator[Node]:
     """Every scalar below a node, keys left out."""
     if node.kind == "scalar":

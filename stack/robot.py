@@ -122,8 +122,13 @@ class Robot(Protocol):
         """Localisation quality that the newest scan would have at another pose, in [0, 1]."""
         ...
 
-    def navigate_to(self, goal: Pose2D, *, tolerance: float | None = None) -> Task:
-        """Plan and drive to a pose in the map frame, replanning as the world changes."""
+    def navigate_to(
+        self, goal: Pose2D, *, tolerance: float | None = None, partial: bool = False
+    ) -> Task:
+        """Plan and drive to a pose in the map frame, replanning as the world changes.
+
+        With `partial`, having come as near to it as there is a way to counts as success.
+        """
         ...
 
     def navigate_through(self, goals: list[Pose2D], *, tolerance: float | None = None) -> Task:

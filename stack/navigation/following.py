@@ -42,7 +42,8 @@ class Tools:
 
 def standing(twist: Twist) -> bool:
     """Whether a measured velocity is as good as none."""
-    return abs(twist.linear) < STANDING_SPEED and abs(twist.angular) < STANDING_TURN
+    speed = max(abs(twist.linear), abs(twist.lateral))
+    return speed < STANDING_SPEED and abs(twist.angular) < STANDING_TURN
 
 
 class Follower:

@@ -12,7 +12,7 @@ from stack.errors import ParameterError
 from stack.navigation.drive import GoalDrive
 from stack.navigation.following import PathDrive, Tools
 from stack.navigation.parameters import NavigationParameters
-from stack.navigation.planning import Plan, PlanningDesk, PlanRequest, Ticket
+from stack.navigation.planning import Plan, PlanningDesk, PlanRequest
 from stack.navigation.recoveries import BackUp, DriveFor, RecoveryTools, Spin
 from stack.navigation.tasks import Activity, CostmapLike, Emit, Moment, MotionTask
 from stack.safety.monitor import CollisionMonitor
@@ -26,7 +26,6 @@ class _Planning:
     task: MotionTask
     goal: Pose2D
     start: Pose2D | None
-    ticket: Ticket | None = None
 
 
 class Navigation:
@@ -135,9 +134,14 @@ class Navigation:
             activity.task.fail(FailureCode.EXCEPTION, f"{activity.task.what} broke: {error!r}")
         return twist if activity.task.running else STANDSTILL
 
-    def navigate_to(self, goal: Pose2D, *, tolerance: float | None = None) -> MotionTask:
-        """Plan and drive to a pose in the map frame, replanning as the world changes."""
-        return self.navigate_through([goal], tolerance=tolerance)
+    def navigate_to(
+        self, goal: Pose2D, *, tolerance: float | None = None, partial: bool = False
+    ) -> MotionTask:
+        """Plan and drive to a pose in the map frame, replanning as the world changes.
+
+        With `partial`, having come as near as there is a way to counts as success.
+        """
+        return self._drive_through([goal], tolerance, partial)
 
     def navigate_through(
         self, goals: Sequence[Pose2D], *, tolerance: float | None = None
@@ -149,8 +153,14 @@ class Navigation:
         """
         if not goals:
             raise ParameterError("goals", "there is no pose to drive to")
+        return self._drive_through(goals, tolerance, False)
+
+    def _drive_through(
+        self, goals: Sequence[Pose2D], tolerance: float | None, partial: bool
+    ) -> MotionTask:
         task = self._task(f"drive to {_text(goals[-1])}")
         drive = GoalDrive(task, self._tools, goals, tolerance)
+        drive.partial = partial
         vias = f" past {len(goals) - 1} poses" if len(goals) > 1 else ""
         self.start(drive, "goal", f"goal {_text(goals[-1])} accepted{vias}")
         return task
@@ -275,13 +285,13 @@ class Navigation:
         p, task = self.parameters, planning.task
         if not task.running:
             return
-        if planning.ticket is None:
+        if task.ticket is None:
             start = planning.start or moment.estimate.pose
             request = PlanRequest(self._tools.world.grid, start, (planning.goal,))
             due = moment.time + p.planning_latency
-            planning.ticket = self._tools.desk.ask(request, due, wait=p.wait_for_plan)
+            task.ticket = self._tools.desk.ask(request, due, wait=p.wait_for_plan)
             task.report("planning", 0.0)
-        answer = planning.ticket.result(moment.time)
+        answer = task.ticket.result(moment.time)
         if isinstance(answer, Plan):
             task.path = answer.path
             task.succeed(f"plan found, {answer.path.length:.1f} m")

@@ -89,6 +89,7 @@ class Pilot:
         self._observation: Observation | None = None
         self._odometry = Odometry(0.0, Pose2D(0.0, 0.0), Twist())
         self._scan: Scan | None = None
+        self._scans: dict[str, Scan] = {}
         self._image: Image | None = None
         self._sightings: tuple[Image, tuple[MarkerSighting, ...]] | None = None
         self._lease = -CAMERA_LEASE
@@ -103,6 +104,7 @@ class Pilot:
         self._observation = observation
         self._odometry = odometry or observation.odometry
         self._scan = observation.scan or self._scan
+        self._scans = {**self._scans, **observation.scans}
         self._image = observation.image or self._image
 
     def advance(self) -> Twist:
@@ -110,6 +112,11 @@ class Pilot:
         moment = Moment(self.time, self.estimate, self._odometry, self._scan)
         self._parts.cover([moment.estimate.pose])
         return self._navigation.advance(moment)
+
+    @property
+    def scans(self) -> Mapping[str, Scan]:
+        """The newest scans of further lidars, by name."""
+        return self._scans
 
     @property
     def camera_wanted(self) -> bool:
@@ -203,10 +210,12 @@ class Pilot:
         """Localisation quality that the newest scan would have at another pose; 0 without one."""
         return 0.0 if self._scan is None else self._parts.estimator.fit_at(pose, self._scan)
 
-    def navigate_to(self, goal: Pose2D, *, tolerance: float | None = None) -> MotionTask:
+    def navigate_to(
+        self, goal: Pose2D, *, tolerance: float | None = None, partial: bool = False
+    ) -> MotionTask:
         """Plan and drive to a pose in the map frame, replanning as the world changes."""
         self._parts.cover([goal])
-        return self._navigation.navigate_to(goal, tolerance=tolerance)
+        return self._navigation.navigate_to(goal, tolerance=tolerance, partial=partial)
 
     def navigate_through(
         self, goals: list[Pose2D], *, tolerance: float | None = None

@@ -20,7 +20,7 @@ def robot():
 TASKS = [
     (
         NavigateToPose(goal=Pose2D(4.0, 1.5)),
-        ("navigate_to", {"goal": Pose2D(4.0, 1.5), "tolerance": None}),
+        ("navigate_to", {"goal": Pose2D(4.0, 1.5), "tolerance": None, "partial": False}),
     ),
     (
         NavigateThrough(goals=[Pose2D(1.0, 0.0), Pose2D(2.0, 0.0)], tolerance=0.1),
@@ -119,3 +119,13 @@ def test_drive_for_stands_still_when_pre_empted_but_only_then(robot):
     other = robot.spin(1.0)
     halt(drive)
     assert other.status is TaskStatus.RUNNING
+
+
+def test_a_partial_drive_tells_how_far_away_the_goal_is_left(robot):
+    behaviour = NavigateToPose(goal=Pose2D(4.0, 3.0), partial=True)
+    tick(behaviour, robot)
+    assert robot.calls[0][1]["partial"] is True
+    robot.task.succeed()
+    robot.pose = Pose2D(1.0, -1.0)
+    assert tick(behaviour, robot) is Status.SUCCESS
+    assert behaviour.remaining == pytest.approx(5.0)  # 3, 4, 5

@@ -58,8 +58,8 @@ def test_every_shipped_robot_is_valid(file):
 
 @pytest.mark.parametrize(
     ("page", "schema"),
-    [("language", SCHEMA), ("worlds", world_schema())],
-    ids=["language", "worlds"],
+    [("language", SCHEMA), ("worlds", world_schema()), ("robots", robot_schema())],
+    ids=["language", "worlds", "robots"],
 )
 def test_the_examples_of_the_documentation_are_valid(page, schema):
     text = (ROOT / "docs" / f"{page}.md").read_text("utf-8")
@@ -201,6 +201,32 @@ def test_the_schema_of_worlds_has_every_key_of_the_reader(tmp_path):
     file = tmp_path / "world.yaml"
     file.write_text("world: w\nzzzzzzzz: 1\n")
     assert set(world_schema()["properties"]) == keys_of(read_world, file)
+
+
+SIDES = "{left: [a], right: [b], radius: 1 cm, separation: 30 cm}"
+MOUNTS = "[{joint: a, at: [0, 0, 0]}, {joint: b, at: [1, 0, 0]}, {joint: c, at: [0, 1, 90 deg]}]"
+
+
+@pytest.mark.parametrize(
+    ("wheels", "complaint"),
+    [
+        (SIDES, None),
+        (SIDES.replace("{", "{drive: differential, "), None),
+        (f"{{drive: omni, radius: 5 cm, mounts: {MOUNTS}}}", None),
+        (SIDES.replace("{", "{drive: tracks, "), "does not match"),
+        (SIDES.replace("{", "{drive: omni, "), "'mounts' is a required property"),
+        (SIDES.replace("{", "{track: 1, "), "False schema does not allow 1"),
+        (SIDES.replace("{", "{trak: 1, "), "'trak' was unexpected"),
+        (f"{{drive: omni, radius: 1, track: 1, mounts: {MOUNTS}}}", "False schema does not allow"),
+        ("{drive: omni, radius: 1, mounts: [{joint: a, at: [0, 0, 0]}]}", "is too short"),
+        ("{drive: ackermann, radius: 1}", "'wheelbase' is a required property"),
+    ],
+)
+def test_the_schema_of_wheels_goes_by_their_kind(wheels, complaint):
+    text = f"robot: r\nfootprint: {{radius: 1}}\nheight: 1\nurdf: r.urdf\nwheels: {wheels}\n"
+    found = validator(robot_schema()).iter_errors(read_text(text, "robot.yaml").plain())
+    messages = [error.message for error in found]
+    assert not messages if complaint is None else any(complaint in m for m in messages), messages
 
 
 def test_the_schema_of_robots_has_every_key_of_the_reader(tmp_path):
