@@ -19,6 +19,7 @@ from missions.resources import (
     load_world,
     resources,
 )
+from missions.route_graphs import located_planner
 from stack.components import Choice
 from stack.description import RobotDescription
 from stack.documents import Finding, Mark, read_file, value_of
@@ -84,6 +85,7 @@ class Plan:
 
     Attributes:
         belief: where the robot believes it starts, map frame; None when it has no idea.
+        warnings: about the files that components name.
     """
 
     mission: Mission
@@ -93,6 +95,7 @@ class Plan:
     belief: Pose2D | None
     choices: dict[str, Choice]
     text: str
+    warnings: tuple[Finding, ...] = ()
 
     @property
     def is_mapped(self) -> bool:
@@ -127,6 +130,7 @@ def prepare(name: str | Path, options: RunOptions) -> Plan:
     _check_fit(choices, mission, robot)
     layers = tuple(layer.located(beside) for layer in choices["costmap"].parts)
     choices["costmap"] = replace(choices["costmap"], parts=layers)
+    choices["planner"], warnings = located_planner(choices["planner"], mission, robot, world)
     plan = Plan(
         mission=mission,
         robot=robot,
@@ -135,6 +139,7 @@ def prepare(name: str | Path, options: RunOptions) -> Plan:
         belief=belief,
         choices=choices,
         text=path.read_text("utf-8"),
+        warnings=warnings,
     )
     if options.breakpoints or options.forced:
         _check_nodes(plan, options)

@@ -16,6 +16,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # halves numpy's import time
 
 import typer
 
+from missions.cli_bench import assignments, bench_app
 from missions.cli_new import new_app
 from missions.cli_tell import tell_app
 from stack.errors import BodyError, InputError, ParameterError, TelemetryError
@@ -119,11 +120,11 @@ def run(  # noqa: PLR0913 - each is an option of the command
 
     options = LaunchOptions(
         mission=mission, headless=headless or json or not _on_a_terminal(), json=json, seed=seed,
-        speed=speed, arguments=_assignments(set_ or []), robot=robot, world=world, start=start,
+        speed=speed, arguments=assignments(set_ or []), robot=robot, world=world, start=start,
         out=out, rerun=not no_rerun, mavlink=mavlink, camera=camera.value, watch=watch,
         breakpoints=tuple(break_ or ()),
-        forced=_assignments(force or [], "--force", "dock=failure"),
-        parameters=_assignments(parameter or [], "--parameter"),
+        forced=assignments(force or [], "--force", "dock=failure"),
+        parameters=assignments(parameter or [], "--parameter"),
     )  # fmt: skip
     raise typer.Exit(launch(options))
 
@@ -238,7 +239,7 @@ def parameters(
 
     found = parameters_of(
         mission,
-        RunOptions(robot=robot, parameters=_assignments(parameter or [], "--parameter")),
+        RunOptions(robot=robot, parameters=assignments(parameter or [], "--parameter")),
     )
     for line in lines_of([item for item in found if item.is_set or not changed]):
         typer.echo(line)
@@ -341,43 +342,7 @@ def watch(
 
 app.add_typer(new_app, name="new")
 app.add_typer(tell_app, name="tell")
-
-bench_app = typer.Typer(no_args_is_help=True, help="Measure against published benchmarks.")
 app.add_typer(bench_app, name="bench")
-
-
-@bench_app.command("barn")
-def bench_barn(  # noqa: PLR0913 - each is an option of the command
-    worlds: Annotated[
-        Path, typer.Option(help="folder of .world files, one of them, or a .json of grids")
-    ],
-    trials: Annotated[int, typer.Option(min=1, help="runs in each world; trial n has seed n")] = 1,
-    jobs: Annotated[int, typer.Option(min=1, help="processes")] = 1,
-    out: Annotated[
-        Path, typer.Option(help="the table's folder; an interrupted bench goes on there")
-    ] = Path("bench/barn"),
-    only: Annotated[str, typer.Option(metavar="NAMES", help="worlds, such as 3,17,200")] = "",
-    mission: Annotated[str, typer.Option(help="another mission with the argument goal")] = "",
-    set_: Annotated[
-        list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="a mission argument")
-    ] = None,
-) -> None:
-    """Cross unknown, narrow worlds and score it as the BARN Challenge does."""
-    from missions.bench.barn_bench import BenchOptions, report, run_barn
-    from missions.bench.barn_crossing import Setup
-    from missions.resources import MISSIONS
-
-    setup = Setup(mission or str(MISSIONS / "bench" / "barn.yaml"), _assignments(set_ or []))
-    names = tuple(name.strip() for name in only.split(",") if name.strip())
-    options = BenchOptions(worlds, setup, out, names, trials, jobs)
-    crossings = run_barn(options, lambda line: typer.echo(line, err=True))
-    for line in report(crossings):
-        typer.echo(line)
-
-
-@bench_app.callback()
-def _bench() -> None:
-    """Measure against published benchmarks."""
 
 
 @app.callback(invoke_without_command=True)
@@ -397,18 +362,6 @@ def _root(
 
 def _on_a_terminal() -> bool:
     return sys.stdin.isatty() and sys.stdout.isatty() and os.environ.get("TERM", "dumb") != "dumb"
-
-
-def _assignments(
-    pairs: list[str], option: str = "--set", example: str = "dwell=5s"
-) -> dict[str, str]:
-    values = {}
-    for pair in pairs:
-        name, equals, value = pair.partition("=")
-        if not equals or not name.strip():
-            raise InputError(f"{option} {pair}: expected NAME=VALUE, such as {option} {example}")
-        values[name.strip()] = value.strip()
-    return values
 
 
 def main() -> None:

@@ -16,6 +16,7 @@ from missions.trees.debugging import TreeDebugger, addresses
 from missions.trees.mission_tree import MissionTree
 from missions.witness import SimulationWitness
 from robots.simulated import SimulatedBody
+from stack.control.legs import controller_for
 from stack.costmap.costmap import Costmap
 from stack.costmap.unexplored import Ground, unexplored
 from stack.description import DriveKind
@@ -31,7 +32,6 @@ from stack.navigation.pilot import Pilot
 from stack.navigation.tuning import Tunable
 from stack.perception.markers import MarkerDetector
 from stack.perception.tracker import Tracker
-from stack.perception.tracker_parameters import TrackerParameters
 from stack.runtime import Runtime
 from stack.safety.safety import Safety
 from stack.telemetry.hub import Telemetry
@@ -86,7 +86,7 @@ def wire(plan: Plan, options: RunOptions, telemetry: Telemetry, folder: RunFolde
     log = folder.log if folder is not None else _nowhere
     body = SimulatedBody(robot, plan.world, start=plan.start, seed=seed)
     body.pace = options.speed
-    for warning in plan.world.warnings:
+    for warning in (*plan.world.warnings, *plan.warnings):
         where = f"{Path(warning.mark.file).name}:{warning.mark.line}"
         telemetry.emit("world", f"{where} {warning.sentence}", source="world", level="warning")
     rates = Rates()
@@ -98,6 +98,7 @@ def wire(plan: Plan, options: RunOptions, telemetry: Telemetry, folder: RunFolde
     navigation = _navigation(plan, period, local, whole, telemetry)
     localiser = _localiser(plan, grid, seed)
     controller = navigation.controller
+    tracker = _tracker(plan, grid, local, whole)
     pilot = Pilot(
         PilotParts(
             body=body,
@@ -110,6 +111,7 @@ def wire(plan: Plan, options: RunOptions, telemetry: Telemetry, folder: RunFolde
             markers=plan.world.markers,
             detector=MarkerDetector(plan.world.markers) if robot.camera else None,
             cover=_leave_as_it_is if plan.is_mapped else Ground(grid, [whole]).cover,
+            forget_tracks=_leave_as_it_is if tracker is None else tracker.clear,
             tunables={
                 "controller": Tunable.of(controller),
                 "navigator": Tunable.of(navigation),
@@ -128,7 +130,7 @@ def wire(plan: Plan, options: RunOptions, telemetry: Telemetry, folder: RunFolde
         body=body, fusion=OdometryFusion(), localiser=localiser, local_costmap=local,
         global_costmap=whole, navigation=navigation, pilot=pilot, safety=safety,
         tree=tree, telemetry=telemetry, map_layer=Layer(1, grid), witness=witness,
-        tracker=_tracker(grid, local, whole), debugger=debugger,
+        tracker=tracker, debugger=debugger,
         keep_camera_on=options.camera == "on",
     )  # fmt: skip
     runtime = Runtime(parts, rates, _idle)
@@ -175,11 +177,12 @@ def _costmaps(plan: Plan, grid: OccupancyGrid) -> tuple[Costmap, Costmap]:
     return local, Costmap(costs, footprint, grid, layers=layers["global"])
 
 
-def _tracker(grid: OccupancyGrid, *costmaps: Costmap) -> Tracker | None:
-    """Somebody who follows moving things, where a costmap's layer asks for it."""
-    if not any(costmap.needs_tracks for costmap in costmaps):
+def _tracker(plan: Plan, grid: OccupancyGrid, *costmaps: Costmap) -> Tracker | None:
+    """Somebody who follows moving things, where a costmap's layer or the controller asks for it."""
+    for_controller = getattr(plan.choices["controller"].component, "needs_tracks", False)
+    if not (for_controller or any(costmap.needs_tracks for costmap in costmaps)):
         return None
-    return Tracker(TrackerParameters(), grid)
+    return Tracker(plan.choices["tracker"].parameters, grid)
 
 
 def _emitter(telemetry: Telemetry, source: str) -> Callable[..., None]:
@@ -206,7 +209,7 @@ def _navigation(
     return Navigation(
         robot=plan.robot,
         planner=planner.component(planner.parameters, plan.robot),
-        controller=controller.component(controller.parameters, plan.robot, period),
+        controller=controller_for(controller.component, controller.parameters, plan.robot, period),
         parameters=plan.choices["navigator"].parameters,
         local_costmap=local,
         global_costmap=whole,
@@ -224,8 +227,8 @@ def _idle() -> None:
     sleep(IDLE_SECONDS)
 
 
-def _leave_as_it_is(poses: Iterable[Pose2D]) -> None:
-    """A map ends where it ends."""
+def _leave_as_it_is(poses: Iterable[Pose2D] = ()) -> None:
+    """A map ends where it ends; nobody follows anything."""
 
 
 def _localiser(plan: Plan, grid: OccupancyGrid, seed: int) -> Localiser | DeadReckoning:

@@ -14,6 +14,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from importlib import import_module
 from importlib.metadata import entry_points
+from inspect import signature
 from typing import Any, ClassVar, Protocol
 
 import numpy as np
@@ -21,7 +22,7 @@ import numpy as np
 from stack.description import RobotDescription
 from stack.errors import InputError, NavigationError
 from stack.parameters import build, suggestion
-from stack.types import CostGrid, FailureCode, Footprint, Path, Pose2D, Twist
+from stack.types import CostGrid, FailureCode, Footprint, Path, Pose2D, Track, Twist
 
 BUILT_IN: dict[str, dict[str, str]] = {
     "planner": {
@@ -29,6 +30,7 @@ BUILT_IN: dict[str, dict[str, str]] = {
         "theta_star": "stack.planning.theta_star.planner:ThetaStar",
         "hybrid_astar": "stack.planning.kinematic.hybrid_astar:HybridAstar",
         "lattice": "stack.planning.kinematic.lattice:Lattice",
+        "route": "stack.planning.routes.planner:Route",
     },
     "controller": {
         "pure_pursuit": "stack.control.pure_pursuit:PurePursuit",
@@ -118,6 +120,15 @@ class Planner(Protocol):
         ...
 
 
+def plan_on_terms(planner: Any, costs: CostGrid, ends: tuple[Pose2D, Pose2D], terms: Terms) -> Path:
+    """A plan from a pose to another, on terms where the planner knows of such."""
+    if "terms" in signature(planner.plan).parameters:
+        path: Path = planner.plan(costs, *ends, terms)
+    else:
+        path = planner.plan(costs, *ends)
+    return path
+
+
 @dataclass(frozen=True, slots=True)
 class ControlState:
     """What a controller may look at in one step.
@@ -127,16 +138,18 @@ class ControlState:
         pose: map frame.
         twist: measured velocity.
         costs: the local costmap, map frame, around the robot.
+        tracks: what moves around it, map frame, as of now; only for controllers that ask for it.
     """
 
     time: float
     pose: Pose2D
     twist: Twist
     costs: CostGrid
+    tracks: tuple[Track, ...] = ()
 
 
 class Controller(Protocol):
-    """Follows a path.
+    """Follows a path. A class attribute `needs_tracks = True` asks for tracks of moving things.
 
     Attributes:
         parameters: those in force; live tuning puts others there between two steps, or calls

@@ -10,7 +10,7 @@ ROOT = Path(__file__).parents[1]
 
 FOUNDATION = {
     "stack.types", "stack.errors", "stack.parameters", "stack.documents", "stack.streams",
-    "stack.description",
+    "stack.description", "stack.kinematics",
 }  # fmt: skip
 
 MAY_IMPORT = {
@@ -30,6 +30,7 @@ WITHIN_STACK = {
     "documents": {"errors", "parameters"},
     "streams": set(),
     "description": {"types", "parameters"},
+    "kinematics": {"types", "description"},
     "body": {"types", "description"},
     "robot": {"types"},
     "components": {"types", "errors", "parameters", "description"},

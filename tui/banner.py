@@ -93,6 +93,8 @@ def _standing(snapshot: Snapshot) -> Notice | None:
         )
     if paused:
         return Notice("warn", "‖ PAUSED", snapshot.reason, "p goes on")
+    if snapshot.teleop:
+        return Notice("busy", "◆ YOU DRIVE", snapshot.safety, "←↑↓→ drive, enter when done")
     return None
 
 

@@ -63,6 +63,15 @@ KEYS = (
     Key("right", "pan(1,0)"),
     Key("up", "pan(0,1)"),
     Key("down", "pan(0,-1)"),
+    Key(
+        "enter",
+        "teleop_done",
+        "",
+        "done driving, when a mission hands over; ←↑↓→ drive until then",
+        "enter",
+    ),
+    Key("shift+left", "sideways(1)"),
+    Key("shift+right", "sideways(-1)"),
     Key("c", "costs", "Costs", "costmap on or off"),
     Key("t", "follow_tree", "", "let the tree follow what runs"),
     Key("l", "level", "Log", "event log: info, warnings, errors, everything"),
@@ -94,5 +103,5 @@ TREE_KEYS = (
 )
 """What keys mean while the tree has the focus, whatever they mean elsewhere."""
 
-TREE_SENTENCE = "in the tree (1): breakpoint, next tick, force an outcome, go on"
+TREE_SENTENCE = "in the tree (1): breakpoint, next tick, force outcome, go on"
 """Line on the help screen about all of them."""

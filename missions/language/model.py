@@ -203,6 +203,21 @@ class ForEach(Step):
 
 
 @dataclass(frozen=True, slots=True)
+class FollowWaypoints(ForEach):
+    """`follow_waypoints: $waypoints`: for each a drive and then what stands under `do`.
+
+    Attributes:
+        number: the variable that counts the waypoints, from 1.
+        driven: where the drive's length goes, metres; nothing that a mission can name.
+        outputs: where missed, reached and distance go.
+    """
+
+    number: Symbol
+    driven: Symbol
+    outputs: Mapping[str, Symbol]
+
+
+@dataclass(frozen=True, slots=True)
 class Use(Step):
     """A tree of this file, with what goes in and where its results go."""
 

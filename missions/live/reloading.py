@@ -102,8 +102,9 @@ class Reloader:
             "saved", f"{', '.join(names)} saved: the tree halts for a new one", source="mission",
             files=names, sha256=sha256(plan.text.encode()).hexdigest(),
         )  # fmt: skip
-        for warning in plan.mission.warnings:
-            if warning not in self.plan.mission.warnings:
+        known = (*self.plan.mission.warnings, *self.plan.warnings)
+        for warning in (*plan.mission.warnings, *plan.warnings):
+            if warning not in known:
                 self._telemetry.emit("finding", _shown(warning), source="mission", level="warning")
         former, self.plan = self.plan, plan
         self._files.watch(_files_of(plan))

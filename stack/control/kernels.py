@@ -139,7 +139,8 @@ def _covered(
 @njit(cache=True, nogil=True)
 def sweep(
     cells: np.ndarray, resolution: float, origin_x: float, origin_y: float, body: FloatArray,
-    x: float, y: float, heading: float, linear: float, angular: float, horizon: float, step: float,
+    x: float, y: float, heading: float, linear: float, lateral: float, angular: float,
+    horizon: float, step: float,
 ) -> tuple[float, int]:  # fmt: skip
     """How long a constant twist can be driven before the footprint covers lethal cells.
 
@@ -157,6 +158,7 @@ def sweep(
         y: likewise.
         heading: likewise.
         linear: m/s forward.
+        lateral: m/s to the left.
         angular: rad/s to the left.
         horizon: seconds to look ahead.
         step: seconds between the poses looked at.
@@ -180,8 +182,9 @@ def sweep(
             return inf, worst
         span = min(step, horizon - time)
         middle = heading + 0.5 * span * angular
-        x += span * linear * cos(middle)
-        y += span * linear * sin(middle)
+        c, s = cos(middle), sin(middle)
+        x += span * linear * c - span * lateral * s
+        y += span * linear * s + span * lateral * c
         heading += span * angular
         place, _ = _first_lethal(
             cells, resolution, origin_x, origin_y, body, x, y, heading, known, count, 0

@@ -7,7 +7,7 @@ from math import ceil, hypot
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.types import LETHAL_COST, CostGrid, FloatArray, Footprint, Pose2D
+from stack.types import LETHAL_COST, CostGrid, FloatArray, Footprint, Pose2D, Twist
 
 BoolArray = NDArray[np.bool_]
 
@@ -25,25 +25,23 @@ class SweptFootprint:
         self._radius = footprint.circumscribed_radius
         self._body: tuple[float, FloatArray] = (0.0, np.empty((0, 2)))
 
-    def arc(
-        self, costs: CostGrid, pose: Pose2D, linear: float, angular: float, horizon: float
-    ) -> tuple[float, int]:
+    def arc(self, costs: CostGrid, pose: Pose2D, twist: Twist, horizon: float) -> tuple[float, int]:
         """Seconds for which a constant twist stays clear.
 
         Args:
             costs: map frame.
             pose: to begin at, map frame.
-            linear: m/s forward.
-            angular: rad/s to the left.
+            twist: to be driven.
             horizon: seconds to look ahead.
 
         Returns:
             Seconds (inf: clear over the whole horizon), and the worst passable cost on the way.
         """
-        step = costs.resolution / (abs(linear) + abs(angular) * self._radius)
+        speed = hypot(twist.linear, twist.lateral)
+        step = costs.resolution / (speed + abs(twist.angular) * self._radius)
         free, cost = self._kernels.sweep(
             costs.cells, costs.resolution, *costs.origin, self.body(costs.resolution),
-            pose.x, pose.y, pose.heading, linear, angular, horizon, step,
+            pose.x, pose.y, pose.heading, twist.linear, twist.lateral, twist.angular, horizon, step,
         )  # fmt: skip
         return free, cost
 

@@ -10,7 +10,14 @@ import numpy as np
 from stack.control.checkers import LostChecker
 from stack.errors import NavigationError
 from stack.navigation.blockages import Blockages
-from stack.navigation.following import Follower, Tools, check_not_lost, drive_feedback, standing
+from stack.navigation.following import (
+    IDLE_BEFORE_REPLAN,
+    Follower,
+    Tools,
+    check_not_lost,
+    drive_feedback,
+    standing,
+)
 from stack.navigation.planning import Plan, PlanRequest
 from stack.navigation.route_costs import blocked_at, route_cost
 from stack.navigation.tasks import Moment, MotionTask
@@ -19,8 +26,8 @@ from stack.types import STANDSTILL, Failure, FailureCode, Path, Pose2D, Twist
 HOPELESS = frozenset({FailureCode.GOAL_OUTSIDE_MAP, FailureCode.START_OUTSIDE_MAP})
 """Failures that waiting does not mend."""
 
-IDLE_BEFORE_REPLAN = 0.5
-"""Seconds of standing short of the goal after which a new path is asked for."""
+MOST_CORRECTIONS = 3
+"""How often a car that stands at the goal with another heading tries to mend that."""
 
 RECEDING = 0.02
 """Metres by which a pose on the way must have come farther again to lie behind."""
@@ -32,6 +39,9 @@ standing before it is having come there, and no reason to look for another place
 
 HELD = frozenset({FailureCode.COLLISION_AHEAD, FailureCode.NO_PROGRESS})
 """Failures of a robot that stands before an obstacle."""
+
+OTHER_ROUTES = "the routes have changed"
+"""The reason of a plan by another planner than the path in force: an edge was closed or opened."""
 
 ROUTINE = ""
 """The reason of a plan made only to see whether there is a better path."""
@@ -66,6 +76,8 @@ class GoalDrive:
         self._seen_version = -1
         self._blocked_at: tuple[float, float] | None = None
         self._blockages = Blockages()
+        self._planner = self._asked_of = tools.desk.planner
+        self._corrections = 0
 
     def advance(self, moment: Moment) -> Twist:
         """The velocity for this step."""
@@ -154,6 +166,7 @@ class GoalDrive:
         due = moment.time + p.planning_latency
         self.task.ticket = self._tools.desk.ask(request, due, wait=p.wait_for_plan)
         self._reason, self._asked_at = reason, moment.time
+        self._asked_of = self._tools.desk.planner
 
     def _look_ahead(self, pose: Pose2D) -> None:
         """Whether the next metres of the path are blocked; looked at when the costs changed."""
@@ -172,6 +185,8 @@ class GoalDrive:
         p, follower, track = self._tools.parameters, self._follower, self._follower.track
         if self.path is None or track is None:
             return "first plan"
+        if self._tools.desk.planner is not self._planner:
+            return OTHER_ROUTES
         if self._near_a_partial_end:
             return self._routine(moment.time)
         if follower.waiting:
@@ -182,7 +197,7 @@ class GoalDrive:
             return f"{track.offset:.1f} m off the path"
         idle = follower.idle_since
         if follower.at_position:
-            return None
+            return self._correction(moment)
         if idle is not None and moment.time - idle >= IDLE_BEFORE_REPLAN:
             return "stopped short of the goal"
         return self._routine(moment.time)
@@ -190,6 +205,20 @@ class GoalDrive:
     def _routine(self, time: float) -> str | None:
         due = time >= self._asked_at + self._tools.parameters.replan_period - 1e-9
         return ROUTINE if due else None
+
+    def _correction(self, moment: Moment) -> str | None:
+        """Why a car that stands at the goal's position needs another plan; None if it does not."""
+        off = self._follower.off_heading(moment)
+        if not off:
+            return None
+        if self._corrections >= MOST_CORRECTIONS:
+            raise NavigationError(
+                FailureCode.NO_PROGRESS,
+                f"{off}; {MOST_CORRECTIONS} more plans did not mend that. Leave more room round "
+                "the goal, or plan with hybrid_astar or lattice and the robot's turning radius",
+            )
+        self._corrections += 1
+        return "at the goal's position, off its heading"
 
     def _take_plan(self, moment: Moment) -> None:
         """Use the plan asked for, once its time has come."""
@@ -202,12 +231,15 @@ class GoalDrive:
         if isinstance(answer, Plan):
             answer = self._unless_too_far(answer)
         if isinstance(answer, Failure):
+            self._planner = self._asked_of
             self._no_way(answer, moment)
             return
         self._failing_since = None
         if ticket.request.goals != self._goals:
             self._asked_at = -inf  # one was passed meanwhile: the plan leads back to it
-        elif self._reason != ROUTINE or self._clearly_better(answer, moment.time):
+            return
+        self._planner = self._asked_of
+        if self._reason != ROUTINE or self._clearly_better(answer, moment.time):
             self._adopt(answer, moment.time)
 
     def _unless_too_far(self, plan: Plan) -> Plan | Failure:
@@ -227,6 +259,8 @@ class GoalDrive:
             raise NavigationError(FailureCode(failure.code), failure.sentence)
         if self._reason == ROUTINE:
             return
+        if self._reason == OTHER_ROUTES:
+            self.path = None  # what was closed must not be driven on
         if self.path is not None and not standing(moment.odometry.twist):
             self._failing_since = None
             return

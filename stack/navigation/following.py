@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from math import degrees, hypot, inf
 
 from stack.components import Controller, ControlState
 from stack.control.checkers import GoalChecker, LostChecker, ProgressChecker
+from stack.control.legs import cusps_of
 from stack.control.track import Track
 from stack.errors import NavigationError
 from stack.navigation.parameters import NavigationParameters
+from stack.navigation.path_speeds import PathSpeeds, slower
 from stack.navigation.planning import PlanningDesk
 from stack.navigation.tasks import CostmapLike, Emit, Moment, MotionTask
-from stack.types import STANDSTILL, FailureCode, Path, Twist
+from stack.types import STANDSTILL, FailureCode, Path, Twist, wrap_angle
 
 STANDING_SPEED, STANDING_TURN = 0.02, 0.05
 """m/s and rad/s below which the robot stands."""
+
+IDLE_BEFORE_REPLAN = 0.5
+"""Seconds of standing short of the goal after which a new path is asked for."""
 
 
 @dataclass
@@ -23,6 +29,8 @@ class Tools:
 
     Attributes:
         clear_of: metres round the robot in which a blocked path is not its concern.
+        deceleration: of the robot, m/s²: how early it brakes for a path's speed limit.
+        turns_in_place: whether the robot can; a car cannot.
         counters: plans, replans, recoveries and the like, for the snapshot.
     """
 
@@ -33,6 +41,8 @@ class Tools:
     world: CostmapLike
     emit: Emit
     clear_of: float
+    deceleration: float = 1.0
+    turns_in_place: bool = True
     counters: dict[str, float] = field(default_factory=dict)
 
     def count(self, what: str) -> None:
@@ -42,7 +52,7 @@ class Tools:
 
 def standing(twist: Twist) -> bool:
     """Whether a measured velocity is as good as none."""
-    speed = max(abs(twist.linear), abs(twist.lateral))
+    speed = hypot(twist.linear, twist.lateral)
     return speed < STANDING_SPEED and abs(twist.angular) < STANDING_TURN
 
 
@@ -64,6 +74,7 @@ class Follower:
         self._last = STANDSTILL
         self._held_since: float | None = None
         self.track: Track | None = None
+        self._speeds: PathSpeeds | None = None
         self.waiting = False
         self.idle_since: float | None = None
 
@@ -75,10 +86,33 @@ class Follower:
     def set_path(self, path: Path) -> None:
         """Follow another path from now on."""
         p = self._tools.parameters
-        self.track = Track(path)
+        self.track = Track(path, () if self._tools.turns_in_place else cusps_of(path))
+        self._speeds = PathSpeeds(path, self._tools.deceleration)
         self._goal = GoalChecker(path.goal, self._tolerance, p.goal_heading, p.goal_settle)
         self._tools.controller.set_path(path)
         self.idle_since = None
+
+    @property
+    def posted_limit(self) -> float:
+        """Speed limit of the path where the robot is, m/s; inf where there is none."""
+        if self._speeds is None or self.track is None:
+            return inf
+        return self._speeds.posted(self.track.travelled)
+
+    def off_heading(self, moment: Moment) -> str:
+        """What is wrong where a car has stood at the goal's position for a moment; else nothing."""
+        idle = self.idle_since
+        stands = idle is not None and moment.time - idle >= IDLE_BEFORE_REPLAN
+        if self._tools.turns_in_place or self._goal is None or not (stands and self.at_position):
+            return ""
+        goal, pose = self._goal.goal, moment.estimate.pose
+        off = abs(wrap_angle(goal.heading - pose.heading))
+        if off <= self._tools.parameters.goal_heading:
+            return ""
+        return (
+            f"{pose.distance_to(goal):.2f} m from the goal, but {degrees(off):.0f} deg off its "
+            "heading, and this robot cannot turn in place"
+        )
 
     def reached(self, moment: Moment) -> bool:
         """Whether the end of the path is reached."""
@@ -108,8 +142,9 @@ class Follower:
 
     def _command(self, moment: Moment) -> Twist:
         state = ControlState(
-            moment.time, moment.estimate.pose, moment.odometry.twist, self._tools.local.grid
-        )
+            moment.time, moment.estimate.pose, moment.odometry.twist, self._tools.local.grid,
+            moment.tracks,
+        )  # fmt: skip
         try:
             twist = self._tools.controller.command(state)
         except NavigationError as error:
@@ -118,7 +153,9 @@ class Follower:
         self.waiting = False
         if twist != STANDSTILL:
             self._held_since = None
-        return twist
+        if self._speeds is None or self.track is None:
+            return twist
+        return slower(twist, self._speeds.at(self.track.travelled))
 
     def _hold(self, error: NavigationError, time: float) -> None:
         """Stand before something in the way, or pass the error on when patience is over."""
@@ -154,6 +191,8 @@ class PathDrive:
             if follower.reached(moment):
                 task.succeed("at the end of the path")
                 return STANDSTILL
+            if off := follower.off_heading(moment):
+                raise NavigationError(FailureCode.NO_PROGRESS, off)
             return follower.advance(moment)
         except NavigationError as error:
             task.fail(error.failure.code, error.failure.sentence)
@@ -179,4 +218,6 @@ def drive_feedback(follower: Follower) -> str:
         return f"waiting, something is in the way; {follower.track.remaining:.1f} m to go"
     if follower.at_position:
         return "turning to the goal's heading"
-    return f"{follower.track.remaining:.1f} m to go"
+    limit = follower.posted_limit
+    slowly = f", {limit:.2f} m/s at most" if limit < inf else ""
+    return f"{follower.track.remaining:.1f} m to go{slowly}"

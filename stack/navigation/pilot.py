@@ -26,6 +26,7 @@ from stack.types import (
     Pose2D,
     PoseEstimate,
     Scan,
+    Track,
     Twist,
     wrap_angle,
 )
@@ -62,6 +63,7 @@ class Parts:
         detector: None when the robot has no camera.
         tunables: components whose parameters may be changed, by name.
         cover: lets the ground of the costmaps grow to hold some poses, where there is no map.
+        forget_tracks: called when what was followed before lies in the wrong places.
     """
 
     body: Body
@@ -75,6 +77,7 @@ class Parts:
     detector: MarkerDetector | None = None
     tunables: Mapping[str, Tunable] = field(default_factory=dict)
     cover: Callable[[Iterable[Pose2D]], None] = lambda poses: None
+    forget_tracks: Callable[[], None] = lambda: None
 
 
 class Pilot:
@@ -82,6 +85,9 @@ class Pilot:
 
     The runtime calls `update` with each observation and `advance` once per control step, and asks
     the body for a picture whenever `camera_wanted`.
+
+    Attributes:
+        tracks: what moves around the robot, map frame; whoever follows it puts it here.
     """
 
     def __init__(self, parts: Parts) -> None:
@@ -93,6 +99,7 @@ class Pilot:
         self._image: Image | None = None
         self._sightings: tuple[Image, tuple[MarkerSighting, ...]] | None = None
         self._lease = -CAMERA_LEASE
+        self.tracks: tuple[Track, ...] = ()
 
     def update(self, observation: Observation, odometry: Odometry | None = None) -> None:
         """Take in what the sensors said in this step.
@@ -109,7 +116,8 @@ class Pilot:
 
     def advance(self) -> Twist:
         """The velocity that the task under way wants in this step."""
-        moment = Moment(self.time, self.estimate, self._odometry, self._scan)
+        tracks = tuple(track.at(self.time) for track in self.tracks)
+        moment = Moment(self.time, self.estimate, self._odometry, self._scan, tracks)
         self._parts.cover([moment.estimate.pose])
         return self._navigation.advance(moment)
 
@@ -241,6 +249,22 @@ class Pilot:
         """Drive straight back by a distance; gives up rather than touch what the lidar sees."""
         return self._navigation.back_up(distance, speed=speed)
 
+    def drive_on_heading(
+        self, distance: float, *, speed: float | None = None, direction: float = 0.0
+    ) -> MotionTask:
+        """Drive straight by a distance, negative is backward, and hold the heading."""
+        return self._navigation.drive_on_heading(distance, speed=speed, direction=direction)
+
+    def escape(
+        self, *, clearance: float | None = None, distance: float = 1.5, speed: float | None = None
+    ) -> MotionTask:
+        """Drive out of a tight spot by lidar and odometry alone."""
+        return self._navigation.escape(clearance=clearance, distance=distance, speed=speed)
+
+    def assisted_teleop(self, seconds: float, *, silence: float = 30.0) -> MotionTask:
+        """Let the operator drive; safety has the last word."""
+        return self._navigation.assisted_teleop(seconds, silence=silence)
+
     def drive_for(self, twist: Twist, seconds: float) -> None:
         """Velocity with a time to live; cancels another motion task under way."""
         self._navigation.drive_for(twist, seconds)
@@ -281,6 +305,14 @@ class Pilot:
         only = "" if layer is None else f", layer {layer}"
         self._parts.emit("recovery", f"cleared costmap: {which}{within}{only}", costmap=which)
 
+    def set_edge(self, edge: str, *, closed: bool) -> None:
+        """Close or open an edge of the planner's route graph, from the next plan on.
+
+        Raises:
+            ParameterError: there is no such edge, or the planner has no route graph.
+        """
+        self._navigation.set_edge(edge, closed=closed)
+
     def relocalise(self) -> MotionTask:
         """Find the pose anywhere on the map from lidar alone; fails AMBIGUOUS rather than guess."""
         task = self._navigation.new_task("relocalise")
@@ -312,6 +344,7 @@ class Pilot:
         jump = before.distance_to(pose)
         turn = abs(wrap_angle(pose.heading - before.heading))
         if jump > JUMP or turn > TURN:
+            self._parts.forget_tracks()
             self._parts.local_costmap.clear()
             self._parts.global_costmap.clear()
         self._parts.emit(

@@ -11,14 +11,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from inspect import signature
-from typing import Any
 
 import numpy as np
 
-from stack.components import Planner, Stop, Terms
+from stack.components import Planner, Stop, Terms, plan_on_terms
 from stack.errors import NavigationError
-from stack.types import CostGrid, Failure, FailureCode, Path, Pose2D
+from stack.types import CostGrid, Failure, FailureCode, FloatArray, Path, Pose2D
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,7 +122,7 @@ def plan_through(planner: Planner, request: PlanRequest, stop: Stop | None = Non
     start, legs = request.start, list[Path]()
     for goal in request.goals:
         stop.check()
-        path = _leg(planner, request.costs, (start, goal), terms)
+        path = plan_on_terms(planner, request.costs, (start, goal), terms)
         legs.append(path)
         start, terms = path.goal, replace(terms, way=last_way(path))
     ends = tuple(float(end) for end in np.cumsum([leg.length for leg in legs]))
@@ -134,7 +132,18 @@ def plan_through(planner: Planner, request: PlanRequest, stop: Stop | None = Non
 def joined(legs: Sequence[Path]) -> Path:
     """One path from legs that begin where the one before ends; goals on the way lose headings."""
     points = [leg.points[:-1] for leg in legs[:-1]]
-    return replace(legs[-1], points=np.vstack([*points, legs[-1].points]))
+    whole = np.vstack([*points, legs[-1].points])
+    if all(leg.speed_limits is None for leg in legs):
+        return replace(legs[-1], points=whole)
+    limits = [_limits(leg)[:-1] for leg in legs[:-1]]
+    joint = np.concatenate([*limits, _limits(legs[-1])])
+    return replace(legs[-1], points=whole, speed_limits=joint)
+
+
+def _limits(leg: Path) -> FloatArray:
+    """(n,) the speed limit at each point."""
+    none = np.full(len(leg.points), np.inf)
+    return none if leg.speed_limits is None else leg.speed_limits
 
 
 def last_way(path: Path) -> int:
@@ -144,12 +153,3 @@ def last_way(path: Path) -> int:
     (x, y, _), (end_x, end_y, heading) = path.points[-2:]
     along = float(np.cos(heading) * (end_x - x) + np.sin(heading) * (end_y - y))
     return int(np.sign(along))
-
-
-def _leg(planner: Any, costs: CostGrid, ends: tuple[Pose2D, Pose2D], terms: Terms) -> Path:
-    """A plan from a pose to the next, on terms where the planner knows of such."""
-    if "terms" in signature(planner.plan).parameters:
-        path: Path = planner.plan(costs, *ends, terms)
-    else:
-        path = planner.plan(costs, *ends)
-    return path

@@ -8,7 +8,8 @@ from math import inf
 import numpy as np
 
 from stack.description import RobotDescription
-from stack.types import FloatArray, Pose2D, Scan, Twist
+from stack.kinematics import moved
+from stack.types import FloatArray, Scan, Twist
 
 NO_POINTS: FloatArray = np.empty((0, 2))
 
@@ -69,15 +70,3 @@ class CollisionMonitor:
             self._scan, self._points = scan, scan.points()
         age = max(0.0, time - scan.stamp)
         return moved(measured, age).inverse().transform(self._points)
-
-
-def moved(twist: Twist, seconds: float) -> Pose2D:
-    """Where a twist takes the robot in some seconds, seen from where it began."""
-    half = 0.5 * twist.angular * seconds
-    chord = seconds if abs(half) < 1e-9 else seconds * float(np.sin(half)) / half
-    c, s = float(np.cos(half)), float(np.sin(half))
-    return Pose2D(
-        chord * (c * twist.linear - s * twist.lateral),
-        chord * (s * twist.linear + c * twist.lateral),
-        2.0 * half,
-    )

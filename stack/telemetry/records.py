@@ -19,10 +19,11 @@ from stack.types import (
     Path,
     Pose2D,
     Scan,
+    Track,
     Twist,
 )
 
-ROUTINE = frozenset({"pose", "node_status", "tree"})
+ROUTINE = frozenset({"pose", "node_status", "tree", "teleop"})
 """Kinds of events that come all the time: for machines and records, not for people's eyes."""
 
 
@@ -86,7 +87,7 @@ class TreeRow:
     """One node of the tree, in drawing order (depth first).
 
     Attributes:
-        id: number, stable through the run.
+        id: number, stable as long as the tree is not replaced.
         parent: id of the parent, -1 at the root.
         name: label.
         kind: the word of the mission file: sequence, navigate_to_pose, retry…
@@ -201,8 +202,10 @@ class Snapshot:
         parameters: component parameters in force, flat: "controller.cruise_speed" -> value.
         image: newest camera picture if one came since the last snapshot.
         truth: the true pose, in simulation only. people: (n, 3) x, y, radius, likewise.
+        tracks: what moves, as the robot follows it, map frame; empty when nobody asks for it.
         blackboard: key -> value as text.
         counters: recoveries, replans, collisions, distance (m)…
+        teleop: the operator may drive, by `teleop` commands.
         safety: what the safety stage does now, in words; empty when nothing.
         events: the last few events, oldest first.
         debugging: breakpoints, forced outcomes, what became of a file saved meanwhile.
@@ -235,8 +238,10 @@ class Snapshot:
     people: FloatArray | None = None
     blackboard: Mapping[str, str] = field(default_factory=dict)
     counters: Mapping[str, float] = field(default_factory=dict)
+    teleop: bool = False
     safety: str = ""
     events: tuple[Event, ...] = ()
+    tracks: tuple[Track, ...] = ()
     debugging: Debugging = Debugging()
 
 
@@ -247,11 +252,13 @@ class Command:
     Attributes:
         id: chosen by the sender; comes back in the Ack.
         kind: pause | resume | abort | estop | release | speed | set_pose | set_goal |
-            set_parameter | break | unbreak | step | continue | force.
+            set_parameter | teleop (a velocity, driven for half a second of the robot's clock, while
+            the behaviour assisted_teleop runs) | teleop_done | break | unbreak | step | continue |
+            force.
         arguments: e.g. {"factor": 4.0}, {"x": 1.0, "y": 2.0, "heading": 0.0},
             {"name": "controller.cruise_speed", "value": 0.4}, {"reason": "…"},
-            {"node": "12", "generation": 0}, {"ticks": 1}, {"node": "go to lab", "status":
-            "failure", "code": "NO_VALID_PATH"}.
+            {"linear": 0.2, "angular": -0.4, "lateral": 0.0}, {"ticks": 1}, {"node": "12",
+            "generation": 0}, {"node": "go to lab", "status": "failure", "code": "NO_VALID_PATH"}.
     """
 
     id: str

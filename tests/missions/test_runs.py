@@ -29,6 +29,9 @@ EXPECTED = {
     "15_turn_on_the_spot",
     "08_sideways",
     "09_park_the_car",
+    "10_tight_spot",
+    "11_waypoints",
+    "12_route_graph",
 }
 
 

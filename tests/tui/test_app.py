@@ -10,8 +10,9 @@ from textual.widgets import OptionList
 
 from stack.errors import TelemetryError
 from stack.telemetry.records import MissionState
-from stack.types import Battery, Pose2D
+from stack.types import Battery, Pose2D, Track
 from tests.tui.sample_source import SampleSource, finished
+from tui import palette
 from tui.app import PANES, Dashboard
 from tui.banner import Banner
 from tui.events_pane import EventsPane
@@ -105,6 +106,42 @@ async def test_p_pauses_and_goes_on(pilot, source):
     await pilot.press("p")
     assert kinds(source) == ["pause", "resume"]
     assert "PAUSED" in banner_text(pilot)
+
+
+async def test_the_arrows_drive_while_the_mission_lets_the_operator(pilot, source):
+    await pilot.press("up", "shift+left", "enter")
+    assert source.sent == []
+    refresh(pilot, teleop=True, safety="slower: something 0.3 m ahead")
+    assert "YOU DRIVE" in banner_text(pilot)
+    assert "slower: something 0.3 m ahead" in banner_text(pilot)
+    await pilot.press("up", "down", "left", "right", "shift+left", "shift+right")
+    assert [dict(command.arguments) for command in source.sent] == [
+        {"linear": 0.25, "angular": 0.0}, {"linear": -0.25, "angular": 0.0},
+        {"linear": 0.0, "angular": 0.6}, {"linear": 0.0, "angular": -0.6},
+        {"lateral": 0.2}, {"lateral": -0.2},
+    ]  # fmt: skip
+    assert set(kinds(source)) == {"teleop"}
+    await pilot.press("enter")
+    assert kinds(source)[-1] == "teleop_done"
+    refresh(pilot, teleop=False)
+    assert banner_text(pilot) == ""
+
+
+async def test_the_arrows_drive_whatever_has_the_focus(pilot, source):
+    await pilot.press("4", "down")
+    assert source.sent == []
+    refresh(pilot, teleop=True)
+    await pilot.press("down", "1", "up")
+    assert kinds(source) == ["teleop", "teleop"]
+
+
+async def test_a_velocity_that_comes_too_late_is_not_worth_a_word(pilot, source):
+    refresh(pilot, teleop=True)
+    source.refusal = "the mission drives"
+    await pilot.press("up")
+    pilot.app.refresh_now()
+    await pilot.pause()
+    assert list(pilot.app._notifications) == []
 
 
 async def test_abort_asks_first(pilot, source):
@@ -328,6 +365,23 @@ async def test_a_bare_snapshot_is_drawn(pilot, source):
     pane = pilot.app.query_one(MapPane)
     text = "".join(strip.text for strip in pane._strips)
     assert "→" in text  # the robot, in an unknown world
+
+
+async def test_what_moves_is_drawn_with_its_way(pilot):
+    """A circle, and from its middle a second of its way at 2 m/s."""
+
+    def cells():
+        person = palette.css(palette.PERSON)
+        rows = pilot.app.query_one(MapPane)._strips
+        return sum(person in str(part.style) for row in rows for part in row if part.text.strip())
+
+    someone = Track(1, 0.0, (14.0, 5.0), (2.0, 0.0), 0.3, np.eye(4))
+    refresh(pilot, people=None, tracks=())
+    assert cells() == 0
+    refresh(pilot, tracks=(replace(someone, velocity=(0.0, 0.0)),))
+    standing = cells()
+    refresh(pilot, tracks=(someone,))
+    assert 0 < standing < cells()
 
 
 async def test_a_run_without_a_map_keeps_the_robot_in_the_middle(pilot, source):
