@@ -151,6 +151,23 @@ def plugin_modules(plugins: Sequence[str], beside: Path | None = None) -> Iterat
                 yield load()
 
 
+def plugin_sources(plugins: Sequence[str], beside: Path | None = None) -> list[Path]:
+    """The files in plugin folders, private ones too; none of plugins that are dotted modules.
+
+    Args:
+        plugins: as of `find_behaviours`.
+        beside: likewise.
+    """
+    paths = [
+        (beside or Path()) / Path(plugin).expanduser()
+        for plugin in plugins
+        if _plugin_folder.is_path(plugin)
+    ]
+    return [
+        file for path in paths for file in (sorted(path.glob("*.py")) if path.is_dir() else [path])
+    ]
+
+
 def build(kind: BehaviourKind, name: str, ports: Mapping[str, Any]) -> Behaviour:
     """Make one node.
 

@@ -27,6 +27,7 @@ from stack.errors import InputError, ParameterError
 from stack.parameters import read_quantity, suggestion
 from stack.sim.world import World
 from stack.sim.world_outlines import outlines
+from stack.telemetry.records import Command
 from stack.types import Pose2D
 
 __all__ = ["Plan", "RunOptions", "prepare"]
@@ -48,6 +49,9 @@ class RunOptions:
         parameters: `controller.cruise_speed` -> value as text; over everything in files.
         camera: "asked" renders when the mission looks; "off" is a robot whose camera is dead;
             "on" keeps it running for the recording.
+        watch: take the mission anew whenever its file is saved.
+        breakpoints: nodes that the mission stops before.
+        forced: node -> outcome, from the beginning.
     """
 
     seed: int = 0
@@ -62,6 +66,17 @@ class RunOptions:
     mavlink: str | None = None
     camera: str = "asked"
     parameters: Mapping[str, str] | None = None
+    watch: bool = False
+    breakpoints: tuple[str, ...] = ()
+    forced: dict[str, str] | None = None
+
+    def first_orders(self) -> list[Command]:
+        """What an operator would have to command before the first step."""
+        stops = [Command("start", "break", {"node": node}) for node in self.breakpoints]
+        forced = (self.forced or {}).items()
+        return stops + [
+            Command("start", "force", {"node": node, "status": outcome}) for node, outcome in forced
+        ]
 
 
 @dataclass(frozen=True)
@@ -116,7 +131,7 @@ def prepare(name: str | Path, options: RunOptions) -> Plan:
     layers = tuple(layer.located(beside) for layer in choices["costmap"].parts)
     choices["costmap"] = replace(choices["costmap"], parts=layers)
     choices["planner"], warnings = located_planner(choices["planner"], mission, robot, world)
-    return Plan(
+    plan = Plan(
         mission=mission,
         robot=robot,
         world=world,
@@ -126,6 +141,21 @@ def prepare(name: str | Path, options: RunOptions) -> Plan:
         text=path.read_text("utf-8"),
         warnings=warnings,
     )
+    if options.breakpoints or options.forced:
+        _check_nodes(plan, options)
+    return plan
+
+
+def _check_nodes(plan: Plan, options: RunOptions) -> None:
+    """Refuse breakpoints and forced outcomes on nodes that there are not."""
+    from missions.trees.compiler import compile_mission
+    from missions.trees.debugging import TreeDebugger
+
+    debugger = TreeDebugger(compile_mission(plan.mission))
+    for node in options.breakpoints:
+        debugger.set_breakpoint(node)
+    for node, outcome in (options.forced or {}).items():
+        debugger.force(node, outcome)
 
 
 def _check_fit(choices: dict[str, Choice], mission: Mission, robot: RobotDescription) -> None:

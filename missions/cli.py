@@ -18,6 +18,7 @@ import typer
 
 from missions.cli_bench import assignments, bench_app
 from missions.cli_new import new_app
+from missions.cli_tell import tell_app
 from stack.errors import BodyError, InputError, ParameterError, TelemetryError
 
 HELP = """Run behaviour-tree missions on a simulated or a real robot.
@@ -97,6 +98,19 @@ def run(  # noqa: PLR0913 - each is an option of the command
     camera: Annotated[Camera, typer.Option(help="render when asked, always, or never")] = (
         Camera.ASKED
     ),
+    watch: Annotated[
+        bool, typer.Option("--watch", help="take the mission anew whenever its file is saved")
+    ] = False,
+    break_: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--break", metavar="NODE", help="pause before a node: name, path or file:line"
+        ),
+    ] = None,
+    force: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NODE=OUTCOME", help="do not run a node: success or failure at once"),
+    ] = None,
     json: Annotated[bool, typer.Option("--json", help="print the report as JSON, nothing else")] = (
         False
     ),
@@ -107,7 +121,9 @@ def run(  # noqa: PLR0913 - each is an option of the command
     options = LaunchOptions(
         mission=mission, headless=headless or json or not _on_a_terminal(), json=json, seed=seed,
         speed=speed, arguments=assignments(set_ or []), robot=robot, world=world, start=start,
-        out=out, rerun=not no_rerun, mavlink=mavlink, camera=camera.value,
+        out=out, rerun=not no_rerun, mavlink=mavlink, camera=camera.value, watch=watch,
+        breakpoints=tuple(break_ or ()),
+        forced=assignments(force or [], "--force", "dock=failure"),
         parameters=assignments(parameter or [], "--parameter"),
     )  # fmt: skip
     raise typer.Exit(launch(options))
@@ -281,7 +297,9 @@ def lsp() -> None:
 @app.command()
 def trace(
     run: Annotated[Path, typer.Argument(help="a run's folder")],
-    node: Annotated[str, typer.Option(help="only this node, by name or kind, and below")] = "",
+    node: Annotated[
+        str, typer.Option(help="only this node and below: name, kind, path, file:line")
+    ] = "",
     since: Annotated[float, typer.Option(help="robot time, s")] = 0.0,
     until: Annotated[float, typer.Option(help="robot time, s")] = 1e18,
     summary: Annotated[bool, typer.Option("--summary", help="a line a node instead")] = False,
@@ -290,7 +308,7 @@ def trace(
     from missions import tracing
 
     told = tracing.read_trace(run)
-    lines = tracing.summary(told) if summary else tracing.story(told, node, since, until)
+    lines = tracing.summary(told, node) if summary else tracing.story(told, node, since, until)
     for line in lines:
         typer.echo(line)
 
@@ -323,6 +341,7 @@ def watch(
 
 
 app.add_typer(new_app, name="new")
+app.add_typer(tell_app, name="tell")
 app.add_typer(bench_app, name="bench")
 
 

@@ -101,8 +101,15 @@ def named(words: str) -> tuple[str, ...]:
     return tuple(word.strip() for word in words.split(",") if word.strip())
 
 
-def assignments(pairs: list[str], option: str = "--set") -> dict[str, str]:
+def assignments(
+    pairs: list[str], option: str = "--set", example: str = "dwell=5s"
+) -> dict[str, str]:
     """NAME=VALUE, given again and again.
+
+    Args:
+        pairs: as given.
+        option: what they were given to, and
+        example: what might have been, for the message.
 
     Raises:
         InputError: one is something else.
@@ -111,7 +118,7 @@ def assignments(pairs: list[str], option: str = "--set") -> dict[str, str]:
     for pair in pairs:
         name, equals, value = pair.partition("=")
         if not equals or not name.strip():
-            raise InputError(f"{option} {pair}: expected NAME=VALUE, such as dwell=5s")
+            raise InputError(f"{option} {pair}: expected NAME=VALUE, such as {example}")
         values[name.strip()] = value.strip()
     return values
 

@@ -46,6 +46,9 @@ class LaunchOptions:
     rerun: bool = True
     mavlink: str | None = None
     camera: str = "asked"
+    watch: bool = False
+    breakpoints: tuple[str, ...] = ()
+    forced: dict[str, str] = field(default_factory=dict)
     parameters: dict[str, str] = field(default_factory=dict)
 
     def run_options(self) -> RunOptions:
@@ -54,7 +57,9 @@ class LaunchOptions:
             seed=self.seed, arguments=self.arguments, robot=self.robot, world=self.world,
             start=self.start, out=self.out or default_folder(self.mission),
             speed=_speed(self.speed or ("max" if self.headless else "1")), rerun=self.rerun,
-            mavlink=self.mavlink, camera=self.camera, parameters=self.parameters,
+            mavlink=self.mavlink, camera=self.camera, watch=self.watch,
+            breakpoints=self.breakpoints, forced=self.forced,
+            parameters=self.parameters,
         )  # fmt: skip
 
 
@@ -74,8 +79,12 @@ def default_folder(mission: str) -> Path:
     return folder
 
 
-def watch_run(name: str) -> int:
-    """Attach the dashboard to a live run; the newest when no name is given."""
+def find_run(name: str) -> RunHandle:
+    """A live run by name or folder; the newest when the name is empty.
+
+    Raises:
+        TelemetryError: there is none; the message names those there are.
+    """
     runs = live_runs()
     wanted = Path(name).name
     matching = [run for run in runs if not name or run.run_id == wanted]
@@ -84,9 +93,15 @@ def watch_run(name: str) -> int:
         raise TelemetryError(
             f"no run {name!r} is live; live runs: {live}" if name else "no mission is running"
         )
-    outcome = _dashboard(matching[-1])
+    return matching[-1]
+
+
+def watch_run(name: str) -> int:
+    """Attach the dashboard to a live run; the newest when no name is given."""
+    run = find_run(name)
+    outcome = _dashboard(run)
     if outcome == "abort":
-        print(f"aborted {matching[-1].run_id}", file=sys.stderr)
+        print(f"aborted {run.run_id}", file=sys.stderr)
     return 0
 
 

@@ -66,6 +66,10 @@ def execute(
     wiring: Wiring | None = None
     try:
         wiring = wire(plan, options, telemetry, folder)
+        if options.watch:
+            from missions.live.reloading import Reloader
+
+            wiring.between_steps = Reloader(wiring, plan, options, folder).look
         first_tick, loop_began = _run(wiring, options, folder, interrupted, log)
         report = compose_report(
             plan, options, wiring,
@@ -111,6 +115,7 @@ def _run(
     first_tick = 0.0
     try:
         while not runtime.state.is_over:
+            wiring.between_steps()
             runtime.step()
             if not first_tick:
                 first_tick = perf_counter()

@@ -2,94 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass, field
-from pathlib import Path
-
+from missions.traced import Node, Trace, Tree, is_reset, read_trace
 from stack.errors import InputError
-from stack.parameters import suggestion
-from stack.telemetry.event_log import read_events
 from stack.telemetry.records import ROUTINE, Event
 
+__all__ = ["read_trace", "story", "summary"]
+
 GLYPHS = {"running": "▶", "success": "✔", "failure": "✘", "idle": "·"}
-
-
-@dataclass
-class Node:
-    """A node of the recorded tree and what became of it.
-
-    Attributes:
-        running_since: robot time at which it began to run; None while it does not.
-        seconds: total time that it ran.
-        ended: statuses it came to, in order: success, failure or idle (halted).
-        last: the last thing it said when it ended.
-    """
-
-    id: int
-    parent: int
-    kind: str
-    name: str
-    running_since: float | None = None
-    seconds: float = 0.0
-    starts: int = 0
-    ended: list[str] = field(default_factory=list)
-    last: str = ""
-
-    @property
-    def reached(self) -> bool:
-        """Whether it was ever ticked."""
-        return self.starts > 0 or bool(self.ended)
-
-    def note(self, event: Event) -> None:
-        """Take in one change of status."""
-        to = str(event.fields["to"])
-        if _is_reset(event):
-            return
-        if to == "running":
-            self.running_since = event.time
-            self.starts += 1
-            return
-        if self.running_since is not None:
-            self.seconds += event.time - self.running_since
-            self.running_since = None
-        self.ended.append(to)
-        self.last = str(event.fields.get("message") or "")
-
-
-@dataclass(frozen=True)
-class Trace:
-    """A run that was read back: its nodes in drawing order and its events."""
-
-    nodes: dict[int, Node]
-    events: tuple[Event, ...]
-
-    def depth(self, node: Node) -> int:
-        """Distance from the root."""
-        return 0 if node.parent not in self.nodes else 1 + self.depth(self.nodes[node.parent])
-
-    def children(self, node: Node) -> list[Node]:
-        """In order."""
-        return [other for other in self.nodes.values() if other.parent == node.id]
-
-
-def read_trace(folder: Path) -> Trace:
-    """The trace of a run's folder; a run that was killed has one as well.
-
-    Raises:
-        InputError: the folder holds no events, or none that tell of a tree.
-    """
-    path = folder / "events.jsonl"
-    if not path.is_file():
-        raise InputError(f"{folder} is not a run's folder: it holds no events.jsonl")
-    events = tuple(read_events(path))
-    trees = [event for event in events if event.kind == "tree"]
-    if not trees:
-        raise InputError(f"{path} tells of no tree: it ended before the mission began")
-    nodes = {row[0]: Node(*row) for row in trees[-1].fields["rows"]}
-    for event in events:
-        if event.kind == "node_status":
-            nodes[int(event.fields["node"])].note(event)
-    return Trace(nodes, events)
+OF_ALL_NODES = ("saved", "reload", "reload_refused")
+"""Kinds of events that concern every node."""
 
 
 def story(trace: Trace, only: str = "", since: float = 0.0, until: float = 1e18) -> list[str]:
@@ -97,7 +18,8 @@ def story(trace: Trace, only: str = "", since: float = 0.0, until: float = 1e18)
 
     Args:
         trace: the run.
-        only: the name or kind of a node: nothing but its changes and those below it.
+        only: a node by number, name, kind, path or file:line: nothing but its changes and those
+            below it, and what operators did to them.
         since: robot time, seconds.
         until: likewise.
 
@@ -106,64 +28,91 @@ def story(trace: Trace, only: str = "", since: float = 0.0, until: float = 1e18)
     """
     chosen = _chosen(trace, only)
     lines = []
-    for event in trace.events:
+    for event, tree, number in trace.told():
         if not since <= event.time <= until:
             continue
-        if event.kind == "node_status":
-            node = trace.nodes[int(event.fields["node"])]
-            if _is_reset(event):
-                continue
-            if chosen is None or node.id in chosen:
-                lines.append(_change(trace, node, event))
-        elif chosen is None and event.kind not in ROUTINE:
+        among = chosen[number]
+        if event.kind == "tree" and number > 0:
+            lines.append(f"{event.time:8.2f} s  ── tree {number + 1}, {event.text} ──")
+        elif event.kind == "node_status":
+            node = tree.nodes[int(event.fields["node"])]
+            if not is_reset(event) and (among is None or node.id in among):
+                lines.append(_change(tree, node, event))
+        elif event.kind not in ROUTINE and _concerns(event, tree, among):
             lines.append(f"{event.time:8.2f} s    {event.source}: {event.text}")
     return lines
 
 
-def summary(trace: Trace) -> list[str]:
-    """A line a node: how often it ran, how long, how it ended, or why it was never reached."""
-    width = max(2 * trace.depth(node) + len(node.name) for node in trace.nodes.values())
-    lines = []
-    for node in trace.nodes.values():
-        label = "  " * trace.depth(node) + node.name
-        lines.append(f"{label:<{width}}  {_fate(trace, node)}")
+def summary(trace: Trace, only: str = "") -> list[str]:
+    """A line a node: how often it ran, how long, how it ended, or why it was never reached.
+
+    Args:
+        trace: the run.
+        only: as of `story`.
+    """
+    lines: list[str] = []
+    for number, (tree, chosen) in enumerate(zip(trace.trees, _chosen(trace, only), strict=True), 1):
+        if len(trace.trees) > 1:
+            end = f", until {tree.end}" if tree.end else ""
+            lines.append(f"── tree {number}, from {tree.began:.2f} s{end} ──")
+        shown = [node for node in tree.nodes.values() if chosen is None or node.id in chosen]
+        width = max((2 * tree.depth(node) + len(node.name) for node in shown), default=0)
+        for node in shown:
+            label = "  " * tree.depth(node) + node.name
+            above = tree.nodes.get(node.parent)
+            told = above is not None and not above.reached and above in shown
+            lines.append(f"{label:<{width}}  {_fate(tree, node, told)}")
     return lines
 
 
-def _is_reset(event: Event) -> bool:
-    """Whether a node that had ended was made ready to run again: nothing was halted."""
-    return bool(event.fields["to"] == "idle" and event.fields["from"] != "running")
-
-
-def _chosen(trace: Trace, only: str) -> set[int] | None:
+def _chosen(trace: Trace, only: str) -> list[set[int] | None]:
+    """For each tree the nodes to tell of; None for all."""
     if not only:
-        return None
-    roots = [node for node in trace.nodes.values() if only in (node.name, node.kind)]
-    if not roots:
-        names = {node.name for node in trace.nodes.values()}
-        raise InputError(f"no node is called {only!r}; {suggestion(only, names)}")
-    return {below.id for root in roots for below in _below(trace, root)}
+        return [None] * len(trace.trees)
+    found: list[set[int] | None] = []
+    refusal: InputError | None = None
+    for tree in trace.trees:
+        try:
+            found.append(tree.find(only))
+        except InputError as error:
+            refusal = error
+            found.append(set())
+    if refusal is not None and not any(found):
+        raise refusal
+    return found
 
 
-def _below(trace: Trace, node: Node) -> Iterable[Node]:
-    yield node
-    for child in trace.children(node):
-        yield from _below(trace, child)
+def _concerns(event: Event, tree: Tree, among: set[int] | None) -> bool:
+    """Whether an event that is no change of status tells of the chosen nodes."""
+    if among is None or event.kind in OF_ALL_NODES:
+        return True
+    if event.kind == "breakpoint":
+        return not among.isdisjoint(event.fields.get("nodes", ()))
+    if event.kind != "command" or event.fields.get("refused"):
+        return False
+    named = event.fields.get("arguments", {}).get("node")
+    try:
+        return named is not None and not among.isdisjoint(tree.find(str(named)))
+    except InputError:
+        return False
 
 
-def _change(trace: Trace, node: Node, event: Event) -> str:
+def _change(tree: Tree, node: Node, event: Event) -> str:
     to = str(event.fields["to"])
     said = "" if to == "idle" else str(event.fields.get("message") or "")
-    indent = "  " * trace.depth(node)
+    indent = "  " * tree.depth(node)
     word = "halted" if to == "idle" else to
     return f"{event.time:8.2f} s  {indent}{GLYPHS[to]} {node.name}: {word}" + (
         f" ({said})" if said else ""
     )
 
 
-def _fate(trace: Trace, node: Node) -> str:
+def _fate(tree: Tree, node: Node, told: bool) -> str:
+    """What became of a node; `told` when the line above says why its parent was not reached."""
     if not node.reached:
-        return f"never reached: {_why_not(trace, node)}"
+        if told:
+            return f"never reached: {tree.nodes[node.parent].name!r} above it was not"
+        return f"never reached: {_why_not(tree, node)}"
     counts = {word: node.ended.count(word) for word in ("success", "failure", "idle")}
     parts = [f"{node.seconds:7.1f} s"]
     names = {"success": "✔", "failure": "✘", "idle": "halted"}
@@ -173,23 +122,45 @@ def _fate(trace: Trace, node: Node) -> str:
     return "  ".join([*parts, node.last if counts["failure"] else ""]).rstrip()
 
 
-def _why_not(trace: Trace, node: Node) -> str:
+def _why_not(tree: Tree, node: Node) -> str:
     """The nearest reason above: what ended, or did not end, before its turn came."""
-    parent = trace.nodes.get(node.parent)
+    if node.held:
+        return "it stood at a breakpoint" + (f" until {tree.end}" if tree.end else " to the end")
+    parent = tree.nodes.get(node.parent)
     if parent is None:
-        return "the mission did not begin"
+        return tree.end or "the mission did not begin"
     if not parent.reached:
-        return f"{parent.name!r} above it was not"
-    siblings = trace.children(parent)
-    before = siblings[: siblings.index(node)]
-    if parent.kind == "recover":
-        return "its turn to recover did not come"
-    for sibling in reversed(before):
+        why = _why_not(tree, parent)
+        return why if parent.kind == "event" else f"{parent.name!r} above it was not: {why}"
+    if parent.last.startswith("forced by"):
+        return f"{parent.name!r} above it was forced to {parent.ended[-1]}"
+    if node.kind == "event":
+        return "the event never came"
+    return _turn_did_not_come(tree, parent, node)
+
+
+def _turn_did_not_come(tree: Tree, parent: Node, node: Node) -> str:
+    own_words = {
+        "recover": "its turn to recover did not come",
+        "when": "its `when` was not true",
+        "while": "its `while` was not true",
+        "for_each": "there was nothing to do it for",
+    }
+    if parent.kind in own_words:
+        return own_words[parent.kind]
+    siblings = tree.children(parent)
+    for sibling in reversed(siblings[: siblings.index(node)]):
+        if sibling.held:
+            return f"{sibling.name!r} before it stood at a breakpoint"
         if sibling.running_since is not None:
             return f"{sibling.name!r} before it was still running"
         if sibling.ended:
-            word = "halted" if sibling.ended[-1] == "idle" else sibling.ended[-1]
-            return f"{sibling.name!r} before it ended with {word}"
-    if parent.kind == "when":
-        return "its `when` was not true"
+            return f"{sibling.name!r} before it {_ended(tree, sibling)}"
     return f"{parent.name!r} ended before its turn"
+
+
+def _ended(tree: Tree, node: Node) -> str:
+    if node.ended[-1] == "idle":
+        return "was halted" + (f" when {tree.end}" if tree.end else "")
+    forced = ", forced by the operator" if node.last.startswith("forced by") else ""
+    return f"ended with {node.ended[-1]}{forced}"

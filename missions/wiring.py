@@ -12,6 +12,7 @@ from missions.assembly import NOWHERE, Plan, RunOptions
 from missions.pictures import PictureStore
 from missions.resources import load_map, versions
 from missions.trees.compiler import compile_mission
+from missions.trees.debugging import TreeDebugger, addresses
 from missions.trees.mission_tree import MissionTree
 from missions.witness import SimulationWitness
 from robots.simulated import SimulatedBody
@@ -19,6 +20,7 @@ from stack.control.legs import controller_for
 from stack.costmap.costmap import Costmap
 from stack.costmap.unexplored import Ground, unexplored
 from stack.description import DriveKind
+from stack.errors import InputError
 from stack.localisation.dead_reckoning import DeadReckoning
 from stack.localisation.localiser import Localiser
 from stack.localisation.odometry import OdometryFusion
@@ -46,13 +48,19 @@ LOCAL_WINDOW = 5.0
 
 @dataclass
 class Wiring:
-    """A runtime ready to step, and what has to be closed after it."""
+    """A runtime ready to step, and what has to be closed after it.
+
+    Attributes:
+        between_steps: called before each step.
+    """
 
     runtime: Runtime
     body: SimulatedBody
     tree: MissionTree
     telemetry: Telemetry
     witness: SimulationWitness
+    debugger: TreeDebugger
+    between_steps: Callable[[], None] = lambda: None
 
 
 def run_info(plan: Plan, run_id: str, seed: int) -> RunInfo:
@@ -114,18 +122,31 @@ def wire(plan: Plan, options: RunOptions, telemetry: Telemetry, folder: RunFolde
         )
     )
     tree = compile_mission(plan.mission)
-    tree.setup(pilot, _tree_emitter(telemetry), log)
-    rows = [[row.id, row.parent, row.kind, row.name] for row in tree.rows()]
-    telemetry.emit("tree", f"{len(rows)} nodes", source="tree", rows=rows)
+    tree.setup(pilot, tree_emitter(telemetry), log)
+    debugger = TreeDebugger(tree)
+    announce_tree(telemetry, tree)
     witness = SimulationWitness(body, plan.world)
     parts = Parts(
         body=body, fusion=OdometryFusion(), localiser=localiser, local_costmap=local,
         global_costmap=whole, navigation=navigation, pilot=pilot, safety=safety,
         tree=tree, telemetry=telemetry, map_layer=Layer(1, grid), witness=witness,
-        tracker=tracker,
+        tracker=tracker, debugger=debugger,
         keep_camera_on=options.camera == "on",
     )  # fmt: skip
-    return Wiring(Runtime(parts, rates, _idle), body, tree, telemetry, witness)
+    runtime = Runtime(parts, rates, _idle)
+    for command in options.first_orders():
+        ack = runtime.obey(command)
+        if not ack.done:
+            raise InputError(ack.reason)
+    return Wiring(runtime, body, tree, telemetry, witness, debugger)
+
+
+def announce_tree(telemetry: Telemetry, tree: MissionTree) -> None:
+    """Tell the records which nodes there are: what the numbers in later events mean."""
+    rows = [
+        [node.id, node.parent, node.kind, node.names[0], node.where] for node in addresses(tree)
+    ]
+    telemetry.emit("tree", f"{len(rows)} nodes", source="tree", rows=rows)
 
 
 def _map_of(plan: Plan) -> OccupancyGrid:
@@ -185,7 +206,9 @@ def _emitter(telemetry: Telemetry, source: str) -> Callable[..., None]:
     return emit
 
 
-def _tree_emitter(telemetry: Telemetry) -> Callable[..., None]:
+def tree_emitter(telemetry: Telemetry) -> Callable[..., None]:
+    """What a tree tells its events."""
+
     def emit(level: str, kind: str, text: str, fields: Mapping[str, Any]) -> None:
         telemetry.emit(kind, text, source="tree", level=level, **fields)
 

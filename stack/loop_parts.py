@@ -17,7 +17,7 @@ from stack.parameters import parameter
 from stack.perception.tracker import Tracker
 from stack.safety.safety import Safety
 from stack.telemetry.hub import Telemetry
-from stack.telemetry.records import Layer, TreeRow
+from stack.telemetry.records import Debugging, Layer, TreeRow
 from stack.types import FloatArray, Pose2D, PoseEstimate
 
 
@@ -57,6 +57,34 @@ class MissionTree(Protocol):
 
     def blackboard(self) -> dict[str, str]:
         """Keys and values as text."""
+        ...
+
+
+class Debugger(Protocol):
+    """What operators may do to the tree while it runs; nodes are named as people name them."""
+
+    def set_breakpoint(self, node: str) -> str:
+        """Stop before a node starts; what was understood, in words.
+
+        Raises:
+            InputError: there is no such node; so for the others.
+        """
+        ...
+
+    def clear_breakpoint(self, node: str = "") -> str:
+        """Take breakpoints away; without a node all of them."""
+        ...
+
+    def force(self, node: str, outcome: str, code: str = "") -> str:
+        """Force success or failure on a node until `off`; let an event be `due` once."""
+        ...
+
+    def take_stops(self) -> tuple[str, ...]:
+        """The nodes, in words, that a tick was stopped before since the last call."""
+        ...
+
+    def view(self) -> Debugging:
+        """For the screen."""
         ...
 
 
@@ -129,4 +157,5 @@ class Parts:
     map_layer: Layer
     witness: Witness | None = None
     tracker: Tracker | None = None
+    debugger: Debugger | None = None
     keep_camera_on: bool = False

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from math import isfinite
 from typing import Any, Protocol
 
+from stack.debug_orders import DebugOrders
 from stack.errors import InputError, ParameterError
 from stack.loop_parts import Parts
 from stack.navigation.tasks import Activity
@@ -22,6 +23,7 @@ class Conduct(Protocol):
     """The course of the mission, which commands change."""
 
     state: MissionState
+    reason: str
     steps: int
 
     def end(self, state: MissionState, reason: str) -> None:
@@ -44,6 +46,7 @@ class Operator:
         self._parts, self._conduct = parts, conduct
         self._resume_to = MissionState.RUNNING
         self._detour: Detour | None = None
+        self.debugging = DebugOrders(parts, conduct, lambda: self._resume({}))
         self._actions: dict[str, Callable[[Arguments], str | None]] = {
             "pause": self._pause,
             "resume": self._resume,
@@ -67,40 +70,55 @@ class Operator:
             and self._detour.task.status is TaskStatus.RUNNING
         )
 
-    def apply_commands(self) -> None:
-        """Carry out everything that came in since the last step, in order."""
-        for command in self._parts.telemetry.commands():
-            refusal = self._carry_out(command)
-            self._parts.telemetry.acknowledge(Ack(command.id, not refusal, refusal))
-            if command.kind == "speed" and not refusal:
-                continue  # changes nothing in the run, so it stays out of the hashed log
-            kind = "teleop" if command.kind == "teleop" and not refusal else "command"
-            self._parts.telemetry.emit(
-                kind, f"{command.kind}: {refusal or 'done'}", source="command",
-                level="warning" if refusal or command.kind == "estop" else "info",
-                command=command.kind, arguments=dict(command.arguments), refused=refusal,
-            )  # fmt: skip
+    def apply_commands(self, held: bool = False) -> None:
+        """Carry out everything that came in since the last step, in order.
 
-    def _carry_out(self, command: Command) -> str:
-        """Why a command is refused; empty when it is done."""
-        action = self._actions.get(command.kind)
-        if action is None:
-            return f"there is no command {command.kind!r}; there are {', '.join(self._actions)}"
+        Args:
+            held: the robot stands and no step is made: together with the step, this says exactly
+                when a command took effect.
+        """
+        for command in self._parts.telemetry.commands():
+            self.obey(command, held)
+
+    def obey(self, command: Command, held: bool = False) -> Ack:
+        """Carry out one command, answer it and log it."""
+        refusal, understood = self._carry_out(command)
+        ack = Ack(command.id, not refusal, refusal or understood)
+        self._parts.telemetry.acknowledge(ack)
+        if command.kind == "speed" and not refusal:
+            return ack  # changes nothing in the run, so it stays out of the hashed log
+        kind = "teleop" if command.kind == "teleop" and not refusal else "command"
+        self._parts.telemetry.emit(
+            kind, f"{command.kind}: {refusal or understood or 'done'}", source="command",
+            level="warning" if refusal or command.kind == "estop" else "info",
+            command=command.kind, arguments=dict(command.arguments), refused=refusal, held=held,
+        )  # fmt: skip
+        return ack
+
+    def _carry_out(self, command: Command) -> tuple[str, str]:
+        """Why a command is refused, or else what was understood; both empty when it is done."""
+        action, debugging = self._actions.get(command.kind), self.debugging.actions
+        if action is None and command.kind not in debugging:
+            known = ", ".join([*self._actions, *debugging])
+            return f"there is no command {command.kind!r}; there are {known}", ""
         if self._conduct.state.is_over:
-            return f"the mission is over ({self._conduct.state})"
+            return f"the mission is over ({self._conduct.state})", ""
         try:
-            return action(command.arguments) or ""
+            if action is not None:
+                return action(command.arguments) or "", ""
+            return "", debugging[command.kind](command.arguments)
         except KeyError as error:
-            return f"{command.kind} needs the argument {error}"
+            return f"{command.kind} needs the argument {error}", ""
         except (InputError, ParameterError, TypeError, ValueError) as error:
-            return str(error)
+            return str(error), ""
 
     def _pause(self, _: Arguments) -> str | None:
         if self._conduct.state is MissionState.EMERGENCY_STOP:
             return "the emergency stop is engaged; release it first"
         if self._detour is not None:
             self._detour.task.cancel()
-        self._conduct.state = MissionState.PAUSED
+        self.debugging.forget_steps()
+        self._conduct.state, self._conduct.reason = MissionState.PAUSED, ""
         return None
 
     def _resume(self, _: Arguments) -> str | None:
@@ -109,7 +127,8 @@ class Operator:
         if self._detour is not None:
             self._parts.navigation.take_up(self._detour.set_aside)
             self._detour = None
-        self._conduct.state = MissionState.RUNNING
+        self.debugging.forget_steps()
+        self._conduct.state, self._conduct.reason = MissionState.RUNNING, ""
         return None
 
     def _emergency_stop(self, arguments: Arguments) -> None:

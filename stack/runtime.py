@@ -10,11 +10,11 @@ from collections.abc import Callable
 from math import hypot
 from time import perf_counter
 
-from stack.loop_parts import Parts, Rates
+from stack.loop_parts import MissionTree, Parts, Rates
 from stack.operator import Operator
 from stack.snapshots import compose_snapshot
 from stack.stages import Stages
-from stack.telemetry.records import Layer, MissionState
+from stack.telemetry.records import Ack, Command, Layer, MissionState
 from stack.types import STANDSTILL, Image, Observation, Odometry, Pose2D, RangeReading, Twist
 
 STANDING_SPEED = 0.02
@@ -43,6 +43,7 @@ class Runtime:
         self.distance = 0.0
         self._began = perf_counter()
         self._image: Image | None = None
+        self._successor: Callable[[], MissionTree] | None = None
         self._waiting_readings: tuple[RangeReading, ...] = ()
         self._ticks_every = rates.every(rates.tree, "tree")
         self._operator = Operator(parts, self)
@@ -52,7 +53,8 @@ class Runtime:
         self.parts.telemetry.advance(self.steps, self.parts.body.time)
         if self._held_and_standing():
             self._idle()
-            self._operator.apply_commands()
+            self._take_up_successor()
+            self._operator.apply_commands(held=True)
             self.parts.telemetry.publish(lambda: compose_snapshot(self))
             return
         measure = self.stages.measure
@@ -65,10 +67,11 @@ class Runtime:
             self._estimate(observation)
         with measure("costmap"):
             self._update_costmaps(observation)
-        if self.steps % self._ticks_every == 0 and self._ticking():
+        if self.steps % self._ticks_every == 0 and self._may_tick():
             with measure("tree"):
                 self.parts.tree.tick()
             self._conclude()
+            self._operator.debugging.after_tick()
         with measure("navigate"):
             moving = self._ticking() or self._operator.on_detour
             wanted = self.parts.pilot.advance() if moving else STANDSTILL
@@ -85,6 +88,20 @@ class Runtime:
         if not self._ticking():
             self.parts.tree.leave_out(self.period)
         self.steps += 1
+
+    def obey(self, command: Command) -> Ack:
+        """Carry out a command now, between two steps, as if an operator had sent it."""
+        return self._operator.obey(command)
+
+    def replace_tree(self, take_up: Callable[[], MissionTree]) -> None:
+        """Halt the tree now, and go on with another one from its root once the robot stands.
+
+        Args:
+            take_up: called at that moment; the tree to go on with. A newer one takes its place.
+        """
+        if self.parts.tree.outcome == "running":
+            self.parts.tree.halt()
+        self._successor = take_up
 
     def end(self, state: MissionState, reason: str) -> None:
         """Bring the mission to an end from outside: aborted, interrupted, error."""
@@ -138,6 +155,20 @@ class Runtime:
     def _asleep(self) -> float:
         """Wall seconds that the body has slept to keep its pace: not compute time."""
         return float(getattr(self.parts.body, "slept", 0.0))
+
+    def _may_tick(self) -> bool:
+        """Whether the tree is to be ticked in this step; takes up a successor, pauses after steps.
+
+        A tree that was halted is not ticked again: the robot comes to a stand for its successor.
+        """
+        self._take_up_successor()
+        if self._successor is not None or not self._ticking():
+            return False
+        return self._operator.debugging.lets_tick()
+
+    def _take_up_successor(self) -> None:
+        if self._successor is not None and self._standing() and not self.state.is_over:
+            self.parts.tree, self._successor = self._successor(), None
 
     def _ticking(self) -> bool:
         return self.state in (MissionState.STARTING, MissionState.RUNNING)

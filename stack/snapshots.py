@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stack.telemetry.records import Snapshot
+from stack.telemetry.records import Debugging, Snapshot
 from stack.types import FloatArray
 
 if TYPE_CHECKING:
@@ -51,6 +51,7 @@ def compose_snapshot(runtime: Runtime) -> Snapshot:
         teleop=parts.navigation.teleoperation is not None,
         safety=parts.safety.reason,
         events=parts.telemetry.recent(SHOWN_EVENTS),
+        debugging=parts.debugger.view() if parts.debugger else Debugging(),
     )
 
 

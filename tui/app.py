@@ -167,7 +167,9 @@ class Dashboard(App[str]):
 
     def _show(self, snapshot: Snapshot) -> None:
         panes = self._panes
-        panes.query_one(TreePane).show(snapshot)
+        tree = panes.query_one(TreePane)
+        if tree.show(snapshot):
+            self.notify("the saved mission runs from its root", title="taken", timeout=3.0)
         panes.query_one(MapPane).show(snapshot, self.source.info)
         panes.query_one(VitalsPane).show(snapshot)
         speed, fit, error = panes.query(Chart)
@@ -285,6 +287,10 @@ class Dashboard(App[str]):
     def action_costs(self) -> None:
         """Costmap on or off."""
         self.query_one(MapPane).toggle_costs()
+
+    def on_tree_pane_order(self, order: TreePane.Order) -> None:
+        """Debug the tree as its pane asks."""
+        self._send(order.kind, **order.arguments)
 
     def action_follow_tree(self) -> None:
         """Let the tree follow what runs."""

@@ -83,11 +83,26 @@ def notice(snapshot: Snapshot | None, link: Link) -> Notice | None:
 def _standing(snapshot: Snapshot) -> Notice | None:
     if snapshot.state is MissionState.EMERGENCY_STOP:
         return Notice("bad", "■ EMERGENCY STOP", snapshot.reason, "R releases it")
-    if snapshot.state is MissionState.PAUSED:
+    paused = snapshot.state is MissionState.PAUSED
+    if snapshot.debugging.faults:
+        return _not_taken(snapshot.debugging.faults, paused)
+    if paused and snapshot.debugging.held:
+        where = snapshot.reason.removeprefix("stopped at breakpoint: ")
+        return Notice(
+            "warn", "● STOPPED AT BREAKPOINT", where, "p goes on; in the tree n: one tick"
+        )
+    if paused:
         return Notice("warn", "‖ PAUSED", snapshot.reason, "p goes on")
     if snapshot.teleop:
         return Notice("busy", "◆ YOU DRIVE", snapshot.safety, "←↑↓→ drive, enter when done")
     return None
+
+
+def _not_taken(faults: tuple[str, ...], paused: bool) -> Notice:
+    """The file that the mission came from was saved with mistakes in it."""
+    headline = "✘ SAVED MISSION NOT TAKEN" + (", ‖ PAUSED" if paused else "")
+    more = f"; and {len(faults) - 1} more in the log" if len(faults) > 1 else ""
+    return Notice("bad", headline, faults[0] + more, "the old one stays; save it again")
 
 
 def _outcome(snapshot: Snapshot) -> Notice:

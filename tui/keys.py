@@ -94,3 +94,14 @@ KEYS = (
         True,
     ),
 )
+
+TREE_KEYS = (
+    Key("b", "breakpoint", "Break"),
+    Key("n", "step", "Step"),
+    Key("f", "force", "Force"),
+    Key("c", "go_on", "Go on"),
+)
+"""What keys mean while the tree has the focus, whatever they mean elsewhere."""
+
+TREE_SENTENCE = "in the tree (1): breakpoint, next tick, force outcome, go on"
+"""Line on the help screen about all of them."""

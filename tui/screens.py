@@ -13,15 +13,18 @@ from textual.widgets import Label, OptionList, Static
 from textual.widgets.option_list import Option
 
 from tui import palette
-from tui.keys import KEYS
+from tui.keys import KEYS, TREE_KEYS, TREE_SENTENCE
 from tui.palette import BUSY, DIM, TEXT, css
 
 MEANINGS = (
     ("✔", "success", palette.GOOD), ("✘", "failure", palette.BAD), ("▶", "running", palette.BUSY),
     ("·", "not yet", palette.DIM), ("━", "plan", palette.PATH), ("━", "next", palette.LOCAL_PLAN),
     ("━", "driven", palette.TRAIL), ("•", "scan", palette.SCAN), ("•", "belief", palette.PARTICLE),
-    ("○", "people", palette.PERSON), ("⚑", "goal", palette.GOAL), ("▪", "marker", palette.MARKER),
+    ("●", "break", palette.BAD), ("◆", "forced", palette.WARN), ("○", "people", palette.PERSON),
+    ("⚑", "goal", palette.GOAL), ("▪", "marker", palette.MARKER),
 )  # fmt: skip
+
+MEANINGS_A_LINE = 7
 
 
 class Question(ModalScreen[str]):
@@ -74,12 +77,13 @@ class Help(ModalScreen[None]):
 
 def _keys() -> Text:
     text = Text()
-    for key in KEYS:
-        if key.sentence:
-            text.append(f"{key.shown:>6}  ", style=f"bold {css(BUSY)}")
-            text.append(f"{key.sentence}\n", style=css(TEXT))
+    lines = [(key.shown, key.sentence) for key in KEYS if key.sentence]
+    lines.append((" ".join(key.shown for key in TREE_KEYS), TREE_SENTENCE))
+    for shown, sentence in lines:
+        text.append(f"{shown:>7}  ", style=f"bold {css(BUSY)}")
+        text.append(f"{sentence}\n", style=css(TEXT))
     for number, (glyph, word, colour) in enumerate(MEANINGS):
-        text.append("\n     " if number % 6 == 0 else "", style=css(TEXT))
+        text.append("\n" if number == MEANINGS_A_LINE else "", style=css(TEXT))
         text.append(f" {glyph} ", style=f"bold {css(colour)}")
-        text.append(f"{word:<8}", style=css(TEXT))
+        text.append(f"{word:<7}", style=css(TEXT))
     return text

@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 from textwrap import wrap
+from typing import Any, ClassVar
 
 from rich.cells import cell_len, set_cell_size
 from rich.segment import Segment
 from rich.style import Style
+from textual.binding import BindingType
+from textual.message import Message
 from textual.strip import Strip
 from textual.widget import Widget
 
-from stack.telemetry.records import Snapshot, TreeRow
+from stack.telemetry.records import Debugging, Snapshot, TreeRow
 from tui import palette
+from tui.keys import TREE_KEYS
+from tui.screens import Question
 from tui.strips import ink, paper
 
 KIND_GLYPH = {
@@ -32,6 +37,14 @@ class TreePane(Widget, can_focus=True):
     """Draws the rows of a snapshot; follows what runs until the operator chooses a node."""
 
     BORDER_TITLE = "Mission tree"
+    BINDINGS: ClassVar[list[BindingType]] = [key.binding() for key in TREE_KEYS]
+
+    class Order(Message):
+        """The operator wants something of the engine: kind and arguments of a Command."""
+
+        def __init__(self, kind: str, arguments: dict[str, Any]) -> None:
+            super().__init__()
+            self.kind, self.arguments = kind, arguments
 
     def __init__(self) -> None:
         super().__init__(id="tree")
@@ -41,9 +54,14 @@ class TreePane(Widget, can_focus=True):
         self._rows: tuple[TreeRow, ...] = ()
         self._stems: list[str] = []
         self._time = 0.0
+        self._debugging: Debugging | None = None
 
-    def show(self, snapshot: Snapshot) -> None:
-        """Draw the tree of a snapshot."""
+    def show(self, snapshot: Snapshot) -> bool:
+        """Draw the tree of a snapshot; whether it is another tree than before."""
+        before, self._debugging = self._debugging, snapshot.debugging
+        replaced = before is not None and before.generation != snapshot.debugging.generation
+        if replaced:
+            self.held = False
         if snapshot.tree != self._rows:
             self._rows = snapshot.tree
             self._stems = stems(self._rows)
@@ -51,6 +69,7 @@ class TreePane(Widget, can_focus=True):
         self._settle()
         self.border_subtitle = self._counts()
         self.refresh()
+        return replaced
 
     def choose(self, lines: int) -> None:
         """Choose the node so many lines farther down; `follow` gives the choice back."""
@@ -64,6 +83,50 @@ class TreePane(Widget, can_focus=True):
         self.held = False
         self._settle()
         self.refresh()
+
+    def action_breakpoint(self) -> None:
+        """A breakpoint at the chosen node, or none any more."""
+        row, debugging = self._chosen_row, self._debugging
+        if row is not None and debugging is not None:
+            self._order("unbreak" if row.id in debugging.breakpoints else "break", row)
+
+    def action_step(self) -> None:
+        """Go on for one tick."""
+        self.post_message(self.Order("step", {"ticks": 1}))
+
+    def action_go_on(self) -> None:
+        """Go on after a breakpoint, a step or a pause."""
+        self.post_message(self.Order("continue", {}))
+
+    def action_force(self) -> None:
+        """Ask which outcome the chosen node is to have."""
+        row, debugging = self._chosen_row, self._debugging
+        if row is None or debugging is None:
+            return
+        answers = {
+            "": "Nothing: go back",
+            "success": "Success, at once, whenever it has a turn",
+            "failure": "Failure, likewise",
+        }
+        if str(row.id) in debugging.forced:
+            answers["off"] = "Off: let it run again"
+        if row.kind == "event":
+            answers["due"] = "Due: let the event come now, once"
+
+        def answered(status: str | None) -> None:
+            if status:
+                self._order("force", row, status=status)
+
+        self.app.push_screen(Question(f"Force the outcome of {row.name}?", answers), answered)
+
+    def _order(self, kind: str, row: TreeRow, **more: str) -> None:
+        generation = self._debugging.generation if self._debugging else 0
+        arguments = {"node": str(row.id), "generation": generation, **more}
+        self.post_message(self.Order(kind, arguments))
+
+    @property
+    def _chosen_row(self) -> TreeRow | None:
+        return self._rows[min(self.chosen, len(self._rows) - 1)] if self._rows else None
 
     def on_resize(self) -> None:
         """Keep the chosen node in sight."""
@@ -103,14 +166,14 @@ class TreePane(Widget, can_focus=True):
         active = row.status == "running"
         words = palette.IDLE if row.status == "idle" else palette.TEXT
         age = self._age(row)
-        head = f"{palette.STATUS_GLYPH[row.status]} "
         room = width - cell_len(self._stems[index]) - 4 - len(age)
         name = _fitted(row.name, room)
         room -= cell_len(name)
-        said = f"  {_fitted(row.message, room - 2)}" if self._speaks(row) and room > 6 else ""
+        message = self._message(row)
+        said = f"  {_fitted(message, room - 2)}" if message and room > 6 else ""
         segments = [
             Segment(self._stems[index], ink(palette.FAINT)),
-            Segment(head, ink(palette.STATUS_COLOUR[row.status], bold=True)),
+            *self._head(row),
             Segment(f"{KIND_GLYPH.get(row.kind, '⚙')} ", ink(palette.DIM)),
             Segment(name, ink(palette.BUSY if active else words, bold=active)),
             Segment(set_cell_size(said, room), self._message_style(row)),
@@ -122,13 +185,24 @@ class TreePane(Widget, can_focus=True):
         strip = Strip(segments).crop(0, width)
         return strip if back is None else strip.apply_style(paper(back))
 
+    def _head(self, row: TreeRow) -> list[Segment]:
+        """The status, and what an operator has put at the node."""
+        glyph, style = palette.STATUS_GLYPH[row.status], palette.STATUS_COLOUR[row.status]
+        mark, colour = self._mark(row)
+        if not mark:
+            return [Segment(f"{glyph} ", ink(style, bold=True))]
+        return [Segment(glyph, ink(style, bold=True)), Segment(mark, ink(colour, bold=True))]
+
     def _detail(self, line: int, width: int) -> Strip:
         row = self._rows[min(self.chosen, len(self._rows) - 1)]
         if line == 0:
-            title = _fitted(f"╴{row.name} · {row.kind}╶", width - 2)
+            marks = " · breakpoint" if self._mark(row)[0] == "●" else ""
+            title = _fitted(f"╴{row.name} · {row.kind}{marks}╶", width - 2)
             return Strip([Segment(f"─{title}".ljust(width, "─"), ink(palette.IDLE))])
         took = f" for {self._time - row.since:.0f} s" if row.status == "running" else ""
-        words = row.message or f"{'not yet' if row.status == 'idle' else row.status}{took}"
+        status = f"{'not yet' if row.status == 'idle' else row.status}{took}"
+        status = "stopped before it; starts with the next tick" if self._is_held(row) else status
+        words = self._forced(row) or row.message or status
         lines = wrap(words, max(8, width - 2), max_lines=DETAIL_LINES - 1, placeholder="…")
         text = f" {lines[line - 1]}" if line <= len(lines) else ""
         return Strip([Segment(set_cell_size(text, width), self._message_style(row))])
@@ -137,8 +211,24 @@ class TreePane(Widget, can_focus=True):
         failed = row.status == "failure"
         return ink(palette.FAILED_WORDS if failed else palette.DIM, italic=True)
 
-    def _speaks(self, row: TreeRow) -> bool:
-        return bool(row.message) and row.status != "idle"
+    def _message(self, row: TreeRow) -> str:
+        """What stands behind the name."""
+        if self._is_held(row):
+            return "starts next"
+        return self._forced(row) or (row.message if row.status != "idle" else "")
+
+    def _is_held(self, row: TreeRow) -> bool:
+        return self._debugging is not None and row.id in self._debugging.held
+
+    def _forced(self, row: TreeRow) -> str:
+        forced = self._debugging.forced.get(str(row.id)) if self._debugging is not None else None
+        return f"forced: {forced}" if forced else ""
+
+    def _mark(self, row: TreeRow) -> tuple[str, int]:
+        """What stands behind the status: a breakpoint, a forced outcome, or nothing."""
+        if self._debugging is not None and row.id in self._debugging.breakpoints:
+            return "●", palette.BAD
+        return ("◆", palette.WARN) if self._forced(row) else ("", palette.DIM)
 
     def _age(self, row: TreeRow) -> str:
         age = self._time - row.since
@@ -155,10 +245,16 @@ class TreePane(Widget, can_focus=True):
         )
         return f"{shown}  of {len(self._rows)}"
 
+    def _stopped_at(self) -> int | None:
+        """Index of the node that the mission stopped before."""
+        held = self._debugging.held if self._debugging is not None else ()
+        found = (index for index, row in enumerate(self._rows) if row.id in held)
+        return next(found, None)
+
     def _settle(self) -> None:
         """Choose what runs unless held; scroll as little as keeps the chosen node in sight."""
         if not self.held:
-            self.chosen = of_interest(self._rows)
+            self.chosen = self._stopped_at() or of_interest(self._rows)
         height = max(1, self.list_height)
         margin = min(2, (height - 1) // 2)
         lowest = max(0, len(self._rows) - height)

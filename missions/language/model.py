@@ -269,6 +269,7 @@ class Mission:
         cases: what `treepilot test` runs.
         events: what pre-empts `run`, the most important first.
         trees: by name, included ones too.
+        includes: the files that it includes, and those that they include.
         parameter_files: as written, already merged into `navigation`.
         warnings: what is probably not meant.
     """
@@ -291,4 +292,5 @@ class Mission:
     trees: Mapping[str, Tree] = field(default_factory=dict)
     events: tuple[Event, ...] = ()
     cases: tuple[Case, ...] = ()
+    includes: tuple[Path, ...] = ()
     warnings: tuple[Finding, ...] = ()

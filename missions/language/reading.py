@@ -102,6 +102,7 @@ class _Reading:
             places={key: symbol.value for key, symbol in places.items()},
             arguments={key: symbol.value for key, symbol in arguments.items()},
             blackboard=keys, trees=trees, events=events, cases=cases, warnings=tuple(warnings),
+            includes=tuple(self.includes.files),
         )  # fmt: skip
 
     def _names(

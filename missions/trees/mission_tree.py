@@ -148,6 +148,26 @@ class MissionTree:
         self._execution.starts = lambda node: starts(self._execution.record(node))
 
     @property
+    def execution(self) -> Execution:
+        """What its nodes share."""
+        return self._execution
+
+    def inherit(self, older: MissionTree) -> list[str]:
+        """Go on from a tree of the same run; what it hands over, as `key = value`.
+
+        A blackboard value goes over where both declare its key with the same type.
+        """
+        self.ticks = older.ticks
+        self._execution.recoveries = older._execution.recoveries
+        kept = []
+        for name, slot in self._slots.items():
+            former = older._slots.get(name)
+            if former is not None and former.type == slot.type and former.value is not UNSET:
+                slot.value = former.value
+                kept.append(f"{name} = {self._execution.describe(slot.value)}")
+        return kept
+
+    @property
     def records(self) -> tuple[Record, ...]:
         """What is known of every node, in drawing order."""
         return tuple(self._records)

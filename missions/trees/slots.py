@@ -24,10 +24,11 @@ Write = Callable[[Any], None]
 class Slot:
     """One value with its type."""
 
-    __slots__ = ("kind", "name", "value")
+    __slots__ = ("kind", "name", "type", "value")
 
     def __init__(self, symbol: Symbol) -> None:
-        self.name, self.kind, self.value = symbol.name, symbol.type.of, symbol.value
+        self.name, self.value, self.type = symbol.name, symbol.value, symbol.type
+        self.kind = symbol.type.of
 
     def read(self) -> Any:
         """The value.

@@ -87,7 +87,7 @@ class TreeRow:
     """One node of the tree, in drawing order (depth first).
 
     Attributes:
-        id: number, stable through the run.
+        id: number, stable as long as the tree is not replaced.
         parent: id of the parent, -1 at the root.
         name: label.
         kind: the word of the mission file: sequence, navigate_to_pose, retry…
@@ -103,6 +103,25 @@ class TreeRow:
     status: str
     message: str = ""
     since: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Debugging:
+    """What operators do to the tree while it runs.
+
+    Attributes:
+        breakpoints: ids of the nodes that the mission stops before.
+        held: ids of the nodes that it stopped before and that start with the next tick.
+        forced: success | failure by id, as text.
+        generation: how often the tree was replaced by that of a file saved meanwhile.
+        faults: what is wrong with the file as last saved, which was therefore not taken.
+    """
+
+    breakpoints: tuple[int, ...] = ()
+    held: tuple[int, ...] = ()
+    forced: Mapping[str, str] = field(default_factory=dict)
+    generation: int = 0
+    faults: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -167,7 +186,8 @@ class Snapshot:
     Attributes:
         time: robot's clock, seconds.
         step: runtime step.
-        state: the mission in one word; `reason` says why (the path to the first failure).
+        state: the mission in one word; `reason` says why (the path to the first failure, the
+            breakpoint).
         tree: rows in drawing order.
         pose: estimate, map frame; covariance (3, 3); quality in [0, 1].
         odometry: pose in the odom frame.
@@ -188,6 +208,7 @@ class Snapshot:
         teleop: the operator may drive, by `teleop` commands.
         safety: what the safety stage does now, in words; empty when nothing.
         events: the last few events, oldest first.
+        debugging: breakpoints, forced outcomes, what became of a file saved meanwhile.
     """
 
     time: float
@@ -221,6 +242,7 @@ class Snapshot:
     safety: str = ""
     events: tuple[Event, ...] = ()
     tracks: tuple[Track, ...] = ()
+    debugging: Debugging = Debugging()
 
 
 @dataclass(frozen=True, slots=True)
@@ -231,10 +253,12 @@ class Command:
         id: chosen by the sender; comes back in the Ack.
         kind: pause | resume | abort | estop | release | speed | set_pose | set_goal |
             set_parameter | teleop (a velocity, driven for half a second of the robot's clock, while
-            the behaviour assisted_teleop runs) | teleop_done.
+            the behaviour assisted_teleop runs) | teleop_done | break | unbreak | step | continue |
+            force.
         arguments: e.g. {"factor": 4.0}, {"x": 1.0, "y": 2.0, "heading": 0.0},
             {"name": "controller.cruise_speed", "value": 0.4}, {"reason": "…"},
-            {"linear": 0.2, "angular": -0.4, "lateral": 0.0}.
+            {"linear": 0.2, "angular": -0.4, "lateral": 0.0}, {"ticks": 1}, {"node": "12",
+            "generation": 0}, {"node": "go to lab", "status": "failure", "code": "NO_VALID_PATH"}.
     """
 
     id: str
@@ -244,7 +268,11 @@ class Command:
 
 @dataclass(frozen=True, slots=True)
 class Ack:
-    """What became of a command: done, or refused with a reason."""
+    """What became of a command: done, or refused with a reason.
+
+    Attributes:
+        reason: why it was refused; what was understood, when that needs words.
+    """
 
     id: str
     done: bool

@@ -2,7 +2,7 @@
 
 import pytest
 
-from stack.telemetry.records import MissionState
+from stack.telemetry.records import Debugging, MissionState
 from tests.tui.sample_source import SampleSource, finished
 from tui.app import Dashboard
 
@@ -55,3 +55,13 @@ def test_failed(snap_compare):
 def test_help(snap_compare):
     app, before = watched("question_mark")
     assert snap_compare(app, run_before=before, terminal_size=(80, 24))
+
+
+def test_stopped_at_a_breakpoint(snap_compare):
+    def stop(source):
+        held = Debugging(breakpoints=(9, 11), held=(11,), forced={"10": "success"})
+        reason = "stopped at breakpoint: before 'report it' (02_office_patrol.yaml:31)"
+        source.changes.update(state=MissionState.PAUSED, reason=reason, debugging=held)
+
+    app, before = watched("1", then=stop)
+    assert snap_compare(app, run_before=before, terminal_size=(120, 40))

@@ -1,0 +1,159 @@
+"""What a run's event log tells of its trees: each node, how often it ran and how it ended."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from missions.trees.addressing import Addressed, find_nodes
+from stack.errors import InputError
+from stack.telemetry.event_log import read_events
+from stack.telemetry.records import Event
+
+
+@dataclass
+class Node:
+    """A node of a recorded tree and what became of it.
+
+    Attributes:
+        where: file and line, "" in records that do not say.
+        running_since: robot time at which it began to run; None while it does not.
+        seconds: total time that it ran.
+        ended: statuses it came to, in order: success, failure or idle (halted).
+        last: the last thing it said when it ended.
+        held: it stands at a breakpoint.
+    """
+
+    id: int
+    parent: int
+    kind: str
+    name: str
+    where: str = ""
+    running_since: float | None = None
+    seconds: float = 0.0
+    starts: int = 0
+    ended: list[str] = field(default_factory=list)
+    last: str = ""
+    held: bool = False
+
+    @property
+    def reached(self) -> bool:
+        """Whether it was ever ticked."""
+        return self.starts > 0 or bool(self.ended)
+
+    def note(self, event: Event) -> None:
+        """Take in one change of status."""
+        to = str(event.fields["to"])
+        self.held = False
+        if is_reset(event):
+            return
+        if to == "running":
+            self.running_since = event.time
+            self.starts += 1
+            return
+        if self.running_since is not None:
+            self.seconds += event.time - self.running_since
+            self.running_since = None
+        self.ended.append(to)
+        self.last = str(event.fields.get("message") or "")
+
+
+@dataclass
+class Tree:
+    """One tree of a run; a mission that is saved while it runs gets another.
+
+    Attributes:
+        nodes: by id, in drawing order; ids mean something within one tree only.
+        began: robot time of its first tick.
+        end: why it came to its end, in words; "" when it ended by itself or nobody wrote it down.
+    """
+
+    nodes: dict[int, Node]
+    began: float
+    end: str = ""
+
+    def depth(self, node: Node) -> int:
+        """Distance from the root."""
+        return 0 if node.parent not in self.nodes else 1 + self.depth(self.nodes[node.parent])
+
+    def children(self, node: Node) -> list[Node]:
+        """In order."""
+        return [other for other in self.nodes.values() if other.parent == node.id]
+
+    def find(self, text: str) -> set[int]:
+        """The ids of the nodes that a text means, and of those below them.
+
+        Raises:
+            InputError: there is none.
+        """
+        addresses = [_address(node) for node in self.nodes.values()]
+        roots = [self.nodes[number] for number in find_nodes(addresses, text)]
+        return {below.id for root in roots for below in self._below(root)}
+
+    def _below(self, node: Node) -> Iterable[Node]:
+        yield node
+        for child in self.children(node):
+            yield from self._below(child)
+
+
+@dataclass(frozen=True)
+class Trace:
+    """A run that was read back: its trees one after the other, and its events."""
+
+    trees: tuple[Tree, ...]
+    events: tuple[Event, ...]
+
+    def told(self) -> Iterator[tuple[Event, Tree, int]]:
+        """Every event with the tree that its node ids mean, and that tree's place in the row."""
+        count = 0
+        for event in self.events:
+            count += event.kind == "tree"
+            yield event, self.trees[max(0, count - 1)], max(0, count - 1)
+
+
+def read_trace(folder: Path) -> Trace:
+    """The trace of a run's folder; a run that was killed has one as well.
+
+    Raises:
+        InputError: the folder holds no events, or none that tell of a tree.
+    """
+    path = folder / "events.jsonl"
+    if not path.is_file():
+        raise InputError(f"{folder} is not a run's folder: it holds no events.jsonl")
+    events = tuple(read_events(path))
+    trees = tuple(_tree(event) for event in events if event.kind == "tree")
+    if not trees:
+        raise InputError(f"{path} tells of no tree: it ended before the mission began")
+    trace = Trace(trees, events)
+    for event, tree, _ in trace.told():
+        _note(event, tree)
+    return trace
+
+
+def is_reset(event: Event) -> bool:
+    """Whether a node that had ended was made ready to run again: nothing was halted."""
+    return bool(event.fields["to"] == "idle" and event.fields["from"] != "running")
+
+
+def _tree(event: Event) -> Tree:
+    return Tree({row[0]: Node(*row) for row in event.fields["rows"]}, event.time)
+
+
+def _note(event: Event, tree: Tree) -> None:
+    if event.kind == "node_status":
+        tree.nodes[int(event.fields["node"])].note(event)
+    elif event.kind == "breakpoint":
+        for number in event.fields.get("nodes", ()):
+            tree.nodes[number].held = True
+    elif event.kind == "saved":
+        tree.end = "the mission was saved anew"
+    elif event.kind == "mission_ended" and event.fields.get("state") not in ("success", "failure"):
+        tree.end = f"the mission was {event.fields.get('state')}"
+
+
+def _address(node: Node) -> Addressed:
+    file, _, line = node.where.rpartition(":")
+    names = tuple(dict.fromkeys((node.name, node.kind)))
+    number = int(line) if line.isdecimal() else 0
+    return Addressed(node.id, node.parent, node.kind, names, file, number, 1)

@@ -1,0 +1,75 @@
+"""Nodes are found by number, name, path and line; what is not found is told with what is near."""
+
+import pytest
+
+from missions.trees.addressing import find_nodes, path_of
+from missions.trees.debugging import addresses
+from stack.errors import InputError
+from tests.missions.mission_fakes import ran
+
+MISSION = """
+    run:
+      sequence:
+        - use: visit
+          with: {who: a}
+          name: first
+        - use: visit
+          with: {who: b}
+          name: second
+    trees:
+      visit:
+        in: {who: text}
+        do:
+          sequence:
+            - act: {who: $who}
+              name: knock
+              retry: 2
+            - say: hello
+"""
+
+
+@pytest.fixture
+def nodes(tmp_path):
+    return addresses(ran(tmp_path, MISSION).tree)
+
+
+def names(nodes, text):
+    by_id = {node.id: node for node in nodes}
+    return [path_of(by_id, number) for number in find_nodes(nodes, text)]
+
+
+@pytest.mark.parametrize(
+    ("text", "paths"),
+    [
+        ("0", ["sequence"]),
+        ("#1", ["sequence/first"]),
+        ("second", ["sequence/second"]),
+        ("visit", ["sequence/first", "sequence/second"]),
+        ("second/knock", ["sequence/second/sequence/knock"]),
+        ("second > knock", ["sequence/second/sequence/knock"]),
+        ("act", ["sequence/first/sequence/knock", "sequence/second/sequence/knock"]),
+        ("visit/say", ["sequence/first/sequence/say", "sequence/second/sequence/say"]),
+        ("mission.yaml:4", ["sequence/first"]),
+        (":7", ["sequence/second"]),
+        # The action itself, not the retry around it that stands in the same line.
+        (":15", ["sequence/first/sequence/knock", "sequence/second/sequence/knock"]),
+    ],
+)
+def test_what_a_text_means(nodes, text, paths):
+    assert names(nodes, text) == paths
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("99", "numbered 0 to"),
+        ("secnd", "did you mean 'second'"),
+        ("third/knock", "'knock' stands at sequence/first/sequence/knock, sequence/second"),
+        ("first/knok", "did you mean 'knock'"),
+        (":9", "nearest are 'second' in line 7"),
+        ("other.yaml:4", "did you mean|there are: mission.yaml"),
+    ],
+)
+def test_what_is_not_found_is_told_with_what_is_near(nodes, text, sentence):
+    with pytest.raises(InputError, match=sentence):
+        find_nodes(nodes, text)
