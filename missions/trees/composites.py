@@ -83,12 +83,11 @@ class Parallel(Advancing, composites.Parallel):
 
     def advance(self, fresh: bool) -> Status:
         if fresh:
-            self.reset()
             self.pending = list(self.children)
             self.succeeded = self.failed = 0
         ended = False
         children: list[Any] = self.pending
-        for child in children:
+        for number, child in enumerate(children):
             status = child.once()
             if status is _RUNNING:
                 continue
@@ -96,6 +95,8 @@ class Parallel(Advancing, composites.Parallel):
             self.succeeded += status is _SUCCESS
             self.failed += status is _FAILURE
             if self.succeeded >= self.needed or self.failed > len(self.children) - self.needed:
+                for later in children[number + 1 :]:
+                    halt(later)
                 return self._decided(self.succeeded >= self.needed)
         if ended:
             self.pending = [child for child in children if child.status not in (_SUCCESS, _FAILURE)]
@@ -142,19 +143,20 @@ class RoundRobin(Advancing, composites.Composite):
 def in_turn(node: Sequence | Fallback, goes_on: Status, fresh: bool) -> Status:
     """Children in turn as long as they end with `goes_on`, starting where the node was."""
     children: list[Any] = node.children
-    if fresh:
-        node.reset()
-        node.position = 0
+    before = node.position
+    number = 0 if fresh else before
     while True:
-        child = node.current_child = children[node.position]
+        child = children[number]
         status: Status = child.once()
-        if status is _RUNNING:
-            return status
         if status is goes_on is _FAILURE:
             node.execution.deal_with(child)
-        if status is not goes_on or node.position + 1 == len(children):
-            return _outcome(node, child)
-        node.position += 1
+        if status is not goes_on or number + 1 == len(children):
+            break
+        number += 1
+    node.current_child, node.position = child, number
+    if before > number:
+        _forget(children[number + 1 : before + 1])
+    return status if status is _RUNNING else _outcome(node, child)
 
 
 def from_the_top(node: ReactiveSequence | ReactiveFallback, goes_on: Status, fresh: bool) -> Status:
@@ -162,9 +164,6 @@ def from_the_top(node: ReactiveSequence | ReactiveFallback, goes_on: Status, fre
 
     `position` is the last child that had a turn in the tick before: those behind it are at rest.
     """
-    if fresh:
-        node.reset()
-        node.position = 0
     children: list[Any] = node.children
     before, standing_by = node.position, node.execution.standing_by
     depth = len(standing_by)
@@ -181,9 +180,14 @@ def from_the_top(node: ReactiveSequence | ReactiveFallback, goes_on: Status, fre
     del standing_by[depth:]
     node.current_child, node.position = child, number
     if before > number:
-        for later in children[number + 1 : before + 1]:
-            halt(later)
+        _forget(children[number + 1 : before + 1])
     return status if status is _RUNNING else _outcome(node, child)
+
+
+def _forget(children: Items[Behaviour]) -> None:
+    """Bring to rest what had a turn before and has none now."""
+    for child in children:
+        halt(child)
 
 
 def _outcome(node: Advancing, child: Behaviour) -> Status:
