@@ -85,7 +85,7 @@ class Execution:
         place_names: for showing poses by name.
         stale: records whose status has changed since their rows were last made.
         starts: told of every node that begins a run; None while nobody wants to know.
-        visited: while py_trees' own tools tick: the nodes that have answered.
+        visited: while py_trees' own tools tick: the nodes that have answered, and what.
     """
 
     robot: Robot = field(init=False)
@@ -100,7 +100,7 @@ class Execution:
     stale: list[Record] = field(default_factory=list)
     trails: dict[int, Trail] = field(default_factory=dict)
     starts: Callable[[Behaviour], None] | None = None
-    visited: list[Behaviour] | None = None
+    visited: list[tuple[Behaviour, Status]] | None = None
 
     def record(self, node: Behaviour) -> Record:
         """The record of a node of this tree."""

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from operator import attrgetter
 from typing import Any
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from missions.language.scope import UNSET
-from missions.trees.advancing import Advancing, run
+from missions.trees.advancing import Advancing
 from missions.trees.events import Event
 from missions.trees.execution import WORDS, Execution, Record, halt
 from missions.trees.slots import Slot
@@ -33,6 +32,7 @@ class MissionTree:
         self, name: str, root: Behaviour, execution: Execution, slots: Mapping[str, Slot]
     ) -> None:
         self.name, self.root, self.ticks = name, root, 0
+        self._tick_root: Callable[[], Status] = root.once  # type: ignore[attr-defined] # as `run`
         self._execution, self._slots = execution, slots
         self._records: list[Record] = []
         for number, (node, parent) in enumerate(_depth_first(root, None)):
@@ -81,11 +81,12 @@ class MissionTree:
 
     def tick(self) -> None:
         """Let every node that has a turn take it. Does nothing once the mission is over."""
-        if self.ticks and self.status in (Status.SUCCESS, Status.FAILURE):
+        root = self.root
+        if self.ticks and (root.status is _SUCCESS or root.status is _FAILURE):
             return
         self.ticks += 1
         self._execution.standing_by.clear()
-        run(self.root)
+        self._tick_root()
 
     @property
     def status(self) -> Status:
@@ -162,7 +163,7 @@ class MissionTree:
         Costs what has changed since it was last asked: statuses note their change themselves,
         messages are compared.
         """
-        messages = list(map(_message_of, self._nodes))
+        messages = [node.feedback_message for node in self._nodes]
         stale = self._execution.stale
         if messages != self._messages:
             pairs = zip(self._records, messages, self._messages, strict=True)
@@ -175,7 +176,7 @@ class MissionTree:
         return self._rows
 
 
-_message_of = attrgetter("feedback_message")
+_SUCCESS, _FAILURE = Status.SUCCESS, Status.FAILURE
 
 
 def _depth_first(
