@@ -278,7 +278,7 @@ def test_a_finding_says_how_to_mend_it(tmp_path, node, hint):
     [
         ({"dwel": "5s"}, "--set dwel:1:1 error[E109] the mission has no argument 'dwel'; did you"),
         ({"dwell": "5 m"}, "--set dwell:1:1 error[E109] dwell: '5 m' is in m, expected a duration"),
-        ({"dwell": "["}, "--set dwell:1:1 error[E109] not YAML"),
+        ({"dwell": "["}, "--set dwell:1:1 error[E109] the `[` that opens here is not closed"),
         ({"most": "soon"}, "--set most:1:1 error[E109] most: expected a whole number, got 'soon'"),
     ],
 )
