@@ -39,6 +39,7 @@ class Findings:
     """Collects everything wrong, so that one reading reports it all."""
 
     items: list[Finding] = field(default_factory=list)
+    _noted: set[Finding] = field(default_factory=set)
 
     def error(self, code: str, mark: Mark, sentence: str, hint: str = "") -> None:
         """Note something that makes the file unusable."""
@@ -59,5 +60,6 @@ class Findings:
             raise InputError(self.errors)
 
     def _add(self, finding: Finding) -> None:
-        if finding not in self.items:
+        if finding not in self._noted:
+            self._noted.add(finding)
             self.items.append(finding)
