@@ -9,12 +9,13 @@ components.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
 
 from stack.errors import InputError, ParameterError
 from stack.findings import Finding, Findings, Mark
-from stack.parameters import REQUIRED, Declaration, suggestion
+from stack.parameters import REQUIRED, Declaration, nearest, suggestion
 from stack.yaml_nodes import MAX_DEPTH, MAX_NODES, Node, compose, iter_scalars
 
 __all__ = [
@@ -94,11 +95,15 @@ class Section:
     """A mapping being read: each key is taken once; `done` reports what nobody took.
 
     Every getter notes what is wrong in `findings` and returns the fallback, so that reading goes
-    on and one run reports everything.
+    on and one run reports everything. With `keys`, the keys that there are, a misspelt key is
+    reported and then read as the one that was meant: one mistake gives one finding.
     """
 
-    def __init__(self, node: Node, findings: Findings, what: str, code: str) -> None:
-        self.node, self.findings, self.what, self.code = node, findings, what, code
+    def __init__(
+        self, node: Node, findings: Findings, what: str, code: str, keys: Sequence[str] = ()
+    ) -> None:
+        self.findings, self.what, self.code = findings, what, code
+        self.node = self._respelt(node, keys) if keys and node.is_mapping else node
         self._known: list[str] = []
         if not node.is_mapping:
             findings.error(code, node.mark, f"{what} is a mapping of keys, got {node.words()}")
@@ -156,14 +161,28 @@ class Section:
         values = [self.read(part, item) for part, item in zip(declared, node.items, strict=True)]
         return None if any(value is None for value in values) else tuple(values)
 
+    def _respelt(self, node: Node, keys: Sequence[str]) -> Node:
+        written = [str(key.value) for key, _ in node.entries]
+        free = [key for key in keys if key not in written]
+        entries = []
+        for key, value in node.entries:
+            meant = nearest(str(key.value), free) if key.value not in keys else None
+            if meant is not None:
+                free.remove(meant)
+                self._unknown(key, keys)
+                key = replace(key, value=meant)
+            entries.append((key, value))
+        return replace(node, value=entries)
+
+    def _unknown(self, key: Node, keys: Sequence[str]) -> None:
+        sentence = f"{self.what} has no key {key.value!r}"
+        self.findings.error(self.code, key.mark, sentence, suggestion(str(key.value), keys))
+
     def done(self) -> None:
         """Report every key that nobody asked for, with the nearest one that exists."""
         for key, _ in self.node.entries:
             if key.value not in self._known:
-                self.findings.error(
-                    self.code, key.mark, f"{self.what} has no key {key.value!r}",
-                    suggestion(str(key.value), self._known),
-                )  # fmt: skip
+                self._unknown(key, self._known)
 
 
 def _inner_mark(node: Node) -> Mark:

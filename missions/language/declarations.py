@@ -20,6 +20,10 @@ Layer = dict[str, Symbol]
 Overrides = Mapping[str, str | Node]
 """Values of arguments: texts come from `--set`, nodes from a case under `tests`."""
 
+KEY_KEYS = ("type", "unit", "initial", "optional", "doc")
+ARGUMENT_KEYS = ("type", "unit", "default", "range", "one_of", "doc")
+TREE_KEYS = ("in", "out", "do", "doc")
+
 
 class DeclarationReader:
     """Reads the declaring sections of one file.
@@ -49,7 +53,7 @@ class DeclarationReader:
         """Blackboard keys: `visited: {type: int, initial: 0}`."""
         layer: Layer = {}
         for key, entry in self._entries(node, "blackboard"):
-            section = Section(entry, self.findings, f"the key {key.value!r}", "E101")
+            section = Section(entry, self.findings, f"the key {key.value!r}", "E101", KEY_KEYS)
             kind = self._type(section)
             initial = section.node_of("initial")
             section.value(Declaration("optional", bool, default=False))
@@ -66,7 +70,7 @@ class DeclarationReader:
         layer: Layer = {}
         for key, entry in self._entries(node, "arguments"):
             name = str(key.value)
-            section = Section(entry, self.findings, f"the argument {name!r}", "E101")
+            section = Section(entry, self.findings, f"the argument {name!r}", "E101", ARGUMENT_KEYS)
             declared = self.declared[name] = self._argument(name, section)
             default = section.node_of("default")
             section.done()
@@ -87,7 +91,7 @@ class DeclarationReader:
 
     def tree(self, key: Node, node: Node) -> Tree:
         """A tree's name, `in` and `out`; its nodes are read once all trees are known."""
-        section = Section(node, self.findings, f"the tree {key.value!r}", "E101")
+        section = Section(node, self.findings, f"the tree {key.value!r}", "E101", TREE_KEYS)
         inputs = self._signature(section.node_of("in"), Role.INPUT, "in")
         outputs = self._signature(section.node_of("out"), Role.OUTPUT, "out")
         section.node_of("doc")

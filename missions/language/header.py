@@ -16,6 +16,11 @@ from stack.parameters import Declaration, suggestion
 from stack.types import Pose2D
 
 FORMAT = 1
+TOP_KEYS = (
+    "mission", "format", "doc", "robot", "world", "start", "initial_pose", "map", "places",
+    "parameters", "navigation", "plugins", "arguments", "blackboard", "events", "run", "trees",
+    "include", "tests",
+)  # fmt: skip
 RESERVED = ("localisation", "mapping", "sensors", "perception", "safety", "faults")
 
 T = TypeVar("T")

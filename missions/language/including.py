@@ -16,6 +16,7 @@ from stack.documents import Finding, Mark, Node, Section, read_file
 from stack.errors import InputError
 
 MAX_FILES = 50
+FILE_KEYS = ("include", "format", "doc", "places", "trees")
 
 
 @dataclass
@@ -95,7 +96,7 @@ class IncludeReader:
         return self.files[key]
 
     def _read(self, top: Node, path: Path, above: tuple[Path, ...]) -> TreeFile:
-        section = Section(top, self.findings, "an included file", "E101")
+        section = Section(top, self.findings, "an included file", "E101", FILE_KEYS)
         for word in ("doc", "format"):
             section.node_of(word)
         found = self.together(section.node_of("include"), path, above)

@@ -17,7 +17,7 @@ from missions.language.flow import (
     uses_of,
     warn_of_other_meaning,
 )
-from missions.language.header import HeaderReader
+from missions.language.header import RESERVED, TOP_KEYS, HeaderReader
 from missions.language.including import IncludeReader, TreeFile, tree_entries
 from missions.language.model import Catalogue, Event, Mission, Resources, Step, Tree
 from missions.language.nodes import NodeReader
@@ -48,7 +48,8 @@ def read_mission(
     Raises:
         InputError: with every error found.
     """
-    top = Section(read_document(path, "mission", text), Findings(), "the mission", "E101")
+    document, keys = read_document(path, "mission", text), (*TOP_KEYS, *RESERVED)
+    top = Section(document, Findings(), "the mission", "E101", keys)
     return _Reading(top, path, resources or Resources()).mission(catalogue_for, overrides or {})
 
 

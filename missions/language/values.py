@@ -8,7 +8,7 @@ from typing import Any
 
 from missions.language.expressions import CheckedExpression, Surroundings, check_expression
 from missions.language.model import Constant, Formula, Listing, Reference, Value, Writes
-from missions.language.scope import Symbol
+from missions.language.scope import UNSET, Symbol
 from missions.language.value_types import (
     ASSIGNMENTS,
     BOOL,
@@ -131,6 +131,8 @@ class ValueReader:
             return None
         if not symbol.is_constant:
             return Reference(symbol)
+        if symbol.value is UNSET:
+            return None  # what is wrong with it has been reported where it is declared
         try:
             return Constant(declared.read(symbol.value), f"${name}")
         except ParameterError as error:

@@ -6,7 +6,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from missions.editor.describing import TOP_KEYS as DESCRIBED
 from missions.language.codes import CODES
+from missions.language.header import RESERVED, TOP_KEYS
 from missions.language.model import Resources
 from missions.language.reading import read_mission
 from stack.errors import InputError, ParameterError
@@ -149,6 +151,19 @@ def test_faulty_nodes(tmp_path, node, expected):
 FILES = [
     ("wrld: office\nrun: {say: a}", "E101 1:1"),
     ("robot: 3\nrun: {say: a}", "E101 1:8"),
+    # a misspelt key is one mistake: what it holds is read as if it were spelt right
+    ("place: {hall: [1, 2]}\nrun: {navigate_to_pose: $hall}", "E101 1:1"),
+    ("tree: {a: {do: {say: hi}}}\nrun: {use: a}", "E101 1:1"),
+    ("blakboard: {n: {type: int}}\nrun: {set: {n: 1}}", "E101 1:1"),
+    ("argument: {n: {type: duration, default: 3 s}}\nrun: {wait: $n}", "E101 1:1"),
+    ("argument: {n: {type: duration, default: 3 m}}\nrun: {wait: $n}", "E101 1:1", "E108 1:41"),
+    ("runs: {say: a}", "E101 1:1"),
+    ("event: [{a: {when: time, do: {say: b}}}]\nrun: {say: a}", "E101 1:1", "E153 1:20"),
+    ("blackboard: {n: {typ: int, initial: 0}}\nrun: {set: {n: $n + 1}}", "E101 1:18"),
+    ("arguments: {n: {type: int, defalt: 3}}\nrun: {say: a, repeat: $n}", "E101 1:28"),
+    ("run: {use: a, with: {n: 1}}\ntrees: {a: {inn: {n: int}, do: {say: a, repeat: $n}}}",
+     "E101 2:13"),
+    ("run: {use: a}\ntrees: {a: {doo: {say: a}}}", "E101 2:13"),
     ("doc: x", "E101 1:1"),
     ("format: 2\nrun: {say: a}", "E105 1:9"),
     ("perception: []\nsafety: {}\nrun: {say: a}", "E104 1:1", "E104 2:1"),
@@ -236,7 +251,8 @@ def test_faulty_files(tmp_path, text, expected):
 
 
 def test_there_are_many():
-    assert len(NODES) + len(FILES) >= 60
+    """Those of YAML, included files, worlds and `tests` are in their own test files."""
+    assert len(NODES) + len(FILES) + len(WARNINGS) >= 200
 
 
 def test_every_finding_comes_in_one_go(tmp_path):
@@ -357,6 +373,11 @@ def test_what_others_refuse_is_reported_where_it_is_named(tmp_path):
         read_text(tmp_path, text, resources)
     found = [f"{item.code} {item.mark.line}:{item.mark.column}" for item in caught.value.findings]
     assert found == ["E110 2:8", "E110 3:6", "E111 4:23", "E111 4:73"]
+
+
+def test_the_keys_of_a_mission_are_those_that_editors_propose():
+    assert set(TOP_KEYS) == set(DESCRIBED)
+    assert not set(TOP_KEYS) & set(RESERVED)
 
 
 def test_every_code_that_is_reported_is_in_the_table():
