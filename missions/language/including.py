@@ -12,6 +12,7 @@ from pathlib import Path
 
 from missions.language.declarations import DeclarationReader, Layer
 from missions.language.model import Tree
+from missions.language.scope import Scope
 from stack.documents import Finding, Mark, Node, Section, read_file
 from stack.errors import InputError
 
@@ -103,7 +104,8 @@ class IncludeReader:
         own = self.declarations.places(section.node_of("places"), {}, top.mark)
         self.merge(found.places, own, "place")
         bodies = tree_entries(section.node_of("trees"))
-        trees = {str(key.value): self.declarations.tree(key, body) for key, body in bodies}
+        scope = Scope((found.places,))
+        trees = {str(key.value): self.declarations.tree(key, body, scope) for key, body in bodies}
         self.merge_trees(found.trees, trees)
         section.done()
         return TreeFile(bodies, found.places, found.trees)

@@ -143,7 +143,7 @@ class _Reading:
         if section is not None and not section.is_mapping and section.value is not None:
             self.findings.error("E101", section.mark, f"trees is a mapping, got {section.words()}")
         own = tree_entries(section)
-        trees = {str(key.value): self.declarations.tree(key, node) for key, node in own}
+        trees = {str(key.value): self.declarations.tree(key, node, scope) for key, node in own}
         self.includes.merge_trees(dict(included.trees), trees)
         trees = {**trees, **included.trees, **trees}
         self._bodies(own, NodeReader(self.values, catalogue, trees), scope, trees)
