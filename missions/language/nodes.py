@@ -22,6 +22,8 @@ from missions.language.model import (
 from missions.language.modifiers import MODIFIERS, Beside, ModifierReader
 from missions.language.ports import Owner, PortReader
 from missions.language.scope import UNSET, Role, Symbol
+from missions.language.terms import shown
+from missions.language.texts import formatter
 from missions.language.value_types import (
     ANYTHING,
     ValueType,
@@ -261,7 +263,8 @@ class NodeReader:
         owner = Owner(tree.name, body.mark)
         inputs = self.ports.by_name(declared, _value(beside, "with"), owner, around)
         for name, value in defaults.items():
-            inputs.setdefault(name, Constant(value))
+            text = formatter(tree.inputs[name].type, shown)(value)
+            inputs.setdefault(name, Constant(value, text))
         results = {name: symbol.type for name, symbol in tree.outputs.items()}
         outputs = self.ports.outputs(results, _value(beside, "out"), owner, around)
         return Use(
