@@ -205,6 +205,11 @@ def _no_value(case: _Case) -> Trouble:
     return case.at(case.here, f"a value is missing{before}", "write it, or `null` for none")
 
 
+def _stray_colon(case: _Case) -> Trouble:
+    hint = "put a space behind it, or the text in quotes"
+    return case.at(case.here, "a `:` stands inside a value", hint)
+
+
 def _deep(case: _Case) -> Trouble:
     return case.at(case.here, case.found[0], "is a bracket or an indentation wrong?")
 
@@ -261,6 +266,7 @@ _TABLE: tuple[tuple[str, str, Callable[[_Case], Trouble]], ...] = (
     ("", r"expected escape sequence of (\d) hexadecimal", _digits),
     ("", rf"expected '<document start>', but found {_FOUND}", _after_the_end),
     ("", rf"expected the node content, but found {_FOUND}", _no_value),
+    ("", "found unexpected ':'", _stray_colon),  # libyaml's only
     ("", r"nested more than \d+ deep", _deep),
     ("", rf"found undefined alias {_FOUND}", _alias),
 )

@@ -124,6 +124,12 @@ def test_what_is_not_yaml_is_said_in_plain_words(text, place, sentence):
     assert not JARGON.search(f"{finding.sentence} {finding.hint}")
 
 
+@pytest.mark.skipif(not yaml.__with_libyaml__, reason="PyYAML alone takes it")
+def test_what_only_libyaml_refuses_is_said_in_plain_words_too():
+    finding = refusal("a: {b:, c}\n")
+    assert (finding.mark.column, finding.sentence) == (6, "a `:` stands inside a value")
+
+
 def test_an_error_that_is_not_in_the_table_still_has_its_place():
     mark = yaml.Mark("file", 0, 2, 4, None, 0)
     trouble = in_plain_words(yaml.MarkedYAMLError(problem="new\nwords", problem_mark=mark), "a")
