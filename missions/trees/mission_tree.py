@@ -9,7 +9,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from missions.language.scope import UNSET
-from missions.trees.advancing import Advancing
+from missions.trees.advancing import Advancing, run
 from missions.trees.events import Event
 from missions.trees.execution import WORDS, Execution, Record, halt
 from missions.trees.slots import Slot
@@ -32,7 +32,6 @@ class MissionTree:
         self, name: str, root: Behaviour, execution: Execution, slots: Mapping[str, Slot]
     ) -> None:
         self.name, self.root, self.ticks = name, root, 0
-        self._tick_root: Callable[[], Status] = root.once  # type: ignore[attr-defined] # as `run`
         self._execution, self._slots = execution, slots
         self._records: list[Record] = []
         for number, (node, parent) in enumerate(_depth_first(root, None)):
@@ -86,7 +85,7 @@ class MissionTree:
             return
         self.ticks += 1
         self._execution.standing_by.clear()
-        self._tick_root()
+        run(root)
 
     @property
     def status(self) -> Status:
