@@ -36,8 +36,9 @@ GROUP = "treepilot.behaviours"
 
 MISSION_WORDS = frozenset({
     "sequence", "reactive", "fallback", "reactive_fallback", "parallel", "round_robin",
-    "for_each", "use", "with", "do", "in", "out", "name", "when", "while", "timeout", "retry",
-    "repeat", "recover", "every", "on_failure", "attempts", "unless", "then", "hold", "doc",
+    "for_each", "follow_waypoints", "use", "with", "do", "in", "out", "name", "when", "while",
+    "timeout", "retry", "repeat", "recover", "every", "on_failure", "attempts", "unless", "then",
+    "hold", "doc",
 })  # fmt: skip
 """Words that mean something else beside a node in a mission file."""
 

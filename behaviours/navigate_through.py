@@ -10,7 +10,11 @@ from stack.types import FailureCode, Pose2D
 
 
 class NavigateThrough(RobotBehaviour):
-    """Drive past poses in turn to the last one, without stopping in between."""
+    """Drive past poses in turn to the last one, without stopping in between.
+
+    The planners hybrid_astar and lattice pass each pose with its heading, astar and theta_star at
+    whatever heading the way has there.
+    """
 
     goals: list[Pose2D] = port("poses to pass, the last is where to stop, map frame")
     tolerance: float | None = port(

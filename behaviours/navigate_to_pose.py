@@ -12,7 +12,10 @@ from stack.types import Pose2D
 class NavigateToPose(RobotBehaviour):
     """Drive to a pose in the map frame, planning again as the world changes.
 
-    Fails with the navigation's reason: NO_VALID_PATH, GOAL_OCCUPIED, NO_PROGRESS and others.
+    Fails with the navigation's reason: NO_VALID_PATH, GOAL_OCCUPIED, NO_PROGRESS and others. Where
+    the goal cannot be reached it stays where it is, unless `partial` or the planner's own
+    `allow_partial` says otherwise: then it drives to the nearest place that can be reached. With
+    `partial` that is success, and `remaining` how far away the goal is; without, NO_VALID_PATH.
     """
 
     goal: Pose2D = port("where to go, map frame")
@@ -22,6 +25,8 @@ class NavigateToPose(RobotBehaviour):
         default=None,
         above=0.0,
     )
+    partial: bool = port("as near as there is a way to will do", default=False)
+    remaining: float = output("from where the drive ended to the goal, straight", unit="m")
     path_length: float = output("length of the way driven", unit="m")
     time_taken: float = output("from the start to the end of the drive", unit="s")
 
@@ -29,7 +34,9 @@ class NavigateToPose(RobotBehaviour):
 
     def initialise(self) -> None:
         """Send the robot off."""
-        self._task = self.robot.navigate_to(self.goal, tolerance=self.tolerance)
+        self._task = self.robot.navigate_to(
+            self.goal, tolerance=self.tolerance, partial=self.partial
+        )
         self._started = self.robot.time
         self._trail = OdometryTrail()
 
@@ -39,5 +46,6 @@ class NavigateToPose(RobotBehaviour):
         status = self.follow(self._task)
         if status is not Status.RUNNING:
             self.path_length = self._trail.distance
+            self.remaining = self.robot.pose.distance_to(self.goal)
             self.time_taken = self.robot.time - self._started
         return status

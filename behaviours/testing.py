@@ -17,6 +17,7 @@ import numpy as np
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from stack.errors import ParameterError
 from stack.robot import Robot
 from stack.types import (
     STANDSTILL,
@@ -86,6 +87,7 @@ class ScriptedRobot:
         calls: everything asked of the robot, in order.
         task: the newest task; its outcome is the test's to set.
         motion: the newest task that drives; a newer one cancels it.
+        edges: of the route graph.
     """
 
     time: float = 0.0
@@ -106,6 +108,7 @@ class ScriptedRobot:
     calls: list[tuple[str, dict[str, Any]]] = field(default_factory=list)
     task: ScriptedTask = field(default_factory=ScriptedTask)
     motion: ScriptedTask = field(default_factory=ScriptedTask)
+    edges: tuple[str, ...] = ()
 
     def advance(self, seconds: float) -> None:
         """Let time pass. A test with a world of its own overrides this and moves the robot."""
@@ -132,9 +135,11 @@ class ScriptedRobot:
         """The answer of the function that the test set."""
         return self.fit(pose)
 
-    def navigate_to(self, goal: Pose2D, *, tolerance: float | None = None) -> ScriptedTask:
+    def navigate_to(
+        self, goal: Pose2D, *, tolerance: float | None = None, partial: bool = False
+    ) -> ScriptedTask:
         """A new motion task."""
-        return self._move("navigate_to", goal=goal, tolerance=tolerance)
+        return self._move("navigate_to", goal=goal, tolerance=tolerance, partial=partial)
 
     def navigate_through(
         self, goals: list[Pose2D], *, tolerance: float | None = None
@@ -158,6 +163,22 @@ class ScriptedRobot:
         """A new motion task."""
         return self._move("back_up", distance=distance, speed=speed)
 
+    def drive_on_heading(
+        self, distance: float, *, speed: float | None = None, direction: float = 0.0
+    ) -> ScriptedTask:
+        """A new motion task."""
+        return self._move("drive_on_heading", distance=distance, speed=speed, direction=direction)
+
+    def escape(
+        self, *, clearance: float | None = None, distance: float = 1.5, speed: float | None = None
+    ) -> ScriptedTask:
+        """A new motion task."""
+        return self._move("escape", clearance=clearance, distance=distance, speed=speed)
+
+    def assisted_teleop(self, seconds: float, *, silence: float = 30.0) -> ScriptedTask:
+        """A new motion task."""
+        return self._move("assisted_teleop", seconds=seconds, silence=silence)
+
     def drive_for(self, twist: Twist, seconds: float) -> None:
         """Keep the velocity in `twist`; cancels a motion under way, as the real robot does."""
         self.motion.cancel()
@@ -171,6 +192,12 @@ class ScriptedRobot:
         given = {"radius": radius, "layer": layer}
         rest = {name: value for name, value in given.items() if value is not None}
         self.calls.append(("clear_costmap", {"which": which, **rest}))
+
+    def set_edge(self, edge: str, *, closed: bool) -> None:
+        """Note the call; an edge that is not in `edges` does not exist."""
+        if edge not in self.edges:
+            raise ParameterError("edge", f"the route graph has no edge {edge!r}")
+        self.calls.append(("set_edge", {"edge": edge, "closed": closed}))
 
     def relocalise(self) -> ScriptedTask:
         """A new task."""

@@ -29,6 +29,7 @@ def run(  # noqa: PLR0913 - what a run is made of, all by keyword
     out: str | Path | None = None,
     speed: float = 0.0,
     rerun: bool = False,
+    parameters: Mapping[str, str] | None = None,
 ) -> Report:
     """Run a whole mission in the caller's own process.
 
@@ -42,6 +43,7 @@ def run(  # noqa: PLR0913 - what a run is made of, all by keyword
         out: the run's folder; must be empty or absent. None keeps no records.
         speed: simulated seconds per wall second; 0 is as fast as the machine can.
         rerun: record mission.rrd into the folder.
+        parameters: `controller.cruise_speed` -> value as text, over everything in files.
 
     Raises:
         InputError: the mission, robot or world is wrong; nothing has moved.
@@ -52,5 +54,6 @@ def run(  # noqa: PLR0913 - what a run is made of, all by keyword
     options = RunOptions(
         seed=seed, arguments=dict(arguments or {}), robot=robot, world=world, start=start,
         out=Path(out) if out is not None else None, speed=speed, rerun=rerun, serve=False,
+        parameters=dict(parameters or {}),
     )  # fmt: skip
     return run_mission(mission, options)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from missions.choices import all_chosen
+from missions.choices import DEFAULTS, SETTINGS, all_chosen
 from missions.language.model import Mission
 from missions.language.reading import read_mission
 from missions.resources import (
@@ -17,11 +19,12 @@ from missions.resources import (
     load_world,
     resources,
 )
+from missions.route_graphs import located_planner
 from stack.components import Choice
 from stack.description import RobotDescription
-from stack.documents import Finding, Mark, read_file
+from stack.documents import Finding, Mark, read_file, value_of
 from stack.errors import InputError, ParameterError
-from stack.parameters import read_quantity
+from stack.parameters import read_quantity, suggestion
 from stack.sim.world import World
 from stack.sim.world_outlines import outlines
 from stack.types import Pose2D
@@ -42,6 +45,7 @@ class RunOptions:
         out: the run's folder; None keeps no records.
         serve: let dashboards attach.
         mavlink: address to send MAVLink telemetry to, or None.
+        parameters: `controller.cruise_speed` -> value as text; over everything in files.
         camera: "asked" renders when the mission looks; "off" is a robot whose camera is dead;
             "on" keeps it running for the recording.
     """
@@ -57,6 +61,7 @@ class RunOptions:
     serve: bool = True
     mavlink: str | None = None
     camera: str = "asked"
+    parameters: Mapping[str, str] | None = None
 
 
 @dataclass(frozen=True)
@@ -65,6 +70,7 @@ class Plan:
 
     Attributes:
         belief: where the robot believes it starts, map frame; None when it has no idea.
+        warnings: about the files that components name.
     """
 
     mission: Mission
@@ -74,6 +80,7 @@ class Plan:
     belief: Pose2D | None
     choices: dict[str, Choice]
     text: str
+    warnings: tuple[Finding, ...] = ()
 
     @property
     def is_mapped(self) -> bool:
@@ -97,11 +104,18 @@ def prepare(name: str | Path, options: RunOptions) -> Plan:
     start = _start_pose(options.start, mission, world)
     _check_start(start, options, mission, world, robot)
     belief = _belief(mission, start)
-    choices = all_chosen(
-        robot, {kind: (part.use, part.values) for kind, part in mission.navigation.items()}
-    )
+    wanted = {kind: (part.use, part.values) for kind, part in mission.navigation.items()}
+    wanted = _with_parameters(wanted, options.parameters or {})
+    try:
+        choices = all_chosen(robot, wanted, mapped=mission.map != "none")
+    except ParameterError as error:  # what files say was checked when they were read
+        given = [name for name in options.parameters or {} if name.endswith(f".{error.name}")]
+        hint = f"; {error.hint}" if error.hint else ""
+        raise InputError(f"--parameter {', '.join(given)}: {error.sentence}{hint}") from None
+    _check_fit(choices, mission, robot)
     layers = tuple(layer.located(beside) for layer in choices["costmap"].parts)
     choices["costmap"] = replace(choices["costmap"], parts=layers)
+    choices["planner"], warnings = located_planner(choices["planner"], mission, robot, world)
     return Plan(
         mission=mission,
         robot=robot,
@@ -110,7 +124,43 @@ def prepare(name: str | Path, options: RunOptions) -> Plan:
         belief=belief,
         choices=choices,
         text=path.read_text("utf-8"),
+        warnings=warnings,
     )
+
+
+def _check_fit(choices: dict[str, Choice], mission: Mission, robot: RobotDescription) -> None:
+    """Refuse components that are set to what this robot cannot do."""
+    for choice in choices.values():
+        check = getattr(choice.component, "check", None)
+        if check is None:
+            continue
+        try:
+            check(choice.parameters, robot)
+        except InputError as error:
+            mark = _mark_of(mission.source, "navigation")
+            raise InputError([Finding(mark, "E111", str(error))]) from None
+
+
+Wanted = dict[str, tuple[str | None, Mapping[str, Any]]]
+
+
+def _with_parameters(wanted: Wanted, given: Mapping[str, str]) -> Wanted:
+    """Parameters from the command line over those of files; `controller.use` chooses another."""
+    wanted = dict(wanted)
+    for name, text in given.items():
+        kind, dot, parameter = name.partition(".")
+        if not dot or not parameter:
+            raise InputError(f"--parameter {name}: expected controller.cruise_speed or the like")
+        use, values = wanted.get(kind, (None, {}))
+        if parameter == "use":
+            wanted[kind] = (text, values if text == use else {})
+        else:
+            wanted[kind] = (use, {**values, parameter: value_of(text)})
+    for kind in {name.partition(".")[0]: None for name in given}:
+        if kind not in (*DEFAULTS, *SETTINGS):
+            hint = suggestion(kind, [*DEFAULTS, *SETTINGS])
+            raise InputError(f"--parameter: navigation has no {kind!r}; {hint}")
+    return wanted
 
 
 def _beside(given: str | None, mission_folder: Path) -> Path:

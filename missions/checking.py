@@ -46,7 +46,7 @@ def _check(name: str) -> list[CheckLine]:
         if not error.findings:
             return [CheckLine(f"{name}: {error}", True)]
         return _lines(error.findings)
-    return _lines([*plan.mission.warnings, *plan.world.warnings])
+    return _lines([*plan.mission.warnings, *plan.world.warnings, *plan.warnings])
 
 
 def _is_world(path: Path) -> bool:

@@ -26,6 +26,10 @@ SETTINGS: dict[str, type] = {
     "navigator": NavigationParameters,
     "safety": SafetyParameters,
 }
+WITHOUT_A_MAP = {"costmap": {"obstacle_range": 8.0, "clearing_range": 9.0, "decay": 300.0}}
+"""Defaults where what is sensed is all the map there is: it reaches farther and is kept longer, or
+a robot that left a dead end would plan back into it."""
+
 PARTS: dict[str, tuple[str, Callable[[Any, Any], tuple[Any, ...]]]] = {
     "costmap": ("layers", read_layers),
     "safety": ("zones", read_zones),
@@ -50,15 +54,23 @@ def chosen(kind: str, wanted: Mapping[str, Any]) -> Choice:
 
 
 def all_chosen(
-    robot: RobotDescription, mission: Mapping[str, tuple[str | None, Mapping[str, Any]]]
+    robot: RobotDescription,
+    mission: Mapping[str, tuple[str | None, Mapping[str, Any]]],
+    *,
+    mapped: bool = True,
 ) -> dict[str, Choice]:
     """Every kind: defaults, under the robot's own settings, under the mission's.
 
     A layer that names another component drops the parameters below it: they mean nothing to it.
+
+    Args:
+        robot: whose settings hold where the mission says nothing.
+        mission: kind -> name and parameters.
+        mapped: whether there is a map; without one other defaults hold.
     """
     choices = {}
     for kind in (*DEFAULTS, *SETTINGS):
-        wanted: dict[str, Any] = {}
+        wanted: dict[str, Any] = {} if mapped else dict(WITHOUT_A_MAP.get(kind, {}))
         use, values = mission.get(kind, (None, {}))
         layers = (robot.navigation.get(kind) or {}, {**values, **({"use": use} if use else {})})
         for layer in layers:

@@ -16,6 +16,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # halves numpy's import time
 
 import typer
 
+from missions.cli_bench import assignments, bench_app
 from missions.cli_new import new_app
 from stack.errors import BodyError, InputError, ParameterError, TelemetryError
 
@@ -78,6 +79,12 @@ def run(  # noqa: PLR0913 - each is an option of the command
     set_: Annotated[
         list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="a mission argument")
     ] = None,
+    parameter: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=VALUE", help="e.g. controller.cruise_speed=0.4; see `parameters`"
+        ),
+    ] = None,
     robot: Annotated[str | None, typer.Option(help="another robot: a name or a robot.yaml")] = None,
     world: Annotated[str | None, typer.Option(help="another world: a name or a file")] = None,
     start: Annotated[
@@ -103,8 +110,9 @@ def run(  # noqa: PLR0913 - each is an option of the command
 
     options = LaunchOptions(
         mission=mission, headless=headless or json or not _on_a_terminal(), json=json, seed=seed,
-        speed=speed, arguments=_assignments(set_ or []), robot=robot, world=world, start=start,
+        speed=speed, arguments=assignments(set_ or []), robot=robot, world=world, start=start,
         out=out, rerun=not no_rerun, mavlink=mavlink, camera=camera.value,
+        parameters=assignments(parameter or [], "--parameter"),
     )  # fmt: skip
     raise typer.Exit(launch(options))
 
@@ -215,6 +223,27 @@ def describe(
 
 
 @app.command()
+def parameters(
+    mission: MissionArgument,
+    robot: Annotated[str | None, typer.Option(help="another robot: a name or a robot.yaml")] = None,
+    parameter: Annotated[
+        list[str] | None, typer.Option(metavar="NAME=VALUE", help="as `run` takes it")
+    ] = None,
+    changed: Annotated[bool, typer.Option("--set", help="only those that something sets")] = False,
+) -> None:
+    """Every parameter in force in a mission, and which file and line it comes from."""
+    from missions.assembly import RunOptions
+    from missions.provenance import lines_of, parameters_of
+
+    found = parameters_of(
+        mission,
+        RunOptions(robot=robot, parameters=assignments(parameter or [], "--parameter")),
+    )
+    for line in lines_of([item for item in found if item.is_set or not changed]):
+        typer.echo(line)
+
+
+@app.command()
 def schema(
     kind: Annotated[SchemaKind, typer.Argument(help="of which files")] = SchemaKind.MISSION,
     out: Annotated[Path | None, typer.Option(help="write it there [default: print it]")] = None,
@@ -230,6 +259,28 @@ def schema(
         typer.echo(text, nl=False)
     else:
         out.write_text(text, "utf-8")
+        typer.echo(f"wrote {out}", err=True)
+
+
+@app.command()
+def nav2(
+    file: Annotated[Path, typer.Argument(help="a nav2_params.yaml")],
+    out: Annotated[
+        Path | None, typer.Option(help="write what was taken over as a parameter file")
+    ] = None,
+) -> None:
+    """What of a parameter file of Nav2 has an equivalent here, as what, and what has none.
+
+    A mission uses such a file with `navigation: {nav2_params: FILE}`.
+    """
+    from missions.nav2.reading import read_nav2
+    from missions.nav2.reporting import lines_of, parameter_file
+
+    settings = read_nav2(file)
+    for line in lines_of(settings):
+        typer.echo(line)
+    if out is not None:
+        out.write_text(parameter_file(settings, file.name), "utf-8")
         typer.echo(f"wrote {out}", err=True)
 
 
@@ -286,43 +337,7 @@ def watch(
 
 
 app.add_typer(new_app, name="new")
-
-bench_app = typer.Typer(no_args_is_help=True, help="Measure against published benchmarks.")
 app.add_typer(bench_app, name="bench")
-
-
-@bench_app.command("barn")
-def bench_barn(  # noqa: PLR0913 - each is an option of the command
-    worlds: Annotated[
-        Path, typer.Option(help="folder of .world files, one of them, or a .json of grids")
-    ],
-    trials: Annotated[int, typer.Option(min=1, help="runs in each world; trial n has seed n")] = 1,
-    jobs: Annotated[int, typer.Option(min=1, help="processes")] = 1,
-    out: Annotated[
-        Path, typer.Option(help="the table's folder; an interrupted bench goes on there")
-    ] = Path("bench/barn"),
-    only: Annotated[str, typer.Option(metavar="NAMES", help="worlds, such as 3,17,200")] = "",
-    mission: Annotated[str, typer.Option(help="another mission with the argument goal")] = "",
-    set_: Annotated[
-        list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="a mission argument")
-    ] = None,
-) -> None:
-    """Cross unknown, narrow worlds and score it as the BARN Challenge does."""
-    from missions.bench.barn_bench import BenchOptions, report, run_barn
-    from missions.bench.barn_crossing import Setup
-    from missions.resources import MISSIONS
-
-    setup = Setup(mission or str(MISSIONS / "bench" / "barn.yaml"), _assignments(set_ or []))
-    names = tuple(name.strip() for name in only.split(",") if name.strip())
-    options = BenchOptions(worlds, setup, out, names, trials, jobs)
-    crossings = run_barn(options, lambda line: typer.echo(line, err=True))
-    for line in report(crossings):
-        typer.echo(line)
-
-
-@bench_app.callback()
-def _bench() -> None:
-    """Measure against published benchmarks."""
 
 
 @app.callback(invoke_without_command=True)
@@ -342,16 +357,6 @@ def _root(
 
 def _on_a_terminal() -> bool:
     return sys.stdin.isatty() and sys.stdout.isatty() and os.environ.get("TERM", "dumb") != "dumb"
-
-
-def _assignments(pairs: list[str]) -> dict[str, str]:
-    values = {}
-    for pair in pairs:
-        name, equals, value = pair.partition("=")
-        if not equals or not name.strip():
-            raise InputError(f"--set {pair}: expected NAME=VALUE, such as --set dwell=5s")
-        values[name.strip()] = value.strip()
-    return values
 
 
 def main() -> None:

@@ -46,6 +46,7 @@ class LaunchOptions:
     rerun: bool = True
     mavlink: str | None = None
     camera: str = "asked"
+    parameters: dict[str, str] = field(default_factory=dict)
 
     def run_options(self) -> RunOptions:
         """The engine's share, with the folder and speed decided."""
@@ -53,7 +54,7 @@ class LaunchOptions:
             seed=self.seed, arguments=self.arguments, robot=self.robot, world=self.world,
             start=self.start, out=self.out or default_folder(self.mission),
             speed=_speed(self.speed or ("max" if self.headless else "1")), rerun=self.rerun,
-            mavlink=self.mavlink, camera=self.camera,
+            mavlink=self.mavlink, camera=self.camera, parameters=self.parameters,
         )  # fmt: skip
 
 

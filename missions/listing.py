@@ -19,6 +19,7 @@ from missions.resources import (
 )
 from robots.load import robot_names
 from stack.components import available, component
+from stack.description import DriveKind
 from stack.documents import read_file
 from stack.errors import InputError
 from stack.parameters import Declaration, declarations, suggestion
@@ -152,9 +153,11 @@ def _doc_of(file: Path) -> str:
 
 def _robot_sentence(name: str) -> str:
     robot = load_robot(name, HERE)
-    limits = robot.limits
+    limits, kind = robot.limits, str(robot.drive)
+    if robot.drive is DriveKind.ACKERMANN:
+        kind += f", turning radius {robot.turning_radius:.2f} m"
     return (
-        f"radius {robot.footprint.circumscribed_radius:.2f} m, {limits.linear_speed:g} m/s,"
+        f"radius {robot.footprint.circumscribed_radius:.2f} m, {kind}, {limits.linear_speed:g} m/s,"
         f" {limits.angular_speed:g} rad/s"
     )
 

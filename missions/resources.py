@@ -8,7 +8,7 @@ from pathlib import Path
 
 from behaviours.catalogue import Catalogue, find_behaviours
 from missions.choices import chosen
-from missions.language.model import Resources
+from missions.language.model import Component, Resources
 from missions.plugged import plugged_components
 from robots.load import find_robot, read_robot
 from stack.description import RobotDescription
@@ -82,6 +82,7 @@ def resources(world: str | None = None) -> Resources:
             chosen(kind, {**values, **({"use": use} if use else {})})
         ),
         plugged_components=plugged_components,
+        nav2_components=_nav2_components,
     )
 
 
@@ -100,6 +101,15 @@ def load_map(name: str, beside: Path) -> OccupancyGrid:
     from stack.mapping.ros_map import read_ros_map
 
     return read_ros_map(beside / name)
+
+
+def _nav2_components(name: str, beside: Path) -> tuple[dict[str, Component], tuple[Finding, ...]]:
+    """The components that a parameter file of Nav2 chooses, and what it says in vain."""
+    from missions.nav2.reading import read_nav2
+    from missions.nav2.reporting import components_of, warnings_of
+
+    settings = read_nav2(beside / name)
+    return components_of(settings), warnings_of(settings)
 
 
 def _ignored(_: object) -> None:

@@ -17,6 +17,7 @@ from missions.witness import SimulationWitness
 from robots.simulated import SimulatedBody
 from stack.costmap.costmap import Costmap
 from stack.costmap.unexplored import Ground, unexplored
+from stack.description import DriveKind
 from stack.localisation.dead_reckoning import DeadReckoning
 from stack.localisation.localiser import Localiser
 from stack.localisation.odometry import OdometryFusion
@@ -77,7 +78,7 @@ def wire(plan: Plan, options: RunOptions, telemetry: Telemetry, folder: RunFolde
     log = folder.log if folder is not None else _nowhere
     body = SimulatedBody(robot, plan.world, start=plan.start, seed=seed)
     body.pace = options.speed
-    for warning in plan.world.warnings:
+    for warning in (*plan.world.warnings, *plan.warnings):
         where = f"{Path(warning.mark.file).name}:{warning.mark.line}"
         telemetry.emit("world", f"{where} {warning.sentence}", source="world", level="warning")
     rates = Rates()
@@ -207,7 +208,8 @@ def _leave_as_it_is(poses: Iterable[Pose2D]) -> None:
 def _localiser(plan: Plan, grid: OccupancyGrid, seed: int) -> Localiser | DeadReckoning:
     if not plan.is_mapped:
         return DeadReckoning(plan.belief or NOWHERE)
-    localiser = Localiser(grid, LocaliserParameters(), seed)
+    sideways = plan.robot.drive is DriveKind.OMNI
+    localiser = Localiser(grid, LocaliserParameters(), seed, sideways=sideways)
     if plan.belief is None:
         localiser.scatter()
     else:

@@ -1,62 +1,33 @@
 """Reads a robot.yaml and the URDF beside it, and reports everything wrong in one go.
 
+What `wheels` may hold stands in robots.wheels.
 Codes: E301 shape and values · E302 the URDF · E303 the footprint.
 """
 
 from __future__ import annotations
 
-import dataclasses
-from math import pi, tan
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
 
+from robots.declared import FOOTPRINT, RADIUS, SHAPE, URDF, X, Y, length
+from robots.sensors import parameters_of, read_camera, read_lidar, read_lidars, read_sonars
+from robots.wheels import AnyWheels, check_joints, check_lateral_speed, read_wheels
 from stack.description import (
     BatteryDescription,
-    CameraDescription,
     ImuDescription,
-    LidarDescription,
     Limits,
     OdometryNoise,
     RobotDescription,
-    Wheels,
 )
 from stack.documents import Findings, Node, Section, read_document
 from stack.errors import InputError
-from stack.parameters import Declaration, declarations, suggestion
-from stack.types import CameraModel, FloatArray, Footprint, Pose2D
-
-SHAPE = "E301"
-URDF = "E302"
-FOOTPRINT = "E303"
+from stack.parameters import Declaration, suggestion
+from stack.types import FloatArray, Footprint
 
 HERE = Path(__file__).parent
-FARTHEST = 10.0
-T = TypeVar("T")
-
-
-def _coordinate(name: str) -> Declaration:
-    return Declaration(name, float, "base frame", "m", at_least=-FARTHEST, at_most=FARTHEST)
-
-
-def _length(name: str, help: str) -> Declaration:
-    return Declaration(name, float, help, "m", above=0.0, at_most=FARTHEST)
-
-
-X, Y, Z = _coordinate("x"), _coordinate("y"), _coordinate("z")
-RADIUS = _length("radius", "of a circle")
-JOINTS = Declaration("joints", list[str], "URDF joints that turn together")
-YAW = Declaration("yaw", float, "to the left", "rad", 0.0, at_least=-pi, at_most=2 * pi)
-PITCH = Declaration("pitch", float, "looking down", "rad", 0.0, at_least=-pi / 2, at_most=pi / 2)
-PIXELS = tuple(
-    Declaration(name, int, "of the picture", default=default, at_least=16, at_most=4096)
-    for name, default in (("width", 320), ("height", 240))
-)
-FIELD_OF_VIEW = Declaration(
-    "field_of_view", float, "from left to right", "rad", pi * 70 / 180, above=0.0, at_most=2.8
-)
 
 
 def robot_names() -> list[str]:
@@ -97,34 +68,25 @@ def read_robot(path: Path, text: str | None = None) -> RobotDescription:
     top.value(Declaration("format", int, "of this file", default=1, at_least=1, at_most=1))
     top.value(Declaration("doc", str, "what it is", default=""))
     footprint = _footprint(top)
-    height = top.value(_length("height", "of everything on it"))
-    wheels = _wheels(top)
+    height = top.value(length("height", "of everything on it"))
+    wheels = read_wheels(top)
     urdf = _urdf(top, path, wheels)
-    limits = _parameters(top.section("limits"), Limits)
-    odometry = _parameters(top.section("odometry"), OdometryNoise)
-    lidar, camera = _lidar(top.section("lidar")), _camera(top.section("camera"))
+    limits = parameters_of(top.section("limits"), Limits)
+    check_lateral_speed(top, wheels, limits)
+    odometry = parameters_of(top.section("odometry"), OdometryNoise)
+    lidar, camera = read_lidar(top.section("lidar")), read_camera(top.section("camera"))
+    lidars, sonars = read_lidars(top), read_sonars(top)
     imu_section = top.section("imu")
-    imu = None if imu_section is None else _parameters(imu_section, ImuDescription)
-    battery = _parameters(top.section("battery"), BatteryDescription)
+    imu = None if imu_section is None else parameters_of(imu_section, ImuDescription)
+    battery = parameters_of(top.section("battery"), BatteryDescription)
     navigation = _navigation(top)
     top.done()
     findings.raise_errors()
     assert footprint is not None and wheels is not None and urdf is not None
     return RobotDescription(
         name, footprint, height, urdf, wheels, limits, odometry, lidar, camera, imu, battery,
-        navigation, path,
+        navigation, path, lidars, sonars,
     )  # fmt: skip
-
-
-def _parameters(section: Section | None, kind: type[T], **more: Any) -> T:
-    """A parameter dataclass from a section, its other fields given; the defaults without one."""
-    if section is None:
-        return kind(**more)
-    values = {
-        name: section.value(declared) for name, declared in declarations(cast("type", kind)).items()
-    }
-    section.done()
-    return kind(**values, **more)
 
 
 def _footprint(top: Section) -> Footprint | None:
@@ -177,26 +139,7 @@ def _holds_origin(points: FloatArray) -> bool:
     return bool(np.count_nonzero(crossings > 0) % 2)
 
 
-def _wheels(top: Section) -> Wheels | None:
-    section = top.section("wheels", required=True)
-    if section is None:
-        return None
-    left, right = (
-        section.value(dataclasses.replace(JOINTS, name=side)) for side in ("left", "right")
-    )
-    radius = section.value(RADIUS)
-    separation = section.value(_length("separation", "between the middles of left and right"))
-    section.done()
-    for side, joints in (("left", left), ("right", right)):
-        if joints == []:
-            sentence = f"wheels: {side} names no joint"
-            top.findings.error(SHAPE, section.node.mark, sentence, f"{side}: [{side}_wheel]")
-    if left is None or right is None or radius is None or separation is None:
-        return None
-    return Wheels(tuple(left), tuple(right), radius, separation)
-
-
-def _urdf(top: Section, path: Path, wheels: Wheels | None) -> Path | None:
+def _urdf(top: Section, path: Path, wheels: AnyWheels | None) -> Path | None:
     """The URDF's path, once it parses and has the named wheel joints."""
     node = top.node_of("urdf", required=True)
     if node is None:
@@ -223,55 +166,8 @@ def _urdf(top: Section, path: Path, wheels: Wheels | None) -> Path | None:
         top.findings.error(URDF, node.mark, sentence)
         return None
     if wheels is not None:
-        _check_joints(top, root, wheels)
+        check_joints(top, root, wheels)
     return urdf
-
-
-def _check_joints(top: Section, root: ElementTree.Element, wheels: Wheels) -> None:
-    """Every wheel is a continuous joint of the URDF."""
-    kinds = {str(joint.get("name")): str(joint.get("type")) for joint in root.iter("joint")}
-    listed = top.node.get("wheels")
-    for side, joints in (("left", wheels.left), ("right", wheels.right)):
-        node = listed.get(side) if listed is not None else None
-        for item, joint in zip(node.items if node else (), joints, strict=True):
-            if joint not in kinds:
-                sentence = f"wheels: the URDF has no joint {joint!r}"
-                top.findings.error(URDF, item.mark, sentence, suggestion(joint, kinds))
-            elif kinds[joint] != "continuous":
-                sentence = f"wheels: the URDF's joint {joint!r} is {kinds[joint]}"
-                top.findings.error(URDF, item.mark, sentence, "a wheel's joint is continuous")
-
-
-def _lidar(section: Section | None) -> LidarDescription | None:
-    if section is None:
-        return None
-    node = section.node_of("position")
-    position = None if node is None else section.parts("position", node, (X, Y))
-    x, y = position or (0.0, 0.0)
-    mount = Pose2D(x, y, section.value(YAW))
-    lidar = _parameters(section, LidarDescription, mount=mount)
-    for key, worst, limit in (
-        ("range_min", lidar.range_min, lidar.range_max),
-        ("field_of_view", lidar.field_of_view, 2 * pi + 1e-9),
-    ):
-        if worst >= limit:
-            mark = (section.node.get(key) or section.node).mark
-            section.findings.error(SHAPE, mark, f"{key}: {worst:g} must be below {limit:g}")
-    return lidar
-
-
-def _camera(section: Section | None) -> CameraDescription | None:
-    if section is None:
-        return None
-    width, height = (section.value(declared) for declared in PIXELS)
-    focal_length = width / 2 / tan(section.value(FIELD_OF_VIEW) / 2)
-    node = section.node_of("position", required=True)
-    position = None if node is None else section.parts("position", node, (X, Y, Z))
-    x, y, z = position or (0.0, 0.0, 0.0)
-    model = CameraModel(
-        width, height, focal_length, (x, y, z), section.value(PITCH), section.value(YAW)
-    )
-    return _parameters(section, CameraDescription, model=model)
 
 
 def _navigation(top: Section) -> dict[str, Any]:

@@ -30,7 +30,7 @@ PATIENCE = 0.25
 
 
 class SimulatedBody:
-    """A differential-drive robot with lidar, odometry, IMU, camera and battery in PyBullet.
+    """A wheeled robot with lidar, odometry, IMU, camera and battery in PyBullet.
 
     Args:
         description: the robot.

@@ -3,22 +3,26 @@
 A component class has a class attribute `Parameters` (a frozen dataclass of `parameter(...)` fields)
 and a docstring whose first line says what it is. Its module must not import numba, cv2 or its
 kernels at module level but in `__init__`, so that checking a mission imports none of them.
-Plugins name such a class under the entry-point groups `treepilot.planners`,
-`treepilot.controllers` and `treepilot.costmap_layers`. What a layer has to do is said in
-stack/costmap/layer.py.
+What its parameters ask of the robot may be checked in a static method `check(parameters, robot)`,
+which raises InputError. Plugins name such a class under the entry-point groups
+`treepilot.planners`, `treepilot.controllers` and `treepilot.costmap_layers`. What a layer has to do
+is said in stack/costmap/layer.py.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib import import_module
 from importlib.metadata import entry_points
+from inspect import signature
 from typing import Any, ClassVar, Protocol
 
+import numpy as np
+
 from stack.description import RobotDescription
-from stack.errors import InputError
+from stack.errors import InputError, NavigationError
 from stack.parameters import build, suggestion
-from stack.types import CostGrid, Footprint, Path, Pose2D, Twist
+from stack.types import CostGrid, FailureCode, Footprint, Path, Pose2D, Twist
 
 BUILT_IN: dict[str, dict[str, str]] = {
     "planner": {
@@ -26,6 +30,7 @@ BUILT_IN: dict[str, dict[str, str]] = {
         "theta_star": "stack.planning.theta_star.planner:ThetaStar",
         "hybrid_astar": "stack.planning.kinematic.hybrid_astar:HybridAstar",
         "lattice": "stack.planning.kinematic.lattice:Lattice",
+        "route": "stack.planning.routes.planner:Route",
     },
     "controller": {
         "pure_pursuit": "stack.control.pure_pursuit:PurePursuit",
@@ -52,8 +57,52 @@ GROUPS = {
 }
 
 
+class Stop:
+    """A wish, from any thread, that a search be given up.
+
+    Attributes:
+        flag: (1,) uint8, 0 until it is wished for; compiled loops look at it now and then.
+    """
+
+    def __init__(self) -> None:
+        self.flag = np.zeros(1, np.uint8)
+
+    def request(self) -> None:
+        """Wish for it."""
+        self.flag[0] = 1
+
+    def check(self) -> None:
+        """Raise NavigationError CANCELLED once it is wished for."""
+        if self.flag[0]:
+            raise NavigationError(FailureCode.CANCELLED, "nobody wants the plan any more")
+
+
+@dataclass(frozen=True)
+class Terms:
+    """On what terms a plan is asked for.
+
+    Attributes:
+        partial: as near to the goal as can be will do, whatever the planner's parameters say.
+        way: +1 or -1 when the robot drives forward or backward as the plan begins, 0 when it
+            stands: planners that know of directions count a change of it there as anywhere.
+        stop: when this is wished for, the plan may be given up with CANCELLED.
+    """
+
+    partial: bool = False
+    way: int = 0
+    stop: Stop = field(default_factory=Stop)
+
+
+USUAL_TERMS = Terms()
+"""The parameters' own, and nobody has the stop in hand."""
+
+
 class Planner(Protocol):
-    """A global planner."""
+    """A global planner.
+
+    Its `plan` may have a fourth parameter, `terms: Terms`. One that has none cannot be stopped: a
+    plan that nobody wants any more is then computed to its end before the next one begins.
+    """
 
     Parameters: ClassVar[type]
 
@@ -66,9 +115,18 @@ class Planner(Protocol):
 
         Raises:
             NavigationError: NO_VALID_PATH, START_OCCUPIED, GOAL_OCCUPIED, START_OUTSIDE_MAP,
-                GOAL_OUTSIDE_MAP, or TIMED_OUT where a search has a limit.
+                GOAL_OUTSIDE_MAP, TIMED_OUT at a limit of expansions, or CANCELLED.
         """
         ...
+
+
+def plan_on_terms(planner: Any, costs: CostGrid, ends: tuple[Pose2D, Pose2D], terms: Terms) -> Path:
+    """A plan from a pose to another, on terms where the planner knows of such."""
+    if "terms" in signature(planner.plan).parameters:
+        path: Path = planner.plan(costs, *ends, terms)
+    else:
+        path = planner.plan(costs, *ends)
+    return path
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,6 +234,6 @@ def choose(kind: str, name: str, values: dict[str, Any]) -> Choice:
 
 
 __all__ = [
-    "Choice", "ControlState", "Controller", "Footprint", "Planner", "available", "choose",
-    "component",
+    "Choice", "ControlState", "Controller", "Footprint", "Planner", "Stop", "Terms", "available",
+    "choose", "component",
 ]  # fmt: skip

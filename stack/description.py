@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
-from math import tan
+from math import cos, sin, tan
 from pathlib import Path as FilePath
 from typing import Any
 
+import numpy as np
+
 from stack.parameters import parameter
-from stack.types import CameraModel, Footprint, Pose2D
+from stack.types import CameraModel, FloatArray, Footprint, Pose2D
 
 
 class DriveKind(StrEnum):
@@ -59,6 +62,14 @@ class OmniWheels:
     mounts: tuple[Pose2D, ...]
     radius: float
 
+    @property
+    def jacobian(self) -> FloatArray:
+        """(n, 3): the speed that each wheel rolls at, m/s, for each of linear, lateral, angular."""
+        return np.array([
+            [cos(m.heading), sin(m.heading), m.x * sin(m.heading) - m.y * cos(m.heading)]
+            for m in self.mounts
+        ])  # fmt: skip
+
 
 @dataclass(frozen=True)
 class SteeredWheels:
@@ -67,7 +78,7 @@ class SteeredWheels:
     Attributes:
         steering: URDF joints that turn the front wheels, left and right.
         rear: URDF joints of the driven wheels, left and right.
-        radius: of every wheel, metres.
+        radius: of the rear wheels, metres.
         wheelbase: from axle to axle, metres.
         track: between left and right wheels, metres.
         steering_angle: the most that the middle of the front axle steers, radians.
@@ -122,6 +133,21 @@ class LidarDescription:
 
 
 @dataclass(frozen=True)
+class SonarDescription:
+    """A sonar: hears the nearest thing somewhere in a cone."""
+
+    mount: Pose2D
+    height: float = parameter(0.1, "m", above=0.0, help="above the floor")
+    field_of_view: float = parameter(
+        0.44, "rad", above=0.0, at_most=1.6, help="opening of the cone"
+    )
+    rate: float = parameter(10.0, "Hz", above=0.0, help="readings per second")
+    range_min: float = parameter(0.05, "m", at_least=0.0, help="nearer is invalid")
+    range_max: float = parameter(2.5, "m", above=0.0, help="farther is no return")
+    noise: float = parameter(0.01, "m", at_least=0.0, help="standard deviation of a distance")
+
+
+@dataclass(frozen=True)
 class CameraDescription:
     """A colour camera."""
 
@@ -166,6 +192,8 @@ class RobotDescription:
         footprint: outline in the base frame.
         height: metres, for what passes over it.
         urdf: the file that shapes and masses come from.
+        lidars: further ones by name; `lidar` alone localises.
+        sonars: by name.
         navigation: component choices and parameters for this robot, as raw values by kind
             ({"controller": {"use": "pure_pursuit", "cruise_speed": 0.5}}), under the mission's.
     """
@@ -183,6 +211,8 @@ class RobotDescription:
     battery: BatteryDescription = field(default_factory=BatteryDescription)
     navigation: dict[str, Any] = field(default_factory=dict)
     source: FilePath | None = None
+    lidars: Mapping[str, LidarDescription] = field(default_factory=dict)
+    sonars: Mapping[str, SonarDescription] = field(default_factory=dict)
 
     @property
     def drive(self) -> DriveKind:

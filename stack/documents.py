@@ -16,11 +16,11 @@ from typing import Any, TypeVar
 from stack.errors import InputError, ParameterError
 from stack.findings import Finding, Findings, Mark
 from stack.parameters import REQUIRED, Declaration, nearest, suggestion
-from stack.yaml_nodes import MAX_DEPTH, MAX_NODES, Node, compose, iter_scalars
+from stack.yaml_nodes import MAX_DEPTH, MAX_NODES, Node, as_yaml, compose, iter_scalars
 
 __all__ = [
     "MAX_BYTES", "MAX_DEPTH", "MAX_NODES", "Finding", "Findings", "Mark", "Node", "Section",
-    "iter_scalars", "read_document", "read_file", "read_text",
+    "as_yaml", "iter_scalars", "read_document", "read_file", "read_text", "value_of",
 ]  # fmt: skip
 
 MAX_BYTES = 1_000_000
@@ -187,3 +187,12 @@ class Section:
 
 def _inner_mark(node: Node) -> Mark:
     return node.mark
+
+
+def value_of(text: str) -> Any:
+    """What one value means that stands alone, as on a command line: 3, true, [1, 2], 30 cm.
+
+    Raises:
+        InputError: not YAML.
+    """
+    return read_text(f"value: {text}", "command line", "value").plain()["value"]

@@ -10,9 +10,10 @@ from typing import Any, Protocol
 from stack.errors import InputError, ParameterError
 from stack.loop_parts import Parts
 from stack.navigation.tasks import Activity
+from stack.navigation.teleoperation import Teleoperation
 from stack.robot import Task
 from stack.telemetry.records import Ack, Command, MissionState
-from stack.types import Pose2D, TaskStatus
+from stack.types import Pose2D, TaskStatus, Twist
 
 Arguments = Mapping[str, Any]
 
@@ -53,6 +54,8 @@ class Operator:
             "set_pose": self._set_pose,
             "set_goal": self._set_goal,
             "set_parameter": self._set_parameter,
+            "teleop": self._teleop,
+            "teleop_done": self._teleop_done,
         }
 
     @property
@@ -71,8 +74,9 @@ class Operator:
             self._parts.telemetry.acknowledge(Ack(command.id, not refusal, refusal))
             if command.kind == "speed" and not refusal:
                 continue  # changes nothing in the run, so it stays out of the hashed log
+            kind = "teleop" if command.kind == "teleop" and not refusal else "command"
             self._parts.telemetry.emit(
-                "command", f"{command.kind}: {refusal or 'done'}", source="command",
+                kind, f"{command.kind}: {refusal or 'done'}", source="command",
                 level="warning" if refusal or command.kind == "estop" else "info",
                 command=command.kind, arguments=dict(command.arguments), refused=refusal,
             )  # fmt: skip
@@ -149,6 +153,32 @@ class Operator:
         self._detour = Detour(self._parts.pilot.navigate_to(goal), aside)
         return None
 
+    def _teleop(self, arguments: Arguments) -> str | None:
+        """A velocity to drive for half a second; only a behaviour asks for it."""
+        teleoperation = self._teleoperation
+        if teleoperation is None:
+            return self._no_teleoperation
+        teleoperation.steer(_twist(arguments))
+        return None
+
+    def _teleop_done(self, _: Arguments) -> str | None:
+        teleoperation = self._teleoperation
+        if teleoperation is None:
+            return self._no_teleoperation
+        teleoperation.release()
+        return None
+
+    @property
+    def _teleoperation(self) -> Teleoperation | None:
+        running = self._conduct.state is MissionState.RUNNING
+        return self._parts.navigation.teleoperation if running else None
+
+    @property
+    def _no_teleoperation(self) -> str:
+        if self._conduct.state is not MissionState.RUNNING:
+            return f"the mission is {self._conduct.state}"
+        return "the mission drives: no assisted_teleop is running that would take velocities"
+
     def _set_parameter(self, arguments: Arguments) -> None:
         self._parts.pilot.set_parameter(str(arguments["name"]), arguments["value"])
 
@@ -158,3 +188,11 @@ def _pose(arguments: Arguments) -> Pose2D:
     if not all(map(isfinite, (x, y, heading))):
         raise ValueError(f"({x}, {y}, {heading}) is not a pose")
     return Pose2D(x, y, heading)
+
+
+def _twist(arguments: Arguments) -> Twist:
+    names = ("linear", "angular", "lateral")
+    linear, angular, lateral = (float(arguments.get(name, 0.0)) for name in names)
+    if not all(map(isfinite, (linear, angular, lateral))):
+        raise ValueError(f"({linear}, {angular}, {lateral}) is not a velocity")
+    return Twist(linear, angular, lateral)

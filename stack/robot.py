@@ -122,8 +122,13 @@ class Robot(Protocol):
         """Localisation quality that the newest scan would have at another pose, in [0, 1]."""
         ...
 
-    def navigate_to(self, goal: Pose2D, *, tolerance: float | None = None) -> Task:
-        """Plan and drive to a pose in the map frame, replanning as the world changes."""
+    def navigate_to(
+        self, goal: Pose2D, *, tolerance: float | None = None, partial: bool = False
+    ) -> Task:
+        """Plan and drive to a pose in the map frame, replanning as the world changes.
+
+        With `partial`, having come as near to it as there is a way to counts as success.
+        """
         ...
 
     def navigate_through(self, goals: list[Pose2D], *, tolerance: float | None = None) -> Task:
@@ -146,6 +151,41 @@ class Robot(Protocol):
         """Drive straight back by a distance; gives up rather than touch what the lidar sees."""
         ...
 
+    def drive_on_heading(
+        self, distance: float, *, speed: float | None = None, direction: float = 0.0
+    ) -> Task:
+        """Drive straight by a distance (negative: backward), holding the heading by odometry.
+
+        Gives up rather than touch what the lidar sees.
+
+        Args:
+            distance: metres.
+            speed: m/s; None is the robot's own.
+            direction: of travel in the base frame, radians; omnidirectional robots only.
+        """
+        ...
+
+    def escape(
+        self, *, clearance: float | None = None, distance: float = 1.5, speed: float | None = None
+    ) -> Task:
+        """Drive out of a tight spot by lidar and odometry alone; no costmap, map or pose is asked.
+
+        Args:
+            clearance: metres wanted round the outline; None is the robot's own.
+            distance: metres to drive for it, at most.
+            speed: m/s; None is the robot's own.
+        """
+        ...
+
+    def assisted_teleop(self, seconds: float, *, silence: float = 30.0) -> Task:
+        """Let the operator drive; safety has the last word. Succeeds when the operator is done.
+
+        Args:
+            seconds: for which, at most; fails TIMED_OUT after that.
+            silence: seconds without a velocity from the operator after which it fails.
+        """
+        ...
+
     def drive_for(self, twist: Twist, seconds: float) -> None:
         """Velocity with a time to live, for behaviours that close their own loop each tick.
 
@@ -162,6 +202,14 @@ class Robot(Protocol):
             which: costmap.
             radius: metres round the robot; None is everywhere.
             layer: name of the one layer that is to forget; None is all.
+        """
+        ...
+
+    def set_edge(self, edge: str, *, closed: bool) -> None:
+        """Close or open an edge of the planner's route graph; a drive under way plans anew.
+
+        Raises:
+            ParameterError: there is no such edge, or the planner has no route graph.
         """
         ...
 

@@ -14,7 +14,7 @@ from stack.operator import Operator
 from stack.snapshots import compose_snapshot
 from stack.stages import Stages
 from stack.telemetry.records import Layer, MissionState
-from stack.types import STANDSTILL, Image, Observation, Odometry, Pose2D, Twist
+from stack.types import STANDSTILL, Image, Observation, Odometry, Pose2D, RangeReading, Twist
 
 STANDING_SPEED = 0.02
 """Below this speed (m/s and rad/s) the robot counts as standing."""
@@ -42,6 +42,7 @@ class Runtime:
         self.distance = 0.0
         self._began = perf_counter()
         self._image: Image | None = None
+        self._waiting_readings: tuple[RangeReading, ...] = ()
         self._ticks_every = rates.every(rates.tree, "tree")
         self._operator = Operator(parts, self)
 
@@ -146,7 +147,8 @@ class Runtime:
 
     def _standing(self) -> bool:
         twist = self.odometry.twist
-        return abs(twist.linear) < STANDING_SPEED and abs(twist.angular) < STANDING_SPEED
+        fastest = max(abs(twist.linear), abs(twist.lateral), abs(twist.angular))
+        return fastest < STANDING_SPEED
 
     def _estimate(self, observation: Observation) -> None:
         before = self.odometry.pose
@@ -160,19 +162,25 @@ class Runtime:
                 self.parts.telemetry.emit(kind, text, source="simulation")
 
     def _update_costmaps(self, observation: Observation) -> None:
+        pose = self.parts.localiser.estimate.pose
+        for name, more in observation.scans.items():
+            self.parts.local_costmap.update_from(name, pose, more, observation.time)
+            self.parts.global_costmap.update_from(name, pose, more, observation.time)
+        self._waiting_readings += observation.readings
         if observation.scan is None:
             return
-        pose = self.parts.localiser.estimate.pose
+        readings, self._waiting_readings = self._waiting_readings, ()
         scan, time, tracker = observation.scan, observation.time, self.parts.tracker
         tracks = None if tracker is None else tracker.update(pose, scan, time)
-        self.parts.local_costmap.update(pose, scan, time, tracks=tracks)
-        self.parts.global_costmap.update(pose, scan, time, tracks=tracks)
+        self.parts.local_costmap.update(pose, scan, time, readings=readings, tracks=tracks)
+        self.parts.global_costmap.update(pose, scan, time, readings=readings, tracks=tracks)
 
     def _limit(self, wanted: Twist) -> Twist:
         parts, pose = self.parts, self.parts.localiser.estimate.pose
         deceleration = parts.body.description.limits.linear_deceleration
         return parts.safety.limit(
             wanted, scan=parts.pilot.scan, time=parts.body.time, measured=self.odometry.twist,
+            more=parts.pilot.scans,
             speed_limit=parts.global_costmap.speed_limit(pose, deceleration),
         )  # fmt: skip
 

@@ -47,6 +47,7 @@ def compose_snapshot(runtime: Runtime) -> Snapshot:
         people=parts.witness.people if parts.witness else None,
         blackboard=parts.tree.blackboard(),
         counters=runtime.counters(),
+        teleop=parts.navigation.teleoperation is not None,
         safety=parts.safety.reason,
         events=parts.telemetry.recent(SHOWN_EVENTS),
     )

@@ -6,7 +6,7 @@ never written to after they were handed over.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum, StrEnum, auto
 from math import atan2, cos, hypot, pi, sin
@@ -96,9 +96,14 @@ class Path:
 
     Attributes:
         points: (n, 3) float64: x, y in metres and heading in radians; start first.
+        speed_limits: (n,) m/s, the most that may be driven from each point to the next; inf is
+            the robot's own. None where there is no limit.
+        partial: it ends farther from the goal than a planner tolerates, as near as could be.
     """
 
     points: FloatArray
+    speed_limits: FloatArray | None = None
+    partial: bool = False
 
     @property
     def length(self) -> float:
@@ -327,6 +332,8 @@ class Observation:
         imu: inertial samples since the last observation.
         image: a new camera picture, only while somebody asks for pictures.
         bumped: a bumper touches something.
+        scans: new ones of further lidars, by the sensor's name.
+        readings: new ones of sonars.
     """
 
     time: float
@@ -336,6 +343,8 @@ class Observation:
     imu: Imu | None = None
     image: Image | None = None
     bumped: bool = False
+    scans: Mapping[str, Scan] = field(default_factory=dict)
+    readings: tuple[RangeReading, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -241,6 +241,12 @@ class _Composer:
         return Mark(self.name, mark.line + 1, mark.column + 1)
 
 
+def as_yaml(value: Any) -> str:
+    """Plain values as a YAML text that `read_text` understands."""
+    text: str = yaml.safe_dump(value, sort_keys=False, allow_unicode=True, width=100)
+    return text
+
+
 def iter_scalars(node: Node) -> Iterator[Node]:
     """Every scalar below a node, keys left out."""
     if node.kind == "scalar":

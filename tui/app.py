@@ -5,6 +5,7 @@ It is a client of telemetry and nothing else; closing it never stops a mission u
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from typing import ClassVar
 from uuid import uuid4
@@ -39,6 +40,9 @@ PANES = ("tree", "map", "vitals", "events", "charts")
 WIDTHS = [(0, "-tiny"), (62, "-small"), (90, "-narrow"), (116, "-wide"), (160, "-huge")]
 HEIGHTS = [(0, "-short"), (32, "-tall"), (46, "-high")]
 """Terminal columns and lines from which a class of the style sheet applies."""
+
+DRIVING, TURNING, SIDEWAYS = 0.25, 0.6, 0.2
+"""m/s, rad/s and m/s of the arrow keys while the operator drives; a press lasts half a second."""
 
 CONFIRM_WITHIN = 10
 """Refreshes after which an unanswered emergency stop is shouted about: a second."""
@@ -78,6 +82,8 @@ class Dashboard(App[str]):
         self.snapshot: Snapshot | None = None
         self._speed_factor = 1.0
         self._stop_id, self._stop_age = "", 0
+        self._steering: deque[str] = deque(maxlen=50)
+        self._handed_over = False
         self._trouble = ""
 
     def compose(self) -> ComposeResult:
@@ -145,7 +151,7 @@ class Dashboard(App[str]):
         for ack in acks:
             if ack.id == self._stop_id:
                 self._stop_id = ""
-            if not ack.done:
+            if not ack.done and ack.id not in self._steering:
                 self.notify(ack.reason, severity="warning", title="refused", markup=False)
         if events:
             self._panes.query_one(EventsPane).add(events)
@@ -171,6 +177,9 @@ class Dashboard(App[str]):
         error.display = snapshot.truth is not None
         if snapshot.truth is not None:
             error.add(now, **{"off by": snapshot.pose.distance_to(snapshot.truth)})
+        if snapshot.teleop and not self._handed_over:
+            panes.query_one(MapPane).focus()  # a log that has the focus would scroll instead
+        self._handed_over = snapshot.teleop
         panes.set_class(snapshot.state is MissionState.EMERGENCY_STOP, "stopped")
         panes.set_class(snapshot.state is MissionState.PAUSED, "paused")
 
@@ -244,12 +253,34 @@ class Dashboard(App[str]):
         self.query_one(MapPane).fit()
 
     def action_pan(self, right: int, up: int) -> None:
-        """Move the map, or choose a node when the tree has the focus."""
+        """Drive while the operator may; else move the map, or choose a node of the tree."""
+        if self._driving:
+            self._steer(linear=DRIVING * up, angular=-TURNING * right)
+            return
         tree = self.query_one(TreePane)
         if tree.has_focus and up:
             tree.choose(-up)
         else:
             self.query_one(MapPane).pan(right, up)
+
+    @property
+    def _driving(self) -> bool:
+        """Whether the mission lets the operator drive."""
+        return self.snapshot is not None and self.snapshot.teleop
+
+    def _steer(self, **velocity: float) -> None:
+        """Send a velocity; a late one that is refused is not worth a word."""
+        self._steering.append(self._send("teleop", **velocity))
+
+    def action_sideways(self, left: int) -> None:
+        """Drive sideways while the operator may."""
+        if self._driving:
+            self._steer(lateral=SIDEWAYS * left)
+
+    def action_teleop_done(self) -> None:
+        """Let the mission drive again."""
+        if self._driving:
+            self._send("teleop_done")
 
     def action_costs(self) -> None:
         """Costmap on or off."""

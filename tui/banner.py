@@ -85,6 +85,8 @@ def _standing(snapshot: Snapshot) -> Notice | None:
         return Notice("bad", "■ EMERGENCY STOP", snapshot.reason, "R releases it")
     if snapshot.state is MissionState.PAUSED:
         return Notice("warn", "‖ PAUSED", snapshot.reason, "p goes on")
+    if snapshot.teleop:
+        return Notice("busy", "◆ YOU DRIVE", snapshot.safety, "←↑↓→ drive, enter when done")
     return None
 
 

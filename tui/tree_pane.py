@@ -16,8 +16,9 @@ from tui.strips import ink, paper
 
 KIND_GLYPH = {
     "sequence": "→", "reactive": "⇉", "fallback": "?", "reactive_fallback": "⁇", "parallel": "∥",
-    "round_robin": "↻", "for_each": "∀", "retry": "↺", "recover": "✚", "timeout": "◷",
-    "repeat": "⟳", "when": "⊳", "while": "⊚", "on_failure": "⊘", "check": "◇", "wait_until": "◇",
+    "round_robin": "↻", "for_each": "∀", "follow_waypoints": "⚑", "retry": "↺", "recover": "✚",
+    "timeout": "◷", "repeat": "⟳", "when": "⊳", "while": "⊚", "on_failure": "⊘",
+    "check": "◇", "wait_until": "◇",
 }  # fmt: skip
 
 DETAIL_LINES, DETAIL_FROM = 3, 11

@@ -7,17 +7,11 @@ score is that of the BARN Challenge (ICRA 2022 to 2025).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from statistics import mean, median
 
-GOAL_RADIUS = 1.0
-"""Metres from the goal within which the robot's true position counts as there."""
+from missions.bench.runs import Rules, Run
 
-TIME_LIMIT = 100.0
-"""Seconds on the clock, after which a run has failed."""
-
-START_DISTANCE = 0.1
-"""Metres that the robot has driven when its clock starts."""
+RULES = Rules(goal_radius=1.0, time_limit=100.0)
 
 SPEED = 2.0
 """m/s: the speed at which the optimal time would drive the optimal path."""
@@ -39,57 +33,26 @@ def score(success: bool, seconds: float, path_length: float, k: float) -> float:
     return success * optimal / min(max(seconds, k * optimal), 8.0 * optimal)
 
 
-@dataclass(frozen=True, slots=True)
-class Crossing:
-    """One run through one world, as it stands in the table.
-
-    Attributes:
-        status: success | contact | timeout | gave_up.
-        cause: why it failed, in a sentence; empty after a success.
-        time: seconds on its clock. path_length: of the optimal path, metres.
-        driven: metres. clearance: smallest true distance to anything, metres.
-        end: x, y, heading where it ended.
-        wall_seconds: compute time.
-    """
-
-    world: str
-    trial: int
-    status: str
-    cause: str
-    time: float
-    path_length: float
-    driven: float
-    clearance: float
-    recoveries: int
-    replans: int
-    end: tuple[float, float, float]
-    wall_seconds: float
-
-    @property
-    def success(self) -> bool:
-        """Whether it counts."""
-        return self.status == "success"
-
-    def score(self, k: float) -> float:
-        """The metric for this run."""
-        return score(self.success, self.time, self.path_length, k)
+def score_of(run: Run, k: float) -> float:
+    """The metric for a run."""
+    return score(run.success, run.time, run.path_length, k)
 
 
-def summary(crossings: Sequence[Crossing]) -> list[str]:
+def summary(runs: Sequence[Run]) -> list[str]:
     """What came of the runs, in lines: success, scores, times, and each failure."""
-    if not crossings:
+    if not runs:
         return ["no runs yet"]
-    good = [item for item in crossings if item.success]
-    failed = [item for item in crossings if not item.success]
+    good = [item for item in runs if item.success]
+    failed = [item for item in runs if not item.success]
     kinds = sorted({item.status for item in failed})
     how = ", ".join(f"{sum(item.status == kind for item in failed)} {kind}" for kind in kinds)
     seconds = [item.time for item in good] or [float("nan")]
     speeds = [item.driven / item.time for item in good] or [float("nan")]
     lines = [
-        f"{len(crossings)} runs in {len({item.world for item in crossings})} worlds",
-        f"success        {len(good) / len(crossings):7.2%}  ({how or 'none failed'})",
-        f"score k=2      {mean(item.score(EASIEST) for item in crossings):7.4f}  (at most 0.5)",
-        f"score k=4      {mean(item.score(HARDEST) for item in crossings):7.4f}  (at most 0.25)",
+        f"{len(runs)} runs in {len({item.world for item in runs})} worlds",
+        f"success        {len(good) / len(runs):7.2%}  ({how or 'none failed'})",
+        f"score k=2      {mean(score_of(item, EASIEST) for item in runs):7.4f}  (at most 0.5)",
+        f"score k=4      {mean(score_of(item, HARDEST) for item in runs):7.4f}  (at most 0.25)",
         f"time           {mean(seconds):6.1f} s  (median {median(seconds):.1f}, of successes)",
         f"mean speed     {mean(speeds):6.2f} m/s",
         f"least clearance {min(item.clearance for item in good):.3f} m" if good else "",
@@ -98,15 +61,15 @@ def summary(crossings: Sequence[Crossing]) -> list[str]:
     return [line for line in lines if line]
 
 
-def per_world(crossings: Sequence[Crossing]) -> list[str]:
+def per_world(runs: Sequence[Run]) -> list[str]:
     """A line for each world: successes, mean score, mean time."""
     lines = [f"{'world':>12}  success  k=2     k=4     time s"]
-    for name in dict.fromkeys(item.world for item in crossings):
-        runs = [item for item in crossings if item.world == name]
+    for name in dict.fromkeys(item.world for item in runs):
+        own = [item for item in runs if item.world == name]
         lines.append(
-            f"{name:>12}  {sum(item.success for item in runs)}/{len(runs):<5}"
-            f"  {mean(item.score(EASIEST) for item in runs):.4f}"
-            f"  {mean(item.score(HARDEST) for item in runs):.4f}"
-            f"  {mean(item.time for item in runs):6.1f}"
+            f"{name:>12}  {sum(item.success for item in own)}/{len(own):<5}"
+            f"  {mean(score_of(item, EASIEST) for item in own):.4f}"
+            f"  {mean(score_of(item, HARDEST) for item in own):.4f}"
+            f"  {mean(item.time for item in own):6.1f}"
         )
     return lines

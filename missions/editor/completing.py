@@ -17,7 +17,7 @@ from missions.editor.describing import (
 )
 from missions.editor.names import Name
 from missions.editor.node_schemas import beside
-from missions.editor.outline import Item, Use
+from missions.editor.outline import Item, Use, signature_of_kind
 from missions.editor.reading import Reading
 from missions.language.events import EVENT_KEYS
 from missions.language.nodes import COMPOSITES
@@ -97,13 +97,13 @@ def _modifiers(reading: Reading, item: Item) -> Iterator[Candidate]:
 
 
 def _ports(reading: Reading, item: Item) -> Iterator[Candidate]:
-    kind = reading.catalogue.get(item.owner)
-    yield from _declared(kind.ports.values() if kind else ())
+    ports, _ = signature_of_kind(reading.catalogue, item.owner)
+    yield from _declared(ports.values())
 
 
 def _outputs(reading: Reading, item: Item) -> Iterator[Candidate]:
-    kind, tree = reading.catalogue.get(item.owner), reading.names.trees.get(item.owner)
-    yield from _declared(kind.outputs.values() if kind else ())
+    tree = reading.names.trees.get(item.owner)
+    yield from _declared(signature_of_kind(reading.catalogue, item.owner)[1].values())
     yield from _signature(tree.signature[1] if tree else {})
 
 

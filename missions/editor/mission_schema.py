@@ -155,6 +155,7 @@ def _navigation() -> Schema:
         if kind == "safety":
             fields["zones"] = documented({"type": "array"}, "The zones it watches.")
         kinds[kind] = documented(section(fields), f"Settings of the {kind}.")
+    kinds["nav2_params"] = documented({"type": "string"}, "A parameter file of Nav2 to begin with.")
     return {**section(kinds), "type": ["object", "null"]}
 
 

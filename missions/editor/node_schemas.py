@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from re import escape
 
@@ -17,9 +18,11 @@ from missions.editor.value_schemas import (
     section,
     words,
 )
-from missions.language.modifiers import ATTEMPTS, DELAY, LIMIT, MODIFIERS, PERIOD, TIMES
+from missions.language.modifiers import ATTEMPTS, DELAY, LIMIT, LOOPS, MODIFIERS, PERIOD, TIMES
 from missions.language.nodes import COMPOSITES
 from missions.language.ports import bare_port
+from missions.language.waypoints import FOLLOW_WAYPOINTS, OUTPUTS, WAYPOINT_PORTS
+from stack.parameters import Declaration
 from stack.types import Assignments
 
 NODE: Schema = {"$ref": "#/$defs/node"}
@@ -32,14 +35,17 @@ TARGET: Schema = {
 DOTTED = r"^[A-Za-z_]\w*(\.[A-Za-z_]\w*)+$"
 """A plain py_trees class by its dotted name."""
 
-_ONLY_FOR = {"with": ("use",), "do": ("for_each",)}
+_ONLY_FOR = {"with": ("use",), "do": LOOPS}
+_WITH_OUTPUTS = ("use", FOLLOW_WAYPOINTS)
 
 
 def node_schema(catalogue: Catalogue) -> Schema:
     """A node of any type that is installed."""
     kinds = {word: documented(body, word_text(word)) for word, body in _composites().items()}
     found = {name: catalogue.kinds[name] for name in catalogue.names()}
-    kinds |= {name: documented(_body(kind), behaviour_text(kind)) for name, kind in found.items()}
+    kinds |= {
+        name: documented(_body(kind.ports), behaviour_text(kind)) for name, kind in found.items()
+    }
     alone = [name for name, kind in found.items() if not _required(kind)]
     pattern = "|".join([*map(escape, alone), DOTTED.strip("^$")])
     company = {word: _beside(word, None) for word in COMPOSITES}
@@ -61,12 +67,12 @@ def _required(kind: BehaviourKind) -> list[str]:
     return [name for name, declared in kind.ports.items() if declared.required]
 
 
-def _body(kind: BehaviourKind) -> Schema:
+def _body(declared: Mapping[str, Declaration]) -> Schema:
     """What stands under a behaviour's name: ports by name, a bare value, or nothing."""
-    required = _required(kind)
-    ports = {name: of_declaration(declared) for name, declared in kind.ports.items()}
-    bare = bare_port(kind.ports)
-    if bare is not None and kind.ports[bare].type is Assignments:
+    required = [name for name, port in declared.items() if port.required]
+    ports = {name: of_declaration(port) for name, port in declared.items()}
+    bare = bare_port(declared)
+    if bare is not None and declared[bare].type is Assignments:
         return ports[bare]
     body = section(ports, required)
     accepted = ["object", *([] if required else ["null"])]
@@ -83,7 +89,7 @@ def _body(kind: BehaviourKind) -> Schema:
 def beside(word: str, kind: BehaviourKind | None) -> list[str]:
     """The modifiers that may stand beside a type's word; `kind` when it is a behaviour."""
     allowed = [name for name in MODIFIERS if word in _ONLY_FOR.get(name, (word,))]
-    if word != "use" and not (kind and kind.outputs):
+    if word not in _WITH_OUTPUTS and not (kind and kind.outputs):
         allowed.remove("out")
     return allowed
 
@@ -91,10 +97,9 @@ def beside(word: str, kind: BehaviourKind | None) -> list[str]:
 def _beside(word: str, kind: BehaviourKind | None) -> Schema:
     """What may stand beside a type's word; makes two types in one node an error."""
     schema: Schema = {"propertyNames": {"enum": [word, *beside(word, kind)]}}
-    if kind and kind.outputs:
-        targets = {
-            name: documented(TARGET, declared.help) for name, declared in kind.outputs.items()
-        }
+    outputs = OUTPUTS if word == FOLLOW_WAYPOINTS else kind.outputs if kind else {}
+    if outputs:
+        targets = {name: documented(TARGET, declared.help) for name, declared in outputs.items()}
         schema["properties"] = {"out": section(targets)}
     if word == "for_each":
         schema["required"] = ["do"]
@@ -102,7 +107,8 @@ def _beside(word: str, kind: BehaviourKind | None) -> Schema:
 
 
 def _composites() -> dict[str, Schema]:
-    lists = {word: CHILDREN for word in COMPOSITES if word not in ("use", "for_each", "parallel")}
+    others = ("use", "parallel", *LOOPS)
+    lists = {word: CHILDREN for word in COMPOSITES if word not in others}
     succeed_on = {**words(["all", "one"]), "type": ["string", "integer"], "minimum": 1}
     both = section({"succeed_on": succeed_on, "do": CHILDREN}, ["do"])
     return {
@@ -116,6 +122,7 @@ def _composites() -> dict[str, Schema]:
                 "patternErrorMessage": "for_each takes a list or a $name",
             },
         },
+        FOLLOW_WAYPOINTS: _body(WAYPOINT_PORTS),
         "use": {"type": "string"},
     }  # fmt: skip
 

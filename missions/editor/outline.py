@@ -17,6 +17,7 @@ from missions.language.modifiers import ATTEMPTS, DELAY, LIMIT, MODIFIERS, TIMES
 from missions.language.nodes import COMPOSITES
 from missions.language.ports import bare_port
 from missions.language.value_types import ASSIGNMENTS, EXPRESSION, ValueType, named_type, type_of
+from missions.language.waypoints import FOLLOW_WAYPOINTS, OUTPUTS, VARIABLES, WAYPOINT_PORTS
 from stack.documents import Node
 from stack.parameters import Declaration
 
@@ -114,6 +115,16 @@ def item_at(items: list[Item], line: int, column: int) -> Item | None:
         if item.node.mark.line == line and item.node.mark.column <= column
     ]  # fmt: skip
     return max(before, key=lambda item: item.node.mark.column, default=None)
+
+
+def signature_of_kind(
+    catalogue: Catalogue, word: str
+) -> tuple[Mapping[str, Declaration], Mapping[str, Declaration]]:
+    """Ports and outputs of what a node's word names; none of what has no such things."""
+    if word == FOLLOW_WAYPOINTS:
+        return WAYPOINT_PORTS, OUTPUTS
+    kind = None if word in COMPOSITES else catalogue.get(word)
+    return (kind.ports, kind.outputs) if kind else ({}, {})
 
 
 def signature_of(tree: Node) -> Signature:
@@ -259,6 +270,10 @@ class _Walk:
         return word in COMPOSITES or word in self.catalogue.kinds or "." in word
 
     def _inside(self, word: str, body: Node, around: Around) -> Around:
+        if word == FOLLOW_WAYPOINTS:
+            items = body.get("waypoints") or body
+            made = tuple((Node(name, "scalar", body.mark), items) for name in VARIABLES)
+            return replace(around, variables=(*made, *around.variables))
         if word != "for_each" or not body.entries:
             return around
         return replace(around, variables=(body.entries[0], *around.variables))
@@ -270,7 +285,7 @@ class _Walk:
             for name, items in body.entries:
                 yield Item(name, Use.DECLARED, around, owner="for_each")
                 yield from self._value(items, Declaration(str(name.value), list), around)
-        elif word in COMPOSITES:
+        elif word in COMPOSITES and word != FOLLOW_WAYPOINTS:
             for key, value in body.entries:
                 yield Item(key, Use.SUB_KEY, around, options=("succeed_on", "do"))
                 yield from self._children(value, around)
@@ -283,8 +298,7 @@ class _Walk:
             yield from self.node(item, around)
 
     def _ports(self, word: str, body: Node, around: Around) -> Iterator[Item]:
-        kind = self.catalogue.get(word)
-        ports = kind.ports if kind else {}
+        ports, _ = signature_of_kind(self.catalogue, word)
         bare = bare_port(ports)
         takes_keys = bare is not None and type_of(ports[bare]) == ASSIGNMENTS
         if body.is_mapping and not takes_keys:
@@ -351,7 +365,7 @@ class _Walk:
         """What stands under `with` and `out`."""
         word = str(head[0].value)
         tree = str(head[1].value) if word == "use" else ""
-        kind = None if word in COMPOSITES else self.catalogue.get(word)
+        _, results = signature_of_kind(self.catalogue, word)
         if not value.is_mapping:
             use = Use.INPUT if name == "with" else Use.OUTPUT
             yield Item(value, use, around, owner=tree or word)
@@ -362,6 +376,6 @@ class _Walk:
                 yield Item(key, Use.INPUT, around, owner=tree)
                 yield from self._value(given, declared, around)
             else:
-                found = kind.outputs.get(str(key.value)) if kind else None
+                found = results.get(str(key.value))
                 yield Item(key, Use.OUTPUT, around, owner=tree or word, declared=found)
                 yield Item(given, Use.TARGET, around, declared=found)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from missions.choices import DEFAULTS, SETTINGS
 from missions.editor.mission_schema import DRAFT
 from missions.editor.value_schemas import Schema, documented, of_declaration, parts, section
-from robots.load import FIELD_OF_VIEW, JOINTS, PITCH, PIXELS, RADIUS, YAW, X, Y, Z
+from robots.declared import RADIUS, X, Y, Z, length
+from robots.sensors import FIELD_OF_VIEW, PITCH, PIXELS, YAW
+from robots.wheels import AT, DRIVE, JOINT, KEYS, LEFT, MOUNTS, REAR, RIGHT, STEERING
 from stack.description import (
     BatteryDescription,
     CameraDescription,
@@ -15,16 +15,18 @@ from stack.description import (
     LidarDescription,
     Limits,
     OdometryNoise,
+    SonarDescription,
 )
 from stack.parameters import Declaration, declarations
 
-HEIGHT = replace(RADIUS, name="height", help="of everything on it")
-SEPARATION = replace(RADIUS, name="separation", help="between the middles of left and right")
+HEIGHT = length("height", "of everything on it")
 
 
 def robot_schema() -> Schema:
     """The schema of robot files; the URDF is left to `treepilot run` and the language server."""
-    lidar = {"position": parts((X, Y)), "yaw": _of(YAW), **_fields(LidarDescription)}
+    mount = {"position": parts((X, Y)), "yaw": _of(YAW)}
+    lidar = {**mount, **_fields(LidarDescription)}
+    sonar = {**mount, **_fields(SonarDescription)}
     camera = {
         "position": parts((X, Y, Z)), "yaw": _of(YAW), "pitch": _of(PITCH),
         "field_of_view": _of(FIELD_OF_VIEW), **{item.name: _of(item) for item in PIXELS},
@@ -37,10 +39,12 @@ def robot_schema() -> Schema:
         "footprint": documented(_footprint(), "Its outline in the base frame."),
         "height": _of(HEIGHT),
         "urdf": documented({"type": "string"}, "The URDF beside this file."),
-        "wheels": documented(_wheels(), "The differential drive."),
+        "wheels": documented(_wheels(), "The wheels, and so which velocities it can make."),
         "limits": _part(Limits),
         "odometry": _part(OdometryNoise),
         "lidar": documented(section(lidar), str(LidarDescription.__doc__)),
+        "lidars": documented(_named(lidar), "Further lidars by name."),
+        "sonars": documented(_named(sonar), "Sonars by name."),
         "camera": documented(section(camera, ["position"]), str(CameraDescription.__doc__)),
         "imu": _part(ImuDescription),
         "battery": _part(BatteryDescription),
@@ -50,6 +54,10 @@ def robot_schema() -> Schema:
     return {"$schema": DRAFT, "title": "treepilot robot, format 1", **section(keys, required)}
 
 
+def _named(fields: dict[str, Schema]) -> Schema:
+    return {"type": "object", "additionalProperties": section(fields)}
+
+
 def _footprint() -> Schema:
     circle = section({"radius": _of(RADIUS)}, ["radius"])
     corners = {"minItems": 3, "items": parts((X, Y))}
@@ -57,9 +65,28 @@ def _footprint() -> Schema:
 
 
 def _wheels() -> Schema:
-    joints = {**_of(JOINTS), "minItems": 1}
-    keys = {"left": joints, "right": joints, "radius": _of(RADIUS), "separation": _of(SEPARATION)}
-    return section(keys, list(keys))
+    """Every key of every kind; which of them belong to a kind hangs on `drive`."""
+    keys = {item.name: _of(item) for items in KEYS.values() for item in items}
+    for sides in (LEFT, RIGHT):
+        keys[sides.name] = {**_of(sides), "minItems": 1}
+    for pair in (STEERING, REAR):
+        keys[pair.name] = {**_of(pair), "minItems": 2, "maxItems": 2}
+    mount = section({"joint": _of(JOINT), "at": parts(AT)}, ["joint", "at"])
+    keys[MOUNTS.name] = documented({"type": "array", "minItems": 3, "items": mount}, MOUNTS.help)
+    return {**section({"drive": _of(DRIVE), **keys}), "allOf": [_kind(kind) for kind in KEYS]}
+
+
+def _kind(kind: str) -> Schema:
+    """What `drive: KIND` asks for and rules out; a file without `drive` is the default's."""
+    own = [item.name for item in KEYS[kind]]
+    others = {item.name for items in KEYS.values() for item in items}.difference(own)
+    chosen: Schema = {"properties": {"drive": {"const": str(kind)}}}
+    if kind != DRIVE.default:
+        chosen["required"] = ["drive"]
+    return {
+        "if": chosen,
+        "then": {"required": own, "properties": dict.fromkeys(sorted(others), False)},
+    }
 
 
 def _navigation() -> Schema:

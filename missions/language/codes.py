@@ -50,6 +50,8 @@ CODES: dict[str, Code] = {
                  "include: [a.yaml, b.yaml]", "rename one of them"),
     "E115": Code("test", "a case under `tests` does not fit the mission",
                  "tests: [{name: a, expect: {status: done}}]", "use the word that is suggested"),
+    "E116": Code("parameter file of Nav2", "it is none, or a value in it is not of the kind meant",
+                 "navigation: {nav2_params: nav2_params.yaml}", "give a file that Nav2 reads"),
     "E120": Code("node", "a node is one key that names its type, its value the ports",
                  "run: {wait: 1 s, say: hello}", "write a list under `sequence`"),
     "E121": Code("behaviour", "there is no behaviour of this name", "run: navigate_to_pos",
@@ -131,5 +133,8 @@ CODES: dict[str, Code] = {
     "W109": Code("kept results count", "`every` keeps its last result, and it is counted as a run",
                  "run: {spin: {}, every: 5 s, retry: 3}",
                  "put one of them on a node inside"),
+    "W110": Code("parameter of Nav2", "nothing here says the same; it has no effect",
+                 "navigation: {nav2_params: nav2_params.yaml}",
+                 "`treepilot nav2 FILE` lists what is taken over and what is not"),
 }  # fmt: skip
 """Code -> what `treepilot explain` and the documentation say about it."""

@@ -9,6 +9,7 @@ from missions.language.model import (
     Composite,
     Constant,
     Event,
+    FollowWaypoints,
     ForEach,
     Formula,
     Leaf,
@@ -131,6 +132,8 @@ class OrderCheck:
             self.use(step, written)
         elif isinstance(step, ForEach):
             self.value(step.items, step.mark, written)
+            if isinstance(step, FollowWaypoints):
+                written.update(dict.fromkeys(step.outputs.values()))
             self.step(step.child, written)
         elif isinstance(step, Composite):
             self.composite(step, written)
@@ -164,7 +167,7 @@ class OrderCheck:
     def writes(self, step: Step) -> Written:
         """Every key that a step may write."""
         found: Written = {}
-        if isinstance(step, Leaf | Use):
+        if isinstance(step, Leaf | Use | FollowWaypoints):
             found.update(dict.fromkeys(step.outputs.values()))
         if isinstance(step, Leaf):
             for value in step.ports.values():

@@ -21,6 +21,7 @@ TOP_KEYS = (
     "parameters", "navigation", "plugins", "arguments", "blackboard", "events", "run", "trees",
     "include", "tests",
 )  # fmt: skip
+NAV2 = "nav2_params"
 RESERVED = ("localisation", "mapping", "sensors", "perception", "safety", "faults")
 
 T = TypeVar("T")
@@ -110,13 +111,14 @@ class HeaderReader:
         layers = [self._parameter_file(item) for item in files]
         plugged: Mapping[str, Mapping[str, str]] | None = None
         for node in (*layers, self.top.node_of("navigation")):
-            for kind, component in self._components(node).items():
-                merged[kind] = _merge(merged.get(kind), component)
-                if plugged is None:
-                    plugged = self._plugged_components()
-                located[kind] = _located(merged[kind], plugged)
-                # Each file by itself: a later one may hide what is wrong in it.
-                self._check(located[kind])
+            for found in (self._from_nav2(node), self._components(node)):
+                for kind, component in found.items():
+                    merged[kind] = _merge(merged.get(kind), component)
+                    if plugged is None:
+                        plugged = self._plugged_components()
+                    located[kind] = _located(merged[kind], plugged)
+                    # Each file by itself: a later one may hide what is wrong in it.
+                    self._check(located[kind])
         return located
 
     def _plugged_components(self) -> Mapping[str, Mapping[str, str]]:
@@ -140,10 +142,29 @@ class HeaderReader:
             self.findings.error("E101", node.mark, sentence)
         found: dict[str, Component] = {}
         for key, value in node.entries:
+            if key.value == NAV2:
+                continue
             component = self._component(str(key.value), value)
             if component is not None:
                 found[component.kind] = component
         return found
+
+    def _from_nav2(self, node: Node | None) -> Mapping[str, Component]:
+        """What the parameter file of Nav2 says that a section refers to."""
+        file = node.get(NAV2) if node is not None else None
+        if file is None:
+            return {}
+        if not isinstance(file.value, str) or not file.value:
+            sentence = f"{NAV2} is the name of a file, got {file.words()}"
+            self.findings.error("E101", file.mark, sentence)
+            return {}
+        try:
+            components, warnings = self.resources.nav2_components(file.value, self.folder)
+        except InputError as error:
+            self._add(error, file.mark, "E110")
+            return {}
+        self.findings.items.extend(warnings)
+        return components
 
     def _component(self, kind: str, node: Node) -> Component | None:
         if isinstance(node.value, str):
@@ -214,6 +235,7 @@ def _merge(first: Component | None, then: Component) -> Component:
     if first is None or (then.use and first.use and then.use != first.use):
         return then
     return replace(
-        then, use=then.use or first.use, values={**first.values, **then.values},
+        then, use=then.use or first.use, mark=then.mark if then.use else first.mark,
+        values={**first.values, **then.values},
         marks={**first.marks, **then.marks},
     )  # fmt: skip

@@ -46,6 +46,8 @@ class Resources:
         check_component: (kind, name or None for the default, raw parameters).
         plugged_components: (plugins as written, mission's folder) -> the components in them: kind
             -> name -> where it is, as the other callables take it instead of a name.
+        nav2_components: (a parameter file of Nav2 as written, mission's folder) -> the components
+            that it chooses, by kind, and warnings of what it says in vain.
     """
 
     world_places: Callable[[str, Path], Mapping[str, Pose2D]] = lambda name, beside: {}
@@ -54,6 +56,9 @@ class Resources:
     check_component: Callable[[str, str | None, Mapping[str, Any]], None] = _anything_goes
     plugged_components: Callable[[Sequence[str], Path], Mapping[str, Mapping[str, str]]] = (
         lambda plugins, beside: {}
+    )
+    nav2_components: Callable[[str, Path], tuple[Mapping[str, Component], Sequence[Finding]]] = (
+        lambda file, beside: ({}, ())
     )
 
 
@@ -208,6 +213,21 @@ class ForEach(Step):
     items: Value
     skip_failures: bool
     child: Step
+
+
+@dataclass(frozen=True, slots=True)
+class FollowWaypoints(ForEach):
+    """`follow_waypoints: $waypoints`: for each a drive and then what stands under `do`.
+
+    Attributes:
+        number: the variable that counts the waypoints, from 1.
+        driven: where the drive's length goes, metres; nothing that a mission can name.
+        outputs: where missed, reached and distance go.
+    """
+
+    number: Symbol
+    driven: Symbol
+    outputs: Mapping[str, Symbol]
 
 
 @dataclass(frozen=True, slots=True)

@@ -23,9 +23,12 @@ MODIFIERS: dict[str, str] = {
     "every": "run at most once in this time; in between the last result stands",
     "with": "with `use`: what goes into the tree",
     "out": "where outputs go: `{output: $key}`",
-    "do": "with `for_each`: what is done per item",
+    "do": "with `for_each` and `follow_waypoints`: what is done per item",
 }
 """Modifiers, outermost decorator first."""
+
+LOOPS = ("for_each", "follow_waypoints")
+"""What `do` goes with; their `on_failure` is about one item."""
 
 ATTEMPTS = Declaration("attempts", int, at_least=1)
 DELAY = Declaration("delay", float, unit="s", default=0.0, at_least=0.0)
@@ -49,7 +52,7 @@ class ModifierReader:
         return Modifiers(
             when=self._condition(beside, "when", around),
             hold=self._condition(beside, "while", around),
-            keep_going=self._keeps_going(beside) and kind != "for_each",
+            keep_going=self._keeps_going(beside) and kind not in LOOPS,
             repeat=self._repeat(beside, around),
             recover=self._recover(beside, inside),
             retry=self._retry(beside, around),

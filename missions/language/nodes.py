@@ -19,7 +19,7 @@ from missions.language.model import (
     Use,
     Value,
 )
-from missions.language.modifiers import MODIFIERS, Beside, ModifierReader
+from missions.language.modifiers import LOOPS, MODIFIERS, Beside, ModifierReader
 from missions.language.ports import Owner, PortReader
 from missions.language.scope import UNSET, Role, Symbol
 from missions.language.terms import shown
@@ -30,6 +30,13 @@ from missions.language.value_types import (
     type_of,
 )
 from missions.language.values import IDENTIFIER, ValueReader
+from missions.language.waypoints import (
+    FOLLOW_WAYPOINTS,
+    WAYPOINT_OUTPUTS,
+    WAYPOINT_PORTS,
+    following,
+    waypoint_symbols,
+)
 from stack.documents import Findings, Mark, Node
 from stack.parameters import REQUIRED, Declaration, suggestion
 from stack.types import Pose2D
@@ -43,11 +50,14 @@ COMPOSITES: dict[str, str] = {
     "round_robin": "one child per run, the next one each time; tries the others when it fails",
     "for_each": "`do` once per item: `{for_each: {shelf: $shelves}, do: …}`; with "
     "`on_failure: continue` an item that fails is passed over",
+    "follow_waypoints": "drives to poses in turn and does `do`, if it is there, at each; "
+    "with `on_failure: continue` a waypoint that fails is missed and the next one follows",
     "use": "a tree of this file: `{use: inspect, with: {…}, out: {…}}`",
 }
 """Words that may stand where a behaviour's name does, and what they do."""
 
-_ONLY_FOR = {"with": "use", "do": "for_each"}
+_ONLY_FOR = {"with": ("use",), "do": LOOPS}
+_WITH_OUTPUTS = ("use", FOLLOW_WAYPOINTS)
 _HAS_ERROR = ("fallback", "reactive_fallback", "round_robin")
 _PATIENCE = Declaration("succeed_on", int, at_least=1)
 
@@ -125,19 +135,21 @@ class NodeReader:
             return self._use(start, body, beside, within)
         if kind == "for_each":
             return self._for_each(start, body, beside, within)
+        if kind == FOLLOW_WAYPOINTS:
+            return self._follow_waypoints(start, body, beside, within)
         if kind in COMPOSITES:
             return self._composite(start, body, within)
         return self._leaf(start, head, body, _value(beside, "out"), within)
 
     def _misplaced(self, kind: str, beside: Beside) -> None:
-        for word, owner in _ONLY_FOR.items():
-            if word in beside and kind != owner:
+        for word, owners in _ONLY_FOR.items():
+            if word in beside and kind not in owners:
                 self.findings.error(
                     "E123", beside[word][0].mark,
-                    f"`{word}` goes with `{owner}`, not with {kind!r}",
+                    f"`{word}` goes with `{'` and `'.join(owners)}`, not with {kind!r}",
                     f"ports stand below `{kind}:`" if word == "with" else "",
                 )  # fmt: skip
-        if "out" in beside and kind in COMPOSITES and kind != "use":
+        if "out" in beside and kind in COMPOSITES and kind not in _WITH_OUTPUTS:
             sentence = f"`out` goes with a behaviour or `use`, not with {kind!r}"
             self.findings.error("E123", beside["out"][0].mark, sentence)
 
@@ -213,13 +225,33 @@ class NodeReader:
         self.warn_of_hiding(symbol, around)
         inside = replace(around, scope=around.scope.inside({symbol.name: symbol}))
         child = self.child(beside.get("do"), start, inside)
-        on_failure = beside["on_failure"][1].value if "on_failure" in beside else "fail"
         if items is None or child is None:
             return None
         return ForEach(
             start.kind, start.mark, start.name, start.modifiers,
-            symbol, items, on_failure == "continue", child,
+            symbol, items, _skips_failures(beside), child,
         )  # fmt: skip
+
+    def _follow_waypoints(
+        self, start: Step, body: Node | None, beside: Beside, around: Surroundings
+    ) -> Step | None:
+        drive = self.catalogue.get("navigate_to_pose")
+        if drive is None:
+            sentence = f"{FOLLOW_WAYPOINTS} needs the behaviour navigate_to_pose"
+            self.findings.error("E121", start.mark, sentence)
+            return None
+        owner = Owner(start.kind, start.mark)
+        ports = self.ports.of_behaviour(WAYPOINT_PORTS, body, owner, around)
+        outputs = self.ports.outputs(WAYPOINT_OUTPUTS, _value(beside, "out"), owner, around)
+        symbols = waypoint_symbols(start.mark)
+        for symbol in symbols.values():
+            self.warn_of_hiding(symbol, around)
+        inside = replace(around, scope=around.scope.inside(symbols))
+        task = self.child(beside["do"], start, inside) if "do" in beside else None
+        if "waypoints" not in ports or ("do" in beside and task is None):
+            return None
+        loop = following(start, drive, ports, symbols, task)
+        return replace(loop, skip_failures=_skips_failures(beside), outputs=outputs)
 
     def child(
         self, entry: tuple[Node, Node] | None, start: Step, around: Surroundings
@@ -303,6 +335,10 @@ class NodeReader:
         if found is None:
             self.findings.error("E121", head.mark, self.catalogue.why_not(word))
         return found
+
+
+def _skips_failures(beside: Beside) -> bool:
+    return "on_failure" in beside and bool(beside["on_failure"][1].value == "continue")
 
 
 def _value(beside: Beside, word: str) -> Node | None:

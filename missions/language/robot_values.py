@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import inf, pi
+from math import hypot, inf, pi
 from typing import Any, Protocol
 
 from missions.language.value_types import BOOL, INT, NUMBER, POSE, TEXT, ValueType
@@ -51,8 +51,8 @@ ROBOT_VALUES: dict[str, RobotValue] = {
     ),
     "robot.speed": RobotValue(
         ValueType(float, "m/s"),
-        lambda s: abs(s.robot.speed.linear),
-        "measured speed, never below 0",
+        lambda s: hypot(s.robot.speed.linear, s.robot.speed.lateral),
+        "measured speed whichever way, never below 0",
         least=0.0,
     ),
     "robot.turning": RobotValue(

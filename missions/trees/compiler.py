@@ -21,6 +21,7 @@ from missions.language.model import (
     Catalogue,
     Composite,
     Constant,
+    FollowWaypoints,
     ForEach,
     Formula,
     Leaf,
@@ -31,7 +32,7 @@ from missions.language.model import (
 )
 from missions.language.modifiers import ATTEMPTS, DELAY, LIMIT, PERIOD, TIMES
 from missions.language.scope import Symbol
-from missions.trees import composites, decorators
+from missions.trees import composites, decorators, waypoints
 from missions.trees.attempts import Attempts, Recover, Retry
 from missions.trees.events import Event, Events, Trigger
 from missions.trees.execution import Execution, Record
@@ -198,9 +199,8 @@ class _Compiler:
             used = self._use(step, frame)
             return self._note(used, "use", step.mark, label=used.name, detail=detail)
         if isinstance(step, ForEach):
-            return self._note(
-                self._for_each(step, frame), "for_each", step.mark, label=step.name, detail=detail
-            )
+            loop = self._for_each(step, frame)
+            return self._note(loop, step.kind, step.mark, label=step.name, detail=detail)
         assert isinstance(step, Composite)
         inside = replace(frame, skipped_fails=step.kind in _TRIES_OTHERS)
         children = [self.step(child, inside) for child in step.children]
@@ -216,8 +216,15 @@ class _Compiler:
         loop = decorators.Loop(
             step.variable.name, frame.value(step.items), slot.write, step.skip_failures
         )
+        name = step.name or step.kind
+        if not isinstance(step, FollowWaypoints):
+            return decorators.ForEach(name, self.step(step.child, inside), self.execution, loop)
+        inside, number = inside.with_slot(step.number)
+        inside, driven = inside.with_slot(step.driven)
+        outputs = {name: frame.writers[symbol] for name, symbol in step.outputs.items()}
+        account = waypoints.Account(number, driven, outputs)
         child = self.step(step.child, inside)
-        return decorators.ForEach(step.name or "for_each", child, self.execution, loop)
+        return waypoints.FollowWaypoints(name, child, self.execution, loop, account)
 
     def _use(self, step: Use, frame: Frame) -> Behaviour:
         tree = self.mission.trees[step.tree]

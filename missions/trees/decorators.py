@@ -183,12 +183,20 @@ class ForEach(Decorator):
             run(self.child)
             if self.child.status is Status.RUNNING:
                 return Status.RUNNING
-            if self.child.status is Status.FAILURE:
-                if not self.loop.skip_failures:
-                    return self.execution.pass_on(self, self.child, self._item())
-                self.execution.pass_over(self, self.child, self._item())
+            failed = self.child.status is Status.FAILURE
+            self._ended(self.execution.trail(self.child).failure if failed else None)
+            if failed and not self.loop.skip_failures:
+                return self.execution.pass_on(self, self.child, self._item())
+            if failed:
+                self._pass_over()
             self.index += 1
         return Status.SUCCESS
+
+    def _ended(self, failure: Failure | None) -> None:
+        """An item is done, or failed for this reason."""
+
+    def _pass_over(self) -> None:
+        self.execution.pass_over(self, self.child, self._item())
 
     def _take(self) -> None:
         halt(self.child)

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from missions.language.model import (
     Composite,
     Constant,
+    FollowWaypoints,
     ForEach,
     Formula,
     Leaf,
@@ -16,6 +19,7 @@ from missions.language.model import (
     Value,
     Writes,
 )
+from missions.language.scope import Symbol
 from missions.language.terms import shown
 
 
@@ -36,6 +40,8 @@ def value_text(value: Value) -> str:
 
 def detail_of(step: Step) -> str:
     """What a node was given, in one line."""
+    if isinstance(step, FollowWaypoints):
+        return ", ".join([value_text(step.items), *_targets(step.outputs)])
     if isinstance(step, ForEach):
         return f"{step.variable.name} in {value_text(step.items)}"
     if isinstance(step, Composite):
@@ -47,8 +53,12 @@ def detail_of(step: Step) -> str:
         value_text(value) if isinstance(value, Formula | Writes) else f"{name} {value_text(value)}"
         for name, value in ports.items()
     ]
-    parts += [f"{name} -> ${symbol.name}" for name, symbol in step.outputs.items()]
-    return ", ".join(parts)
+    return ", ".join([*parts, *_targets(step.outputs)])
+
+
+def _targets(outputs: Mapping[str, Symbol]) -> list[str]:
+    """Where outputs go; what goes to a variable of the language's own is nobody's business."""
+    return [f"{name} -> ${symbol.name}" for name, symbol in outputs.items() if symbol.is_writable]
 
 
 def names_of(step: Step) -> tuple[str, ...]:

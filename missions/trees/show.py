@@ -20,7 +20,8 @@ _SHAPES = {
     "parallel": "parallelogram", "round_robin": "octagon", "recover": "octagon",
     "use": "folder", "events": "octagon", "event": "house",
 }  # fmt: skip
-_DECORATORS = ("when", "while", "on_failure", "repeat", "retry", "timeout", "every", "for_each")
+_DECORATORS = ("when", "while", "on_failure", "repeat", "retry", "timeout", "every", "for_each",
+               "follow_waypoints")  # fmt: skip
 
 
 def text(tree: MissionTree, *, colour: bool = False) -> str:

@@ -90,6 +90,43 @@ class MotionNoise:
         )
 
 
+@dataclass(frozen=True, slots=True)
+class OmniMotionNoise:
+    """The same for robots that go any way without turning first, as AMCL's omnidirectional model.
+
+    Turn, go, turn would take every sideways step for two quarter turns and blur the heading. Here
+    the error lies along the way gone, across it, and in the heading.
+    """
+
+    alpha_1: float
+    alpha_2: float
+    alpha_3: float
+    alpha_4: float
+    alpha_5: float
+
+    def sample(
+        self, poses: FloatArray, moved: Pose2D, generator: np.random.Generator
+    ) -> FloatArray:
+        """(n, 3) poses moved by a displacement as odometry has it, each with its own error."""
+        way, turn = moved.x**2 + moved.y**2, moved.heading**2
+        deviations = [
+            sqrt(self.alpha_3 * way + self.alpha_4 * turn),
+            sqrt(self.alpha_5 * way + self.alpha_4 * turn),
+            sqrt(self.alpha_1 * turn + self.alpha_2 * way),
+        ]
+        errors = generator.normal(0.0, deviations, (poses.shape[0], 3))
+        going = poses[:, 2] + atan2(moved.y, moved.x)
+        c, s = np.cos(going), np.sin(going)
+        along, across = sqrt(way) + errors[:, 0], errors[:, 1]
+        return np.column_stack(
+            [
+                poses[:, 0] + along * c - across * s,
+                poses[:, 1] + along * s + across * c,
+                poses[:, 2] + moved.heading + errors[:, 2],
+            ]
+        )
+
+
 def summarise(cloud: Cloud) -> tuple[Pose2D, FloatArray]:
     """The mean of the heaviest cluster and the whole cloud's (3, 3) covariance about it."""
     mean = _mean(cloud.poses, cloud.weights)

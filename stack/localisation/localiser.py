@@ -12,7 +12,7 @@ from math import pi
 
 import numpy as np
 
-from stack.localisation.cloud import Cloud, MotionNoise, kld_bound, move, summarise
+from stack.localisation.cloud import Cloud, MotionNoise, OmniMotionNoise, kld_bound, move, summarise
 from stack.localisation.field import as_pose, as_row, surface_field
 from stack.localisation.global_match import (
     HEADINGS,
@@ -48,9 +48,18 @@ class Localiser:
     """A particle filter on a likelihood field, with a quality that tells when it is wrong.
 
     Begins scattered over the free space; `start` or `scatter` say otherwise.
+
+    Args:
+        grid: the map.
+        parameters: of the filter.
+        seed: of its random streams.
+        sideways: whether the robot can go any way without turning first.
     """
 
-    def __init__(self, grid: OccupancyGrid, parameters: LocaliserParameters, seed: int) -> None:
+    def __init__(
+        self, grid: OccupancyGrid, parameters: LocaliserParameters, seed: int, *,
+        sideways: bool = False,
+    ) -> None:  # fmt: skip
         from stack.localisation import kernels
 
         self.parameters = parameters
@@ -63,9 +72,9 @@ class Localiser:
         self._matcher = GlobalMatcher(self._field, self._judge)
         self._scale: FitScale | None = None
         self._fits = RecentMedian(parameters.quality_window)
-        self._noise = MotionNoise(
-            parameters.alpha_1, parameters.alpha_2, parameters.alpha_3, parameters.alpha_4
-        )
+        p = parameters
+        alphas = p.alpha_1, p.alpha_2, p.alpha_3, p.alpha_4
+        self._noise = OmniMotionNoise(*alphas, p.alpha_5) if sideways else MotionNoise(*alphas)
         self._odometry: Pose2D | None = None
         self._fit: float | None = None
         self.scatter()

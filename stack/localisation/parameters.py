@@ -12,7 +12,7 @@ class LocaliserParameters:
     """Settings of the particle filter, of its quality and of the global search.
 
     alpha_1 to alpha_4 are those of the odometry motion model in Probabilistic Robotics (2005),
-    table 5.6, in AMCL's convention: they scale variances.
+    table 5.6, in AMCL's convention: they scale variances. alpha_5 is AMCL's own.
     """
 
     min_particles: int = parameter(300, at_least=50, at_most=20000, help="when sure of the pose")
@@ -49,6 +49,10 @@ class LocaliserParameters:
     alpha_4: float = parameter(
         0.001, at_least=0.0, at_most=2.0, help="distance's variance per turning squared"
     )
+    alpha_5: float = parameter(
+        0.02, at_least=0.0, at_most=2.0,
+        help="omnidirectional robots: variance across the way per distance squared",
+    )  # fmt: skip
     range_noise: float = parameter(
         0.01, "m", at_least=0.0, help="deviation of a lidar range, for calibrating the quality"
     )

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import inf
+from math import copysign, inf
+
+import numpy as np
 
 from stack.control.checkers import LostChecker
 from stack.errors import NavigationError
 from stack.navigation.blockages import Blockages
 from stack.navigation.following import Follower, Tools, check_not_lost, drive_feedback, standing
-from stack.navigation.planning import Plan, PlanRequest, Ticket
+from stack.navigation.planning import Plan, PlanRequest
 from stack.navigation.route_costs import blocked_at, route_cost
 from stack.navigation.tasks import Moment, MotionTask
 from stack.types import STANDSTILL, Failure, FailureCode, Path, Pose2D, Twist
@@ -23,6 +25,17 @@ IDLE_BEFORE_REPLAN = 0.5
 RECEDING = 0.02
 """Metres by which a pose on the way must have come farther again to lie behind."""
 
+NEAR_ENOUGH = 0.5
+"""Metres before the end of a partial path within which an obstacle is what was to be expected:
+standing before it is having come there, and no reason to look for another place as near.
+"""
+
+HELD = frozenset({FailureCode.COLLISION_AHEAD, FailureCode.NO_PROGRESS})
+"""Failures of a robot that stands before an obstacle."""
+
+OTHER_ROUTES = "the routes have changed"
+"""The reason of a plan by another planner than the path in force: an edge was closed or opened."""
+
 ROUTINE = ""
 """The reason of a plan made only to see whether there is a better path."""
 
@@ -34,7 +47,11 @@ class GoalDrive:
         task: its handle.
         path: in force; None while there is none.
         goal: the last one.
+        partial: having come as near to it as can be is success; otherwise, where the planner
+            makes partial plans at all, it is NO_VALID_PATH, said when it has come there.
     """
+
+    partial = False
 
     def __init__(
         self, task: MotionTask, tools: Tools, goals: Sequence[Pose2D], tolerance: float | None
@@ -44,7 +61,6 @@ class GoalDrive:
         self._tools, self._goals, self._tolerance = tools, tuple(goals), tolerance
         self._follower = Follower(tools, tolerance)
         self._lost = LostChecker(tools.parameters.lost_quality, tools.parameters.lost_time)
-        self._ticket: Ticket | None = None
         self._reason = "first plan"
         self._asked_at = -inf
         self._failing_since: float | None = None
@@ -53,6 +69,7 @@ class GoalDrive:
         self._seen_version = -1
         self._blocked_at: tuple[float, float] | None = None
         self._blockages = Blockages()
+        self._planner = self._asked_of = tools.desk.planner
 
     def advance(self, moment: Moment) -> Twist:
         """The velocity for this step."""
@@ -63,14 +80,23 @@ class GoalDrive:
             self._take_plan(moment)
             self._pass_goals(moment.estimate.pose)
             if self._follower.reached(moment) and len(self._goals) == 1:
-                self.task.succeed(self._arrival(moment.estimate.pose))
+                self._arrive(moment.estimate.pose)
                 return STANDSTILL
             self._ask_if_needed(moment)
             self._report()
             return STANDSTILL if self.path is None else self._follower.advance(moment)
         except NavigationError as error:
+            if self._near_a_partial_end and error.failure.code in HELD:
+                self._arrive(moment.estimate.pose)
             self.task.fail(error.failure.code, error.failure.sentence)
             return STANDSTILL
+
+    @property
+    def _near_a_partial_end(self) -> bool:
+        """Whether it is where what keeps it from the goal may hold it up: that is no news."""
+        track = self._follower.track
+        partial = self.path is not None and self.path.partial
+        return partial and track is not None and track.remaining <= NEAR_ENOUGH
 
     def _stand(self, why: str) -> Twist:
         """Stand while the pose is in doubt: a path from a wrong pose leads anywhere."""
@@ -82,8 +108,19 @@ class GoalDrive:
         remaining = 0.0 if track is None else track.remaining
         self.task.report(drive_feedback(self._follower), remaining)
 
-    def _arrival(self, pose: Pose2D) -> str:
-        return f"there, {pose.distance_to(self.goal):.2f} m from the goal"
+    def _arrive(self, pose: Pose2D) -> None:
+        """The end of the path: the goal, or what was nearest to it."""
+        away = f"{pose.distance_to(self.goal):.2f} m from the goal"
+        if self.path is None or not self.path.partial:
+            self.task.succeed(f"there, {away}")
+        elif self.partial:
+            self.task.succeed(f"as near as there is a way to, {away}")
+        else:
+            self.task.fail(
+                FailureCode.NO_VALID_PATH,
+                f"there is no way to the goal; came as near to it as there is one, to "
+                f"({pose.x:.2f}, {pose.y:.2f}), {away}",
+            )
 
     def _pass_goals(self, pose: Pose2D) -> None:
         """Strike out the goals on the way that lie behind.
@@ -109,15 +146,19 @@ class GoalDrive:
         """Ask for a plan when there is a reason to, no more often than the interval allows."""
         p = self._tools.parameters
         self._look_ahead(moment.estimate.pose)
-        if self._ticket is not None or moment.time < self._asked_at + p.replan_interval - 1e-9:
+        if self.task.ticket is not None or moment.time < self._asked_at + p.replan_interval - 1e-9:
             return
         reason = self._why_replan(moment)
         if reason is None:
             return
-        request = PlanRequest(self._tools.world.grid, moment.estimate.pose, self._goals)
+        twist = moment.odometry.twist
+        way = 0 if standing(twist) else int(copysign(1, twist.linear))
+        pose = moment.estimate.pose
+        request = PlanRequest(self._tools.world.grid, pose, self._goals, self.partial, way)
         due = moment.time + p.planning_latency
-        self._ticket = self._tools.desk.ask(request, due, wait=p.wait_for_plan)
+        self.task.ticket = self._tools.desk.ask(request, due, wait=p.wait_for_plan)
         self._reason, self._asked_at = reason, moment.time
+        self._asked_of = self._tools.desk.planner
 
     def _look_ahead(self, pose: Pose2D) -> None:
         """Whether the next metres of the path are blocked; looked at when the costs changed."""
@@ -126,6 +167,9 @@ class GoalDrive:
             return
         self._seen_version = world.version
         points = track.ahead(self._tools.parameters.look_ahead)
+        if self.path is not None and self.path.partial:
+            end = self.path.goal
+            points = points[np.hypot(points[:, 0] - end.x, points[:, 1] - end.y) > NEAR_ENOUGH]
         self._blocked_at = blocked_at(world.grid, points, pose, self._tools.clear_of)
 
     def _why_replan(self, moment: Moment) -> str | None:
@@ -133,6 +177,10 @@ class GoalDrive:
         p, follower, track = self._tools.parameters, self._follower, self._follower.track
         if self.path is None or track is None:
             return "first plan"
+        if self._tools.desk.planner is not self._planner:
+            return OTHER_ROUTES
+        if self._near_a_partial_end:
+            return self._routine(moment.time)
         if follower.waiting:
             return "something is in the way"
         if self._blocked_at is not None:
@@ -144,32 +192,38 @@ class GoalDrive:
             return None
         if idle is not None and moment.time - idle >= IDLE_BEFORE_REPLAN:
             return "stopped short of the goal"
-        return ROUTINE if moment.time >= self._asked_at + p.replan_period - 1e-9 else None
+        return self._routine(moment.time)
+
+    def _routine(self, time: float) -> str | None:
+        due = time >= self._asked_at + self._tools.parameters.replan_period - 1e-9
+        return ROUTINE if due else None
 
     def _take_plan(self, moment: Moment) -> None:
         """Use the plan asked for, once its time has come."""
-        if self._ticket is None:
+        ticket = self.task.ticket
+        answer = None if ticket is None else ticket.result(moment.time)
+        if ticket is None or answer is None:
             return
-        answer = self._ticket.result(moment.time)
-        if answer is None:
-            return
-        ticket, self._ticket = self._ticket, None
+        self.task.ticket = None
         self._tools.count("plans")
         if isinstance(answer, Plan):
             answer = self._unless_too_far(answer)
         if isinstance(answer, Failure):
+            self._planner = self._asked_of
             self._no_way(answer, moment)
             return
         self._failing_since = None
         if ticket.request.goals != self._goals:
             self._asked_at = -inf  # one was passed meanwhile: the plan leads back to it
-        elif self._reason != ROUTINE or self._clearly_better(answer, moment.time):
+            return
+        self._planner = self._asked_of
+        if self._reason != ROUTINE or self._clearly_better(answer, moment.time):
             self._adopt(answer, moment.time)
 
     def _unless_too_far(self, plan: Plan) -> Plan | Failure:
         """The plan, unless it ends farther from the goal than the task tolerates."""
         distance = plan.path.goal.distance_to(self.goal)
-        if self._tolerance is None or distance <= self._tolerance:
+        if self._tolerance is None or distance <= self._tolerance or plan.path.partial:
             return plan
         return Failure(
             FailureCode.GOAL_OCCUPIED,
@@ -183,6 +237,8 @@ class GoalDrive:
             raise NavigationError(FailureCode(failure.code), failure.sentence)
         if self._reason == ROUTINE:
             return
+        if self._reason == OTHER_ROUTES:
+            self.path = None  # what was closed must not be driven on
         if self.path is not None and not standing(moment.odometry.twist):
             self._failing_since = None
             return
@@ -199,6 +255,8 @@ class GoalDrive:
         if self._blockages.bar(plan.path.points, time):
             return False
         closer = self.path.goal.distance_to(self.goal) - plan.path.goal.distance_to(self.goal)
+        if plan.path.partial and self.path.partial:
+            return closer > NEAR_ENOUGH  # on the other side of a table it may be nearer by a cell
         if closer > 0.02:
             return True
         costs = self._tools.world.grid

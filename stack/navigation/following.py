@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from math import inf
 
 from stack.components import Controller, ControlState
 from stack.control.checkers import GoalChecker, LostChecker, ProgressChecker
 from stack.control.track import Track
 from stack.errors import NavigationError
 from stack.navigation.parameters import NavigationParameters
+from stack.navigation.path_speeds import PathSpeeds, slower
 from stack.navigation.planning import PlanningDesk
 from stack.navigation.tasks import CostmapLike, Emit, Moment, MotionTask
 from stack.types import STANDSTILL, FailureCode, Path, Twist
@@ -23,6 +25,7 @@ class Tools:
 
     Attributes:
         clear_of: metres round the robot in which a blocked path is not its concern.
+        deceleration: of the robot, m/s²: how early it brakes for a path's speed limit.
         counters: plans, replans, recoveries and the like, for the snapshot.
     """
 
@@ -33,6 +36,7 @@ class Tools:
     world: CostmapLike
     emit: Emit
     clear_of: float
+    deceleration: float = 1.0
     counters: dict[str, float] = field(default_factory=dict)
 
     def count(self, what: str) -> None:
@@ -42,7 +46,8 @@ class Tools:
 
 def standing(twist: Twist) -> bool:
     """Whether a measured velocity is as good as none."""
-    return abs(twist.linear) < STANDING_SPEED and abs(twist.angular) < STANDING_TURN
+    speed = max(abs(twist.linear), abs(twist.lateral))
+    return speed < STANDING_SPEED and abs(twist.angular) < STANDING_TURN
 
 
 class Follower:
@@ -63,6 +68,7 @@ class Follower:
         self._last = STANDSTILL
         self._held_since: float | None = None
         self.track: Track | None = None
+        self._speeds: PathSpeeds | None = None
         self.waiting = False
         self.idle_since: float | None = None
 
@@ -75,9 +81,17 @@ class Follower:
         """Follow another path from now on."""
         p = self._tools.parameters
         self.track = Track(path)
+        self._speeds = PathSpeeds(path, self._tools.deceleration)
         self._goal = GoalChecker(path.goal, self._tolerance, p.goal_heading, p.goal_settle)
         self._tools.controller.set_path(path)
         self.idle_since = None
+
+    @property
+    def posted_limit(self) -> float:
+        """Speed limit of the path where the robot is, m/s; inf where there is none."""
+        if self._speeds is None or self.track is None:
+            return inf
+        return self._speeds.posted(self.track.travelled)
 
     def reached(self, moment: Moment) -> bool:
         """Whether the end of the path is reached."""
@@ -117,7 +131,9 @@ class Follower:
         self.waiting = False
         if twist != STANDSTILL:
             self._held_since = None
-        return twist
+        if self._speeds is None or self.track is None:
+            return twist
+        return slower(twist, self._speeds.at(self.track.travelled))
 
     def _hold(self, error: NavigationError, time: float) -> None:
         """Stand before something in the way, or pass the error on when patience is over."""
@@ -178,4 +194,6 @@ def drive_feedback(follower: Follower) -> str:
         return f"waiting, something is in the way; {follower.track.remaining:.1f} m to go"
     if follower.at_position:
         return "turning to the goal's heading"
-    return f"{follower.track.remaining:.1f} m to go"
+    limit = follower.posted_limit
+    slowly = f", {limit:.2f} m/s at most" if limit < inf else ""
+    return f"{follower.track.remaining:.1f} m to go{slowly}"

@@ -10,11 +10,21 @@ from stack.components import Controller, Planner
 from stack.description import RobotDescription
 from stack.errors import ParameterError
 from stack.navigation.drive import GoalDrive
+from stack.navigation.escape.escape import Escape, Freedom
+from stack.navigation.escape.surroundings import Surroundings
 from stack.navigation.following import PathDrive, Tools
 from stack.navigation.parameters import NavigationParameters
-from stack.navigation.planning import Plan, PlanningDesk, PlanRequest, Ticket
-from stack.navigation.recoveries import BackUp, DriveFor, RecoveryTools, Spin
+from stack.navigation.planning import Plan, PlanningDesk, PlanRequest
+from stack.navigation.recoveries import (
+    BackUp,
+    DriveFor,
+    DriveOnHeading,
+    RecoveryTools,
+    Spin,
+    StraightWay,
+)
 from stack.navigation.tasks import Activity, CostmapLike, Emit, Moment, MotionTask
+from stack.navigation.teleoperation import Teleoperation
 from stack.safety.monitor import CollisionMonitor
 from stack.types import STANDSTILL, FailureCode, Path, Pose2D, TaskStatus, Twist
 
@@ -26,7 +36,6 @@ class _Planning:
     task: MotionTask
     goal: Pose2D
     start: Pose2D | None
-    ticket: Ticket | None = None
 
 
 class Navigation:
@@ -55,9 +64,11 @@ class Navigation:
         self._tools = Tools(
             controller, PlanningDesk(planner), parameters, local_costmap, global_costmap, emit,
             clear_of=robot.footprint.inscribed_radius,
+            deceleration=robot.limits.linear_deceleration,
             counters={"plans": 0.0, "replans": 0.0, "recoveries": 0.0, "distance": 0.0},
         )  # fmt: skip
         self._monitor = CollisionMonitor(robot)
+        self._surroundings = Surroundings()
         self._activity: Activity | None = None
         self._plannings: list[_Planning] = []
         self._moment: Moment | None = None
@@ -80,6 +91,21 @@ class Navigation:
     @planner.setter
     def planner(self, planner: Planner) -> None:
         self._tools.desk.planner = planner
+
+    def set_edge(self, edge: str, *, closed: bool) -> None:
+        """Close or open an edge of the route graph; the drive under way plans anew.
+
+        Raises:
+            ParameterError: there is no such edge, or the planner has no graph.
+        """
+        change = getattr(self.planner, "with_edge", None)
+        if change is None:
+            raise ParameterError(
+                "edge", f"{edge!r}: the planner in use has no route graph",
+                "choose `planner: {use: route, graph: FILE}`",
+            )  # fmt: skip
+        self.planner = change(edge, closed=closed)
+        self._emit("route", f"edge {edge} is {'closed' if closed else 'open'} now", edge=edge)
 
     @property
     def controller(self) -> Controller:
@@ -124,6 +150,7 @@ class Navigation:
         self._count_distance(moment)
         moment = self._without_pauses(moment)
         self._moment = moment
+        self._surroundings.look(moment)
         self._advance_plannings(moment)
         activity = self._activity
         if activity is None or not activity.task.running:
@@ -135,9 +162,14 @@ class Navigation:
             activity.task.fail(FailureCode.EXCEPTION, f"{activity.task.what} broke: {error!r}")
         return twist if activity.task.running else STANDSTILL
 
-    def navigate_to(self, goal: Pose2D, *, tolerance: float | None = None) -> MotionTask:
-        """Plan and drive to a pose in the map frame, replanning as the world changes."""
-        return self.navigate_through([goal], tolerance=tolerance)
+    def navigate_to(
+        self, goal: Pose2D, *, tolerance: float | None = None, partial: bool = False
+    ) -> MotionTask:
+        """Plan and drive to a pose in the map frame, replanning as the world changes.
+
+        With `partial`, having come as near as there is a way to counts as success.
+        """
+        return self._drive_through([goal], tolerance, partial)
 
     def navigate_through(
         self, goals: Sequence[Pose2D], *, tolerance: float | None = None
@@ -149,8 +181,14 @@ class Navigation:
         """
         if not goals:
             raise ParameterError("goals", "there is no pose to drive to")
+        return self._drive_through(goals, tolerance, False)
+
+    def _drive_through(
+        self, goals: Sequence[Pose2D], tolerance: float | None, partial: bool
+    ) -> MotionTask:
         task = self._task(f"drive to {_text(goals[-1])}")
         drive = GoalDrive(task, self._tools, goals, tolerance)
+        drive.partial = partial
         vias = f" past {len(goals) - 1} poses" if len(goals) > 1 else ""
         self.start(drive, "goal", f"goal {_text(goals[-1])} accepted{vias}")
         return task
@@ -176,13 +214,14 @@ class Navigation:
         return task
 
     def spin(self, angle: float, *, speed: float | None = None) -> MotionTask:
-        """Turn in place by an angle, positive to the left."""
+        """Turn in place by an angle, positive to the left; a car fails at once."""
         task = self._task(f"spin {degrees(angle):.0f} deg")
         rate = _positive("speed", self.parameters.spin_speed if speed is None else speed)
-        spin = Spin(task, angle, rate, self._recovery_tools())
-        self._tools.count("recoveries")
-        self.start(spin, "recovery", task.what)
-        return task
+        refusal = Spin.why_not(self._robot)
+        if refusal:
+            task.fail(FailureCode.FAILED, refusal)
+            return task
+        return self._recover(Spin(task, angle, rate, self._recovery_tools()))
 
     def back_up(self, distance: float, *, speed: float | None = None) -> MotionTask:
         """Drive straight back by a distance.
@@ -194,10 +233,52 @@ class Navigation:
         _positive("reverse_speed", self._robot.limits.reverse_speed)
         task = self._task(f"back up {distance:.2f} m")
         rate = _positive("speed", self.parameters.back_up_speed if speed is None else speed)
-        back_up = BackUp(task, distance, rate, self._recovery_tools())
-        self._tools.count("recoveries")
-        self.start(back_up, "recovery", task.what)
-        return task
+        return self._recover(BackUp(task, distance, rate, self._recovery_tools()))
+
+    def drive_on_heading(
+        self, distance: float, *, speed: float | None = None, direction: float = 0.0
+    ) -> MotionTask:
+        """Drive straight by a distance, negative is backward, and hold the heading by odometry.
+
+        Args:
+            distance: metres.
+            speed: m/s; the limits of the drive hold as well.
+            direction: radians in the base frame, for omnidirectional robots; others fail at once.
+
+        Raises:
+            ParameterError: a speed that is not above 0.
+        """
+        rate = _positive("speed", self.parameters.straight_speed if speed is None else speed)
+        way = StraightWay(distance, direction, rate)
+        task = self._task(f"drive {distance:.2f} m on its heading")
+        refusal = way.why_not(self._robot)
+        if refusal:
+            task.fail(FailureCode.FAILED, refusal)
+            return task
+        return self._recover(DriveOnHeading(task, way, self._recovery_tools()))
+
+    def escape(
+        self, *, clearance: float | None = None, distance: float = 1.5, speed: float | None = None
+    ) -> MotionTask:
+        """Drive out of a tight spot by lidar and odometry alone.
+
+        Args:
+            clearance: metres wanted round the outline; None is room to turn, and 15 cm at least.
+            distance: metres to drive for it, at most.
+            speed: m/s.
+
+        Raises:
+            ParameterError: a value that is not above 0.
+        """
+        outline = self._robot.footprint
+        room = max(0.15, outline.circumscribed_radius - outline.inscribed_radius + 0.05)
+        freedom = Freedom(
+            _positive("clearance", room if clearance is None else clearance),
+            _positive("distance", distance),
+            _positive("speed", self.parameters.escape_speed if speed is None else speed),
+        )
+        task = self._task("escape to free space")
+        return self._recover(Escape(task, freedom, self._surroundings, self._recovery_tools()))
 
     def drive_for(self, twist: Twist, seconds: float) -> MotionTask:
         """A velocity with a time to live; called again before it is over, it goes on."""
@@ -208,6 +289,24 @@ class Navigation:
         task = self._task("drive on command")
         self.start(DriveFor(task, twist, until), "goal", "driving on command")
         return task
+
+    def assisted_teleop(self, seconds: float, *, silence: float = 30.0) -> MotionTask:
+        """Let the operator drive, through `teleoperation`.
+
+        Args:
+            seconds: for which, at most.
+            silence: seconds without a velocity after which it fails.
+        """
+        task = self._task("assisted teleoperation")
+        return self._recover(Teleoperation(task, seconds, silence))
+
+    @property
+    def teleoperation(self) -> Teleoperation | None:
+        """Takes the operator's velocities while one is under way."""
+        activity = self._activity
+        if isinstance(activity, Teleoperation) and activity.task.running:
+            return activity
+        return None
 
     def start(self, activity: Activity, kind: str, text: str) -> None:
         """Let an activity move the robot from the next step on; cancels the one under way."""
@@ -253,7 +352,12 @@ class Navigation:
         return None
 
     def _recovery_tools(self) -> RecoveryTools:
-        return RecoveryTools(self._robot.limits, self.parameters, self._monitor, self._period)
+        return RecoveryTools(self._robot, self.parameters, self._monitor, self._period)
+
+    def _recover(self, activity: Activity) -> MotionTask:
+        self._tools.count("recoveries")
+        self.start(activity, "recovery", activity.task.what)
+        return activity.task
 
     def _task(self, what: str) -> MotionTask:
         return MotionTask(what, self._ended)
@@ -275,13 +379,13 @@ class Navigation:
         p, task = self.parameters, planning.task
         if not task.running:
             return
-        if planning.ticket is None:
+        if task.ticket is None:
             start = planning.start or moment.estimate.pose
             request = PlanRequest(self._tools.world.grid, start, (planning.goal,))
             due = moment.time + p.planning_latency
-            planning.ticket = self._tools.desk.ask(request, due, wait=p.wait_for_plan)
+            task.ticket = self._tools.desk.ask(request, due, wait=p.wait_for_plan)
             task.report("planning", 0.0)
-        answer = planning.ticket.result(moment.time)
+        answer = task.ticket.result(moment.time)
         if isinstance(answer, Plan):
             task.path = answer.path
             task.succeed(f"plan found, {answer.path.length:.1f} m")

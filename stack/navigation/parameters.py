@@ -51,8 +51,17 @@ class NavigationParameters:
     lost_time: float = parameter(1.5, "s", at_least=0.0, help="doubt this long is a failure")
     spin_speed: float = parameter(1.0, "rad/s", above=0.0, help="turning speed of spins")
     back_up_speed: float = parameter(0.15, "m/s", above=0.0, help="speed of backing up")
+    straight_speed: float = parameter(
+        0.25, "m/s", above=0.0, help="speed of driving straight on a heading"
+    )
+    escape_speed: float = parameter(
+        0.15, "m/s", above=0.0, help="speed of driving out of a tight spot"
+    )
     recovery_padding: float = parameter(
         0.05, "m", at_least=0.0, help="stays free round the footprint in spins and backing up"
+    )
+    escape_padding: float = parameter(
+        0.03, "m", at_least=0.0, help="stays free round the footprint on the way out, if it is now"
     )
     recovery_patience: float = parameter(
         2.0, "s", at_least=0.0, help="a spin or backing up waits this long for its way to clear"

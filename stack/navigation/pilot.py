@@ -89,6 +89,7 @@ class Pilot:
         self._observation: Observation | None = None
         self._odometry = Odometry(0.0, Pose2D(0.0, 0.0), Twist())
         self._scan: Scan | None = None
+        self._scans: dict[str, Scan] = {}
         self._image: Image | None = None
         self._sightings: tuple[Image, tuple[MarkerSighting, ...]] | None = None
         self._lease = -CAMERA_LEASE
@@ -103,6 +104,7 @@ class Pilot:
         self._observation = observation
         self._odometry = odometry or observation.odometry
         self._scan = observation.scan or self._scan
+        self._scans = {**self._scans, **observation.scans}
         self._image = observation.image or self._image
 
     def advance(self) -> Twist:
@@ -110,6 +112,11 @@ class Pilot:
         moment = Moment(self.time, self.estimate, self._odometry, self._scan)
         self._parts.cover([moment.estimate.pose])
         return self._navigation.advance(moment)
+
+    @property
+    def scans(self) -> Mapping[str, Scan]:
+        """The newest scans of further lidars, by name."""
+        return self._scans
 
     @property
     def camera_wanted(self) -> bool:
@@ -203,10 +210,12 @@ class Pilot:
         """Localisation quality that the newest scan would have at another pose; 0 without one."""
         return 0.0 if self._scan is None else self._parts.estimator.fit_at(pose, self._scan)
 
-    def navigate_to(self, goal: Pose2D, *, tolerance: float | None = None) -> MotionTask:
+    def navigate_to(
+        self, goal: Pose2D, *, tolerance: float | None = None, partial: bool = False
+    ) -> MotionTask:
         """Plan and drive to a pose in the map frame, replanning as the world changes."""
         self._parts.cover([goal])
-        return self._navigation.navigate_to(goal, tolerance=tolerance)
+        return self._navigation.navigate_to(goal, tolerance=tolerance, partial=partial)
 
     def navigate_through(
         self, goals: list[Pose2D], *, tolerance: float | None = None
@@ -231,6 +240,22 @@ class Pilot:
     def back_up(self, distance: float, *, speed: float | None = None) -> MotionTask:
         """Drive straight back by a distance; gives up rather than touch what the lidar sees."""
         return self._navigation.back_up(distance, speed=speed)
+
+    def drive_on_heading(
+        self, distance: float, *, speed: float | None = None, direction: float = 0.0
+    ) -> MotionTask:
+        """Drive straight by a distance, negative is backward, and hold the heading."""
+        return self._navigation.drive_on_heading(distance, speed=speed, direction=direction)
+
+    def escape(
+        self, *, clearance: float | None = None, distance: float = 1.5, speed: float | None = None
+    ) -> MotionTask:
+        """Drive out of a tight spot by lidar and odometry alone."""
+        return self._navigation.escape(clearance=clearance, distance=distance, speed=speed)
+
+    def assisted_teleop(self, seconds: float, *, silence: float = 30.0) -> MotionTask:
+        """Let the operator drive; safety has the last word."""
+        return self._navigation.assisted_teleop(seconds, silence=silence)
 
     def drive_for(self, twist: Twist, seconds: float) -> None:
         """Velocity with a time to live; cancels another motion task under way."""
@@ -271,6 +296,14 @@ class Pilot:
         within = "" if radius is None else f", {radius:g} m around the robot"
         only = "" if layer is None else f", layer {layer}"
         self._parts.emit("recovery", f"cleared costmap: {which}{within}{only}", costmap=which)
+
+    def set_edge(self, edge: str, *, closed: bool) -> None:
+        """Close or open an edge of the planner's route graph, from the next plan on.
+
+        Raises:
+            ParameterError: there is no such edge, or the planner has no route graph.
+        """
+        self._navigation.set_edge(edge, closed=closed)
 
     def relocalise(self) -> MotionTask:
         """Find the pose anywhere on the map from lidar alone; fails AMBIGUOUS rather than guess."""

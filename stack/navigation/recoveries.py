@@ -1,4 +1,4 @@
-"""Short motions by odometry and lidar alone: spin, back up, drive for a while.
+"""Short motions by odometry and lidar alone: spin, back up, drive straight, drive for a while.
 
 They need no map and no pose, so that they work when those are what is wrong. Every one of them
 ends: done, blocked, stalled or out of time.
@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from math import copysign, cos, inf, sin, sqrt
+from math import atan2, copysign, cos, degrees, inf, sin, sqrt
 
-from stack.description import Limits
+from stack.description import DriveKind, Limits, RobotDescription
 from stack.navigation.following import standing
 from stack.navigation.parameters import NavigationParameters
 from stack.navigation.tasks import Moment, MotionTask
@@ -23,12 +23,17 @@ DONE = 0.02
 
 @dataclass(frozen=True, slots=True)
 class RecoveryTools:
-    """What recoveries work with: the robot's limits, settings, eyes and control period (s)."""
+    """What recoveries work with: the robot, settings, eyes and the control period (s)."""
 
-    limits: Limits
+    robot: RobotDescription
     parameters: NavigationParameters
     monitor: CollisionMonitor
     period: float
+
+    @property
+    def limits(self) -> Limits:
+        """What the drive can do."""
+        return self.robot.limits
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +59,13 @@ class Stroke:
         """Seconds that are enough for it, three times over."""
         return 3.0 * (self.total / self.speed + self.speed / self.acceleration) + 5.0
 
+    def next_rate(self, rate: float, remaining: float, period: float) -> float:
+        """The rate for the next control step, speeding up, and slowing down towards the end."""
+        rise = rate + self.acceleration * period
+        late = self.acceleration * 2.0 * period
+        fall = sqrt(late * late + self.acceleration * remaining) - late
+        return min(self.speed, rise, max(fall, 0.1 * self.speed))
+
 
 class Recovery(ABC):
     """A motion in one degree of freedom with a trapezoid speed profile.
@@ -68,6 +80,7 @@ class Recovery(ABC):
         self._done = self._best = 0.0
         self._best_at = 0.0
         self._blocked_since: float | None = None
+        self._blocked_at = 0.0
 
     @abstractmethod
     def _measure(self, odometry: Odometry) -> float:
@@ -91,10 +104,7 @@ class Recovery(ABC):
         if self._blocked(moment, remaining):
             self._rate = 0.0
             return STANDSTILL
-        rise = self._rate + self._stroke.acceleration * self._tools.period
-        late = self._stroke.acceleration * 2.0 * self._tools.period
-        fall = sqrt(late * late + self._stroke.acceleration * remaining) - late
-        self._rate = min(self._stroke.speed, rise, max(fall, 0.1 * self._stroke.speed))
+        self._rate = self._stroke.next_rate(self._rate, remaining, self._tools.period)
         return self._twist(self._rate)
 
     def _finish(self, moment: Moment) -> Twist:
@@ -128,10 +138,11 @@ class Recovery(ABC):
             self._twist(1.0), points, ahead, self._tools.parameters.recovery_padding
         )
         if contact.time == inf:
-            self._blocked_since = None
+            if self._done > self._blocked_at + DONE:  # not for noise that lets it look clear
+                self._blocked_since = None
             return False
         if self._blocked_since is None:
-            self._blocked_since = moment.time
+            self._blocked_since, self._blocked_at = moment.time, self._done
         if moment.time - self._blocked_since >= self._tools.parameters.recovery_patience:
             self.task.fail(
                 FailureCode.COLLISION_AHEAD,
@@ -155,6 +166,17 @@ class Spin(Recovery):
         super().__init__(task, stroke, tools)
         self._sign = copysign(1.0, angle)
         self._heading: float | None = None
+
+    @staticmethod
+    def why_not(robot: RobotDescription) -> str:
+        """Why a robot cannot turn in place; empty when it can."""
+        radius = robot.turning_radius
+        if not radius:
+            return ""
+        return (
+            f"the {robot.name} steers like a car and cannot turn in place: its tightest circle has "
+            f"a radius of {radius:.2f} m; use free_space_escape or back_up instead"
+        )
 
     def _measure(self, odometry: Odometry) -> float:
         heading = odometry.pose.heading
@@ -188,6 +210,88 @@ class BackUp(Recovery):
 
     def _twist(self, rate: float) -> Twist:
         return Twist(-rate)
+
+
+@dataclass(frozen=True, slots=True)
+class StraightWay:
+    """A straight line to drive, without a turn before it.
+
+    Attributes:
+        distance: metres; negative is the other way.
+        direction: of the line in the base frame, radians; 0 but for omnidirectional robots.
+        speed: m/s.
+    """
+
+    distance: float
+    direction: float
+    speed: float
+
+    @staticmethod
+    def along(twist: Twist, speed: float) -> StraightWay:
+        """A metre the way that a twist leads."""
+        return StraightWay(1.0, atan2(twist.lateral, twist.linear), speed)
+
+    @property
+    def unit(self) -> tuple[float, float]:
+        """Forward and left parts of the direction of travel, base frame."""
+        sign = copysign(1.0, self.distance)
+        return sign * cos(self.direction), sign * sin(self.direction)
+
+    def why_not(self, robot: RobotDescription) -> str:
+        """Why a robot's drive cannot make it; empty when it can."""
+        if self.direction and robot.drive is not DriveKind.OMNI:
+            return (
+                f"the {robot.name} has {robot.drive} wheels and cannot drive towards "
+                f"{degrees(self.direction):.0f} deg without turning first; leave the direction out"
+            )
+        if self.top_speed(robot.limits) <= 0.0:
+            return f"the {robot.name} cannot drive that way: its speed limit there is 0 m/s"
+        return ""
+
+    def top_speed(self, limits: Limits) -> float:
+        """The speed within what the drive can do in this direction, m/s; 0 when it cannot."""
+        forward, left = self.unit
+        along = limits.linear_speed if forward > 0.0 else limits.reverse_speed
+        tops = [self.speed]
+        if abs(forward) > 1e-9:
+            tops.append(along / abs(forward))
+        if abs(left) > 1e-9:
+            tops.append(limits.lateral_speed / abs(left))
+        return min(tops)
+
+
+class DriveOnHeading(Recovery):
+    """Drives straight by a distance and holds the heading that it began with, by odometry."""
+
+    STEERING = 2.0
+    """Curvature for each radian that it is off its heading, 1/m."""
+    TIGHTEST = 4.0
+    """The most curvature that it steers with, 1/m; less where the robot cannot."""
+
+    def __init__(self, task: MotionTask, way: StraightWay, tools: RecoveryTools) -> None:
+        limits, robot = tools.limits, tools.robot
+        speed = way.top_speed(limits)
+        stroke = Stroke(abs(way.distance), speed, 0.5 * limits.linear_acceleration, 0.25, "m")
+        super().__init__(task, stroke, tools)
+        self._unit, self._start, self._off = way.unit, Pose2D(0.0, 0.0), 0.0
+        self._sideways = robot.drive is DriveKind.OMNI
+        radius = robot.turning_radius
+        self._tightest = min(self.TIGHTEST, 1.0 / radius) if radius else self.TIGHTEST
+
+    def _measure(self, odometry: Odometry) -> float:
+        if self._began is None:
+            self._start = odometry.pose
+        come = odometry.pose.relative_to(self._start)
+        self._off = come.heading
+        return come.x * self._unit[0] + come.y * self._unit[1]
+
+    def _twist(self, rate: float) -> Twist:
+        forward, left = self._unit
+        steer = min(self._tightest, max(-self._tightest, -self.STEERING * self._off))
+        if self._sideways:  # keep to the line even while the heading is off it
+            c, s = cos(self._off), sin(self._off)
+            forward, left = c * forward + s * left, c * left - s * forward
+        return Twist(rate * forward, rate * steer, rate * left)
 
 
 class DriveFor:

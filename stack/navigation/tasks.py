@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
+from stack.navigation.planning import Ticket
 from stack.types import (
     CostGrid,
     Failure,
@@ -75,12 +76,14 @@ class MotionTask:
         feedback: progress in a few words.
         distance_remaining: metres left (radians for a spin); 0 when over.
         path: in force, or the answer of a plan.
+        ticket: the plan that it waits for; dropped when the task ends first.
     """
 
     def __init__(self, what: str, ended: Callable[[MotionTask], None]) -> None:
         self.what, self.feedback = what, "begins"
         self.distance_remaining = 0.0
         self.path: Path | None = None
+        self.ticket: Ticket | None = None
         self._status = TaskStatus.RUNNING
         self._failure: Failure | None = None
         self._ended = ended
@@ -121,6 +124,8 @@ class MotionTask:
         if not self.running:
             return
         self._status, self._failure = status, failure
+        if self.ticket is not None:
+            self.ticket.drop()
         self.feedback, self.distance_remaining = feedback, 0.0
         self._ended(self)
 

@@ -5,38 +5,28 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+from stack.components import USUAL_TERMS, Terms
 from stack.description import RobotDescription
 from stack.parameters import parameter
 from stack.planning.endpoints import Cell, Endpoints, cell_on_map, number, straight, through_centres
-from stack.planning.search import StepCosts, Workspace
+from stack.planning.parameters import PlannerParameters
+from stack.planning.search import Effort, StepCosts, Workspace
 from stack.planning.smoothers.choice import SMOOTHERS, point_smoother
 from stack.types import CostGrid, FailureCode, Path, Pose2D
 
 
 @dataclass(frozen=True)
-class AstarParameters:
+class AstarParameters(PlannerParameters):
     """How A* weighs ways against each other."""
 
     cost_weight: float = parameter(
         3.0, at_least=0.0, at_most=50.0,
         help="how many times its length a way costs more where the costmap is fullest (252)",
     )  # fmt: skip
-    allow_unknown: bool = parameter(True, help="plan through cells nobody has seen")
     unknown_as: float = parameter(
         126.0, at_least=0.0, at_most=252.0,
         help="cost that cells nobody has seen count as; less explores more",
     )  # fmt: skip
-    tolerance: float = parameter(
-        0.2, "m", at_least=0.0, at_most=5.0,
-        help="when the goal cannot be reached, a place this near will do; 0 is exactly there",
-    )  # fmt: skip
-    escape_distance: float = parameter(
-        0.3, "m", at_least=0.0, at_most=2.0,
-        help="how far a plan may lead out of a place too near to an obstacle",
-    )  # fmt: skip
-    allow_partial: bool = parameter(
-        False, help="when the goal cannot be reached, lead as near to it as can be"
-    )
     smoother: str = parameter("simple", one_of=SMOOTHERS, help="what is done to the path of cells")
 
 
@@ -62,15 +52,14 @@ class Astar:
         self._tables = StepCosts.of(
             parameters.cost_weight, parameters.allow_unknown, parameters.unknown_as
         )
-        self._endpoints = Endpoints(
-            self._tables.traverse, parameters.tolerance,
-            max(parameters.escape_distance, 1.3 * robot.footprint.inscribed_radius),
-            parameters.allow_partial,
-        )  # fmt: skip
+        self._most = parameters.max_expansions
+        self._endpoints = Endpoints.of(parameters, robot.footprint, self._tables.traverse)
         self._smoother = point_smoother(parameters.smoother, self._tables.traverse)
         self._workspace = Workspace(0, 0, self._tables)
 
-    def plan(self, costs: CostGrid, start: Pose2D, goal: Pose2D) -> Path:
+    def plan(
+        self, costs: CostGrid, start: Pose2D, goal: Pose2D, terms: Terms = USUAL_TERMS
+    ) -> Path:
         """A path of poses 5 cm apart from start to goal, both exactly, in the map frame.
 
         Headings follow the path, but the last one is the goal's. Where the goal cannot be reached,
@@ -78,32 +67,45 @@ class Astar:
         lethal cell (noise, somebody close by) is left by the cheapest way to a better cell.
 
         Raises:
-            NavigationError: NO_VALID_PATH, START_OCCUPIED, GOAL_OCCUPIED, START_OUTSIDE_MAP or
-                GOAL_OUTSIDE_MAP.
+            NavigationError: NO_VALID_PATH, START_OCCUPIED, GOAL_OCCUPIED, START_OUTSIDE_MAP,
+                GOAL_OUTSIDE_MAP, TIMED_OUT after max_expansions, or CANCELLED.
         """
-        start_cell = self._endpoints.start_cell(costs, start)
+        ends = self._endpoints.on(terms)
+        start_cell = ends.start_cell(costs, start)
         goal_cell = cell_on_map(costs, goal, "goal", FailureCode.GOAL_OUTSIDE_MAP)
-        target = self._endpoints.goal_cell(costs, goal)
-        target = self._search(costs, start, start_cell, goal, target)
+        query = _Query(start, start_cell, goal, ends.goal_cell(costs, goal))
+        target = self._search(costs, query, ends, Effort(self._most, terms.stop))
         end = goal
         if target != goal_cell:
             end = Pose2D(*costs.centre_of(*target), goal.heading)
         if start_cell == target:
-            return straight(start, end)
+            return ends.marked(straight(start, end), goal)
         cells = self._kernels.extract(
             self._workspace.parents, costs.cells.shape[1],
             number(costs, start_cell), number(costs, target),
         )  # fmt: skip
-        return self._smoother.smooth(costs, through_centres(costs, cells, start, end), end.heading)
+        points = through_centres(costs, cells, start, end)
+        return ends.marked(self._smoother.smooth(costs, points, end.heading), goal)
 
-    def _search(
-        self, costs: CostGrid, start: Pose2D, start_cell: Cell, goal: Pose2D, target: Cell
-    ) -> Cell:
+    def _search(self, costs: CostGrid, query: _Query, ends: Endpoints, effort: Effort) -> Cell:
         """Run A*; the cell it reached: the target, or the nearest reachable one to the goal."""
-        stuck = self._tables.traverse[costs.cells[start_cell]] == 0
-        reach = round(self._endpoints.escape_distance / costs.resolution) if stuck else 0
-        self._workspace = self._workspace.fitting(costs)
-        if self._workspace.run(costs, number(costs, start_cell), number(costs, target), reach):
-            return target
-        near = self._workspace.nearest_reached(costs, goal)
-        return self._endpoints.accept_nearest(costs, start, goal, near)
+        stuck = self._tables.traverse[costs.cells[query.start_cell]] == 0
+        reach = round(ends.escape_distance / costs.resolution) if stuck else 0
+        workspace = self._workspace = self._workspace.fitting(costs)
+        numbers = number(costs, query.start_cell), number(costs, query.target)
+        if workspace.run(costs, *numbers, reach, effort):
+            return query.target
+        near = workspace.nearest_reached(costs, query.goal)
+        if workspace.limited:
+            ends.check_limited(costs, (query.start, query.goal), near, workspace.expanded)
+        return ends.accept_nearest(costs, query.start, query.goal, near)
+
+
+@dataclass(frozen=True)
+class _Query:
+    """A plan to be made, with the cells to search from and to."""
+
+    start: Pose2D
+    start_cell: Cell
+    goal: Pose2D
+    target: Cell

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stack.components import Terms
 from stack.errors import NavigationError
+from stack.planning.parameters import PlannerParameters
 from stack.types import (
     INSCRIBED_COST,
     LETHAL_COST,
@@ -16,6 +18,7 @@ from stack.types import (
     CostGrid,
     FailureCode,
     FloatArray,
+    Footprint,
     Path,
     Pose2D,
 )
@@ -40,6 +43,23 @@ class Endpoints:
     tolerance: float
     escape_distance: float
     partial: bool = False
+
+    @staticmethod
+    def of(
+        parameters: PlannerParameters, footprint: Footprint, traverse: NDArray[np.int64]
+    ) -> Endpoints:
+        """As a planner's parameters say; a robot gets out of at least its own width."""
+        escape = max(parameters.escape_distance, 1.3 * footprint.inscribed_radius)
+        return Endpoints(traverse, parameters.tolerance, escape, parameters.allow_partial)
+
+    def on(self, terms: Terms) -> Endpoints:
+        """The same where a plan is asked for on terms of its own."""
+        return replace(self, partial=True) if terms.partial and not self.partial else self
+
+    def marked(self, path: Path, goal: Pose2D) -> Path:
+        """The path, said to be partial where it ends farther from the goal than is tolerated."""
+        far = path.goal.distance_to(goal) > self.tolerance + 1e-6
+        return replace(path, partial=True) if far else path
 
     def start_cell(self, costs: CostGrid, start: Pose2D) -> Cell:
         """The start's cell.
@@ -112,15 +132,46 @@ class Endpoints:
             NavigationError: NO_VALID_PATH.
         """
         if near is None:
-            raise NavigationError(
-                FailureCode.NO_VALID_PATH,
-                f"start {text(start)} is shut in: nothing free can be reached from it",
-            )
-        x, y = costs.centre_of(*near)
-        distance = goal.distance_to(Pose2D(x, y))
-        if distance > self.tolerance and not self.partial:
-            raise no_way(start, goal, (x, y))
+            raise shut_in(start)
+        if not self._will_do(costs, goal, near):
+            raise no_way(start, goal, costs.centre_of(*near))
         return near
+
+    def check_limited(
+        self, costs: CostGrid, ends: tuple[Pose2D, Pose2D], near: Cell | None, expanded: int
+    ) -> None:
+        """Raise TIMED_OUT for a search that ran out of expansions, unless what it has will do.
+
+        Args:
+            costs: map frame.
+            ends: start and goal.
+            near: the nearest cell to the goal that was reached until then.
+            expanded: cells, until then.
+        """
+        if near is None or not self._will_do(costs, ends[1], near):
+            raise out_of_expansions(*ends, expanded)
+
+    def _will_do(self, costs: CostGrid, goal: Pose2D, near: Cell) -> bool:
+        """Whether a plan may end in a cell instead of at the goal."""
+        distance = goal.distance_to(Pose2D(*costs.centre_of(*near)))
+        return self.partial or distance <= self.tolerance
+
+
+def shut_in(start: Pose2D) -> NavigationError:
+    """The failure of a start from which nothing can be reached."""
+    return NavigationError(
+        FailureCode.NO_VALID_PATH,
+        f"start {text(start)} is shut in: nothing free can be reached from it",
+    )
+
+
+def out_of_expansions(start: Pose2D, goal: Pose2D, expanded: int) -> NavigationError:
+    """The failure of a search that was still at work when its limit came."""
+    return NavigationError(
+        FailureCode.TIMED_OUT,
+        f"no way from {text(start)} to {text(goal)} found within {expanded} expansions; raise "
+        "max_expansions, or look with `treepilot doctor` whether there is one",
+    )
 
 
 def no_way(start: Pose2D, goal: Pose2D, nearest: tuple[float, float]) -> NavigationError:

@@ -19,7 +19,8 @@ COLUMN_STEP = np.array([1, 0, -1, 0, 1, -1, -1, 1])
 SIDES = np.array([0, 0, 0, 0, 0b0011, 0b0110, 0b1100, 0b1001])
 
 AT_REST = 1e-3  # cells; a pull of less is not worth looking up the cells around
-FOUND, NO_WAY, QUEUE_FULL, RANGE_FULL = 0, 1, 2, 3
+FOUND, NO_WAY, QUEUE_FULL, RANGE_FULL, LIMIT, STOPPED = 0, 1, 2, 3, 4, 5
+CHECKED = 1024  # expansions between two looks at the wish to stop: at most 0.1 ms
 
 
 @njit(cache=True, nogil=True)
@@ -33,7 +34,7 @@ def _octile(rows, columns, straight, oblique):
 @njit(cache=True, nogil=True)
 def search(
     costs, traverse, diagonal, escape, escape_reach,
-    reached, parents, base, limit, heads, queue, links, start, goal,
+    reached, parents, base, limit, heads, queue, links, start, goal, most, stop,
 ):  # fmt: skip
     """A* (Hart, Nilsson and Raphael 1968) with Dial's bucket queue (1969) on f = cost + heuristic.
 
@@ -57,6 +58,8 @@ def search(
         links: (q,) int32.
         start: cell number.
         goal: cell number.
+        most: expansions after which to give up with LIMIT.
+        stop: (1,) uint8, set to anything but 0 by another thread to have it STOPPED.
 
     Returns:
         (status, cost of the path, cells expanded). `heads` is all -1 again.
@@ -72,7 +75,7 @@ def search(
     parents[start] = 8
     queue[0, 0], queue[0, 1], links[0] = start, 0, -1
     heads[level & mask] = 0
-    waiting, fresh, spare, expanded = 1, 1, -1, 0
+    waiting, fresh, spare, expanded, look = 1, 1, -1, 0, 0
     status, total = NO_WAY, -1
     while waiting > 0:
         entry = heads[level & mask]
@@ -89,6 +92,11 @@ def search(
         if cell == goal:
             status, total = FOUND, so_far
             break
+        if expanded == look:
+            if expanded >= most or stop[0] != 0:
+                status = STOPPED if stop[0] != 0 else LIMIT
+                break
+            look = min(expanded + CHECKED, most)
         expanded += 1
         row = cell // columns
         column = cell - row * columns

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stack.components import Stop
 from stack.types import INSCRIBED_COST, LETHAL_COST, UNKNOWN_COST, CostGrid, Pose2D
 
 _FREE_STEP = 100  # what a straight step over a free cell costs: whole numbers within 0.5 %
@@ -47,6 +48,23 @@ class StepCosts:
         return StepCosts(traverse, diagonal, escape)
 
 
+@dataclass(frozen=True)
+class Effort:
+    """How much a search may take.
+
+    Attributes:
+        most: expansions.
+        stop: wished for when nobody wants the answer any more.
+    """
+
+    most: int = 2**62
+    stop: Stop = field(default_factory=Stop)
+
+
+UNLIMITED = Effort()
+"""Until there is an answer; nobody has its stop in hand."""
+
+
 class Workspace:
     """Runs A* in arrays that are kept between queries on grids of one shape and never cleared.
 
@@ -55,13 +73,15 @@ class Workspace:
             limit.
         parents: (cells,) uint8, direction of the step into each reached cell.
         expanded: cells the last search expanded.
+        limited: whether it ended at its limit of expansions.
     """
 
     def __init__(self, rows: int, columns: int, tables: StepCosts) -> None:
         from stack.planning import kernels
 
         self._kernels: Any = kernels
-        self._shape, self._tables, self.expanded = (rows, columns), tables, 0
+        self._shape, self._tables = (rows, columns), tables
+        self.expanded, self.limited = 0, False
         cells = rows * columns
         rise = int(max(tables.escape.max(), tables.diagonal.max()) + tables.diagonal[0])
         self._heads = np.full(1 << rise.bit_length(), -1, dtype=np.int32)
@@ -76,16 +96,24 @@ class Workspace:
         rows, columns = costs.cells.shape
         return self if self._shape == (rows, columns) else Workspace(rows, columns, self._tables)
 
-    def run(self, costs: CostGrid, start: int, goal: int, escape_reach: int) -> bool:
-        """Search from cell to cell; whether the goal was reached."""
+    def run(
+        self, costs: CostGrid, start: int, goal: int, escape_reach: int, effort: Effort = UNLIMITED
+    ) -> bool:
+        """Search from cell to cell; whether the goal was reached.
+
+        Raises:
+            NavigationError: CANCELLED when the effort's stop is wished for.
+        """
         kernels, tables = self._kernels, self._tables
         while True:
             self._next_base()
             status, _, self.expanded = kernels.search(
                 costs.cells, tables.traverse, tables.diagonal, tables.escape, escape_reach,
                 self.reached, self.parents, self.base, self.limit,
-                self._heads, self._queue, self._links, start, goal,
+                self._heads, self._queue, self._links, start, goal, effort.most, effort.stop.flag,
             )  # fmt: skip
+            self.limited = status == kernels.LIMIT
+            effort.stop.check()
             if status == kernels.QUEUE_FULL:
                 self._set_queue(2 * self._links.size)
             elif status == kernels.RANGE_FULL:  # an endless maze: 64 bits hold any path's cost

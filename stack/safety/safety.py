@@ -9,8 +9,10 @@ look all round, below its plane) it cannot guard.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import atan2, hypot, inf, isfinite, pi
+
+import numpy as np
 
 from stack.description import RobotDescription
 from stack.safety.monitor import CollisionMonitor, Contact
@@ -19,6 +21,8 @@ from stack.safety.smoother import VelocitySmoother, beyond_dead_band, within_lim
 from stack.safety.zone_monitor import ZoneMonitor
 from stack.safety.zones import SafetyZone
 from stack.types import STANDSTILL, FloatArray, Scan, Twist
+
+NO_SCANS: Mapping[str, Scan] = {}
 
 
 class Safety:
@@ -36,6 +40,7 @@ class Safety:
         self.parameters, self.reason = parameters, ""
         self._robot, self._limits = robot, robot.limits
         self._monitor = CollisionMonitor(robot)
+        self._more = {name: CollisionMonitor(robot) for name in robot.lidars}
         self._zones = ZoneMonitor(zones, robot.footprint)
         self._smoother = VelocitySmoother(robot.limits, period)
         self._emergency: str | None = None
@@ -54,9 +59,9 @@ class Safety:
         """Unlatch the emergency stop; speeds then rise again from zero."""
         self._emergency = None
 
-    def limit(
+    def limit(  # noqa: PLR0913 - all there is to know of one moment, by name
         self, twist: Twist, *, scan: Scan | None, time: float, measured: Twist,
-        speed_limit: float = inf,
+        speed_limit: float = inf, more: Mapping[str, Scan] = NO_SCANS,
     ) -> Twist:  # fmt: skip
         """The twist that may be driven now.
 
@@ -66,6 +71,7 @@ class Safety:
             time: now, on the robot's clock.
             measured: velocity now, base frame.
             speed_limit: of this place, m/s.
+            more: the newest scans of further lidars, by name.
         """
         self.reason = ""
         if self._emergency is not None:
@@ -74,6 +80,11 @@ class Safety:
             return STANDSTILL
         wanted = self._fresh(self._finite(twist), scan, time)
         points = None if scan is None else self._monitor.points(scan, time, measured)
+        for name in self._robot.lidars:
+            wanted = self._fresh(wanted, more.get(name), time, name)
+            if name in more and points is not None:
+                others = self._more[name].points(more[name], time, measured)
+                points = np.concatenate([points, others])
         if points is not None and wanted != STANDSTILL:
             wanted, self.reason = self._zones.limited(wanted, points)
             wanted = self._guarded(wanted, points)
@@ -94,7 +105,7 @@ class Safety:
         self.reason = f"stopped: not a velocity: {twist}"
         return STANDSTILL
 
-    def _fresh(self, twist: Twist, scan: Scan | None, time: float) -> Twist:
+    def _fresh(self, twist: Twist, scan: Scan | None, time: float, name: str = "lidar") -> Twist:
         """Standstill when there should be a scan and there is none, or an old one."""
         if self._robot.lidar is None or twist == STANDSTILL:
             return twist
@@ -102,9 +113,9 @@ class Safety:
         if age <= self.parameters.stale_after + 1e-9:
             return twist
         self.reason = (
-            "stopped: no lidar scan yet"
+            f"stopped: no {name} scan yet"
             if scan is None
-            else f"stopped: the newest lidar scan is {age:.2f} s old"
+            else f"stopped: the newest {name} scan is {age:.2f} s old"
         )
         return STANDSTILL
 

@@ -45,11 +45,14 @@ class Battery:
 
     def _drive_power(self, truth: GroundTruth) -> float:
         share = abs(truth.twist.linear) / self._limits.linear_speed
+        if self._limits.lateral_speed > 0.0:
+            share = hypot(share, truth.twist.lateral / self._limits.lateral_speed)
         turning = abs(truth.twist.angular) / self._limits.angular_speed
         return self._description.drive_power * min(1.0, max(share, turning))
 
     def _on_dock(self, truth: GroundTruth) -> bool:
-        if max(abs(truth.twist.linear), abs(truth.twist.angular)) > STANDING:
+        twist = truth.twist
+        if max(abs(twist.linear), abs(twist.lateral), abs(twist.angular)) > STANDING:
             return False
         pose = truth.pose
         return any(hypot(pose.x - d.x, pose.y - d.y) <= d.radius for d in self._docks)

@@ -6,6 +6,7 @@ times as long (2.6 ms for 720 beams among 300 cylinders).
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from math import inf, pi
 
 import numpy as np
@@ -22,22 +23,21 @@ class Lidar:
     """Takes scans from the sensor's true pose; all beams of a scan at one instant.
 
     A range is the true one plus Gaussian noise. A lost beam and one beyond the maximum are +inf,
-    one below the minimum NaN. Noise comes from (seed, "lidar", step), whatever was read before.
+    one below the minimum NaN. Noise comes from (seed, name, step), whatever was read before.
     """
 
-    def __init__(self, description: LidarDescription, world: World, seed: int) -> None:
+    def __init__(
+        self, description: LidarDescription, world: World, seed: int, name: str = "lidar"
+    ) -> None:
         from stack.sim.kernels import cast  # imports numba
 
         self._cast = cast
-        self._description, self._seed = description, seed
+        self._description, self._seed, self._name = description, seed, name
+        self._scene = SensedScene(world, description.height)
         n, turn = description.beams, min(description.field_of_view, 2.0 * pi)
         full = turn > 2.0 * pi - 1e-6
         self._increment = turn / n if full else turn / (n - 1)
         self._angle_min = -turn / 2.0
-        height = description.height
-        self._segments, self._circles = _standing(world, height)
-        self._doors = {door.name: _door(door) for door in world.doors if door.height > height}
-        self._sees_people = height < PERSON_HEIGHT
 
     def scan(
         self, robot: Pose2D, people: FloatArray, doors: dict[str, bool], step: int, time: float
@@ -53,11 +53,9 @@ class Lidar:
         """
         d = self._description
         sensor = robot.compose(d.mount)
-        closed = [lines for name, lines in self._doors.items() if doors[name]]
         measured: FloatArray = self._cast(
             sensor.x, sensor.y, sensor.heading + self._angle_min, self._increment, d.beams,
-            np.concatenate([self._segments, *closed]),
-            np.concatenate([self._circles, people]) if self._sees_people else self._circles,
+            *self._scene.outlines(people, doors),
         )  # fmt: skip
         self._add_errors(measured, step)
         return Scan(
@@ -72,11 +70,28 @@ class Lidar:
 
     def _add_errors(self, ranges: FloatArray, step: int) -> None:
         d = self._description
-        random = stream(self._seed, "lidar", step)
+        random = stream(self._seed, self._name, step)
         ranges += random.normal(0.0, d.noise, d.beams)
         lost = random.random(d.beams) < d.dropout
         ranges[ranges < d.range_min] = np.nan
         ranges[lost | (ranges > d.range_max)] = inf
+
+
+class SensedScene:
+    """What reaches above a height: what a sensor in that plane has before it."""
+
+    def __init__(self, world: World, height: float) -> None:
+        self._segments, self._circles = _standing(world, height)
+        self._doors = {door.name: _door(door) for door in world.doors if door.height > height}
+        self._sees_people = height < PERSON_HEIGHT
+
+    def outlines(
+        self, people: FloatArray, doors: Mapping[str, bool]
+    ) -> tuple[FloatArray, FloatArray]:
+        """Segments (n, 4) from x, y to x, y and circles (m, 3) of x, y, radius, world frame."""
+        closed = [lines for name, lines in self._doors.items() if doors[name]]
+        circles = np.concatenate([self._circles, people]) if self._sees_people else self._circles
+        return np.concatenate([self._segments, *closed]), circles
 
 
 def _standing(world: World, height: float) -> tuple[FloatArray, FloatArray]:

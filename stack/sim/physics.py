@@ -6,6 +6,7 @@ there are base-frame poses and wheel angles.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import atan2, cos, hypot, sin, sqrt
 from pathlib import Path as FilePath
@@ -14,9 +15,10 @@ from typing import Any
 
 import numpy as np
 
-from stack.description import RobotDescription, Wheels
+from stack.description import RobotDescription
 from stack.errors import BodyError
 from stack.sim import bullet as loader
+from stack.sim.running_gear import STEERING_TORQUE, RunningGear, find_running_gear
 from stack.sim.scene import Scene
 from stack.sim.settings import SimulationSettings
 from stack.sim.world import World
@@ -26,10 +28,10 @@ GRAVITY = 9.81
 
 Vector = tuple[float, float, float]
 CASTER_TRAVEL = 0.002
-"""Metres that a caster gives way under the robot's whole weight."""
+"""Metres that a caster or a wheel without motor gives way under the robot's whole weight."""
 
-TORQUE_RESERVE = 3.0
-"""A wheel motor's strength over what the acceleration limits need on the level."""
+STEERING_GAIN = 0.5
+"""Share of a steering error that is made up for in one physics step."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +60,7 @@ class BaseState:
 
 
 class Physics:
-    """A PyBullet client with a world's static bodies and a differential-drive robot.
+    """A PyBullet client with a world's static bodies and a robot on wheels.
 
     Args:
         description: the robot; its URDF's root frame is the base frame on the floor.
@@ -67,7 +69,8 @@ class Physics:
         settings: physics rate and solver iterations.
 
     Raises:
-        BodyError: the URDF cannot be loaded or lacks one of the wheels.
+        BodyError: the URDF cannot be loaded, lacks one of the wheels, or has omnidirectional
+            wheels whose axle is not an axis of their link.
     """
 
     def __init__(
@@ -114,14 +117,15 @@ class Physics:
         self._bullet.resetBaseVelocity(
             self.robot, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), physicsClientId=self.client
         )
-        for joint, angle in zip(self.joints, self._joint_angles(), strict=True):
+        for joint, angle in zip(self.joints, self._angles(self.joints), strict=True):
             self._bullet.resetJointState(self.robot, joint, angle, 0.0, physicsClientId=self.client)
-        self.set_wheel_speeds(0.0, 0.0)
+        self._park()
 
-    def set_wheel_speeds(self, left: float, right: float) -> None:
+    def set_wheel_speeds(self, *speeds: float) -> None:
         """Tell the wheel motors their speeds, rad/s. At rest they are parked."""
-        if left == right == 0.0:
-            self._park()
+        if not any(speeds):
+            if not self._parked:
+                self._park()
             return
         if self._parked:
             self._anchor(False)
@@ -129,21 +133,38 @@ class Physics:
             self.robot,
             self.joints,
             self._bullet.VELOCITY_CONTROL,
-            targetVelocities=[left] * self._left + [right] * (len(self.joints) - self._left),
+            targetVelocities=speeds,
             forces=self._torques,
             physicsClientId=self.client,
         )
 
-    def wheel_angles(self) -> tuple[float, float]:
-        """Left and right, radians rolled since the start, each the mean over its side."""
-        angles = self._joint_angles()
-        left, right = angles[: self._left], angles[self._left :]
-        return sum(left) / len(left), sum(right) / len(right)
+    def steer(self, angles: Sequence[float]) -> None:
+        """Turn the steered wheels, left and right, to angles in radians."""
+        steered = self._gear.steering
+        if steered:
+            self._bullet.setJointMotorControlArray(
+                self.robot,
+                steered,
+                self._bullet.POSITION_CONTROL,
+                targetPositions=angles,
+                positionGains=[STEERING_GAIN] * len(steered),
+                forces=[STEERING_TORQUE] * len(steered),
+                physicsClientId=self.client,
+            )
+
+    def wheel_angles(self) -> list[float]:
+        """Radians that each driven wheel has rolled since the start."""
+        return self._angles(self.joints)
+
+    def steering_angles(self) -> list[float]:
+        """Radians that the steered wheels stand at, left and right."""
+        return self._angles(self._gear.steering)
 
     def set_wheel_friction(self, wheel: int, friction: float) -> None:
-        """Give the n-th wheel (left ones first) the friction of the floor below it."""
+        """Give the n-th tyre, as `wheel_places` has them, the friction of the floor below."""
+        link = self._gear.tyres[wheel]
         self._bullet.changeDynamics(
-            self.robot, self.joints[wheel], lateralFriction=friction, physicsClientId=self.client
+            self.robot, link, lateralFriction=friction, physicsClientId=self.client
         )
 
     def truth(self) -> GroundTruth:
@@ -203,23 +224,29 @@ class Physics:
                 nearest = min(nearest, max(0.0, point[8]))
         return nearest
 
-    def _joint_angles(self) -> list[float]:
-        states = self._bullet.getJointStates(self.robot, self.joints, physicsClientId=self.client)
+    def _angles(self, joints: list[int]) -> list[float]:
+        if not joints:
+            return []
+        states = self._bullet.getJointStates(self.robot, joints, physicsClientId=self.client)
         return [state[0] for state in states]
 
     def _park(self) -> None:
-        """Hold the wheels' angles and let their contacts stick.
+        """Hold the wheels and let their contacts stick.
 
         With a speed of nothing the solver's remainder lets a standing robot creep 0.1 mm and turn
-        2e-4 rad a second.
+        2e-4 rad a second, so their angles are held. With front wheels that stand across it is the
+        other way round: held angles creep 0.5 mm a second, a speed of nothing 0.01 mm.
         """
-        self._bullet.setJointMotorControlArray(
-            self.robot,
-            self.joints,
-            self._bullet.POSITION_CONTROL,
-            targetPositions=self._joint_angles(),
-            forces=self._torques,
-            physicsClientId=self.client,
+        bullet = self._bullet
+        still: dict[str, Any] = {
+            "controlMode": bullet.POSITION_CONTROL, "targetPositions": self._angles(self.joints)
+        }  # fmt: skip
+        if self._gear.steering:
+            still = {
+                "controlMode": bullet.VELOCITY_CONTROL, "targetVelocities": [0.0] * len(self.joints)
+            }  # fmt: skip
+        bullet.setJointMotorControlArray(
+            self.robot, self.joints, **still, forces=self._torques, physicsClientId=self.client
         )
         self._anchor(True)
 
@@ -229,44 +256,69 @@ class Physics:
             self._bullet.changeDynamics(
                 self.robot, joint, frictionAnchor=int(parked), physicsClientId=self.client
             )
+        self._brake(self._gear.torque if parked else 0.0)
+
+    def _brake(self, torque: float) -> None:
+        """Hold the wheels without motor; PyBullet holds every joint until it is told not to."""
+        for joint in self._gear.rolling:
+            self._bullet.setJointMotorControl2(
+                self.robot, joint, self._bullet.VELOCITY_CONTROL, targetVelocity=0.0, force=torque,
+                physicsClientId=self.client,
+            )  # fmt: skip
 
     def _prepare_robot(self, description: RobotDescription, friction: float) -> None:
         bullet, client, robot = self._bullet, self.client, self.robot
-        wheels = description.wheels
-        assert isinstance(wheels, Wheels), "only differential drives are simulated"
-        links = _joints_by_name(bullet, client, robot)
-        missing = [name for name in wheels.left + wheels.right if name not in links]
-        if missing:
-            raise BodyError(
-                f"{description.urdf.name} has no wheel joint {missing[0]!r}; "
-                f"it has {', '.join(sorted(links))}"
-            )
-        self.joints = [links[name] for name in wheels.left + wheels.right]
-        self._left = len(wheels.left)
+        self._gear = gear = find_running_gear(description, bullet, client, robot)
+        self.joints = gear.driven
         self._parked = False
         self._inertial = bullet.getDynamicsInfo(robot, -1, physicsClientId=client)[3:5]
         self._from_inertial = bullet.invertTransform(*self._inertial)
-        every = range(-1, len(links))
-        masses = [bullet.getDynamicsInfo(robot, link, physicsClientId=client)[0] for link in every]
-        for link in every:
+        for link in range(-1, bullet.getNumJoints(robot, physicsClientId=client)):
             # Bullet damps by default, which a wheel would feel as rolling resistance.
             dynamics = {"linearDamping": 0.0, "angularDamping": 0.0, "jointDamping": 0.0}
-            if link in self.joints:
+            if link in gear.driven:
                 dynamics["lateralFriction"] = friction
+            elif link in gear.rolling:
+                dynamics |= _sprung(gear.mass) | {"lateralFriction": friction}
             elif self._is_caster(link):
-                dynamics |= _sprung_caster(sum(masses))
+                dynamics |= _sprung(gear.mass) | {"lateralFriction": 0.0}
             bullet.changeDynamics(robot, link, physicsClientId=client, **dynamics)
-        self._torques = [_torque(description, sum(masses))] * len(self.joints)
+        self._torques = [gear.torque] * len(self.joints)
+        if gear.rollers:
+            self._put_rollers_on(gear)
+        self.steer([0.0] * len(gear.steering))
         self.wheel_places = self._wheel_places()
+
+    def _put_rollers_on(self, gear: RunningGear) -> None:
+        """Let the driven wheels slide freely along their axles, as omnidirectional ones do.
+
+        Friction without a share along the axle stands for rollers. It stays that way however far
+        the wheel has rolled, since the axle is an axis of the wheel's own frame. Bullet's friction
+        cone takes the two friction directions of a contact for right-angled, which they no longer
+        are: a pyramid takes the cone's place.
+        """
+        bullet, client = self._bullet, self.client
+        bullet.setPhysicsEngineParameter(enableConeFriction=0, physicsClientId=client)
+        for joint in gear.driven:
+            info = bullet.getJointInfo(self.robot, joint, physicsClientId=client)
+            shares = [round(1.0 - abs(part), 6) for part in info[13]]
+            if sorted(shares) != [0.0, 1.0, 1.0]:
+                raise BodyError(
+                    f"the axle of the wheel joint {info[1].decode()!r} is {info[13]}, expected an "
+                    "axis of its link; turn the joint's origin instead, and its axis is 0 1 0"
+                )
+            bullet.changeDynamics(
+                self.robot, joint, anisotropicFriction=shares, physicsClientId=client
+            )
 
     def _is_caster(self, link: int) -> bool:
         shapes = self._bullet.getCollisionShapeData(self.robot, link, physicsClientId=self.client)
         return any(shape[2] == self._bullet.GEOM_SPHERE for shape in shapes)
 
     def _wheel_places(self) -> FloatArray:
-        """(n, 2) where the wheels touch the floor, base frame; loaded at the world's origin."""
+        """(n, 2) where the tyres touch the floor, base frame; loaded at the world's origin."""
         places = []
-        for joint in self.joints:
+        for joint in self._gear.tyres:
             state = self._bullet.getLinkState(self.robot, joint, physicsClientId=self.client)
             places.append(state[4][:2])
         return np.array(places)
@@ -290,29 +342,12 @@ def load_robot(bullet: Any, client: int, urdf: FilePath) -> int:
     return robot
 
 
-def _joints_by_name(bullet: Any, client: int, robot: int) -> dict[str, int]:
-    count = bullet.getNumJoints(robot, physicsClientId=client)
-    infos = [bullet.getJointInfo(robot, n, physicsClientId=client) for n in range(count)]
-    return {info[1].decode(): info[0] for info in infos}
-
-
-def _sprung_caster(mass: float) -> dict[str, float]:
-    """Dynamics of a frictionless caster on a critically damped spring.
+def _sprung(mass: float) -> dict[str, float]:
+    """Dynamics of a contact on a critically damped spring.
 
     Rigid casters beside rigid wheels leave it to the solver who carries the weight, and wheels
     that carry too little of it slip.
     """
     stiffness = mass * GRAVITY / CASTER_TRAVEL
     damping = 2.0 * sqrt(stiffness * mass)
-    return {"lateralFriction": 0.0, "contactStiffness": stiffness, "contactDamping": damping}
-
-
-def _torque(description: RobotDescription, mass: float) -> float:
-    """Motor strength of one wheel: both accelerations at once, with a reserve."""
-    limits, wheels = description.limits, description.wheels
-    assert isinstance(wheels, Wheels), "only differential drives are simulated"
-    linear = mass * max(limits.linear_acceleration, limits.linear_deceleration)
-    inertia = mass * description.footprint.circumscribed_radius**2 / 2.0
-    turning = 2.0 * inertia * limits.angular_acceleration / wheels.separation
-    count = len(wheels.left) + len(wheels.right)
-    return TORQUE_RESERVE * (linear + turning) * wheels.radius / count
+    return {"contactStiffness": stiffness, "contactDamping": damping}

@@ -7,6 +7,7 @@ from math import atan2, cos, hypot, sin
 
 import numpy as np
 
+from stack.sim.mesh_parts import rectangle_round
 from stack.sim.world import Box, Cylinder
 from stack.types import FloatArray, Pose2D
 
@@ -27,6 +28,27 @@ def transform(position: FloatArray, angles: FloatArray) -> FloatArray:
     ]
     matrix[:3, 3] = position
     return matrix
+
+
+def from_quaternion(position: FloatArray, quaternion: FloatArray) -> FloatArray:
+    """(4, 4) of a position (metres) and a quaternion x, y, z, w, of any length but 0."""
+    x, y, z, w = (quaternion / np.linalg.norm(quaternion)).tolist()
+    matrix = np.eye(4)
+    matrix[:3, :3] = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+    ]
+    matrix[:3, 3] = position
+    return matrix
+
+
+def part(corners: FloatArray, name: str) -> tuple[Solid, float, bool]:
+    """The smallest upright box round the corners (n, 3) of a convex part, as `box` says it."""
+    heading, middle, size = rectangle_round(corners[:, :2])
+    pose = Pose2D(float(middle[0]), float(middle[1]), heading)
+    top = float(corners[:, 2].max())
+    return Box(pose, (*size.tolist(), top), name=name), float(corners[:, 2].min()), True
 
 
 def box(matrix: FloatArray, size: FloatArray, name: str) -> tuple[Solid, float, bool]:

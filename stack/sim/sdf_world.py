@@ -12,7 +12,6 @@ E206 empty · E207 not XML · E208 left out or replaced (warnings).
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from math import isfinite, radians
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +19,8 @@ import numpy as np
 from stack.documents import Finding, Findings, Mark
 from stack.errors import InputError
 from stack.sim import sdf_shapes as shapes
+from stack.sim.mesh_parts import convex_parts
+from stack.sim.sdf_frames import Frames, UnknownFrame, numbers
 from stack.sim.world import Box, Cylinder, World
 from stack.sim.world_file import MARGIN, bounds_round
 from stack.sim.world_outlines import outlines
@@ -38,6 +39,8 @@ SUNK = 0.01
 STANDARD = frozenset({"ground_plane", "sun"})
 """Gazebo's own models that are floor and light."""
 
+IDENTITY = np.eye(4)
+
 IGNORED_SHAPES = frozenset({"empty"})
 
 
@@ -53,7 +56,8 @@ def read_sdf_world(path: Path) -> World:
     if world is None:
         sentence = f"a Gazebo world file is <sdf> with a <world> in it, got <{root.tag}>"
         raise InputError([Finding(root.mark, SHAPE, sentence)])
-    reader = _Reader(findings, {model.name: model for model in root.all("model")})
+    models = {model.name: model for model in root.all("model")}
+    reader = _Reader(findings, models, path.parent)
     reader.read_world(world)
     findings.raise_errors()
     if not reader.solids:
@@ -77,11 +81,13 @@ class _Reader:
 
     Attributes:
         models: those that the file defines beside its worlds, for includes.
+        folder: where the file lies.
         solids: what was found.
     """
 
     findings: Findings
     models: dict[str, Element]
+    folder: Path
     solids: list[shapes.Solid] = field(default_factory=list)
     _left_out: dict[str, list[Finding]] = field(default_factory=dict)
     _including: list[str] = field(default_factory=list)
@@ -91,11 +97,12 @@ class _Reader:
         states = {model.name: model for state in world.all("state") for model in state.all("model")}
         local = {model.name: model for model in world.all("model")}
         self.models = {**local, **self.models}
+        frames = Frames(self.findings, world.children)
         for element in world.children:
             if element.tag == "model":
-                self._model(element, self._placed(element, states), static=False)
+                self._model(element, self._placed(frames, element, states), static=False)
             elif element.tag == "include":
-                self._include(element, np.eye(4))
+                self._include(element, frames, IDENTITY)
             elif element.tag in ("actor", "population", "road"):
                 self._leave_out(
                     element.mark, f"<{element.tag}> is left out", element.name or "unnamed"
@@ -113,12 +120,14 @@ class _Reader:
     def _leave_out(self, mark: Mark, kind: str, name: str) -> None:
         self._left_out.setdefault(kind, []).append(Finding(mark, LEFT_OUT, name))
 
-    def _placed(self, model: Element, states: dict[str, Element]) -> FloatArray | None:
+    def _placed(
+        self, frames: Frames, model: Element, states: dict[str, Element]
+    ) -> FloatArray | None:
         """(4, 4) of a model in the world: the saved state's pose, else its own."""
         state = states.get(model.name)
         if state is not None and state.first("pose") is not None:
-            return self._pose(state, model.name)
-        return self._pose(model, model.name)
+            return self._pose(frames, state, model.name)
+        return self._pose(frames, model, model.name)
 
     def _model(self, model: Element, placed: FloatArray | None, *, static: bool) -> None:
         """What a model consists of, at its (4, 4) in the world."""
@@ -127,17 +136,18 @@ class _Reader:
         static = static or model.text_of("static") in ("1", "true")
         if not static and any(model.all("link")):
             self._leave_out(model.mark, "not static in Gazebo, stands still here", model.name)
+        frames = Frames(self.findings, model.children)
         for link in model.all("link"):
-            at = self._pose(link, model.name)
+            at = self._pose(frames, link, model.name)
             if at is not None:
-                self._link(link, placed @ at, model.name)
+                self._link(link, frames, (placed, at), model.name)
         for inner in model.all("model"):
-            at = self._pose(inner, inner.name)
+            at = self._pose(frames, inner, inner.name)
             self._model(inner, None if at is None else placed @ at, static=static)
         for include in model.all("include"):
-            self._include(include, placed)
+            self._include(include, frames, placed)
 
-    def _include(self, include: Element, outer: FloatArray) -> None:
+    def _include(self, include: Element, frames: Frames, outer: FloatArray) -> None:
         uri = include.text_of("uri")
         name = uri.removeprefix("model://").strip("/")
         if name in STANDARD:
@@ -148,24 +158,28 @@ class _Reader:
             return
         model = self.models[name]
         posed = include if include.first("pose") is not None else model
-        at = self._pose(posed, include.text_of("name") or name)
+        at = self._pose(frames, posed, include.text_of("name") or name)
         static = include.text_of("static") in ("1", "true")
         self._including.append(name)
         self._model(model, None if at is None else outer @ at, static=static)
         self._including.pop()
 
-    def _link(self, link: Element, placed: FloatArray, name: str) -> None:
+    def _link(
+        self, link: Element, frames: Frames, placed: tuple[FloatArray, FloatArray], name: str
+    ) -> None:
+        """What a link can be touched at; placed: its model in the world, and it in the model."""
+        model, own = placed
         collisions = list(link.all("collision"))
         if not collisions and any(link.all("visual")):
             self._leave_out(link.mark, "can be seen but not touched, left out", name)
         for collision in collisions:
-            at = self._pose(collision, name)
+            at = self._pose(frames, collision, name, own)
             geometry = collision.first("geometry")
             if geometry is None or not geometry.children:
                 sentence = f"the collision {collision.name!r} of {name!r} has no geometry"
                 self.findings.error(SHAPE, collision.mark, sentence)
             elif at is not None:
-                self._shape(geometry.children[0], placed @ at, name)
+                self._shape(geometry.children[0], model @ at, name)
 
     def _shape(self, shape: Element, at: FloatArray, name: str) -> None:
         """One collision shape, at its (4, 4) in the world."""
@@ -175,10 +189,39 @@ class _Reader:
             found = self._solid(shape, at, name)
             if found is not None:
                 self._keep(shape, name, *found)
+        elif shape.tag == "mesh":
+            self._mesh(shape, at, name)
         elif shape.tag not in IGNORED_SHAPES:
             uri = shape.text_of("uri")
             kind = f"<{shape.tag}> shapes are not read, left out"
             self._leave_out(shape.mark, kind, f"{name} ({uri})" if uri else name)
+
+    def _mesh(self, shape: Element, at: FloatArray, name: str) -> None:
+        """A mesh by its convex parts, each in an upright box, if its file lies near the world's."""
+        uri = shape.text_of("uri")
+        scale = numbers(self.findings, shape.first("scale"), 3)
+        file = self._file_of(uri)
+        if file is None:
+            kind = "<mesh> shapes whose file is not found beside the world, left out"
+            self._leave_out(shape.mark, kind, f"{name} ({uri})")
+            return
+        try:
+            parts = convex_parts(file)
+        except InputError as error:
+            self._leave_out(shape.mark, "<mesh> shapes that cannot be used, left out", str(error))
+            return
+        self._leave_out(shape.mark, "<mesh> shapes stand as boxes round their parts", file.name)
+        for corners in parts:
+            scaled = corners if scale is None else corners * scale
+            self._keep(shape, name, *shapes.part(scaled @ at[:3, :3].T + at[:3, 3], name))
+
+    def _file_of(self, uri: str) -> Path | None:
+        """A mesh's file: relative to the world's folder, or in a model's folder beside it."""
+        if uri.startswith(("http:", "https:")):
+            return None
+        relative = uri.removeprefix("model://").removeprefix("file://").lstrip("/")
+        file = self.folder / relative
+        return file if relative and file.is_file() else None
 
     def _solid(
         self, shape: Element, at: FloatArray, name: str
@@ -221,7 +264,7 @@ class _Reader:
             raise InputError([Finding(shape.mark, TOO_MANY, sentence)])
 
     def _plane(self, shape: Element, at: FloatArray, name: str) -> None:
-        normal = self._numbers(shape.first("normal"), 3)
+        normal = numbers(self.findings, shape.first("normal"), 3)
         upward = at[:3, :3] @ (np.array([0.0, 0.0, 1.0]) if normal is None else normal)
         length = float(np.linalg.norm(upward))
         if length > 0.0 and abs(float(upward[2])) / length < shapes.UPRIGHT:
@@ -233,46 +276,20 @@ class _Reader:
         if element is None:
             self.findings.error(SHAPE, shape.mark, f"<{shape.tag}> needs <{tag}>")
             return None
-        values = self._numbers(element, count)
+        values = numbers(self.findings, element, count)
         if values is not None and not ((values > 0.0) & (values <= FARTHEST)).all():
             sentence = f"<{tag}> {element.text!r}: expected metres above 0, up to {FARTHEST:g}"
             self.findings.error(SHAPE, element.mark, sentence)
             return None
         return values
 
-    def _pose(self, element: Element, name: str) -> FloatArray | None:
-        """(4, 4) of an element in the one around it; None, with a note, when it cannot be said."""
-        pose = element.first("pose")
-        if pose is None or not pose.text:
-            return np.eye(4)
-        frame = pose.attributes.get("relative_to") or pose.attributes.get("frame") or ""
-        if frame not in ("", "world", "__model__"):
-            self._leave_out(pose.mark, f"placed relative to {frame!r}, left out", name)
-            return None
-        if pose.attributes.get("rotation_format", "euler_rpy") != "euler_rpy":
-            self._leave_out(pose.mark, "rotations as quaternions are not read, left out", name)
-            return None
-        values = self._numbers(pose, 6)
-        if values is None:
-            return None
-        angles = values[3:]
-        if pose.attributes.get("degrees") in ("1", "true"):
-            angles = np.array([radians(angle) for angle in angles.tolist()])
-        return shapes.transform(values[:3], angles)
-
-    def _numbers(self, element: Element | None, count: int) -> FloatArray | None:
-        """The numbers in an element's text; None when it is absent or, noted, wrong."""
-        if element is None:
-            return None
-        words = element.text.split()
+    def _pose(
+        self, frames: Frames, element: Element, name: str, default: FloatArray = IDENTITY
+    ) -> FloatArray | None:
+        """(4, 4) of an element in its model or world; None, with a note, when it cannot be said."""
         try:
-            values = [float(word) for word in words]
-        except ValueError:
-            values = []
-        if len(values) != count or not all(map(isfinite, values)):
-            wanted = "a number" if count == 1 else f"{count} numbers"
-            shown = element.text if len(element.text) <= 60 else element.text[:57] + "..."
-            sentence = f"<{element.tag}>: expected {wanted}, got {shown!r}"
-            self.findings.error(SHAPE, element.mark, sentence)
+            return frames.pose(element, default)
+        except UnknownFrame as error:
+            mark = element.mark
+            self._leave_out(mark, f"placed relative to {str(error)!r}, left out", name)
             return None
-        return np.array(values)

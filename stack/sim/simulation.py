@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from stack.description import RobotDescription, Wheels
+from stack.description import RobotDescription
 from stack.sim.battery import Battery
 from stack.sim.contacts import ContactCounter, ContactTally
-from stack.sim.drive import Drive
+from stack.sim.drive import drive_of
 from stack.sim.friction import FrictionZones
 from stack.sim.imu import Imu
 from stack.sim.lidar import Lidar
-from stack.sim.odometry import Odometry
+from stack.sim.odometry import Encoders, Odometry
 from stack.sim.people import People
 from stack.sim.physics import GroundTruth, Physics
 from stack.sim.rendering import Shot
 from stack.sim.settings import SimulationSettings
+from stack.sim.sonar import Sonar
 from stack.sim.timeline import Timeline
 from stack.sim.world import Happening, World
-from stack.types import Image, Observation, Pose2D, Scan
+from stack.types import Image, Observation, Pose2D, RangeReading, Scan
 
 CLEARANCE_REACH = 1.0
 """Metres beyond which a distance is of no interest."""
@@ -45,11 +46,18 @@ class Simulation:
         self._scan: Scan | None = None
         self._bumped = False
 
-        wheels = description.wheels
-        assert isinstance(wheels, Wheels), "only differential drives are simulated"
-        self.drive = Drive(description.limits, wheels, self._period)
-        self._odometry = Odometry(wheels, description.odometry, seed)
+        self.drive = drive_of(description, self._period)
+        self._odometry = Odometry(description, seed)
         self._lidar = Lidar(description.lidar, world, seed) if description.lidar else None
+        self._lidars = {
+            name: Lidar(lidar, world, seed, f"lidar:{name}")
+            for name, lidar in description.lidars.items()
+        }
+        self._sonars = {
+            name: Sonar(sonar, world, seed, name) for name, sonar in description.sonars.items()
+        }
+        self._scans: dict[str, Scan] = {}
+        self._readings: list[RangeReading] = []
         self._imu = Imu(description.imu, seed) if description.imu else None
         self._battery = Battery(
             description.battery, description.limits, world.docks, settings.battery_charge
@@ -82,6 +90,7 @@ class Simulation:
         for _ in range(steps):
             if drive.advance():
                 physics.set_wheel_speeds(*drive.wheel_speeds)
+                physics.steer(drive.steering)
             physics.step()
             self._step += 1
             if self._step % self._scene_steps == 0:
@@ -90,6 +99,8 @@ class Simulation:
                 self._read_imu()
             if self._step % self._lidar_steps == 0:
                 self._take_scan()
+            if self._more_sensors:
+                self._sense_more()
             if self._step % self._clearance_steps == 0:
                 self._measure_clearance()
         self._let_things_happen()
@@ -97,6 +108,8 @@ class Simulation:
     def observation(self, image: Image | None) -> Observation:
         """What the sensors said since the last call."""
         scan, self._scan = self._scan, None
+        scans, self._scans = self._scans, {}
+        readings, self._readings = tuple(self._readings), []
         bumped, self._bumped = self._bumped, False
         return Observation(
             time=self.time,
@@ -106,6 +119,8 @@ class Simulation:
             imu=self._imu.take() if self._imu else None,
             image=image,
             bumped=bumped,
+            scans=scans,
+            readings=readings,
         )
 
     def shot(self) -> Shot:
@@ -128,13 +143,18 @@ class Simulation:
         self._lidar_steps = self._imu_steps = NEVER
         if description.lidar:
             self._lidar_steps = settings.steps("lidar's period", 1.0 / description.lidar.rate)
+        rates = {name: lidar.rate for name, lidar in description.lidars.items()}
+        rates |= {name: sonar.rate for name, sonar in description.sonars.items()}
+        self._more_sensors = {
+            name: settings.steps(f"{name}'s period", 1.0 / rate) for name, rate in rates.items()
+        }
         if description.imu:
             self._imu_steps = settings.steps("IMU's period", 1.0 / description.imu.rate)
 
     def _begin(self) -> None:
         self._physics.scene.place_people(self.people.places)
         self._friction.update(self.truth.pose)
-        self._odometry.update(0.0, self._physics.wheel_angles())
+        self._odometry.update(0.0, self._encoders())
         self._let_things_happen()
         if self._lidar:
             self._take_scan()
@@ -144,10 +164,13 @@ class Simulation:
         truth = self._physics.truth()
         if self.people.walk(period, truth.pose):
             self._physics.scene.place_people(self.people.places)
-        self._odometry.update(self.time, self._physics.wheel_angles())
+        self._odometry.update(self.time, self._encoders())
         self._battery.update(truth, period)
         self._friction.update(truth.pose)
         self._count_contacts(truth)
+
+    def _encoders(self) -> Encoders:
+        return Encoders(self._physics.wheel_angles(), self._physics.steering_angles())
 
     def _count_contacts(self, truth: GroundTruth) -> None:
         touching = self._physics.touching()
@@ -166,6 +189,17 @@ class Simulation:
         self._scan = self._lidar.scan(
             self.truth.pose, self.people.places, self.doors, self._step, self.time
         )
+
+    def _sense_more(self) -> None:
+        """Further lidars and sonars, each at its rate."""
+        for name, steps in self._more_sensors.items():
+            if self._step % steps:
+                continue
+            seen = (self.truth.pose, self.people.places, self.doors, self._step, self.time)
+            if name in self._lidars:
+                self._scans[name] = self._lidars[name].scan(*seen)
+            else:
+                self._readings.append(self._sonars[name].reading(*seen))
 
     def _measure_clearance(self) -> None:
         self.clearance = self._physics.distance(self.clearance)

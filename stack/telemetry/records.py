@@ -22,7 +22,7 @@ from stack.types import (
     Twist,
 )
 
-ROUTINE = frozenset({"pose", "node_status", "tree"})
+ROUTINE = frozenset({"pose", "node_status", "tree", "teleop"})
 """Kinds of events that come all the time: for machines and records, not for people's eyes."""
 
 
@@ -183,6 +183,7 @@ class Snapshot:
         truth: the true pose, in simulation only. people: (n, 3) x, y, radius, likewise.
         blackboard: key -> value as text.
         counters: recoveries, replans, collisions, distance (m)…
+        teleop: the operator may drive, by `teleop` commands.
         safety: what the safety stage does now, in words; empty when nothing.
         events: the last few events, oldest first.
     """
@@ -214,6 +215,7 @@ class Snapshot:
     people: FloatArray | None = None
     blackboard: Mapping[str, str] = field(default_factory=dict)
     counters: Mapping[str, float] = field(default_factory=dict)
+    teleop: bool = False
     safety: str = ""
     events: tuple[Event, ...] = ()
 
@@ -225,9 +227,11 @@ class Command:
     Attributes:
         id: chosen by the sender; comes back in the Ack.
         kind: pause | resume | abort | estop | release | speed | set_pose | set_goal |
-            set_parameter.
+            set_parameter | teleop (a velocity, driven for half a second of the robot's clock, while
+            the behaviour assisted_teleop runs) | teleop_done.
         arguments: e.g. {"factor": 4.0}, {"x": 1.0, "y": 2.0, "heading": 0.0},
-            {"name": "controller.cruise_speed", "value": 0.4}, {"reason": "…"}.
+            {"name": "controller.cruise_speed", "value": 0.4}, {"reason": "…"},
+            {"linear": 0.2, "angular": -0.4, "lateral": 0.0}.
     """
 
     id: str

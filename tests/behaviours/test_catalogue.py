@@ -68,9 +68,9 @@ def test_describes_ports_and_outputs():
     kind = find_behaviours().get("navigate_to_pose")
     assert kind.cls is NavigateToPose
     assert kind.uses_wheels
-    assert list(kind.ports) == ["goal", "tolerance"]
+    assert list(kind.ports) == ["goal", "tolerance", "partial"]
     assert kind.ports["goal"].default is REQUIRED
-    assert list(kind.outputs) == ["path_length", "time_taken"]
+    assert list(kind.outputs) == ["remaining", "path_length", "time_taken"]
 
 
 def test_builds_from_what_stands_in_a_file():

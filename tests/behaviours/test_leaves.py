@@ -11,6 +11,7 @@ from behaviours.clear_costmap import ClearCostmap
 from behaviours.clear_costmap_around_robot import ClearCostmapAroundRobot
 from behaviours.say import Say
 from behaviours.set import Set
+from behaviours.set_edge import SetEdge
 from behaviours.take_photo import TakePhoto
 from behaviours.testing import ScriptedRobot, tick
 from behaviours.wait import Wait
@@ -137,3 +138,18 @@ def test_no_picture_within_the_patience_is_a_failure(robot, old):
     assert photo.failure.code == "NO_IMAGE"
     assert photo.failure.sentence == "the camera gave no new picture within 0.5 s"
     assert robot.asked("save_image") == []
+
+
+def test_an_edge_is_closed_and_opened(robot):
+    robot.edges = ("middle",)
+    assert tick(SetEdge(edge="middle"), robot) is Status.SUCCESS
+    assert tick(SetEdge(edge="middle", closed=False), robot) is Status.SUCCESS
+    assert robot.asked("set_edge") == [
+        {"edge": "middle", "closed": True}, {"edge": "middle", "closed": False},
+    ]  # fmt: skip
+
+
+def test_an_edge_that_there_is_not_is_a_failure(robot):
+    behaviour = SetEdge(edge="midle")
+    assert tick(behaviour, robot) is Status.FAILURE
+    assert behaviour.feedback_message == "the route graph has no edge 'midle'"

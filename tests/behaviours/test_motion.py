@@ -3,8 +3,11 @@
 import pytest
 from py_trees.common import Status
 
+from behaviours.assisted_teleop import AssistedTeleop
 from behaviours.back_up import BackUp
 from behaviours.drive_for import DriveFor
+from behaviours.drive_on_heading import DriveOnHeading
+from behaviours.free_space_escape import FreeSpaceEscape
 from behaviours.navigate_through import NavigateThrough
 from behaviours.navigate_to_pose import NavigateToPose
 from behaviours.spin import Spin
@@ -20,7 +23,7 @@ def robot():
 TASKS = [
     (
         NavigateToPose(goal=Pose2D(4.0, 1.5)),
-        ("navigate_to", {"goal": Pose2D(4.0, 1.5), "tolerance": None}),
+        ("navigate_to", {"goal": Pose2D(4.0, 1.5), "tolerance": None, "partial": False}),
     ),
     (
         NavigateThrough(goals=[Pose2D(1.0, 0.0), Pose2D(2.0, 0.0)], tolerance=0.1),
@@ -28,6 +31,14 @@ TASKS = [
     ),
     (Spin(angle=1.5), ("spin", {"angle": 1.5, "speed": None})),
     (BackUp(distance=0.3, speed=0.15), ("back_up", {"distance": 0.3, "speed": 0.15})),
+    (
+        FreeSpaceEscape(clearance=0.2),
+        ("escape", {"clearance": 0.2, "distance": 1.5, "speed": None}),
+    ),
+    (
+        DriveOnHeading(distance=-1.0, direction=0.5),
+        ("drive_on_heading", {"distance": -1.0, "speed": None, "direction": 0.5}),
+    ),
 ]
 
 
@@ -119,3 +130,47 @@ def test_drive_for_stands_still_when_pre_empted_but_only_then(robot):
     other = robot.spin(1.0)
     halt(drive)
     assert other.status is TaskStatus.RUNNING
+
+
+def test_a_partial_drive_tells_how_far_away_the_goal_is_left(robot):
+    behaviour = NavigateToPose(goal=Pose2D(4.0, 3.0), partial=True)
+    tick(behaviour, robot)
+    assert robot.calls[0][1]["partial"] is True
+    robot.task.succeed()
+    robot.pose = Pose2D(1.0, -1.0)
+    assert tick(behaviour, robot) is Status.SUCCESS
+    assert behaviour.remaining == pytest.approx(5.0)  # 3, 4, 5
+
+
+class TestAssistedTeleop:
+    def test_hands_over_and_says_so(self, robot):
+        behaviour = AssistedTeleop(time=20.0, silence=5.0)
+        assert tick(behaviour, robot, 3.0) is Status.RUNNING
+        assert robot.asked("assisted_teleop") == [{"seconds": 20.0, "silence": 5.0}]
+        assert robot.said == ["the operator may drive: arrow keys, enter when done"]
+        robot.task.succeed()
+        assert tick(behaviour, robot) is Status.SUCCESS
+        assert behaviour.uses_wheels
+
+    @pytest.mark.parametrize(
+        ("code", "time_over", "status"),
+        [
+            ("TIMED_OUT", "failure", Status.FAILURE),
+            ("TIMED_OUT", "success", Status.SUCCESS),
+            ("NO_PROGRESS", "success", Status.FAILURE),
+        ],
+    )
+    def test_what_it_is_when_the_time_is_over_is_the_missions_choice(
+        self, robot, code, time_over, status
+    ):
+        behaviour = AssistedTeleop(time_over=time_over)
+        tick(behaviour, robot)
+        robot.task.fail(code, "the operator was not done after 120 s")
+        assert tick(behaviour, robot) is status
+        assert (behaviour.failure is None) == (status is Status.SUCCESS)
+
+    def test_pre_emption_takes_the_wheels_back(self, robot):
+        behaviour = AssistedTeleop()
+        tick(behaviour, robot)
+        halt(behaviour)
+        assert robot.task.status is TaskStatus.CANCELLED

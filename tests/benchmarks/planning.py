@@ -1,104 +1,164 @@
-"""How fast and how good global plans are: `run()` gives one row per size of map."""
+"""How fast and how good global plans are, on generated offices: `run()` gives the table.
+
+Starts and goals are drawn from all free cells of a map, and asked is every pair between which the
+optimum, Dijkstra's algorithm in floating point (optimum.py), says that there is a way.
+"""
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
+from dataclasses import dataclass, field
 from pathlib import Path as FilePath
+from tempfile import TemporaryDirectory
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 
-from stack.costmap.costmap import Costmap
-from stack.costmap.parameters import CostmapParameters
 from stack.description import RobotDescription, Wheels
 from stack.errors import NavigationError
+from stack.navigation.route_costs import route_cost
 from stack.planning import kernels
 from stack.planning.astar import Astar, AstarParameters
 from stack.planning.search import StepCosts, Workspace
 from stack.streams import stream
-from stack.types import INSCRIBED_COST, CostGrid, Footprint, Pose2D, Scan
-from tests.stack.planning.office_maps import office, office_costs
+from stack.types import INSCRIBED_COST, CostGrid, FloatArray, Footprint, Path, Pose2D
+from tests.benchmarks.optimum import cheapest
+from tests.benchmarks.table import Rows
+from tests.stack.planning.office_maps import office_costs
 
 ROBOT = RobotDescription(
     "round", Footprint.circle(0.22), 0.4, FilePath("none.urdf"), Wheels((), (), 0.05, 0.3)
 )
+SIDES = (400, 2000, 4000)
+OFFICES, STARTS, GOALS = 3, 5, 4
+"""60 queries: four goals from each of five starts in each of three offices."""
+
+_FIRST_PLAN = """
+from time import perf_counter
+begun = perf_counter()
+import numpy as np
+from stack.planning.astar import Astar, AstarParameters
+from stack.types import CostGrid, Pose2D
+from tests.benchmarks.planning import ROBOT
+loaded = perf_counter()
+Astar(AstarParameters(), ROBOT).plan(
+    CostGrid(np.zeros((400, 400), np.uint8), 0.05), Pose2D(1, 1), Pose2D(15, 12))
+print(perf_counter() - loaded)
+"""
 
 
-def run(large: bool = False, queries: int = 40) -> list[dict[str, Any]]:
-    """Rows with the median and the worst time in milliseconds, and the cost ratio of plans.
+def run(sides: tuple[int, ...] = SIDES) -> Rows:
+    """A row for each size of map, and two for the first plan of a process."""
+    return [*(plan_row(side) for side in sides), *first_plan_rows()]
 
-    Args:
-        large: also 4000 × 4000 cells (200 m × 200 m), half a gigabyte of memory.
-        queries: random queries per size, in three offices.
+
+@dataclass
+class Figures:
+    """What was measured, query by query.
+
+    Attributes:
+        times: milliseconds of a whole plan, smoothing included.
+        cells: cost of the cells found over the optimum.
+        paths: cost of the smoothed path over the optimum: below 1 where it cuts corners of the
+            grid.
+        expanded: cells.
+        metres: of the paths.
+        refused: queries with a way that were not planned.
     """
-    sides = (400, 2000, 4000) if large else (400, 2000)
-    rows = [plan_row(side, queries) for side in sides]
-    return [*rows, *(costmap_row(window) for window in (5.0, None))]
+
+    times: list[float] = field(default_factory=list)
+    cells: list[float] = field(default_factory=list)
+    paths: list[float] = field(default_factory=list)
+    expanded: list[int] = field(default_factory=list)
+    metres: list[float] = field(default_factory=list)
+    refused: int = 0
 
 
-def plan_row(side: int, queries: int) -> dict[str, Any]:
+def plan_row(side: int) -> dict[str, Any]:
     """Plans from anywhere to anywhere in offices of side × side cells."""
-    times, ratios, failed = [], [], 0
-    parameters = AstarParameters()
-    for seed in range(3):
-        grid = office_costs(side, seed)
-        planner = Astar(parameters, ROBOT)
-        random = stream(seed, "queries")
-        ways = np.argwhere(grid.cells < INSCRIBED_COST)
-        for query in range(-1, -(-queries // 3)):
-            start, goal = (tuple(ways[n]) for n in random.integers(0, len(ways), 2))
-            began = perf_counter()
-            try:
-                planner.plan(grid, Pose2D(*grid.centre_of(*start)), Pose2D(*grid.centre_of(*goal)))
-            except NavigationError:
-                failed += 1
-                continue
-            if query >= 0:  # the first one loads the kernels and touches the work arrays
-                times.append(1e3 * (perf_counter() - began))
-            if side <= 400:
-                ratios.append(cost_ratio(grid, start, goal))
+    figures = Figures()
+    for seed in range(OFFICES):
+        _measure(office_costs(side, seed), seed, figures)
+    times = np.array(figures.times)
     return {
-        "what": "plan", "cells": side * side, "queries": len(times), "refused": failed,
-        "median_ms": round(float(np.median(times)), 3), "worst_ms": round(max(times), 3),
-        "cost_ratio": round(max(ratios), 5) if ratios else None,
+        "what": f"astar, {side} x {side}", "queries": times.size, "refused": figures.refused,
+        "median_ms": round(float(np.median(times)), 2),
+        "p95_ms": round(float(np.percentile(times, 95)), 2),
+        "worst_ms": round(float(times.max()), 2),
+        "path_m": round(float(np.median(figures.metres)), 1),
+        "expanded": int(np.median(figures.expanded)),
+        "cells_over_optimum_%": round(100 * (max(figures.cells) - 1), 3),
+        "path_over_optimum_%": round(100 * (float(np.median(figures.paths)) - 1), 2),
     }  # fmt: skip
 
 
-def cost_ratio(grid: CostGrid, start: tuple[int, int], goal: tuple[int, int]) -> float:
-    """Cost of the path in exact arithmetic over the optimum's, from step costs 1000 times finer."""
+def _measure(grid: CostGrid, seed: int, figures: Figures) -> None:
+    weights = _weights(grid)
+    planner, random = Astar(AstarParameters(), ROBOT), stream(seed, "queries")
+    ways = np.argwhere(np.isfinite(weights))
+    planner.plan(grid, *[Pose2D(*grid.centre_of(*ways[0]))] * 2)  # loads the kernels
+    for _ in range(STARTS):
+        start = tuple(int(number) for number in ways[random.integers(len(ways))])
+        optimum = cheapest(weights, *start)
+        reachable = np.argwhere(np.isfinite(optimum) & (optimum > 0.0))
+        for _ in range(GOALS):
+            goal = tuple(int(number) for number in reachable[random.integers(len(reachable))])
+            _ask(planner, grid, (start, goal), float(optimum[goal]), figures)
+
+
+def _ask(
+    planner: Astar, grid: CostGrid, ends: tuple[Any, Any], optimum: float, figures: Figures
+) -> None:
+    poses = [Pose2D(*grid.centre_of(*cell)) for cell in ends]
+    began = perf_counter()
+    try:
+        path: Path = planner.plan(grid, poses[0], poses[1])
+    except NavigationError:
+        figures.refused += 1
+        return
+    figures.times.append(1e3 * (perf_counter() - began))
+    figures.metres.append(path.length)
+    figures.paths.append(route_cost(grid, path.points) / grid.resolution / optimum)
+    cells, expanded = _cells(grid, ends)
+    steps = np.hypot(*np.diff(cells, axis=0).T)
+    cost = float(steps @ _weights(grid)[tuple(cells[1:].T)])
+    figures.cells.append(cost / optimum)
+    figures.expanded.append(expanded)
+
+
+def _cells(grid: CostGrid, ends: tuple[Any, Any]) -> tuple[np.ndarray[Any, Any], int]:
+    """The cells that the search finds, before anything is smoothed."""
     columns = grid.cells.shape[1]
-    ends = [row * columns + column for row, column in (start, goal)]
-    coarse = StepCosts.of(AstarParameters().cost_weight, True)
-    exact = coarse.traverse.astype(float)
-    share = np.arange(256) / (INSCRIBED_COST - 1)
-    exact[:INSCRIBED_COST] = 1e5 * (1 + AstarParameters().cost_weight * share[:INSCRIBED_COST])
-    fine = np.rint(exact).astype(np.int64)
-    fine[coarse.traverse == 0] = 0
-    tables = StepCosts(fine, np.rint(fine * 2**0.5).astype(np.int64), coarse.escape * 1000)
-    totals = []
-    for table in (coarse, tables):
-        workspace = Workspace(*grid.cells.shape, table)
-        assert workspace.run(grid, *ends, 0)
-        cells = kernels.extract(workspace.parents, columns, *ends)
-        lengths = np.hypot(*np.diff(cells, axis=0).T)
-        totals.append(float((lengths * exact[grid.cells[tuple(cells[1:].T)]]).sum()))
-    return totals[0] / totals[1] if totals[1] else 1.0
+    parameters = AstarParameters()
+    tables = StepCosts.of(parameters.cost_weight, True, parameters.unknown_as)
+    workspace = Workspace(*grid.cells.shape, tables)
+    numbers = [row * columns + column for row, column in ends]
+    assert workspace.run(grid, *numbers, 0)
+    return kernels.extract(workspace.parents, columns, *numbers), workspace.expanded
 
 
-def costmap_row(window: float | None) -> dict[str, Any]:
-    """Updates of a costmap 300 × 220 cells large, or of a rolling window, by 360 beams."""
-    static = office(300, 1)
-    costmap = Costmap(CostmapParameters(), ROBOT.footprint, static, window=window)
-    random = stream(1, "scans")
-    times = []
-    for step in range(80):
-        ranges = random.uniform(1.0, 4.0, 360).astype(np.float32)
-        scan = Scan(0.1 * step, ranges, -np.pi, np.pi / 180, 0.08, 12.0)
-        began = perf_counter()
-        costmap.update(Pose2D(4.0 + 0.05 * step, 6.0, 0.02 * step), scan, 0.1 * step)
-        times.append(1e3 * (perf_counter() - began))
-    what = "local costmap update" if window else "global costmap update"
-    return {
-        "what": what, "cells": costmap.grid.cells.size, "queries": len(times[5:]),
-        "median_ms": round(float(np.median(times[5:])), 3), "worst_ms": round(max(times[5:]), 3),
-    }  # fmt: skip
+def _weights(grid: CostGrid) -> FloatArray:
+    """(rows, columns) what a cell of a step into it counts, by the documented formula."""
+    weight = AstarParameters().cost_weight
+    weights = 1.0 + weight * grid.cells.astype(np.float32) / (INSCRIBED_COST - 1)
+    weights[grid.cells >= INSCRIBED_COST] = np.inf
+    return weights
+
+
+def first_plan_rows() -> Rows:
+    """The first plan of a process whose kernels are to be compiled, and of the next one."""
+    with TemporaryDirectory() as folder:
+        environment = {**os.environ, "NUMBA_CACHE_DIR": folder}
+        milliseconds = [
+            1e3 * float(subprocess.check_output(
+                [sys.executable, "-c", _FIRST_PLAN], env=environment, text=True
+            )) for _ in range(2)
+        ]  # fmt: skip
+    names = ("first plan, kernels compiled", "first plan, kernels cached")
+    return [
+        {"what": name, "queries": 1, "refused": 0, "median_ms": round(time, 0)}
+        for name, time in zip(names, milliseconds, strict=True)
+    ]

@@ -20,6 +20,18 @@ EXPECTED = {
     "05_kidnapped",
     "06_your_own_behaviour",
     "07_shelf_patrol",
+    "19_from_nav2",
+    "16_house_rules",
+    "17_without_a_map",
+    "18_below_the_lidar",
+    "13_tight_garage",
+    "14_any_angle",
+    "15_turn_on_the_spot",
+    "08_sideways",
+    "09_park_the_car",
+    "10_tight_spot",
+    "11_waypoints",
+    "12_route_graph",
 }
 
 

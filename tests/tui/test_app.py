@@ -107,6 +107,42 @@ async def test_p_pauses_and_goes_on(pilot, source):
     assert "PAUSED" in banner_text(pilot)
 
 
+async def test_the_arrows_drive_while_the_mission_lets_the_operator(pilot, source):
+    await pilot.press("up", "shift+left", "enter")
+    assert source.sent == []
+    refresh(pilot, teleop=True, safety="slower: something 0.3 m ahead")
+    assert "YOU DRIVE" in banner_text(pilot)
+    assert "slower: something 0.3 m ahead" in banner_text(pilot)
+    await pilot.press("up", "down", "left", "right", "shift+left", "shift+right")
+    assert [dict(command.arguments) for command in source.sent] == [
+        {"linear": 0.25, "angular": 0.0}, {"linear": -0.25, "angular": 0.0},
+        {"linear": 0.0, "angular": 0.6}, {"linear": 0.0, "angular": -0.6},
+        {"lateral": 0.2}, {"lateral": -0.2},
+    ]  # fmt: skip
+    assert set(kinds(source)) == {"teleop"}
+    await pilot.press("enter")
+    assert kinds(source)[-1] == "teleop_done"
+    refresh(pilot, teleop=False)
+    assert banner_text(pilot) == ""
+
+
+async def test_the_arrows_drive_whatever_has_the_focus(pilot, source):
+    await pilot.press("4", "down")
+    assert source.sent == []
+    refresh(pilot, teleop=True)
+    await pilot.press("down", "1", "up")
+    assert kinds(source) == ["teleop", "teleop"]
+
+
+async def test_a_velocity_that_comes_too_late_is_not_worth_a_word(pilot, source):
+    refresh(pilot, teleop=True)
+    source.refusal = "the mission drives"
+    await pilot.press("up")
+    pilot.app.refresh_now()
+    await pilot.pause()
+    assert list(pilot.app._notifications) == []
+
+
 async def test_abort_asks_first(pilot, source):
     await pilot.press("a", "enter")
     assert source.sent == []

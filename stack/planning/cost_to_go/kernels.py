@@ -7,9 +7,11 @@ from numba import njit
 UNREACHED = 3.0e38
 """Cost to go of places that are shut off."""
 
+CHECKED = 1024  # expansions between two looks at the wish to stop
+
 
 @njit(cache=True, nogil=True)
-def cost_to_go(cells, traverse, diagonal, goal, start, margin, scale):
+def cost_to_go(cells, traverse, diagonal, goal, start, margin, scale, stop):
     """Cheapest 8-connected cost from each cell to the goal (Dijkstra 1959 with Dial's buckets).
 
     Args:
@@ -20,6 +22,7 @@ def cost_to_go(cells, traverse, diagonal, goal, start, margin, scale):
         start: (row, column) at which the flood may stop.
         margin: share of the start's cost for which the flood goes on after it.
         scale: what one unit of `traverse` is worth.
+        stop: (1,) uint8, set to anything but 0 by another thread to have it end early.
 
     Returns:
         ((rows, columns) float32, UNREACHED where shut off or beyond; the cost up to which it is
@@ -38,6 +41,7 @@ def cost_to_go(cells, traverse, diagonal, goal, start, margin, scale):
     reached[number] = 0
     queue[0, 0], queue[0, 1], links[0], heads[0] = number, 0, -1, 0
     waiting, fresh, spare, level, limit = 1, 1, -1, 0, np.int64(1) << 59
+    expanded = 0
     while waiting > 0 and level <= limit:
         entry = heads[level & mask]
         if entry < 0:
@@ -50,6 +54,9 @@ def cost_to_go(cells, traverse, diagonal, goal, start, margin, scale):
         waiting -= 1
         if reached[cell] != so_far:
             continue
+        expanded += 1
+        if expanded % CHECKED == 0 and stop[0] != 0:
+            break
         row, column = cell // columns, cell % columns
         if row == start[0] and column == start[1]:
             limit = int(so_far * (1.0 + margin)) + 200 * traverse[0]
@@ -84,6 +91,8 @@ def cost_to_go(cells, traverse, diagonal, goal, start, margin, scale):
                 waiting += 1
     complete = UNREACHED if waiting == 0 else scale * level
     field = np.full((rows, columns), np.float32(UNREACHED), np.float32)
+    if stop[0] != 0:
+        return field, complete
     for cell in range(rows * columns):
         if reached[cell] < np.int64(1) << 59:
             field[cell // columns, cell % columns] = scale * reached[cell]

@@ -15,13 +15,12 @@ from numpy.typing import NDArray
 NODES, WAITING, EXPANDED, COUNTDOWN = 0, 1, 2, 3
 """Slots of `state`: nodes made, heap entries, nodes expanded, expansions to the next attempt."""
 
-ATTEMPT, NO_WAY, GROW, LIMIT, SETTLED = 0, 1, 2, 3, 4
+ATTEMPT, NO_WAY, GROW, LIMIT, SETTLED, STOPPED = 0, 1, 2, 3, 4, 5
 """Why `expand` stopped: a node to try the goal from, nothing left, arrays full, enough expanded,
-nothing left that is cheaper than the bound."""
+nothing left that is cheaper than the bound, nobody wants the answer any more."""
 
-UNREACHED = 3.0e38
-"""Cost to go of places that are shut off."""
-
+CHECKED = 256  # expansions between two looks at the wish to stop
+UNREACHED = 3.0e38  # cost to go of places that are shut off
 EMPTY = -1
 AWAY = 1 << 20  # keys count cells from here, so that they stay positive
 IN_PLACE = 9
@@ -298,7 +297,7 @@ def _changes(one, other):
 
 
 @njit(cache=True, nogil=True)
-def expand(place, moves, aim, nodes, state, most, bound):
+def expand(place, moves, aim, nodes, state, most, bound, stop):
     """Best-first search (A*, Hart, Nilsson and Raphael 1968) over poses, until something is up.
 
     Args:
@@ -309,6 +308,7 @@ def expand(place, moves, aim, nodes, state, most, bound):
         state: (4,) int64; changed.
         most: expansions after which to stop.
         bound: stops when nothing left may cost less in all.
+        stop: (1,) uint8, set to anything but 0 by another thread to have it STOPPED.
 
     Returns:
         (why it stopped, the node to try the goal from or -1).
@@ -320,6 +320,8 @@ def expand(place, moves, aim, nodes, state, most, bound):
             return NO_WAY, -1
         if state[EXPANDED] >= most:
             return LIMIT, -1
+        if state[EXPANDED] % CHECKED == 0 and stop[0] != 0:
+            return STOPPED, -1
         room = min(nodes.costs.size - state[NODES], nodes.heap.shape[0] - state[WAITING])
         if room <= count:
             return GROW, -1

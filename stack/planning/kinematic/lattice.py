@@ -7,36 +7,34 @@ from typing import ClassVar
 
 import numpy as np
 
+from stack.components import USUAL_TERMS, Terms
 from stack.description import RobotDescription
+from stack.errors import InputError
 from stack.parameters import parameter
 from stack.planning.endpoints import Endpoints
 from stack.planning.kinematic.moves import Prices, lattice_headings, lattice_moves, packed
+from stack.planning.kinematic.parameters import PosePlannerParameters, may_reverse
 from stack.planning.kinematic.planning import PosePlanning
 from stack.planning.kinematic.search import Drive, Ground, Method
 from stack.planning.kinematic.shaping import Shaping
 from stack.planning.kinematic.shortcuts import CurveShortcut, TurnDriveTurn, turned
 from stack.planning.search import StepCosts
-from stack.planning.smoothers.choice import SMOOTHERS
 from stack.types import CostGrid, Path, Pose2D, wrap_angle
+
+_RADIUS = 0.5  # m
 
 
 @dataclass(frozen=True)
-class LatticeParameters:
+class LatticeParameters(PosePlannerParameters):
     """How the lattice is searched and weighed. Meanings follow Nav2's SmacPlannerLattice."""
 
-    turning_radius: float = parameter(
-        0.5, "m", above=0.0, at_most=2.0, help="least radius of the arcs; turns in place are apart"
-    )
-    allow_reverse: bool = parameter(True, help="also short straights backward")
-    cost_weight: float = parameter(
-        3.0, at_least=0.0, at_most=50.0,
-        help="how many times its length a way costs more where the costmap is fullest (252)",
+    turning_radius: float | None = parameter(
+        None, "m", above=0.0, at_most=2.0,
+        help="least radius of the arcs, 0.5 m when left out; turns in place are apart",
     )  # fmt: skip
+    allow_reverse: bool = parameter(True, help="also short straights backward, if the robot can")
     rotation_penalty: float = parameter(
         0.4, "m", at_least=0.0, at_most=50.0, help="what a radian turned in place counts"
-    )
-    reverse_penalty: float = parameter(
-        2.0, at_least=1.0, at_most=50.0, help="a metre backward counts this many"
     )
     non_straight_penalty: float = parameter(
         1.05, at_least=1.0, at_most=50.0, help="a metre of an arc counts this many"
@@ -45,28 +43,6 @@ class LatticeParameters:
         0.05, "m", at_least=0.0, at_most=50.0,
         help="what a change of direction or from left to right counts",
     )  # fmt: skip
-    analytic_ratio: float = parameter(
-        3.5, above=0.0, at_most=100.0,
-        help="tries to reach the goal in one go this often as it comes nearer",
-    )  # fmt: skip
-    max_expansions: int = parameter(
-        500_000, at_least=1, at_most=100_000_000, help="poses looked at before it gives up"
-    )
-    allow_unknown: bool = parameter(True, help="plan through cells nobody has seen")
-    tolerance: float = parameter(
-        0.2, "m", at_least=0.0, at_most=5.0,
-        help="when the goal cannot be reached, a place this near will do; 0 is exactly there",
-    )  # fmt: skip
-    escape_distance: float = parameter(
-        0.3, "m", at_least=0.0, at_most=2.0,
-        help="how far a plan may lead out of a place where the robot touches something",
-    )  # fmt: skip
-    allow_partial: bool = parameter(
-        False, help="when the goal cannot be reached, lead as near to it as can be"
-    )
-    smoother: str = parameter(
-        "constrained", one_of=SMOOTHERS, help="what is done to the path between turns in place"
-    )
 
 
 class Lattice:
@@ -80,9 +56,21 @@ class Lattice:
     Args:
         parameters: radius, penalties and tolerances.
         robot: its footprint is kept clear of lethal cells, its middle of inscribed ones.
+
+    Raises:
+        InputError: the robot cannot turn in place.
     """
 
     Parameters: ClassVar[type] = LatticeParameters
+
+    @staticmethod
+    def check(parameters: LatticeParameters, robot: RobotDescription) -> None:
+        """Raise InputError for a robot that cannot turn in place."""
+        if robot.turning_radius > 0.0:
+            raise InputError(
+                f"planner lattice: it turns in place, and {robot.name} cannot turn more tightly "
+                f"than in a circle of {robot.turning_radius:.3g} m; use hybrid_astar"
+            )
 
     def __init__(self, parameters: LatticeParameters, robot: RobotDescription) -> None:
         p = parameters
@@ -91,18 +79,22 @@ class Lattice:
         self._prices = Prices(
             p.reverse_penalty, p.non_straight_penalty, p.change_penalty, p.rotation_penalty
         )
+        self.check(parameters, robot)
         self._methods: dict[float, Method] = {}
-        escape = max(p.escape_distance, 1.3 * robot.footprint.inscribed_radius)
+        self._radius = _RADIUS if p.turning_radius is None else p.turning_radius
+        self._reverse = p.allow_reverse and may_reverse(robot)
         self._planning = PosePlanning(
             footprint=robot.footprint,
             tables=tables,
-            endpoints=Endpoints(tables.traverse, p.tolerance, escape, p.allow_partial),
-            shaping=Shaping(p.smoother, p.turning_radius, tables.traverse),
+            endpoints=Endpoints.of(p, robot.footprint, tables.traverse),
+            shaping=Shaping(p.smoother, self._radius, tables.traverse),
             method=self._method,
             seeds=self._seeds,
         )
 
-    def plan(self, costs: CostGrid, start: Pose2D, goal: Pose2D) -> Path:
+    def plan(
+        self, costs: CostGrid, start: Pose2D, goal: Pose2D, terms: Terms = USUAL_TERMS
+    ) -> Path:
         """Poses at most a cell apart from start to goal, both exactly, in the map frame.
 
         A turn in place shows as a corner. Where the goal cannot be reached, the path ends at the
@@ -110,19 +102,19 @@ class Lattice:
 
         Raises:
             NavigationError: NO_VALID_PATH, START_OCCUPIED, GOAL_OCCUPIED, START_OUTSIDE_MAP,
-                GOAL_OUTSIDE_MAP, or TIMED_OUT after max_expansions.
+                GOAL_OUTSIDE_MAP, TIMED_OUT after max_expansions, or CANCELLED.
         """
-        return self._planning.plan(costs, start, goal)
+        return self._planning.plan(costs, start, goal, terms)
 
     def _method(self, resolution: float) -> Method:
         if resolution not in self._methods:
             p = self._parameters
-            moves = lattice_moves(p.turning_radius, resolution, p.allow_reverse)
+            moves = lattice_moves(self._radius, resolution, self._reverse)
             self._methods[resolution] = Method(
                 moves=packed(moves, self._prices, lattice_headings()),
                 shortcuts=(
                     TurnDriveTurn(self._prices),
-                    CurveShortcut(p.allow_reverse, p.turning_radius, self._prices),
+                    CurveShortcut(self._reverse, self._radius, self._prices),
                 ),
                 table=np.zeros((1, 1, 1), np.float32),
                 table_step=1.0,

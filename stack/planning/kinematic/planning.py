@@ -3,19 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stack.components import Stop, Terms
 from stack.errors import NavigationError
-from stack.planning.endpoints import Cell, Endpoints, cell_on_map, no_way, text
+from stack.planning.endpoints import (
+    Cell,
+    Endpoints,
+    cell_on_map,
+    no_way,
+    out_of_expansions,
+    text,
+)
 from stack.planning.kinematic.search import Drive, Ground, Method, Outcome, PoseSearch, Query
 from stack.planning.kinematic.shaping import Shaping
 from stack.planning.search import StepCosts
-from stack.types import CostGrid, FailureCode, Footprint, Path, Pose2D
+from stack.types import CostGrid, FailureCode, Footprint, Path, Pose2D, wrap_angle
 
 _FLOOD_MARGIN = 0.3  # the field of costs to go covers ways this much dearer than the cheapest
 _PARTIAL_REACH = 3.0  # m; how far from a blocked goal a partial plan looks for a clear pose
@@ -43,32 +51,38 @@ class PosePlanning:
     method: Callable[[float], Method]
     seeds: Callable[[Ground, Pose2D], list[Drive]]
 
-    def plan(self, costs: CostGrid, start: Pose2D, goal: Pose2D) -> Path:
+    def plan(self, costs: CostGrid, start: Pose2D, goal: Pose2D, terms: Terms) -> Path:
         """Poses from start to goal that the footprint can be driven over.
 
         Raises:
-            NavigationError: as `Planner.plan`, and TIMED_OUT at the limit of expansions.
+            NavigationError: as `Planner.plan`.
         """
+        return replace(self, endpoints=self.endpoints.on(terms))._plan(costs, start, goal, terms)
+
+    def _plan(self, costs: CostGrid, start: Pose2D, goal: Pose2D, terms: Terms) -> Path:
         cell_on_map(costs, start, "start", FailureCode.START_OUTSIDE_MAP)
         cell_on_map(costs, goal, "goal", FailureCode.GOAL_OUTSIDE_MAP)
         ground = Ground.of(costs, self.footprint, self.tables)
+        terms.stop.check()
         begin = self._begin(ground, start)
         end = self._clear_goal(ground, goal)
-        field, horizon = self._field(costs, end, begin)
+        field, horizon = self._field(costs, end, begin, terms.stop)
         if field[begin] >= self._unreached:
-            end = self._reachable(ground, start, goal, begin)
-            field, horizon = self._field(costs, end, begin)
+            end = self._reachable(ground, start, goal, begin, terms.stop)
+            field, horizon = self._field(costs, end, begin, terms.stop)
         contacts = ground.allowed(start)
         escape = self.endpoints.escape_distance if contacts else 0.0
         query = Query(
             start, self.seeds(ground, start), end, field, horizon,
-            escape, float(field[begin]), contacts,
+            escape, float(field[begin]), contacts, terms.way,
         )  # fmt: skip
-        outcome = PoseSearch(self.method(costs.resolution), ground, query).run()
+        outcome = PoseSearch(self.method(costs.resolution), ground, query).run(terms.stop)
         drive = outcome.drive or self._nearest(outcome, start, goal)
         if len(drive.poses) < 2:
             drive = Drive(np.vstack([drive.poses, drive.poses]), np.zeros(2, np.int64), 0.0)
-        return self.shaping.path(ground, drive)
+        path = self.endpoints.marked(self.shaping.path(ground, drive), goal)
+        turned = abs(wrap_angle(path.goal.heading - goal.heading))
+        return replace(path, partial=True) if turned > _TURNED else path
 
     @property
     def _unreached(self) -> float:
@@ -111,7 +125,7 @@ class PosePlanning:
         )
 
     def _field(
-        self, costs: CostGrid, goal: Pose2D, begin: Cell, margin: float = _FLOOD_MARGIN
+        self, costs: CostGrid, goal: Pose2D, begin: Cell, stop: Stop
     ) -> tuple[NDArray[np.float32], float]:
         from stack.planning.cost_to_go import kernels
 
@@ -119,14 +133,17 @@ class PosePlanning:
         scale = costs.resolution / float(self.tables.traverse[0])
         field, horizon = flood(
             costs.cells, self.tables.traverse, self.tables.diagonal,
-            costs.cell_at(goal.x, goal.y), begin, margin, scale,
+            costs.cell_at(goal.x, goal.y), begin, _FLOOD_MARGIN, scale, stop.flag,
         )  # fmt: skip
+        stop.check()
         return field, float(horizon)
 
-    def _reachable(self, ground: Ground, start: Pose2D, goal: Pose2D, begin: Cell) -> Pose2D:
+    def _reachable(
+        self, ground: Ground, start: Pose2D, goal: Pose2D, begin: Cell, stop: Stop
+    ) -> Pose2D:
         """The nearest clear pose to the goal that a point can get to from the start."""
         costs = ground.costs
-        field, _ = self._field(costs, Pose2D(*costs.centre_of(*begin)), (-1, -1))
+        field, _ = self._field(costs, Pose2D(*costs.centre_of(*begin)), (-1, -1), stop)
         cells = np.argwhere(field < self._unreached)
         middles = (cells[:, ::-1] + 0.5) * costs.resolution + np.array(costs.origin)
         away = np.hypot(middles[:, 0] - goal.x, middles[:, 1] - goal.y)
@@ -157,12 +174,7 @@ class PosePlanning:
         if self.endpoints.partial:
             return outcome.drive_to(index)
         if outcome.limited:
-            raise NavigationError(
-                FailureCode.TIMED_OUT,
-                f"no way from {text(start)} to {text(goal)} found within "
-                f"{outcome.expanded} expansions; raise max_expansions, or use astar to see "
-                "whether there is one",
-            )
+            raise out_of_expansions(start, goal, outcome.expanded)
         if away[index] <= self.endpoints.tolerance:
             raise NavigationError(
                 FailureCode.NO_VALID_PATH,

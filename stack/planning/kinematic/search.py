@@ -8,6 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from stack.components import Stop
 from stack.costmap.footprint import samples
 from stack.planning.search import StepCosts
 from stack.types import LETHAL_COST, UNKNOWN_COST, CostGrid, FloatArray, Footprint, Pose2D
@@ -134,6 +135,7 @@ class Query:
         escape: metres around the start in which the footprint may be in contact.
         escape_cost: cost to the goal from where that ends.
         contacts: how much of it may be.
+        way: +1 or -1 when the robot comes driving forward or backward, 0 when it stands.
     """
 
     start: Pose2D
@@ -144,6 +146,7 @@ class Query:
     escape: float
     escape_cost: float
     contacts: int
+    way: int = 0
 
 
 @dataclass
@@ -189,15 +192,21 @@ class PoseSearch:
         for seed in query.seeds:
             self._seed(seed)
 
-    def run(self) -> Outcome:
-        """Search until the goal is reached and a little beyond, or nothing is left."""
+    def run(self, stop: Stop) -> Outcome:
+        """Search until the goal is reached and a little beyond, or nothing is left.
+
+        Raises:
+            NavigationError: CANCELLED when the stop is wished for.
+        """
         kernels, state = self._kernels, self._state
         best: tuple[int, Drive] | None = None
         bound, most = np.inf, self._method.most
         while True:
             status, node = kernels.expand(
-                self._ground.place, self._method.moves, self._aim, self._nodes, state, most, bound
-            )
+                self._ground.place, self._method.moves, self._aim, self._nodes, state, most, bound,
+                stop.flag,
+            )  # fmt: skip
+            stop.check()
             if status == kernels.GROW:
                 self._grow()
                 continue
@@ -230,19 +239,30 @@ class PoseSearch:
         contacts = self._ground.contacts(Pose2D(x, y, heading))
         self._kernels.reach(
             self._ground.place, self._method.moves, self._aim, self._nodes, self._state,
-            (x, y, heading), seed.cost, -1, -1, contacts,
+            (x, y, heading), seed.cost, -1, self._arriving(), contacts,
         )  # fmt: skip
+
+    def _arriving(self) -> int:
+        """The move by which the robot comes to the start: straight on, or none."""
+        kinds = {1: 0, -1: 3}  # straight forward and backward
+        moves = np.flatnonzero(self._method.moves.kinds == kinds.get(self._query.way, -99))
+        return int(moves[0]) if moves.size else -1
 
     def _attempt(self, node: int) -> Drive | None:
         """From a node to the goal in one go, when the footprint fits all along."""
+        before = int(self._nodes.parents[node, 1])
+        kind = int(self._method.moves.kinds[before]) if before >= 0 else self._kernels.IN_PLACE
         start = self._nodes.poses[node].copy()
         allowed = self._query.contacts if self._nodes.contacts[node] > 0 else 0
         best: Drive | None = None
         for shortcut in self._method.shortcuts:
             drive = shortcut(start, self._goal, self._ground.costs.resolution)
             weight = self._ground.weight(drive.poses, allowed)
-            if weight > 0.0 and (best is None or weight * drive.cost < best.cost):
-                best = Drive(drive.poses, drive.ways, weight * drive.cost)
+            cost = weight * drive.cost
+            if _turns_round(kind, drive.ways):
+                cost += self._method.moves.change
+            if weight > 0.0 and (best is None or cost < best.cost):
+                best = Drive(drive.poses, drive.ways, cost)
         return best
 
     def _outcome(self, drive: Drive | None, limited: bool) -> Outcome:
@@ -269,6 +289,15 @@ class PoseSearch:
         new.heap[:waiting] = old.heap[:waiting]
         self._kernels.rehash(new.slots, new.keys, count)
         self._nodes = new
+
+
+def _turns_round(kind: int, ways: NDArray[np.int64]) -> bool:
+    """Whether a drive begins in the other direction than the move before it went."""
+    from stack.planning.kinematic import kernels
+
+    if kind == kernels.IN_PLACE or not len(ways):
+        return False
+    return bool(ways[0] * (-1 if kind >= 2 else 1) < 0)
 
 
 def _joined(one: Drive, other: Drive) -> Drive:

@@ -3,12 +3,17 @@
 
 `weights` (256,) float64 says by cell cost what a cell's length of line through it counts, 0 for no
 way. Places are middles of cells, lengths are in cells; cells are numbered row * columns + column.
+
+The heap stands in kinematic/kernels.py as well: a kernel's cache does not notice when what it calls
+in another module was changed.
 """
 
 import numpy as np
 from numba import njit
 
 NOT_REACHED = 1.0e300
+FOUND, NO_WAY, LIMIT, STOPPED = 0, 1, 2, 3
+CHECKED = 1024  # expansions between two looks at the wish to stop
 
 
 @njit(cache=True, nogil=True)
@@ -135,7 +140,9 @@ def _straight_from(cells, weights, costs, parents, cell):
 
 
 @njit(cache=True, nogil=True)
-def search(cells, weights, least, costs, parents, closed, start, goal):
+def search(
+    cells, weights, least, costs, parents, closed, start, goal, most, stop,
+):  # fmt: skip
     """Lazy Theta* (Nash, Koenig and Tovey 2010) where cells have costs.
 
     Lazy: a cell waits at what it costs by way of its neighbour; the line from that neighbour's
@@ -151,9 +158,11 @@ def search(cells, weights, least, costs, parents, closed, start, goal):
         closed: (n,) bool, all False.
         start: cell number.
         goal: cell number.
+        most: expansions after which to give up with LIMIT.
+        stop: (1,) uint8, set to anything but 0 by another thread to have it STOPPED.
 
     Returns:
-        (whether the goal was reached, cells expanded).
+        (status, cells expanded).
     """
     columns = cells.shape[1]
     goal_row, goal_column = goal // columns, goal % columns
@@ -167,11 +176,15 @@ def search(cells, weights, least, costs, parents, closed, start, goal):
         waiting -= 1
         if closed[cell]:
             continue
+        if expanded >= most:
+            return LIMIT, expanded
+        if expanded % CHECKED == 0 and stop[0] != 0:
+            return STOPPED, expanded
         _straight_from(cells, weights, costs, parents, cell)
         closed[cell] = True
         expanded += 1
         if cell == goal:
-            return True, expanded
+            return FOUND, expanded
         if waiting + 8 >= capacity:
             capacity *= 2
             longer = np.empty((capacity, 2))
@@ -191,7 +204,7 @@ def search(cells, weights, least, costs, parents, closed, start, goal):
                 to_go = least * np.hypot(near_row - goal_row, near_column - goal_column)
                 _push(heap, waiting, cost + to_go, near)
                 waiting += 1
-    return False, expanded
+    return NO_WAY, expanded
 
 
 @njit(cache=True, nogil=True)

@@ -58,8 +58,8 @@ def test_every_shipped_robot_is_valid(file):
 
 @pytest.mark.parametrize(
     ("page", "schema"),
-    [("language", SCHEMA), ("worlds", world_schema())],
-    ids=["language", "worlds"],
+    [("language", SCHEMA), ("worlds", world_schema()), ("robots", robot_schema())],
+    ids=["language", "worlds", "robots"],
 )
 def test_the_examples_of_the_documentation_are_valid(page, schema):
     text = (ROOT / "docs" / f"{page}.md").read_text("utf-8")
@@ -87,6 +87,9 @@ def test_the_examples_of_the_documentation_are_valid(page, schema):
         "{parallel: [wait: 1 s]}",
         "{parallel: {succeed_on: one, do: [wait: 1 s]}}",
         "{for_each: {a: [1, 2]}, do: {wait: $a}, on_failure: continue}",
+        "{follow_waypoints: $a}",
+        "{follow_waypoints: {waypoints: [$a, [1, 2]], tolerance: 20 cm}, do: take_photo, "
+        "on_failure: continue, out: {missed: $missed, reached: $n, distance: $way}}",
         "{use: tree, with: {a: 1}, out: {b: $b}}",
         "py_trees.behaviours.Success",
         "{py_trees.behaviours.TickCounter: {duration: 3}, timeout: 3 s}",
@@ -127,6 +130,9 @@ def test_what_may_be_written(node):
         ("{}", "run: {} should not be valid"),
         ("{for_each: {a: [1]}}", "run: 'do' is a required property"),
         ("{for_each: {a: [1], b: [2]}, do: {wait: 1}}", "run.for_each: {'a': [1], 'b': [2]} has"),
+        ("{follow_waypoints: {tolerance: 1 m}}", "run.follow_waypoints: 'waypoints' is a requ"),
+        ("{follow_waypoints: $a, out: {mised: $n}}", "run.out: Additional properties are not"),
+        ("{follow_waypoints: $a, with: {b: 1}}", "run: 'with' is not one of"),
         ("{parallel: {fail_on: one, do: [wait: 1]}}", "run.parallel: Additional properties are"),
         ("{wall_follow: {side: lefft}}", "run.wall_follow.side: 'lefft' does not match '^(left|"),
         ("{navigate_to_pose: [1]}", "run.navigate_to_pose: [1] is too short"),
@@ -201,6 +207,32 @@ def test_the_schema_of_worlds_has_every_key_of_the_reader(tmp_path):
     file = tmp_path / "world.yaml"
     file.write_text("world: w\nzzzzzzzz: 1\n")
     assert set(world_schema()["properties"]) == keys_of(read_world, file)
+
+
+SIDES = "{left: [a], right: [b], radius: 1 cm, separation: 30 cm}"
+MOUNTS = "[{joint: a, at: [0, 0, 0]}, {joint: b, at: [1, 0, 0]}, {joint: c, at: [0, 1, 90 deg]}]"
+
+
+@pytest.mark.parametrize(
+    ("wheels", "complaint"),
+    [
+        (SIDES, None),
+        (SIDES.replace("{", "{drive: differential, "), None),
+        (f"{{drive: omni, radius: 5 cm, mounts: {MOUNTS}}}", None),
+        (SIDES.replace("{", "{drive: tracks, "), "does not match"),
+        (SIDES.replace("{", "{drive: omni, "), "'mounts' is a required property"),
+        (SIDES.replace("{", "{track: 1, "), "False schema does not allow 1"),
+        (SIDES.replace("{", "{trak: 1, "), "'trak' was unexpected"),
+        (f"{{drive: omni, radius: 1, track: 1, mounts: {MOUNTS}}}", "False schema does not allow"),
+        ("{drive: omni, radius: 1, mounts: [{joint: a, at: [0, 0, 0]}]}", "is too short"),
+        ("{drive: ackermann, radius: 1}", "'wheelbase' is a required property"),
+    ],
+)
+def test_the_schema_of_wheels_goes_by_their_kind(wheels, complaint):
+    text = f"robot: r\nfootprint: {{radius: 1}}\nheight: 1\nurdf: r.urdf\nwheels: {wheels}\n"
+    found = validator(robot_schema()).iter_errors(read_text(text, "robot.yaml").plain())
+    messages = [error.message for error in found]
+    assert not messages if complaint is None else any(complaint in m for m in messages), messages
 
 
 def test_the_schema_of_robots_has_every_key_of_the_reader(tmp_path):

@@ -20,6 +20,8 @@ BESIDE = (
 OUTER = ("every", "timeout", "retry", "recover", "repeat", "on_failure", "while", "when")
 """Modifiers from the node outwards, as docs/language.md orders them."""
 
+LOOPS = ("for_each", "follow_waypoints")
+
 Outline = tuple[str, list[Any]]
 
 
@@ -40,7 +42,7 @@ def _node(node: Any, trees: dict[str, Any]) -> Outline:
     made = _body(kind, node, trees)
     for word in OUTER:
         given = node.get(word)
-        if given is None or (word == "on_failure" and (given == "fail" or kind == "for_each")):
+        if given is None or (word == "on_failure" and (given == "fail" or kind in LOOPS)):
             continue
         recoveries = given["round_robin"] if word == "recover" else []
         made = word, [made, *(_node(recovery, trees) for recovery in recoveries)]
@@ -53,10 +55,21 @@ def _body(kind: str, node: dict[str, Any], trees: dict[str, Any]) -> Outline:
         return "use", [_node(trees[below]["do"], trees)]
     if kind == "for_each":
         return "for_each", [_node(node["do"], trees)]
+    if kind == "follow_waypoints":
+        return kind, [_waypoint(node, trees)]
     if kind not in COMPOSITES:
         return kind, []
     children = below["do"] if isinstance(below, dict) else below
     return kind, [_node(child, trees) for child in children]
+
+
+def _waypoint(node: dict[str, Any], trees: dict[str, Any]) -> Outline:
+    """The drive to one waypoint, and what is done there."""
+    given = node["follow_waypoints"]
+    drive: Outline = ("navigate_to_pose", [])
+    if isinstance(given, dict) and given.get("time_limit") is not None:
+        drive = ("timeout", [drive])
+    return ("sequence", [drive, _node(node["do"], trees)]) if "do" in node else drive
 
 
 def compiled_outline(rows: Any) -> Outline:

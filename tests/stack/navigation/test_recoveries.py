@@ -1,20 +1,24 @@
-from math import pi
+from dataclasses import replace
+from math import cos, pi, sin
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from stack.description import OmniWheels, SteeredWheels
 from stack.errors import ParameterError
 from stack.types import STANDSTILL, FailureCode, Footprint, Pose2D, TaskStatus, Twist
 from tests.stack.navigation.toy_drive import ToyDrive
 from tests.stack.navigation.toy_world import ToyWorld, robot, room
 
+CAR = replace(robot(), wheels=SteeredWheels(("a", "b"), ("c", "d"), 0.05, 0.3, 0.25, 0.6, 2.0))
+OMNI = replace(robot(lateral_speed=0.4), wheels=OmniWheels((), (), 0.05))
 LONG = Footprint(np.array([[-0.2, -0.15], [0.6, -0.15], [0.6, 0.15], [-0.2, 0.15]]))
 
 
 @settings(deadline=None, max_examples=60)
-@given(st.floats(-4 * pi, 4 * pi), st.floats(-pi, pi), st.floats(0.2, 3.0))
+@given(st.floats(-20.0, 20.0), st.floats(-pi, pi), st.floats(0.2, 3.0))
 def test_every_spin_ends_after_its_angle(angle, heading, speed):
     toy = ToyDrive(ToyWorld(room(6, 6), robot(), Pose2D(3.0, 3.0, heading)))
     turned, before = 0.0, heading
@@ -65,24 +69,6 @@ def test_somebody_who_steps_aside_in_time_is_waited_for(make):
     assert toy.finish(task) is TaskStatus.SUCCEEDED
 
 
-def test_a_stalled_robot_gives_up(make):
-    toy = make()
-    task = toy.navigation.spin(1.0)
-    toy.world.drive = lambda twist: setattr(toy.world, "time", toy.world.time + 0.05)
-    toy.finish(task)
-    assert task.failure.code == FailureCode.NO_PROGRESS
-    assert toy.world.time == pytest.approx(3.0, abs=0.2)
-
-
-def test_a_robot_that_crawls_runs_out_of_time(make):
-    toy = make()
-    task = toy.navigation.back_up(1.0, speed=0.3)
-    drive = toy.world.drive
-    toy.world.drive = lambda twist: drive(Twist(twist.linear * 0.1))
-    toy.finish(task, 200)
-    assert task.failure.code == FailureCode.TIMED_OUT
-
-
 def test_a_velocity_lives_as_long_as_asked_and_can_be_renewed(make):
     toy = make()
     toy.run(0.5)
@@ -116,3 +102,83 @@ def test_recoveries_are_counted(make):
     toy.finish(toy.navigation.back_up(0.2))
     assert toy.navigation.counters["recoveries"] == 2
     assert toy.kinds() == ["recovery", "task"] * 2
+
+
+def test_a_car_says_that_it_cannot_turn_in_place(make):
+    toy = make(ToyWorld(room(8, 6), CAR, Pose2D(3.0, 3.0)))
+    task = toy.navigation.spin(1.0)
+    assert (task.status, task.failure.code) == (TaskStatus.FAILED, FailureCode.FAILED)
+    # 0.3 m / tan(0.6 rad)
+    assert "cannot turn in place: its tightest circle has a radius of 0.44 m" in str(task.failure)
+    toy.run(1.0)
+    assert toy.world.pose == Pose2D(3.0, 3.0)
+
+
+@settings(deadline=None, max_examples=30)
+@given(st.floats(-2.0, 2.0), st.floats(-pi, pi), st.floats(0.05, 1.0))
+def test_every_straight_drive_ends_after_its_distance(distance, heading, speed):
+    toy = ToyDrive(ToyWorld(room(6, 6), robot(), Pose2D(3.0, 3.0, heading)))
+    task = toy.navigation.drive_on_heading(distance, speed=speed)
+    assert toy.finish(task, 200) is TaskStatus.SUCCEEDED
+    toy.navigation.close()
+    there = Pose2D(3.0, 3.0, heading).compose(Pose2D(distance, 0.0))
+    assert toy.world.pose.distance_to(there) < 0.04
+
+
+@pytest.mark.parametrize("distance", [1.5, -1.5])
+@pytest.mark.parametrize("who", [robot(), CAR], ids=["differential", "car"])
+def test_a_straight_drive_holds_its_heading(make, who, distance):
+    toy = make(ToyWorld(room(8, 6), who, Pose2D(4.0, 3.0, 0.3)))
+    drive = toy.world.drive
+    toy.world.drive = lambda twist: drive(replace(twist, angular=twist.angular + 0.05))
+    task = toy.navigation.drive_on_heading(distance)
+    assert toy.finish(task) is TaskStatus.SUCCEEDED
+    # Unheld, 0.05 rad/s would make 0.3 rad of the six seconds.
+    assert toy.world.pose.heading == pytest.approx(0.3, abs=0.12)
+
+
+def test_an_omnidirectional_robot_may_say_which_way(make):
+    toy = make(ToyWorld(room(8, 6), OMNI, Pose2D(4.0, 3.0, 0.5)))
+    task = toy.navigation.drive_on_heading(1.0, direction=2.0)
+    assert toy.finish(task) is TaskStatus.SUCCEEDED
+    assert toy.world.pose.x == pytest.approx(4.0 + cos(2.5), abs=0.03)
+    assert toy.world.pose.y == pytest.approx(3.0 + sin(2.5), abs=0.03)
+    assert toy.world.pose.heading == pytest.approx(0.5, abs=0.01)
+
+
+def test_others_say_that_they_cannot_drive_sideways(make):
+    task = make().navigation.drive_on_heading(1.0, direction=pi / 2)
+    assert "differential wheels and cannot drive towards 90 deg" in task.failure.sentence
+
+
+def test_a_robot_without_reverse_says_so(make):
+    toy = make(ToyWorld(room(8, 6), robot(reverse_speed=0.0), Pose2D(4.0, 3.0)))
+    assert "limit there is 0 m/s" in toy.navigation.drive_on_heading(-1.0).failure.sentence
+
+
+@pytest.mark.parametrize(("distance", "x"), [(2.0, 5.2), (-2.0, 0.8)])
+def test_a_straight_drive_stops_before_a_wall_and_fails(make, distance, x):
+    toy = make(ToyWorld(room(6, 6), robot(), Pose2D(x, 3.0)))
+    task = toy.navigation.drive_on_heading(distance)
+    toy.finish(task)
+    assert task.failure.code == FailureCode.COLLISION_AHEAD
+    assert toy.world.nearest > 0.03
+
+
+@pytest.mark.parametrize("begin", [
+    lambda navigation: navigation.back_up(1.0),
+    lambda navigation: navigation.drive_on_heading(1.0),
+    lambda navigation: navigation.spin(20.0),
+])  # fmt: skip
+def test_every_recovery_notices_that_it_stalls_and_runs_out_of_time(make, begin):
+    toy = make(ToyWorld(room(8, 6), robot(), Pose2D(4.0, 3.0)))
+    drive = toy.world.drive
+    toy.world.drive = lambda twist: drive(STANDSTILL)
+    task = begin(toy.navigation)
+    toy.finish(task)
+    assert task.failure.code == FailureCode.NO_PROGRESS
+    assert toy.world.time == pytest.approx(3.0, abs=0.2)
+    toy.world.drive = lambda twist: drive(Twist(0.1 * twist.linear, 0.1 * twist.angular))
+    task = begin(toy.navigation)
+    toy.finish(task, 300)
+    assert task.failure.code == FailureCode.TIMED_OUT

@@ -64,7 +64,10 @@ def search(cells, start, goal):
     so_far = np.full(cells.size, kernels.NOT_REACHED)
     parents, closed = np.empty(cells.size, np.int32), np.zeros(cells.size, np.bool_)
     ends = [row * columns + column for row, column in (start, goal)]
-    found, _ = kernels.search(cells, WEIGHTS, 1.0, so_far, parents, closed, *ends)
+    status, _ = kernels.search(
+        cells, WEIGHTS, 1.0, so_far, parents, closed, *ends, 10**9, np.zeros(1, np.uint8)
+    )
+    found = status == kernels.FOUND
     corners = [ends[1]]
     while found and parents[corners[-1]] != corners[-1]:
         corners.append(int(parents[corners[-1]]))

@@ -151,7 +151,8 @@ def test_what_is_not_understood_is_named_once_with_all_its_cases(tmp_path):
     world = read(tmp_path, text)
     assert [box.name for box in world.boxes] == ["trolley"]
     assert sentences(world) == [
-        "<mesh> shapes are not read, left out: house_0 (model://house/0.dae), "
+        "<mesh> shapes whose file is not found beside the world, left out: "
+        "house_0 (model://house/0.dae), "
         "house_1 (model://house/1.dae), house_2 (model://house/2.dae), "
         "house_3 (model://house/3.dae), house_4 (model://house/4.dae) and 2 more",
         "a plane that is not the floor, left out: glass",

@@ -7,9 +7,13 @@ from itertools import chain
 
 import pytest
 
-from missions.bench.barn_bench import BenchOptions, report, run_barn
-from missions.bench.barn_crossing import Setup, cross
-from missions.bench.barn_worlds import find_worlds, path_length
+from missions.bench.barn import barn_entries, report
+from missions.bench.barn_score import RULES, score_of
+from missions.bench.barn_worlds import find_worlds
+from missions.bench.running import carry_out
+from missions.bench.runs import Entry, Setup
+from missions.bench.shortest import shortest_way
+from missions.bench.table import TableOptions, fill_table
 from missions.resources import MISSIONS, load_robot
 from stack.errors import InputError
 from stack.types import Pose2D
@@ -29,6 +33,13 @@ COURT = sorted({*((i, 0) for i in COLUMNS), *((i, j) for j in ROWS for i in (0, 
 
 SLALOM = [*((i, 36) for i in range(1, 21)), *((i, 48) for i in range(9, 29))]
 """Two walls across it, with a gap of 1.05 m on either side in turn: a double bend."""
+
+
+def barn(file, mission=MISSION, out="out", trials=1, jobs=1, tell=print, only=(), **arguments):
+    """Runs of a mission through the worlds of a file, in a folder beside it."""
+    setup = Setup(mission, RULES, arguments)
+    options = TableOptions(file.parent / out, jobs)
+    return fill_table(barn_entries(file, [setup], trials, only), options, tell)
 
 
 def grids(path, *worlds):
@@ -55,39 +66,38 @@ def blind_mission(tmp_path):
 
 def test_a_slalom_is_crossed_and_the_table_resumes(tmp_path):
     file = grids(tmp_path / "w.json", [*COURT, *SLALOM])
-    options = BenchOptions(file, Setup(MISSION), tmp_path / "out")
     told: list[str] = []
-    (crossing,) = run_barn(options, told.append)
-    assert (crossing.status, crossing.cause) == ("success", "")
-    assert crossing.path_length == 12.0 and crossing.clearance > 0.0
-    assert crossing.score(2.0) > 0.45
+    (run,) = barn(file, tell=told.append)
+    assert (run.status, run.cause) == ("success", "")
+    assert run.path_length == 12.0 and run.clearance > 0.0
+    assert score_of(run, 2.0) > 0.45
     assert "2 m/s, 4 rad/s, +5/-5 m/s², 10 rad/s²" in told[0]
     assert not (tmp_path / "out" / "failures").exists()
 
     table = tmp_path / "out" / "runs.jsonl"
-    with table.open("a") as file:
-        file.write('{"world": "0", "tri')  # cut off by an interruption
+    with table.open("a") as opened:
+        opened.write('{"world": "0", "tri')  # cut off by an interruption
     again: list[str] = []
-    assert run_barn(options, again.append) == [crossing]
+    assert barn(file, tell=again.append) == [run]
     assert "1 of 1 runs are in" in again[1]
     assert len(table.read_text().splitlines()) == 1
-    assert "success        100.00%  (none failed)" in report([crossing])
+    assert "success        100.00%  (none failed)" in report([run])
 
 
 def test_the_same_trial_drives_the_same_way(tmp_path):
     (case,) = find_worlds(grids(tmp_path / "w.json", [*COURT, *SLALOM[:8]]))
-    (first, way), (second, again) = (cross(case, Setup(MISSION), 3) for _ in range(2))
-    assert way == again and first.time == second.time
-    assert cross(case, Setup(MISSION), 4)[1] != way
+    setup = Setup(MISSION, RULES)
+    first, second = (carry_out(Entry(setup, case, 3)) for _ in range(2))
+    assert first.trace == second.trace and first.run.time == second.run.time
+    assert carry_out(Entry(setup, case, 4)).trace != first.trace
 
 
 def test_a_failure_has_a_cause_and_a_picture(tmp_path):
     file = grids(tmp_path / "w.json", COURT)
-    setup = Setup(blind_mission(tmp_path))
-    (crossing,) = run_barn(BenchOptions(file, setup, tmp_path / "out"), print)
-    assert crossing.status == "gave_up"
-    assert "the mission ended at (-2.25, 3.00), 10.0 m from the goal" in crossing.cause
-    picture = tmp_path / "out" / "failures" / "0-0.png"
+    (run,) = barn(file, blind_mission(tmp_path))
+    assert run.status == "gave_up"
+    assert "the mission ended at (-2.25, 3.00), 10.0 m from the goal" in run.cause
+    picture = tmp_path / "out" / "failures" / "blind-0-0.png"
     assert picture.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
 
 
@@ -95,27 +105,25 @@ def test_what_the_lidar_cannot_see_is_touched_and_ends_the_run(tmp_path):
     file = tmp_path / "sill.world"  # 0.2 m high, the lidar looks over it at 0.3 m
     sill = collision_model("<box><size>6 0.2 0.4</size></box>", "-2.25 5 0 0 0 0", "sill")
     file.write_text(gazebo_world(sill + unit_cylinder(0, -2.25, 20.0)))
-    (crossing,) = run_barn(BenchOptions(file, Setup(MISSION), tmp_path / "out"), print)
-    assert crossing.status == "contact" and crossing.score(4.0) == 0.0
-    assert "touched at (-2." in crossing.cause and "m/s" in crossing.cause
-    assert (tmp_path / "out" / "failures" / "sill-0.png").exists()
+    (run,) = barn(file)
+    assert run.status == "contact" and score_of(run, 4.0) == 0.0
+    assert "touched at (-2." in run.cause and "m/s" in run.cause
+    assert (tmp_path / "out" / "failures" / "barn-sill-0.png").exists()
 
 
 def test_another_setting_does_not_mix_with_the_results_there(tmp_path):
     file = grids(tmp_path / "w.json", COURT)
-    blind = Setup(blind_mission(tmp_path))
-    run_barn(BenchOptions(file, blind, tmp_path / "out"), print)
-    other = Setup(blind.mission, {"goal": "[0, 20, 0]"})
+    blind = blind_mission(tmp_path)
+    barn(file, blind)
     with pytest.raises(InputError, match=r"results of other settings.*choose another --out"):
-        run_barn(BenchOptions(file, other, tmp_path / "out"), print)
+        barn(file, blind, goal="[0, 20, 0]")
 
 
 @pytest.mark.slow
 def test_worn_out_processes_are_replaced_and_every_run_comes_back(tmp_path, monkeypatch):
-    monkeypatch.setattr("missions.bench.barn_bench.RUNS_PER_PROCESS", 1)
+    monkeypatch.setattr("missions.bench.table.RUNS_PER_PROCESS", 1)
     file = grids(tmp_path / "w.json", COURT)
-    options = BenchOptions(file, Setup(blind_mission(tmp_path)), tmp_path / "out", trials=4, jobs=2)
-    rows = run_barn(options, print)
+    rows = barn(file, blind_mission(tmp_path), trials=4, jobs=2)
     assert sorted(row.trial for row in rows) == [0, 1, 2, 3]
 
 
@@ -134,11 +142,11 @@ def test_the_path_length_of_a_world_without_one_is_the_shortest_way(tmp_path):
     file = tmp_path / "a.world"
     file.write_text(cylinder_world(places(COURT)))
     (free,) = find_worlds(file)
-    assert path_length(free, robot, START, GOAL) == pytest.approx(10.0, abs=0.05)
+    assert shortest_way(free.world, robot, START, GOAL) == pytest.approx(10.0, abs=0.05)
     file.with_name("b.world").write_text(cylinder_world(chain(places(COURT), places(SLALOM))))
     (bent,) = find_worlds(file.with_name("b.world"))
     # round the corners at (-1.28, 5.4) and (-3.2, 7.2), 0.215 m + 0.075 m away from the posts
-    assert 11.3 < path_length(bent, robot, START, GOAL) < 12.3
+    assert 11.3 < shortest_way(bent.world, robot, START, GOAL) < 12.3
 
 
 @pytest.mark.parametrize(
@@ -160,6 +168,5 @@ def test_a_folder_without_worlds_and_an_unknown_name(tmp_path):
     with pytest.raises(InputError, match=r"E001.*no BARN worlds here"):
         find_worlds(tmp_path)
     file = grids(tmp_path / "w.json", COURT)
-    options = BenchOptions(file, Setup(MISSION), tmp_path / "out", only=("7",))
     with pytest.raises(InputError, match="no world '7' among the 1 here"):
-        run_barn(options, print)
+        barn(file, only=("7",))

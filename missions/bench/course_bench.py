@@ -1,0 +1,97 @@
+"""The narrow passages: which runs they are made of, and their report."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import median
+
+from missions.bench.courses import COURSES, Course
+from missions.bench.layout import written
+from missions.bench.runs import Entry, Rules, Run, Setup
+from missions.resources import MISSIONS, load_robot
+from stack.errors import InputError
+from stack.parameters import suggestion
+
+RULES = Rules(goal_radius=0.3, time_limit=120.0, by_mission=True)
+
+ROBOTS = ("scout", "jackal")
+
+
+@dataclass(frozen=True)
+class CourseOptions:
+    """Which passages, by whom.
+
+    Attributes:
+        courses: names; empty for all.
+        controllers: names; empty for the default one.
+        worlds: folder for the generated world files.
+    """
+
+    worlds: Path
+    courses: tuple[str, ...] = ()
+    robots: tuple[str, ...] = ROBOTS
+    controllers: tuple[str, ...] = ()
+    trials: int = 20
+
+
+def course_entries(options: CourseOptions) -> list[Entry]:
+    """Every passage by every trial, for each robot and controller in turn.
+
+    Raises:
+        InputError: no course or robot of such a name.
+    """
+    return [
+        entry
+        for robot in options.robots
+        for controller in options.controllers or (None,)
+        for name in options.courses or COURSES
+        for entry in _entries(_course(name), robot, controller, options)
+    ]
+
+
+def report(runs: Sequence[Run]) -> list[str]:
+    """A line for each passage and setup, and each failure."""
+    lines = [f"{'setup':<36}{'course':<10}  passed  time s  way driven / shortest  clearance m"]
+    for setup, world in dict.fromkeys((run.setup, run.world) for run in runs):
+        own = [run for run in runs if (run.setup, run.world) == (setup, world)]
+        good = [run for run in own if run.success]
+        lines.append(f"{setup:<36}{world:<10}  {len(good)}/{len(own):<4}" + _figures(good))
+    failed = [run for run in runs if not run.success]
+    lines += [f"  {run.setup}, {run.world} trial {run.trial}: {run.status}: {run.cause}"
+              for run in failed]  # fmt: skip
+    return lines
+
+
+def _figures(good: Sequence[Run]) -> str:
+    if not good:
+        return ""
+    return (
+        f"  {median(run.time for run in good):6.1f}"
+        f"  {median(run.driven / run.path_length for run in good):21.2f}"
+        f"  {min(run.clearance for run in good):11.3f}"
+    )
+
+
+def _course(name: str) -> Course:
+    if name not in COURSES:
+        raise InputError(f"there is no course {name!r}; {suggestion(name, [*COURSES])}")
+    return COURSES[name]
+
+
+def _entries(
+    course: Course, robot: str, controller: str | None, options: CourseOptions
+) -> list[Entry]:
+    mission = "course.yaml" if course.mapped else "course_unmapped.yaml"
+    setup = Setup(
+        str(MISSIONS / "bench" / mission), RULES, robot=robot, controller=controller
+    )  # fmt: skip
+    description = load_robot(robot, Path.cwd())
+    folder = options.worlds / description.name
+    return [
+        Entry(setup, written(
+            course.text(description, trial), course.name, folder / f"{course.name}_{trial}.yaml"
+        ), trial)
+        for trial in range(options.trials)
+    ]  # fmt: skip

@@ -1,0 +1,114 @@
+"""Worlds that a benchmark generates: drawn in a frame of their own, written as world files."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field
+from math import degrees
+from pathlib import Path
+from typing import Any
+
+from missions.bench.runs import GOAL, Case
+from missions.resources import load_world
+from stack.types import Pose2D
+
+Point = tuple[float, float]
+
+
+@dataclass
+class Layout:
+    """What stands where, in metres.
+
+    Attributes:
+        walls: polylines along the middle of slabs `thickness` wide, and whether they are closed.
+        posts: x, y, radius; hidden ones are missing on the map.
+        crates: pose of the middle and length, width; hidden ones are missing on the map.
+        walkers: further entries of the world file's `people`, in the world frame.
+    """
+
+    start: Pose2D
+    goal: Pose2D
+    walls: list[tuple[list[Point], bool]] = field(default_factory=list)
+    posts: list[tuple[float, float, float]] = field(default_factory=list)
+    crates: list[tuple[Pose2D, float, float]] = field(default_factory=list)
+    hidden_posts: list[tuple[float, float, float]] = field(default_factory=list)
+    hidden_crates: list[tuple[Pose2D, float, float]] = field(default_factory=list)
+    walkers: list[dict[str, Any]] = field(default_factory=list)
+    thickness: float = 0.1
+
+    def mirrored(self) -> Layout:
+        """Left and right exchanged. What walks stays as it is."""
+
+        def flip(pose: Pose2D) -> Pose2D:
+            return Pose2D(pose.x, -pose.y, -pose.heading)
+
+        return Layout(
+            flip(self.start), flip(self.goal),
+            [([(x, -y) for x, y in points], closed) for points, closed in self.walls],
+            [(x, -y, radius) for x, y, radius in self.posts],
+            [(flip(pose), long, wide) for pose, long, wide in self.crates],
+            [(x, -y, radius) for x, y, radius in self.hidden_posts],
+            [(flip(pose), long, wide) for pose, long, wide in self.hidden_crates],
+            self.walkers, self.thickness,
+        )  # fmt: skip
+
+    def text(self, name: str, doc: str, at: Pose2D = Pose2D(0.0, 0.0)) -> str:
+        """The world file, the layout's frame standing `at` a pose of the world."""
+        document: dict[str, Any] = {
+            "world": name,
+            "format": 1,
+            "doc": doc,
+            "start": _pose(at.compose(self.start)),
+            "places": {GOAL: _pose(at.compose(self.goal))},
+            "walls": [
+                {
+                    "points": [_point(at, *point) for point in points],
+                    "closed": closed, "thickness": self.thickness,
+                }
+                for points, closed in self.walls
+            ],
+            "boxes": _crates(at, self.crates, True) + _crates(at, self.hidden_crates, False),
+            "cylinders": _posts(at, self.posts, True) + _posts(at, self.hidden_posts, False),
+            "people": self.walkers,
+        }  # fmt: skip
+        lines = []
+        for key, value in document.items():
+            if isinstance(value, list) and value and isinstance(value[0], dict):
+                lines += [f"{key}:", *(f"  - {json.dumps(item)}" for item in value)]
+            else:
+                lines.append(f"{key}: {json.dumps(value)}")
+        return "\n".join(lines) + "\n"
+
+
+def written(text: str, name: str, file: Path) -> Case:
+    """The case of a world file that is written now, or stands there already."""
+    if not file.exists() or file.read_text("utf-8") != text:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text, "utf-8")
+    return Case(name, load_world(str(file.resolve()), file.parent), file)
+
+
+def _posts(at: Pose2D, posts: list[tuple[float, float, float]], shown: bool) -> list[Any]:
+    return [
+        {"at": _point(at, x, y), "radius": round(radius, 4), "on_map": shown}
+        for x, y, radius in posts
+    ]
+
+
+def _crates(at: Pose2D, crates: list[tuple[Pose2D, float, float]], shown: bool) -> list[Any]:
+    return [
+        {
+            "at": _pose(at.compose(pose)),
+            "size": [round(length, 4), round(width, 4), 1.0], "on_map": shown,
+        }
+        for pose, length, width in crates
+    ]  # fmt: skip
+
+
+def _point(at: Pose2D, x: float, y: float) -> list[float]:
+    moved = at.compose(Pose2D(x, y))
+    return [round(moved.x, 4), round(moved.y, 4)]
+
+
+def _pose(pose: Pose2D) -> list[Any]:
+    return [round(pose.x, 4), round(pose.y, 4), f"{degrees(pose.heading):.3f} deg"]

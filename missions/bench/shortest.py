@@ -1,0 +1,54 @@
+"""The way that a run is measured against: the shortest that the true world allows."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from stack.description import RobotDescription
+from stack.sim.world import World
+from stack.types import Pose2D
+
+ROOM = 1.0
+"""Metres of floor round start and goal."""
+
+RESOLUTION = 0.025
+"""Metres: fine enough that no gap which the robot fits through is drawn shut."""
+
+
+def shortest_way(world: World, robot: RobotDescription, start: Pose2D, goal: Pose2D) -> float:
+    """Metres of the shortest way for a disc of the robot's inscribed radius.
+
+    Round everything that stands, whether maps show it or not; doors count as open.
+
+    Args:
+        world: the place.
+        robot: who crosses it.
+        start: world frame.
+        goal: world frame.
+
+    Raises:
+        NavigationError: there is no way.
+    """
+    from stack.costmap.costmap import Costmap
+    from stack.costmap.parameters import CostmapParameters
+    from stack.planning.astar import Astar, AstarParameters
+    from stack.sim.rasterise import rasterise
+
+    x_min, y_min, x_max, y_max = world.bounds
+    bounds = (
+        min(x_min, start.x - ROOM, goal.x - ROOM), min(y_min, start.y - ROOM, goal.y - ROOM),
+        max(x_max, start.x + ROOM, goal.x + ROOM), max(y_max, start.y + ROOM, goal.y + ROOM),
+    )  # fmt: skip
+    whole = replace(
+        world,
+        bounds=bounds,
+        start=start,
+        walls=tuple(replace(item, on_map=True) for item in world.walls),
+        boxes=tuple(replace(item, on_map=True) for item in world.boxes),
+        cylinders=tuple(replace(item, on_map=True) for item in world.cylinders),
+    )
+    radius = robot.footprint.inscribed_radius
+    costs = Costmap(
+        CostmapParameters(inflation_radius=radius), robot.footprint, rasterise(whole, RESOLUTION)
+    )
+    return Astar(AstarParameters(cost_weight=0.0), robot).plan(costs.grid, start, goal).length

@@ -1,0 +1,125 @@
+"""`treepilot bench`: measures how well a robot drives. A part of missions.cli."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from stack.errors import InputError
+
+HELP = """Measure how well robots drive; docs/benchmarks.md says what the figures mean.
+
+Tables go to bench/NAME: a run a line in runs.jsonl, a picture of each failure in failures/, what
+was set in settings.json. A bench that was interrupted goes on where it stopped.
+"""
+
+bench_app = typer.Typer(no_args_is_help=True, help=HELP)
+
+Trials = Annotated[int, typer.Option(min=1, help="runs in each world; trial n has seed n")]
+Jobs = Annotated[int, typer.Option(min=1, help="processes")]
+Controllers = Annotated[
+    str,
+    typer.Option(
+        "--controllers", "--controller", metavar="NAMES",
+        help="one after the other, such as pure_pursuit,mppi [default: the mission's]",
+    ),
+]  # fmt: skip
+Out = Annotated[Path, typer.Option(help="the table's folder; an interrupted bench goes on there")]
+Settings = Annotated[
+    list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="a mission argument")
+]
+
+
+@bench_app.command("barn")
+def barn(  # noqa: PLR0913 - each is an option of the command
+    worlds: Annotated[
+        Path, typer.Option(help="folder of .world files, one of them, or a .json of grids")
+    ],
+    trials: Trials = 1,
+    jobs: Jobs = 1,
+    out: Out = Path("bench/barn"),
+    only: Annotated[str, typer.Option(metavar="NAMES", help="worlds, such as 3,17,200")] = "",
+    controllers: Controllers = "",
+    mission: Annotated[str, typer.Option(help="another mission with the argument goal")] = "",
+    set_: Settings = None,
+) -> None:
+    """Cross unknown, narrow worlds and score it as the BARN Challenge does."""
+    from missions.bench.barn import barn_entries, report
+    from missions.bench.barn_score import RULES
+    from missions.bench.runs import Setup
+    from missions.bench.table import TableOptions, fill_table
+    from missions.resources import MISSIONS
+
+    file, arguments = mission or str(MISSIONS / "bench" / "barn.yaml"), assignments(set_ or [])
+    setups = [
+        Setup(file, RULES, arguments, controller=name) for name in named(controllers) or (None,)
+    ]
+    entries = barn_entries(worlds, setups, trials, named(only))
+    _print(report(fill_table(entries, TableOptions(out, jobs), _tell)))
+
+
+@bench_app.command("courses")
+def courses(  # noqa: PLR0913 - each is an option of the command
+    course: Annotated[
+        str,
+        typer.Option(
+            metavar="NAMES", help="some of door, s_bend, corner, dead_end, clutter [default: all]"
+        ),
+    ] = "",
+    robots: Annotated[
+        str, typer.Option("--robots", "--robot", metavar="NAMES", help="names or robot.yaml files")
+    ] = "scout,jackal",
+    controllers: Controllers = "",
+    trials: Trials = 20,
+    jobs: Jobs = 1,
+    out: Out = Path("bench/courses"),
+) -> None:
+    """Drive through narrow passages made to the robot's measure, with default parameters.
+
+    A passage is a little different in each trial. It is passed when the mission says so, at the
+    goal, within two minutes and without any contact.
+    """
+    from missions.bench.course_bench import CourseOptions, course_entries, report
+    from missions.bench.table import TableOptions, fill_table
+
+    options = CourseOptions(
+        out / "worlds", named(course), named(robots), named(controllers), trials
+    )  # fmt: skip
+    entries = course_entries(options)
+    _print(report(fill_table(entries, TableOptions(out, jobs), _tell)))
+
+
+@bench_app.callback()
+def _bench() -> None:
+    """Measure how well robots drive."""
+
+
+def named(words: str) -> tuple[str, ...]:
+    """Names between commas."""
+    return tuple(word.strip() for word in words.split(",") if word.strip())
+
+
+def assignments(pairs: list[str], option: str = "--set") -> dict[str, str]:
+    """NAME=VALUE, given again and again.
+
+    Raises:
+        InputError: one is something else.
+    """
+    values = {}
+    for pair in pairs:
+        name, equals, value = pair.partition("=")
+        if not equals or not name.strip():
+            raise InputError(f"{option} {pair}: expected NAME=VALUE, such as dwell=5s")
+        values[name.strip()] = value.strip()
+    return values
+
+
+def _tell(line: str) -> None:
+    typer.echo(line, err=True)
+
+
+def _print(lines: list[str]) -> None:
+    for line in lines:
+        typer.echo(line)

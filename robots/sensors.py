@@ -1,0 +1,100 @@
+"""What stands in a robot.yaml of lidars, sonars and cameras."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import pi, tan
+from typing import Any, TypeVar, cast
+
+from robots.declared import SHAPE, X, Y, Z
+from stack.description import CameraDescription, LidarDescription, SonarDescription
+from stack.documents import Section
+from stack.parameters import Declaration, declarations
+from stack.types import CameraModel, Pose2D
+
+T = TypeVar("T")
+
+YAW = Declaration("yaw", float, "to the left", "rad", 0.0, at_least=-pi, at_most=2 * pi)
+PITCH = Declaration("pitch", float, "looking down", "rad", 0.0, at_least=-pi / 2, at_most=pi / 2)
+PIXELS = tuple(
+    Declaration(name, int, "of the picture", default=default, at_least=16, at_most=4096)
+    for name, default in (("width", 320), ("height", 240))
+)
+FIELD_OF_VIEW = Declaration(
+    "field_of_view", float, "from left to right", "rad", pi * 70 / 180, above=0.0, at_most=2.8
+)
+
+
+def parameters_of(section: Section | None, kind: type[T], **more: Any) -> T:
+    """A parameter dataclass from a section, its other fields given; the defaults without one."""
+    if section is None:
+        return kind(**more)
+    values = {
+        name: section.value(declared) for name, declared in declarations(cast("type", kind)).items()
+    }
+    section.done()
+    return kind(**values, **more)
+
+
+def read_lidar(section: Section | None) -> LidarDescription | None:
+    if section is None:
+        return None
+    lidar = parameters_of(section, LidarDescription, mount=_mount(section))
+    for key, worst, limit in (
+        ("range_min", lidar.range_min, lidar.range_max),
+        ("field_of_view", lidar.field_of_view, 2 * pi + 1e-9),
+    ):
+        if worst >= limit:
+            mark = (section.node.get(key) or section.node).mark
+            section.findings.error(SHAPE, mark, f"{key}: {worst:g} must be below {limit:g}")
+    return lidar
+
+
+def read_camera(section: Section | None) -> CameraDescription | None:
+    if section is None:
+        return None
+    width, height = (section.value(declared) for declared in PIXELS)
+    focal_length = width / 2 / tan(section.value(FIELD_OF_VIEW) / 2)
+    node = section.node_of("position", required=True)
+    position = None if node is None else section.parts("position", node, (X, Y, Z))
+    x, y, z = position or (0.0, 0.0, 0.0)
+    model = CameraModel(
+        width, height, focal_length, (x, y, z), section.value(PITCH), section.value(YAW)
+    )
+    return parameters_of(section, CameraDescription, model=model)
+
+
+def read_lidars(top: Section) -> dict[str, LidarDescription]:
+    """Lidars besides `lidar`, by name."""
+    return _named(top, "lidars", read_lidar)
+
+
+def read_sonars(top: Section) -> dict[str, SonarDescription]:
+    """Sonars by name."""
+    return _named(top, "sonars", _sonar)
+
+
+def _named(top: Section, key: str, read: Callable[[Section | None], T | None]) -> dict[str, T]:
+    section = top.section(key)
+    found: dict[str, T] = {}
+    for name, node in section.node.entries if section is not None else ():
+        if name.value == "lidar":
+            top.findings.error(SHAPE, name.mark, f"{key}: `lidar` is the name of the main one")
+            continue
+        sensor = read(Section(node, top.findings, f"`{key}.{name.value}`", SHAPE))
+        if sensor is not None:
+            found[str(name.value)] = sensor
+    return found
+
+
+def _sonar(section: Section | None) -> SonarDescription | None:
+    if section is None:
+        return None
+    return parameters_of(section, SonarDescription, mount=_mount(section))
+
+
+def _mount(section: Section) -> Pose2D:
+    node = section.node_of("position")
+    position = None if node is None else section.parts("position", node, (X, Y))
+    x, y = position or (0.0, 0.0)
+    return Pose2D(x, y, section.value(YAW))

@@ -1,0 +1,235 @@
+"""Reads the `wheels` of a robot.yaml, one kind of drive at a time, and checks the URDF's joints."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import atan, degrees
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+
+from robots.declared import HEADING, RADIUS, SHAPE, URDF, X, Y, length
+from stack.description import DriveKind, Limits, OmniWheels, SteeredWheels, Wheels
+from stack.documents import Node, Section
+from stack.parameters import Declaration, suggestion
+from stack.types import Pose2D
+
+AnyWheels = Wheels | OmniWheels | SteeredWheels
+
+DRIVE = Declaration(
+    "drive", str, "which velocities the wheels can make", default=str(DriveKind.DIFFERENTIAL),
+    one_of=tuple(map(str, DriveKind)),
+)  # fmt: skip
+LEFT = Declaration("left", list[str], "URDF joints of the wheels that turn together on the left")
+RIGHT = Declaration("right", list[str], "URDF joints of the wheels that turn together on the right")
+SEPARATION = length("separation", "between the middles of left and right")
+MOUNTS = Declaration("mounts", list[Any], "omnidirectional wheels, each {joint: …, at: …}")
+JOINT = Declaration("joint", str, "the wheel's, in the URDF")
+AT = (X, Y, HEADING)
+STEERING = Declaration(
+    "steering", list[str], "URDF joints that turn the front wheels, left and right"
+)
+REAR = Declaration("rear", list[str], "URDF joints of the driven rear wheels, left and right")
+WHEELBASE = length("wheelbase", "from the rear axle to the front axle")
+TRACK = length("track", "between the middles of left and right wheels")
+STEERING_ANGLE = Declaration(
+    "steering_angle", float, "the most that the middle of the front axle steers", "rad",
+    above=0.0, at_most=1.4,
+)  # fmt: skip
+STEERING_SPEED = Declaration("steering_speed", float, "how fast it steers", "rad/s", above=0.0)
+
+KEYS: dict[str, tuple[Declaration, ...]] = {
+    DriveKind.DIFFERENTIAL: (LEFT, RIGHT, RADIUS, SEPARATION),
+    DriveKind.OMNI: (MOUNTS, RADIUS),
+    DriveKind.ACKERMANN: (
+        STEERING, REAR, RADIUS, WHEELBASE, TRACK, STEERING_ANGLE, STEERING_SPEED,
+    ),
+}  # fmt: skip
+"""What stands under `wheels` beside `drive`, by kind; all of it is needed."""
+
+LEAST_SINGULAR_VALUE = 1e-3
+"""Of wheels' Jacobian; below it some velocity needs wheels a thousand times as fast."""
+
+
+def read_wheels(top: Section) -> AnyWheels | None:
+    """The wheels; None, with everything noted, when something is wrong."""
+    section = top.section("wheels", required=True)
+    if section is None:
+        return None
+    kind = section.value(DRIVE)
+    written = section.node.get("drive")
+    if written is not None and written.value not in KEYS:
+        return None  # what else should stand here hangs on it
+    wheels: AnyWheels | None
+    if kind == DriveKind.OMNI:
+        wheels = _omni(section)
+    elif kind == DriveKind.ACKERMANN:
+        wheels = _steered(section)
+    else:
+        wheels = _differential(section)
+    _report_misplaced(section, kind)
+    section.done()
+    return wheels
+
+
+def check_lateral_speed(top: Section, wheels: AnyWheels | None, limits: Limits) -> None:
+    """Only omnidirectional wheels go sideways, and they must be told how fast."""
+    listed = top.node.get("limits")
+    node = (listed.get("lateral_speed") if listed is not None else None) or listed or top.node
+    if wheels is None:
+        return
+    if isinstance(wheels, OmniWheels) and limits.lateral_speed <= 0.0:
+        sentence = "limits: an omnidirectional robot has a lateral_speed above 0"
+        top.findings.error(SHAPE, node.mark, sentence, "lateral_speed: 0.5 m/s")
+    elif not isinstance(wheels, OmniWheels) and limits.lateral_speed > 0.0:
+        sentence = f"lateral_speed: these wheels cannot go sideways, got {limits.lateral_speed:g}"
+        hint = "leave it out, or describe omnidirectional wheels (drive: omni)"
+        top.findings.error(SHAPE, node.mark, sentence, hint)
+
+
+def check_joints(top: Section, root: ElementTree.Element, wheels: AnyWheels) -> None:
+    """Every wheel is a continuous joint of the URDF, every steering joint a revolute one."""
+    joints = {str(joint.get("name")): joint for joint in root.iter("joint")}
+    listed = top.node.get("wheels")
+    for named in _named_joints(listed) if listed is not None else ():
+        joint = joints.get(named.name)
+        if joint is None:
+            sentence = f"wheels: the URDF has no joint {named.name!r}"
+            top.findings.error(URDF, named.node.mark, sentence, suggestion(named.name, joints))
+        elif joint.get("type") != named.wanted:
+            sentence = f"wheels: the URDF's joint {named.name!r} is {joint.get('type')}"
+            hint = f"a {named.role}'s joint is {named.wanted}"
+            top.findings.error(URDF, named.node.mark, sentence, hint)
+        elif isinstance(wheels, SteeredWheels) and named.wanted == "revolute":
+            _check_stop(top, named, joint, wheels)
+
+
+def _differential(section: Section) -> Wheels | None:
+    left, right = section.value(LEFT), section.value(RIGHT)
+    radius, separation = section.value(RADIUS), section.value(SEPARATION)
+    for side, joints in (("left", left), ("right", right)):
+        if joints == []:
+            sentence = f"wheels: {side} names no joint"
+            section.findings.error(SHAPE, section.node.mark, sentence, f"{side}: [{side}_wheel]")
+    if left is None or right is None or radius is None or separation is None:
+        return None
+    return Wheels(tuple(left), tuple(right), radius, separation)
+
+
+def _omni(section: Section) -> OmniWheels | None:
+    radius = section.value(RADIUS)
+    items = section.sequence("mounts", required=True)
+    read = [_mount(section, item) for item in items]
+    found = [mount for mount in read if mount is not None]
+    if radius is None or not items or len(found) < len(items):
+        return None
+    wheels = OmniWheels(tuple(j for j, _ in found), tuple(at for _, at in found), radius)
+    _check_mounts(section, wheels)
+    return wheels
+
+
+def _mount(section: Section, node: Node) -> tuple[str, Pose2D] | None:
+    """A wheel's joint and where it touches the floor; its heading is the way that it pushes."""
+    mount = Section(node, section.findings, "a wheel under `mounts`", SHAPE)
+    joint, at = mount.value(JOINT), mount.node_of("at", required=True)
+    place = None if at is None else mount.parts("at", at, AT)
+    mount.done()
+    return None if joint is None or place is None else (joint, Pose2D(*place))
+
+
+def _check_mounts(section: Section, wheels: OmniWheels) -> None:
+    node = section.node.get("mounts") or section.node
+    if len(wheels.mounts) < 3:
+        sentence = f"mounts: three velocities take at least 3 wheels, got {len(wheels.mounts)}"
+        section.findings.error(SHAPE, node.mark, sentence)
+    elif float(np.linalg.svd(wheels.jacobian, compute_uv=False)[-1]) < LEAST_SINGULAR_VALUE:
+        sentence = "mounts: these wheels cannot go forward, sideways and turn at will"
+        hint = "their headings must not all be parallel, nor all pass through one point"
+        section.findings.error(SHAPE, node.mark, sentence, hint)
+
+
+def _steered(section: Section) -> SteeredWheels | None:
+    values = [section.value(declared) for declared in KEYS[DriveKind.ACKERMANN]]
+    pairs = [_pair(section, STEERING, values[0]), _pair(section, REAR, values[1])]
+    if any(value is None for value in (*pairs, *values)):
+        return None
+    assert pairs[0] is not None and pairs[1] is not None
+    wheels = SteeredWheels(pairs[0], pairs[1], *values[2:])
+    if wheels.turning_radius <= wheels.track / 2.0:
+        sentence = (
+            f"wheels: steering by {degrees(wheels.steering_angle):.0f} deg would turn about a "
+            f"point {wheels.turning_radius:.2f} m off the middle, between the rear wheels"
+        )
+        hint = "a smaller steering_angle, a longer wheelbase or a narrower track"
+        section.findings.error(SHAPE, section.node.mark, sentence, hint)
+        return None
+    return wheels
+
+
+def _pair(
+    section: Section, declared: Declaration, joints: list[str] | None
+) -> tuple[str, str] | None:
+    if joints is None or len(joints) == 2:
+        return None if joints is None else (joints[0], joints[1])
+    node = section.node.get(declared.name) or section.node
+    sentence = f"{declared.name}: expected [left, right], got {len(joints)} joints"
+    section.findings.error(SHAPE, node.mark, sentence)
+    return None
+
+
+def _report_misplaced(section: Section, kind: str) -> None:
+    """Keys that another kind of drive has."""
+    own = {declared.name for declared in KEYS[kind]}
+    for other, keys in KEYS.items():
+        for name in [declared.name for declared in keys if declared.name not in own]:
+            if section.node.get(name) is None:
+                continue
+            node = section.node_of(name)
+            assert node is not None
+            sentence = f"wheels: {name!r} is for drive: {other}, and this is drive: {kind}"
+            section.findings.error(SHAPE, node.mark, sentence)
+
+
+@dataclass(frozen=True, slots=True)
+class _NamedJoint:
+    """A joint that `wheels` names, where, and what it should be."""
+
+    name: str
+    node: Node
+    role: str
+    wanted: str
+
+
+def _named_joints(listed: Node) -> Iterator[_NamedJoint]:
+    for key in (LEFT.name, RIGHT.name, REAR.name, STEERING.name):
+        node = listed.get(key)
+        role = ("steering", "revolute") if key == STEERING.name else ("wheel", "continuous")
+        for item in node.items if node is not None else ():
+            yield _NamedJoint(str(item.value), item, *role)
+    mounts = listed.get(MOUNTS.name)
+    for item in mounts.items if mounts is not None else ():
+        joint = item.get(JOINT.name)
+        if joint is not None:
+            yield _NamedJoint(str(joint.value), joint, "wheel", "continuous")
+
+
+def _check_stop(
+    top: Section, named: _NamedJoint, joint: ElementTree.Element, wheels: SteeredWheels
+) -> None:
+    """The wheel on the inside of the tightest arc steers more than the middle of the axle."""
+    inner = atan(wheels.wheelbase / (wheels.turning_radius - wheels.track / 2.0))
+    limit = joint.find("limit")
+    try:
+        ends = [float((limit.get(end) if limit is not None else None) or 0.0)
+                for end in ("lower", "upper")]  # fmt: skip
+    except ValueError:
+        ends = [0.0, 0.0]
+    if ends[0] > -inner or ends[1] < inner:
+        sentence = (
+            f"wheels: the URDF's joint {named.name!r} turns from {ends[0]:g} to {ends[1]:g} rad, "
+            f"and the inner wheel of the tightest arc stands at {inner:.3f} rad"
+        )
+        hint = "widen the joint's <limit>, or lower steering_angle"
+        top.findings.error(URDF, named.node.mark, sentence, hint)

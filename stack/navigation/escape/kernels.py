@@ -1,0 +1,131 @@
+"""Compiled test of whether the ground under a sweep was seen to be free."""
+
+from __future__ import annotations
+
+from math import atan2, cos, hypot, inf, isnan, pi, sin
+
+from numba import njit
+
+from stack.types import FloatArray
+
+
+@njit(cache=True, nogil=True)
+def _sees(
+    view: FloatArray, ranges: FloatArray, angle_min: float, increment: float, x: float, y: float
+) -> bool:
+    """Whether the beams to both sides of a point reached at least as far as it."""
+    dx, dy = x - view[0], y - view[1]
+    n = ranges.shape[0]
+    turn = (atan2(dy, dx) - view[2] - angle_min) % (2.0 * pi)
+    place = turn / increment
+    first = int(place)
+    second = first + 1
+    if n * increment > 2.0 * pi - 1.5 * increment:  # looks all round
+        first, second = first % n, second % n
+    elif second >= n:
+        return False
+    reach = min(ranges[first], ranges[second])
+    if isnan(ranges[first]) or isnan(ranges[second]):
+        return False
+    return bool(hypot(dx, dy) <= reach)
+
+
+@njit(cache=True, nogil=True)
+def _inside(corners: FloatArray, x: float, y: float) -> bool:
+    """Whether a point lies in a polygon."""
+    found = False
+    for i in range(corners.shape[0]):
+        ax, ay = corners[i - 1, 0], corners[i - 1, 1]
+        bx, by = corners[i, 0], corners[i, 1]
+        if (ay > y) != (by > y) and x < ax + (y - ay) * (bx - ax) / (by - ay):
+            found = not found
+    return found
+
+
+@njit(cache=True, nogil=True)
+def _driven_through(trail: FloatArray, corners: FloatArray, x: float, y: float) -> bool:
+    """Whether the robot's outline has covered a point."""
+    for i in range(trail.shape[0] - 1, -1, -1):
+        dx, dy = x - trail[i, 0], y - trail[i, 1]
+        c, s = cos(trail[i, 2]), sin(trail[i, 2])
+        if _inside(corners, c * dx + s * dy, c * dy - s * dx):
+            return True
+    return False
+
+
+@njit(cache=True, nogil=True)
+def known_until(
+    poses: FloatArray, outline: FloatArray, views: FloatArray, ranges: FloatArray,
+    angle_min: float, increment: float, trail: FloatArray, corners: FloatArray,
+) -> int:  # fmt: skip
+    """Number of the first pose whose outline leaves the known ground; len(poses) for none.
+
+    Ground is known where a beam passed over it, or where the robot has stood.
+
+    Args:
+        poses: (k, 3) x, y, heading to be driven through, odom frame.
+        outline: (m, 2) points along the footprint's edge, base frame, metres.
+        views: (v, 3) poses of the lidar in the odom frame, newest last.
+        ranges: (v, n) metres as far as each beam shows free ground; NaN where it shows nothing.
+        angle_min: direction of beam 0, lidar frame, radians.
+        increment: from beam to beam, radians.
+        trail: (t, 3) poses the robot stood at, odom frame, newest last.
+        corners: (c, 2) of the footprint, a little widened, base frame, metres.
+    """
+    for i in range(poses.shape[0]):
+        c, s = cos(poses[i, 2]), sin(poses[i, 2])
+        for j in range(outline.shape[0]):
+            x = poses[i, 0] + c * outline[j, 0] - s * outline[j, 1]
+            y = poses[i, 1] + s * outline[j, 0] + c * outline[j, 1]
+            seen = False
+            for v in range(views.shape[0] - 1, -1, -1):
+                if _sees(views[v], ranges[v], angle_min, increment, x, y):
+                    seen = True
+                    break
+            if not seen and not _driven_through(trail, corners, x, y):
+                return i
+    return int(poses.shape[0])
+
+
+@njit(cache=True, nogil=True)
+def _signed_distance(corners: FloatArray, x: float, y: float) -> float:
+    """Distance of a point to a polygon, metres; negative inside."""
+    nearest = inf
+    for i in range(corners.shape[0]):
+        ax, ay = corners[i - 1, 0], corners[i - 1, 1]
+        dx, dy = corners[i, 0] - ax, corners[i, 1] - ay
+        share = ((x - ax) * dx + (y - ay) * dy) / (dx * dx + dy * dy)
+        share = min(1.0, max(0.0, share))
+        nearest = min(nearest, hypot(ax + share * dx - x, ay + share * dy - y))
+    return -nearest if _inside(corners, x, y) else nearest
+
+
+@njit(cache=True, nogil=True)
+def clearances(
+    poses: FloatArray, points: FloatArray, corners: FloatArray, radius: float, reach: float,
+    floor: float, out: FloatArray,
+) -> int:  # fmt: skip
+    """Distance from the footprint at each pose to the nearest point, at most `reach`.
+
+    Returns the number of poses before the first that comes nearer than the floor.
+
+    Args:
+        poses: (k, 3) x, y, heading.
+        points: (m, 2) metres, in the frame of the poses.
+        corners: (c, 2) of the footprint, base frame, metres.
+        radius: of the circle round the base that holds the footprint.
+        reach: metres; farther is as good.
+        floor: metres; the first pose that is nearer than this ends it.
+        out: (k,) written to: metres, negative where a point lies inside.
+    """
+    for i in range(poses.shape[0]):
+        c, s = cos(poses[i, 2]), sin(poses[i, 2])
+        best = reach
+        for j in range(points.shape[0]):
+            dx, dy = points[j, 0] - poses[i, 0], points[j, 1] - poses[i, 1]
+            if hypot(dx, dy) - radius < best:
+                best = min(best, _signed_distance(corners, c * dx + s * dy, c * dy - s * dx))
+        if best < floor:
+            return i
+        out[i] = best
+    return int(poses.shape[0])

@@ -1,0 +1,163 @@
+"""From lanes and ways through free space to one path with rounded corners and speed limits."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from math import ceil, cos, inf, sin
+
+import numpy as np
+
+from stack.planning.routes.graph import RouteEdge
+from stack.planning.routes.network import TOUCH, blocked
+from stack.planning.routes.search import Arc
+from stack.planning.smoothing import SPACING, resampled, with_headings
+from stack.types import CostGrid, FloatArray, Path, wrap_angle
+
+_CORNER, _REVERSAL = 0.09, 2.6
+"""Radians between which a change of direction is a corner to be rounded."""
+
+_LOOK = 3  # points before and after a corner that its directions are taken from
+
+
+@dataclass(frozen=True, slots=True)
+class Shape:
+    """How a path is put together.
+
+    Attributes:
+        radius: of corners, metres; where there is no room they are rounded tighter, or not at all.
+        top_speed: of the robot, m/s.
+        keeps_connections: ways through free space keep their headings and are not rounded: a car
+            may drive backward on them.
+    """
+
+    radius: float
+    top_speed: float
+    keeps_connections: bool
+
+
+@dataclass(slots=True)
+class _Piece:
+    """Poses close together, (n, 2) or (n, 3) where headings are kept, with a limit for each."""
+
+    points: FloatArray
+    limits: FloatArray
+
+
+def path_along(arcs: Sequence[Arc], costs: CostGrid, shape: Shape, heading: float) -> Path:
+    """The path along arcs, its poses SPACING apart; the last one has this heading."""
+    parts = []
+    for piece in _joined(_pieces(arcs, shape), shape):
+        if piece.points.shape[1] == 3:
+            parts.append((piece.points, piece.limits))
+            continue
+        points = _rounded(piece.points, costs, shape.radius)
+        poses = with_headings(points, heading).points
+        poses[-1, 2] = poses[-2, 2]  # the heading given is the whole path's
+        parts.append((poses, piece.limits))
+    poses = np.vstack([part[:-1] for part, _ in parts[:-1]] + [parts[-1][0]])
+    limits = np.concatenate([part[:-1] for _, part in parts[:-1]] + [parts[-1][1]])
+    poses[-1, 2] = heading
+    return Path(poses, limits if bool(np.isfinite(limits).any()) else None)
+
+
+def _pieces(arcs: Sequence[Arc], shape: Shape) -> Iterator[_Piece]:
+    for number, arc in enumerate(arcs):
+        if arc.edge is None:
+            assert arc.path is not None
+            points = arc.path.points if shape.keeps_connections else arc.path.points[:, :2]
+            neighbours = [near.edge for near in arcs[max(0, number - 1) : number + 2] if near.edge]
+            limits = _beside(points, neighbours, shape.top_speed)
+        else:
+            assert arc.points is not None
+            points = _dense(arc.points)
+            limits = np.full(len(points), arc.edge.limit(shape.top_speed))
+        if len(points) > 1:
+            yield _Piece(points, limits)
+
+
+def _beside(points: FloatArray, lanes: Iterable[RouteEdge], top_speed: float) -> FloatArray:
+    """(n,) limits of points off the lanes: beside a lane its limit counts."""
+    limits = np.full(len(points), inf)
+    for lane in lanes:
+        limit = lane.limit(top_speed)
+        if limit < inf:
+            away = np.array([lane.line.nearest(float(x), float(y))[1] for x, y in points[:, :2]])
+            limits[away <= TOUCH] = np.minimum(limits[away <= TOUCH], limit)
+    return limits
+
+
+def _joined(pieces: Iterable[_Piece], shape: Shape) -> list[_Piece]:
+    """Neighbours that are of one kind become one; the last of a point's two limits counts."""
+    joined: list[_Piece] = []
+    for piece in pieces:
+        if joined and joined[-1].points.shape[1] == piece.points.shape[1] == 2:
+            before = joined.pop()
+            points = np.vstack([before.points[:-1], piece.points])
+            limits = np.concatenate([before.limits[:-1], piece.limits])
+            piece = _Piece(points, limits)
+        joined.append(piece)
+    return joined
+
+
+def _dense(points: FloatArray) -> FloatArray:
+    """Points along a polyline, each of its own points among them."""
+    parts = [resampled(np.array(pair), SPACING)[:-1] for pair in pairwise(points)]
+    return np.vstack([*parts, points[-1:]])
+
+
+def _rounded(points: FloatArray, costs: CostGrid, radius: float) -> FloatArray:
+    """The points with every corner replaced by a parabola, as many points as before.
+
+    A quadratic Bezier curve whose control point is the corner has, with legs of t metres, the
+    smallest radius t cos²(a/2) / sin(a/2) for a turn by a.
+    """
+    turns = _turns(points)
+    corners = [0, *_corners(turns), len(points) - 1]
+    rounded = points.copy()
+    for before, corner, after in zip(corners, corners[1:], corners[2:], strict=False):
+        half = 0.5 * abs(float(turns[corner]))
+        legs = ceil(radius * sin(half) / cos(half) ** 2 / SPACING)
+        # an end of the path is no corner: the whole way to it may be used
+        room = min((corner - before) // (2 if before else 1),
+                   (after - corner) // (2 if after < corners[-1] else 1))  # fmt: skip
+        legs = min(legs, room)
+        while legs > 1:
+            curve = _parabola(points, corner, legs)
+            if not blocked(costs, curve).any():
+                rounded[corner - legs : corner + legs + 1] = curve
+                break
+            legs //= 2
+    return rounded
+
+
+def _parabola(points: FloatArray, corner: int, legs: int) -> FloatArray:
+    share = np.linspace(0.0, 1.0, 2 * legs + 1)[:, None]
+    first, middle, last = points[corner - legs], points[corner], points[corner + legs]
+    curve: FloatArray = (
+        (1 - share) ** 2 * first + 2 * share * (1 - share) * middle + share**2 * last
+    )
+    return curve
+
+
+def _turns(points: FloatArray) -> FloatArray:
+    """(n,) by how much the direction changes at each point, radians."""
+    turns = np.zeros(len(points))
+    for at in range(1, len(points) - 1):
+        back, on = points[max(0, at - _LOOK)], points[min(len(points) - 1, at + _LOOK)]
+        (x, y), (u, v) = points[at] - back, on - points[at]
+        turns[at] = wrap_angle(float(np.arctan2(v, u) - np.arctan2(y, x)))
+    return turns
+
+
+def _corners(turns: FloatArray) -> list[int]:
+    """Where the direction changes most, at least _LOOK points from each other."""
+    sizes = np.abs(turns)
+    return [
+        at
+        for at in range(1, len(turns) - 1)
+        if _CORNER < sizes[at] < _REVERSAL
+        and sizes[at] == sizes[max(0, at - _LOOK) : at + _LOOK + 1].max()
+        and sizes[at] > sizes[max(0, at - _LOOK) : at].max(initial=0.0)
+    ]

@@ -1,0 +1,60 @@
+"""What the shipped missions have to do together: drive every part, and stop whenever told to."""
+
+from __future__ import annotations
+
+import pytest
+
+from missions.assembly import RunOptions, prepare
+from missions.choices import DEFAULTS
+from missions.resources import mission_files
+from missions.wiring import run_info, wire
+from stack.components import BUILT_IN
+from stack.telemetry.hub import Telemetry
+from stack.telemetry.records import MissionState
+
+NAMES = sorted(file.stem for file in mission_files())
+
+
+def parts_of(mission: str) -> dict[str, set[str]]:
+    """What a mission drives: kind -> names of components."""
+    choices = prepare(mission, RunOptions()).choices
+    used = {kind: {choices[kind].name} for kind in DEFAULTS}
+    used["costmap_layer"] = {layer.use for layer in choices["costmap"].parts}
+    used["zone"] = {zone.action for zone in choices["safety"].parts}
+    smoother = getattr(choices["planner"].parameters, "smoother", "")
+    used["smoother"] = {smoother}
+    return used
+
+
+def test_every_component_is_driven_by_a_mission() -> None:
+    used: dict[str, set[str]] = {}
+    for name in NAMES:
+        for kind, names in parts_of(name).items():
+            used.setdefault(kind, set()).update(names)
+    for kind, known in BUILT_IN.items():
+        assert set(known) - used[kind] == set(), kind
+    assert used["smoother"] >= {"simple", "savitzky_golay", "constrained"}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_mission_that_is_cancelled_lets_go_of_its_goal_and_stands(name: str) -> None:
+    """A cancelled goal must never be driven to (nav2#3090), wherever the tree was."""
+    options = RunOptions(serve=False)
+    plan = prepare(name, options)
+    wiring = wire(plan, options, Telemetry(run_info(plan, "a", 0)), None)
+    runtime = wiring.runtime
+    try:
+        for _ in range(90):
+            runtime.step()
+        runtime.end(MissionState.ABORTED, "somebody changed their mind")
+        assert runtime.parts.navigation.goal is None
+        assert not any(row.status == "running" for row in wiring.tree.rows())
+        runtime.stand_still()
+        where = wiring.body.truth.pose
+        for _ in range(20):
+            runtime.step()
+        assert wiring.body.truth.pose.distance_to(where) < 0.005
+        assert wiring.body.tally.by_robot == 0
+    finally:
+        runtime.parts.navigation.close()
+        wiring.body.close()

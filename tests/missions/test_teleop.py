@@ -1,0 +1,118 @@
+"""An operator at the real telemetry client drives the simulated robot."""
+
+from __future__ import annotations
+
+import pytest
+
+from missions.assembly import RunOptions, prepare
+from missions.wiring import run_info, wire
+from stack.telemetry.client import TelemetryClient
+from stack.telemetry.hub import Telemetry
+from stack.telemetry.records import Command, MissionState
+from stack.telemetry.server import TelemetryServer
+
+MISSION = """mission: by hand
+format: 1
+robot: scout
+world: small_room
+start: home
+run:
+  sequence:
+    - wait: {time: 500 ms}
+    - assisted_teleop: {time: 40 s}
+    - back_up: {distance: 10 cm}
+"""
+STEPS = 2000
+"""Control periods within which an answer comes, whatever the machine: they take milliseconds."""
+
+
+class Station:
+    """A run with a server, and an operator's client that talks to it between its steps."""
+
+    def __init__(self, plan) -> None:
+        self.server = TelemetryServer()
+        info = run_info(plan, "by_hand", 0)
+        self.telemetry = Telemetry(info, [self.server])
+        self.events = []
+        emit = self.telemetry.emit
+        self.telemetry.emit = lambda *a, **k: self.events.append(emit(*a, **k))
+        self.wiring = wire(plan, RunOptions(serve=False), self.telemetry, None)
+        self.runtime = self.wiring.runtime
+        assert self.server.handle is not None
+        self.client = TelemetryClient(self.server.handle.address)
+        self._sent = 0
+        self.snapshot = None
+
+    def order(self, kind, **arguments):
+        """Send a command and step until it is answered."""
+        self._sent += 1
+        self.client.send(Command(f"{self._sent}", kind, arguments))
+        for _ in range(STEPS):
+            self.runtime.step()
+            self.snapshot = self.client.poll() or self.snapshot
+            for ack in self.client.acks():
+                if ack.id == f"{self._sent}":
+                    return ack
+        raise AssertionError(f"no answer to {kind}")
+
+    def run(self, seconds):
+        """Step for a time."""
+        for _ in range(round(seconds / self.runtime.period)):
+            self.runtime.step()
+
+    def close(self):
+        self.client.close()
+        self.runtime.parts.navigation.close()
+        self.telemetry.close(None)
+        self.wiring.body.close()
+
+
+@pytest.fixture
+def station(tmp_path):
+    path = tmp_path / "by_hand.yaml"
+    path.write_text(MISSION, "utf-8")
+    station = Station(prepare(path, RunOptions(serve=False)))
+    yield station
+    station.close()
+
+
+def test_velocities_are_refused_unless_the_mission_asks_for_them(station):
+    station.run(0.1)
+    refused = station.order("teleop", linear=0.3)
+    assert (refused.done, refused.reason) == (
+        False, "the mission drives: no assisted_teleop is running that would take velocities",
+    )  # fmt: skip
+    assert not station.order("teleop_done").done
+
+
+def test_the_operator_drives_into_everything_and_touches_nothing(station):
+    station.run(0.7)
+    parts = station.runtime.parts
+    assert station.order("teleop", linear=0.3).done
+    before = parts.witness.truth
+    station.run(0.4)
+    assert parts.witness.truth.distance_to(before) > 0.05
+    assert station.order("pause").done
+    assert station.order("teleop", linear=0.3).reason == "the mission is paused"
+    assert station.order("resume").done
+    assert "is not a velocity" in station.order("teleop", linear=float("nan")).reason
+    for turn in (0.0, 0.3, -0.4):
+        for _ in range(25):
+            assert station.order("teleop", linear=0.8, angular=turn).done
+            station.run(0.2)
+    assert parts.witness.counters()["collisions"] == 0
+    assert parts.witness.truth.distance_to(before) > 1.0
+    assert station.snapshot.teleop
+    assert station.order("teleop_done").done
+    station.run(5.0)
+    assert station.runtime.state is MissionState.SUCCESS
+    steered = [event for event in station.events if event.kind == "teleop"]
+    assert len(steered) == 1 + 75
+    assert steered[0].fields["arguments"] == {"linear": 0.3}
+    assert [event.step for event in steered] == sorted({event.step for event in steered})
+
+
+def test_nobody_at_the_keys_is_a_failure(station):
+    station.run(35.0)
+    assert station.runtime.state is MissionState.FAILURE
+    assert "NO_PROGRESS the operator sent no velocity for 30 s" in station.runtime.reason

@@ -1,0 +1,110 @@
+"""More than one lidar, and sonars: from the robot file to the observation and the wheels."""
+
+from dataclasses import replace
+from math import pi
+
+import numpy as np
+import pytest
+
+import missions
+from missions.resources import find_mission
+from robots.load import find_robot, read_robot
+from robots.simulated import SimulatedBody
+from stack.description import LidarDescription
+from stack.errors import InputError
+from stack.safety.parameters import SafetyParameters
+from stack.safety.safety import Safety
+from stack.types import STANDSTILL, Pose2D, Scan, Twist
+from tests.stack.sim.sim_rover import square_room
+
+SCOUT = find_robot("scout", find_mission("01_drive_to_a_point"))
+REAR = """
+lidars:
+  rear: {position: [-15 cm, 0], yaw: 180 deg, height: 10 cm, beams: 31, field_of_view: 60 deg}
+"""
+
+
+def scout_with(tmp_path, text):
+    (tmp_path / "scout.urdf").write_text(SCOUT.with_name("scout.urdf").read_text("utf-8"), "utf-8")
+    (tmp_path / "robot.yaml").write_text(SCOUT.read_text("utf-8") + text, "utf-8")
+    return read_robot(tmp_path / "robot.yaml")
+
+
+def test_the_scout_hears_with_three_sonars():
+    sonars = read_robot(SCOUT).sonars
+    assert list(sonars) == ["front_left", "front", "front_right"]
+    assert sonars["front_left"].mount.heading == pytest.approx(20 * pi / 180)
+
+
+def test_every_sensor_speaks_at_its_rate(tmp_path):
+    robot = scout_with(tmp_path, REAR)
+    body = SimulatedBody(robot, square_room(1.5), start=Pose2D(0.0, 0.0), seed=1)
+    try:
+        seen = []
+        for _ in range(20):
+            body.wait(0.05)
+            seen.append(body.sense())
+    finally:
+        body.close()
+    assert sum(len(item.readings) for item in seen) == 30  # three sonars, 10 Hz, one second
+    rear = [item.scans["rear"] for item in seen if item.scans]
+    assert len(rear) == 10
+    # The middle beam looks back from 0.15 m behind the base to the wall 1.5 m behind it.
+    assert np.nanmedian([scan.ranges[15] for scan in rear]) == pytest.approx(1.35, abs=0.01)
+
+
+def test_the_name_of_the_main_lidar_is_taken(tmp_path):
+    with pytest.raises(InputError, match="`lidar` is the name of the main one"):
+        scout_with(tmp_path, "lidars: {lidar: {}}")
+
+
+def test_a_wrong_sonar_is_reported_at_its_place(tmp_path):
+    text = SCOUT.read_text("utf-8").replace(
+        "height: 6 cm, field_of_view: 30", "height: 0, beams: 30"
+    )
+    (tmp_path / "scout.urdf").write_text(SCOUT.with_name("scout.urdf").read_text("utf-8"), "utf-8")
+    (tmp_path / "robot.yaml").write_text(text, "utf-8")
+    with pytest.raises(InputError, match=r"`sonars\.front_left` has no key 'beams'") as refused:
+        read_robot(tmp_path / "robot.yaml")
+    assert len(refused.value.findings) == 6  # height and beams, three times
+
+
+def safety_of(robot):
+    return Safety(robot, SafetyParameters(), 0.05)
+
+
+def scan(stamp, distance, mount=Pose2D(0.0, 0.0)):
+    ranges = np.full(360, distance, dtype=np.float32)
+    return Scan(stamp, ranges, -pi, 2 * pi / 360, 0.05, 12.0, mount)
+
+
+def backing(safety, robot, more, time=1.0):
+    """What is left of a wish to back up once the smoother has followed it."""
+    for _ in range(40):
+        twist = safety.limit(
+            Twist(-0.2), scan=scan(time, 5.0), time=time, measured=STANDSTILL, more=more
+        )
+    return twist
+
+
+def test_what_only_the_second_lidar_sees_stops_the_robot():
+    robot = replace(read_robot(SCOUT), lidars={"rear": LidarDescription(Pose2D(0.0, 0.0))})
+    assert backing(safety_of(robot), robot, {"rear": scan(1.0, 5.0)}).linear == pytest.approx(-0.2)
+    assert backing(safety_of(robot), robot, {"rear": scan(1.0, 0.26)}).linear == 0.0
+
+
+def test_a_second_lidar_that_fell_silent_stops_the_robot_and_is_named():
+    robot = replace(read_robot(SCOUT), lidars={"rear": LidarDescription(Pose2D(0.0, 0.0))})
+    safety = safety_of(robot)
+    assert backing(safety, robot, {"rear": scan(0.5, 5.0)}) == STANDSTILL
+    assert safety.reason == "stopped: the newest rear scan is 0.50 s old"
+
+
+def test_a_robot_that_only_looks_over_a_pallet_runs_into_it(tmp_path):
+    """What mission 18's range layer is for: without it there is contact."""
+    source = find_mission("18_below_the_lidar").read_text("utf-8")
+    path = tmp_path / "deaf.yaml"
+    path.write_text(
+        source.replace("[obstacle, range, inflation]", "[obstacle, inflation]"), "utf-8"
+    )
+    assert missions.run(path, seed=0).collisions > 0

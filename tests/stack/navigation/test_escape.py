@@ -1,0 +1,273 @@
+"""Escapes in a toy world: every kind of drive, noise, blind sectors, stalls and deadlines."""
+
+from dataclasses import replace
+from itertools import pairwise
+from math import cos, hypot, pi, sin
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from stack.description import OmniWheels, SteeredWheels
+from stack.errors import ParameterError
+from stack.navigation.escape.primitives import motions, roll_out
+from stack.navigation.escape.surroundings import Surroundings
+from stack.navigation.tasks import Moment
+from stack.types import (
+    STANDSTILL,
+    FailureCode,
+    Footprint,
+    Odometry,
+    Pose2D,
+    PoseEstimate,
+    Scan,
+    TaskStatus,
+    Twist,
+)
+from tests.stack.navigation.toy_drive import ToyDrive
+from tests.stack.navigation.toy_world import ToyWorld, robot, room
+
+DIFFERENTIAL, ROUND = robot(), robot(Footprint.circle(0.22))
+CAR = replace(robot(), wheels=SteeredWheels(("a", "b"), ("c", "d"), 0.05, 0.3, 0.25, 0.6, 2.0))
+OMNI = replace(robot(lateral_speed=0.4), wheels=OmniWheels((), (), 0.05))
+MIDDLE = Pose2D(3.0, 3.0)
+
+
+def box(x, y, length, width):
+    a, b, c, d = x - length / 2, x + length / 2, y - width / 2, y + width / 2
+    return [(a, c, b, c), (b, c, b, d), (b, d, a, d), (a, d, a, c)]
+
+
+def wedge(who, gap, free=()):
+    """Crates round MIDDLE at this gap to the outline, but for the free sides."""
+    half_length, half_width = who.footprint.points.max(axis=0)
+    across, along = half_length + gap + 0.15, half_width + gap + 0.15
+    sides = {
+        "ahead": (across, 0.0, 0.3, 2 * half_width), "left": (0.0, along, 2 * half_length, 0.3),
+        "behind": (-across, 0.0, 0.3, 2 * half_width), "right": (0.0, -along, 2 * half_length, 0.3),
+    }  # fmt: skip
+    crates = []
+    for name, (x, y, length, width) in sides.items():
+        if name not in free:
+            crates += box(MIDDLE.x + x, MIDDLE.y + y, length, width)
+    return crates
+
+
+def noisy(world, seed=1, deviation=0.01, blind=lambda angle: False):
+    """Let the world's scans err, and show nothing (NaN) in blind directions."""
+    random, see = np.random.default_rng(seed), world._see
+
+    def look():
+        see()
+        scan = world.scan
+        ranges = scan.ranges + random.normal(0.0, deviation, scan.ranges.size)
+        ranges[[blind(angle) for angle in scan.angles]] = np.nan
+        world.scan = replace(scan, ranges=ranges.astype(np.float32))
+
+    world._see = look
+    look()
+    return world
+
+
+@pytest.mark.parametrize(
+    ("who", "free"),
+    [
+        (DIFFERENTIAL, "ahead"), (DIFFERENTIAL, "behind"), (ROUND, "left"), (ROUND, "behind"),
+        (CAR, "ahead"), (CAR, "behind"), (OMNI, "left"), (OMNI, "right"), (OMNI, "behind"),
+    ],
+)  # fmt: skip
+def test_five_centimetres_on_three_sides_are_enough_to_get_out(make, who, free):
+    world = noisy(ToyWorld(room(6, 6) + wedge(who, 0.05, [free]), who, MIDDLE, beams=360))
+    toy = make(world)
+    toy.quality = 0.0  # lost, and the costmap is not asked
+    toy.local.grid.cells[:] = toy.globe.grid.cells[:] = 254
+    task = toy.navigation.escape()
+    assert toy.finish(task, 90) is TaskStatus.SUCCEEDED
+    assert world.clearance() > 0.12
+    assert world.nearest > 0.03
+
+
+@settings(deadline=None, max_examples=25)
+@given(
+    st.lists(
+        st.tuples(st.floats(0.3, 3.7), st.floats(0.3, 3.7), st.floats(0.05, 0.25)),
+        min_size=4, max_size=12,
+    ),
+    st.sampled_from([DIFFERENTIAL, ROUND, CAR, OMNI]), st.floats(-pi, pi),
+)  # fmt: skip
+def test_wherever_it_stands_it_ends_and_touches_nothing(circles, who, heading):
+    world = ToyWorld(room(4, 4), who, Pose2D(2.0, 2.0, heading), circles=circles, beams=360)
+    assume(world.clearance() > 0.01)
+    assume(all(hypot(x - 2.0, y - 2.0) > 0.25 + r for x, y, r in circles))
+    toy = ToyDrive(world)
+    task = toy.navigation.escape()
+    toy.finish(task, 120)
+    toy.navigation.close()
+    assert task.status is not TaskStatus.RUNNING
+    assert world.nearest > 0.0
+    if task.status is TaskStatus.FAILED:
+        assert task.failure.code in (FailureCode.COLLISION_AHEAD, FailureCode.NO_PROGRESS)
+
+
+@pytest.mark.parametrize("who", [DIFFERENTIAL, ROUND, CAR, OMNI])
+def test_shut_in_it_fails_once_patience_is_over(make, who):
+    toy = make(ToyWorld(room(6, 6) + wedge(who, 0.03), who, MIDDLE, beams=360))
+    task = toy.navigation.escape()
+    toy.finish(task)
+    assert task.failure.code == FailureCode.COLLISION_AHEAD
+    assert "on every side that the lidar has seen" in task.failure.sentence
+    assert toy.world.time < 3.0  # recovery_patience is 2 s
+    assert toy.world.pose == MIDDLE
+
+
+def test_who_steps_aside_in_time_lets_it_out(make):
+    world = ToyWorld(room(6, 6) + wedge(ROUND, 0.05, ["behind"]), ROUND, MIDDLE, beams=360)
+    world.circles.append((2.55, 3.0, 0.2))
+    toy = make(world)
+    task = toy.navigation.escape()
+    toy.run(1.0)
+    world.circles.clear()
+    assert toy.finish(task) is TaskStatus.SUCCEEDED
+
+
+def test_where_it_is_nowhere_roomier_it_says_so(make):
+    toy = make(ToyWorld(room(1.5, 1.5), ROUND, Pose2D(0.75, 0.75), beams=360))
+    task = toy.navigation.escape(clearance=1.0)
+    toy.finish(task)
+    assert task.failure.code == FailureCode.NO_PROGRESS
+    assert "more room than the 0.5" in task.failure.sentence  # 0.75 m less the radius
+
+
+def test_it_goes_no_farther_than_allowed(make):
+    lane = [(0, 2.7, 6, 2.7), (0, 3.3, 6, 3.3)]  # 0.6 m wide, and far to its end
+    wall = box(3.4, 3.0, 0.2, 0.5)
+    toy = make(ToyWorld(room(6, 6) + lane + wall, ROUND, MIDDLE, beams=360))
+    task = toy.navigation.escape(distance=0.4)
+    toy.finish(task)
+    assert toy.navigation.counters["distance"] < 0.45
+
+
+def test_enough_room_is_a_success_at_once(make):
+    toy = make(ToyWorld(room(6, 6), ROUND, MIDDLE))
+    assert toy.finish(toy.navigation.escape()) is TaskStatus.SUCCEEDED
+    assert toy.world.pose == MIDDLE
+
+
+def test_a_stalled_robot_gives_up(make):
+    toy = make(ToyWorld(room(6, 6) + wedge(ROUND, 0.05, ["left"]), ROUND, MIDDLE, beams=360))
+    drive = toy.world.drive
+    toy.world.drive = lambda twist: drive(STANDSTILL)
+    task = toy.navigation.escape()
+    toy.finish(task)
+    assert task.failure.code == FailureCode.NO_PROGRESS
+    assert toy.world.time == pytest.approx(3.0, abs=0.3)
+
+
+def test_a_robot_that_crawls_runs_out_of_time(make):
+    toy = make(ToyWorld(room(6, 6) + wedge(ROUND, 0.05, ["behind"]), ROUND, MIDDLE, beams=360))
+    drive = toy.world.drive
+    toy.world.drive = lambda twist: drive(Twist(0.06 * twist.linear, 0.06 * twist.angular))
+    task = toy.navigation.escape(distance=0.5)
+    toy.finish(task, 300)
+    assert task.failure.code == FailureCode.TIMED_OUT
+    # three times 0.5 m at 0.15 m/s and two turns at 1 rad/s, and 5 s
+    assert toy.world.time == pytest.approx(3 * (0.5 / 0.15 + 4 * pi) + 5, abs=0.3)
+
+
+def test_without_a_lidar_it_says_what_is_missing(make):
+    world = ToyWorld(room(6, 6), robot(lidar=False), MIDDLE)
+    world.scan, world.frozen_scan = None, True
+    toy = make(world)
+    task = toy.navigation.escape()
+    toy.finish(task)
+    assert task.failure.code == FailureCode.FAILED
+    assert "no lidar scan came" in task.failure.sentence
+
+
+def test_a_direction_never_seen_is_not_free(make):
+    who = DIFFERENTIAL
+    world = ToyWorld(room(6, 6) + wedge(who, 0.05, ["behind"]), who, MIDDLE, beams=360)
+    toy = make(noisy(world, deviation=0.0, blind=lambda angle: cos(angle) < cos(2.4)))
+    task = toy.navigation.escape()
+    toy.finish(task)
+    assert task.failure.code == FailureCode.COLLISION_AHEAD
+    assert world.pose == MIDDLE
+
+
+def test_the_way_just_driven_is_free_though_unseen(make):
+    who = DIFFERENTIAL
+    world = ToyWorld(
+        room(6, 6) + wedge(who, 0.05, ["behind"]), who, Pose2D(2.0, 3.0), beams=360
+    )  # fmt: skip
+    toy = make(noisy(world, deviation=0.0, blind=lambda angle: cos(angle) < cos(2.4)))
+    toy.navigation.drive_for(Twist(0.25), 3.7)
+    toy.run(5.0)
+    assert world.pose.x > 2.85
+    assert world.clearance() < 0.08
+    assert toy.finish(toy.navigation.escape()) is TaskStatus.SUCCEEDED
+    assert world.nearest > 0.02
+
+
+def test_escapes_by_nothing_are_refused(make):
+    with pytest.raises(ParameterError, match="clearance: 0 must be above 0"):
+        make().navigation.escape(clearance=0.0)
+
+
+def test_motions_keep_to_what_the_drive_can_do():
+    for legs in motions(CAR, 1.5):
+        for leg in legs:
+            assert leg.twist.lateral == 0.0
+            assert abs(leg.twist.angular) * CAR.turning_radius <= abs(leg.twist.linear) + 1e-9
+    assert all(leg.twist.lateral == 0.0 for legs in motions(DIFFERENTIAL, 1.5) for leg in legs)
+    forward_only = robot(reverse_speed=0.0)
+    assert all(leg.twist.linear >= 0.0 for legs in motions(forward_only, 1.5) for leg in legs)
+
+
+@pytest.mark.parametrize("who", [DIFFERENTIAL, CAR, OMNI])
+def test_roll_outs_are_dense_and_end_where_the_legs_do(who):
+    radius = who.footprint.circumscribed_radius
+    for legs in motions(who, 0.8):
+        rollout = roll_out(MIDDLE, legs, radius)
+        poses = [MIDDLE, *(Pose2D(*pose) for pose in rollout.poses)]
+        for before, after in pairwise(poses):
+            rim = before.distance_to(after) + radius * abs(after.heading - before.heading)
+            assert rim < 0.0201
+        pose = MIDDLE
+        for leg in legs:  # the closed form of an arc, by many small steps
+            for _ in range(400):
+                step = leg.amount / 400
+                turn = leg.twist.angular * step
+                c, s = cos(turn / 2), sin(turn / 2)
+                dx, dy = leg.twist.linear * step, leg.twist.lateral * step
+                pose = pose.compose(Pose2D(c * dx - s * dy, s * dx + c * dy, turn))
+        assert pose.distance_to(poses[-1]) < 1e-6
+
+
+def looked(surroundings, ranges, pose=Pose2D(0.0, 0.0), time=0.0):
+    """A scan of four beams: ahead, left, behind, right."""
+    scan = Scan(time, np.array(ranges, dtype=np.float32), 0.0, pi / 2, 0.05, 10.0)
+    estimate = PoseEstimate(pose, np.eye(3), 1.0)
+    surroundings.look(Moment(time, estimate, Odometry(time, pose, STANDSTILL), scan))
+
+
+def points(surroundings, pose=Pose2D(0.0, 0.0)):
+    return sorted(tuple(map(float, np.round(p, 6))) for p in surroundings.points(pose, 20.0))
+
+
+def test_an_invalid_beam_of_a_standing_robot_is_filled_from_before():
+    surroundings = Surroundings()
+    looked(surroundings, [1.0, 2.0, 3.0, 4.0])
+    looked(surroundings, [1.1, np.nan, 3.0, np.inf], time=0.1)
+    assert points(surroundings) == [(-3.0, 0.0), (0.0, 2.0), (1.1, 0.0)]
+
+
+def test_what_a_newer_scan_sees_through_is_forgotten_and_what_it_cannot_see_is_kept():
+    surroundings = Surroundings()
+    looked(surroundings, [5.0, 2.0, 3.0, 4.0])
+    looked(surroundings, [4.5, np.nan, 8.0, 1.0], Pose2D(0.5, 0.0), time=1.0)
+    # ahead: confirmed at x = 5; left: not seen again; behind: gone, now 8 m; right: hidden behind
+    # what stands 1 m away, if the beam of old leads there: it does, 3 deg aside at 4 m.
+    assert points(surroundings) == [
+        (-7.5, 0.0), (0.0, -4.0), (0.0, 2.0), (0.5, -1.0), (5.0, 0.0),
+    ]  # fmt: skip

@@ -1,0 +1,205 @@
+"""Plans that nobody wants any more, limits of expansions, and partial plans, of every planner."""
+
+from itertools import product
+from pathlib import Path as FilePath
+from threading import Event
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from stack.components import Stop, Terms, choose
+from stack.costmap.costmap import Costmap
+from stack.costmap.parameters import CostmapParameters
+from stack.description import RobotDescription, Wheels
+from stack.errors import NavigationError
+from stack.navigation.planning import PlanningDesk, PlanRequest
+from stack.planning import kernels
+from stack.planning.search import Effort, StepCosts, Workspace
+from stack.types import (
+    FREE,
+    INSCRIBED_COST,
+    OCCUPIED,
+    CostGrid,
+    Failure,
+    FailureCode,
+    Footprint,
+    OccupancyGrid,
+    Pose2D,
+)
+
+ROBOT = RobotDescription(
+    "round", Footprint.circle(0.22), 0.4, FilePath("none.urdf"), Wheels((), (), 0.05, 0.3)
+)
+PLANNERS = ("astar", "theta_star", "hybrid_astar", "lattice")
+START, GOAL = Pose2D(1.0, 1.0, 0.0), Pose2D(19.0, 19.0, 0.0)
+
+
+def planner(name, **values):
+    choice = choose("planner", name, values)
+    return choice.component(choice.parameters, ROBOT)
+
+
+def plan_failure(made, costs, start, goal, terms):
+    with pytest.raises(NavigationError) as caught:
+        made.plan(costs, start, goal, terms)
+    return caught.value.failure
+
+
+def open_floor(side=400):
+    return CostGrid(np.zeros((side, side), dtype=np.uint8), 0.05)
+
+
+@pytest.mark.parametrize("name", PLANNERS)
+def test_a_plan_that_nobody_wants_is_not_made_and_leaves_no_trace_in_the_next(name):
+    made, stop = planner(name), Stop()
+    fresh = planner(name).plan(open_floor(), START, GOAL)
+    stop.request()
+    failure = plan_failure(made, open_floor(), START, GOAL, Terms(stop=stop))
+    assert failure.code == FailureCode.CANCELLED
+    assert np.array_equal(made.plan(open_floor(), START, GOAL).points, fresh.points)
+
+
+@pytest.mark.parametrize("name", PLANNERS)
+def test_out_of_expansions_is_a_failure_that_quotes_them(name):
+    grid = open_floor()
+    grid.cells[50:, 190:210] = INSCRIBED_COST  # a way round, so that no straight line will do
+    grid.cells[:50, 190:210] = 200
+    made = planner(name, max_expansions=25, tolerance=0.0)
+    failure = plan_failure(made, grid, START, GOAL, Terms())
+    assert failure.code == FailureCode.TIMED_OUT
+    assert "no way from (1.00, 1.00) to (19.00, 19.00) found within 25 expansions" in (
+        failure.sentence
+    )
+    again = planner(name, max_expansions=25, tolerance=0.0)
+    assert plan_failure(again, grid, START, GOAL, Terms()) == failure
+
+
+def test_the_search_looks_at_the_wish_every_1024_expansions():
+    class Wishing(Stop):
+        """A flag that is up from the start, as another thread would have put it there."""
+
+    stop, grid = Wishing(), open_floor()
+    stop.request()
+    workspace = Workspace(400, 400, StepCosts.of(3.0, True))
+    with pytest.raises(NavigationError, match="CANCELLED"):
+        workspace.run(grid, 0, 399 * 400, 0, Effort(stop=stop))
+    assert workspace.expanded == 0
+    assert kernels.CHECKED == 1024  # 0.1 ms of work
+
+
+def maze(side=2000):
+    """Walls across in every twentieth row, gaps at alternating ends: nothing left unexpanded."""
+    cells = np.zeros((side, side), dtype=np.uint8)
+    cells[10::20] = INSCRIBED_COST
+    cells[10::40, -5:] = cells[30::40, :5] = 0
+    return CostGrid(cells, 0.05)
+
+
+@pytest.mark.parametrize("name", ["astar", "theta_star"])
+def test_a_dropped_plan_stops_in_the_middle_and_the_next_one_does_not_wait_for_it(name):
+    """The flag is seen by compiled code that runs without the interpreter's lock."""
+    begun = Event()
+    made = planner(name, max_expansions=1_000_000_000)
+
+    class Announcing:
+        def plan(self, costs, start, goal, terms):
+            begun.set()
+            return made.plan(costs, start, goal, terms)
+
+    desk, grid = PlanningDesk(Announcing()), maze()
+    far = PlanRequest(grid, Pose2D(1.0, 0.1), (Pose2D(99.0, 99.9),))
+    near = PlanRequest(open_floor(100), START, (Pose2D(3.0, 3.0),))
+    try:
+        first = desk.ask(far, 0.0, wait=True)
+        assert begun.wait(60.0)
+        second = desk.ask(near, 0.0, wait=True)
+        first.drop()
+        assert second.result(0.0).path.length == pytest.approx(8**0.5, rel=0.01)
+        answer = first.result(0.0)
+        assert isinstance(answer, Failure) and answer.code == FailureCode.CANCELLED
+    finally:
+        desk.close()
+
+
+def test_a_desk_that_closes_drops_what_it_was_asked_for():
+    desk = PlanningDesk(planner("theta_star"))
+    tickets = [
+        desk.ask(PlanRequest(maze(), Pose2D(1.0, 0.1), (Pose2D(99.0, 99.9),)), 0.0, wait=True)
+        for _ in range(3)
+    ]
+    desk.close()
+    assert [ticket.result(0.0).code for ticket in tickets] == [FailureCode.CANCELLED] * 3
+
+
+def test_a_planner_that_knows_no_terms_is_asked_without():
+    class Plain:
+        def plan(self, costs, start, goal):
+            return planner("astar").plan(costs, start, goal)
+
+    desk = PlanningDesk(Plain())
+    ticket = desk.ask(PlanRequest(open_floor(100), START, (Pose2D(3.0, 3.0),)), 0.0, wait=True)
+    assert ticket.result(0.0).path.length == pytest.approx(8**0.5, rel=0.01)
+    desk.close()
+
+
+@st.composite
+def shut_off_goals(draw):
+    """Random ground with the upper rows shut off, a start below and a goal above."""
+    random = np.random.default_rng(draw(st.integers(0, 2**32)))
+    cells = random.integers(0, 200, (30, 30)).astype(np.uint8)
+    cells[random.random((30, 30)) < draw(st.sampled_from([0.1, 0.3, 0.45]))] = INSCRIBED_COST
+    cells[20] = INSCRIBED_COST
+    start = draw(st.integers(0, 19)), draw(st.integers(0, 29))
+    goal = draw(st.integers(21, 29)), draw(st.integers(0, 29))
+    cells[start] = cells[goal] = 0
+    return cells, start, goal
+
+
+def flooded(cells, start):
+    """(n, 2) cells that steps without a cut corner join to a start, itself included."""
+    reached, waiting = {start}, [start]
+
+    def passable(row, column):
+        return 0 <= row < 30 and 0 <= column < 30 and cells[row, column] < INSCRIBED_COST
+
+    while waiting:
+        row, column = waiting.pop()
+        for rise, run in product((-1, 0, 1), repeat=2):
+            near = row + rise, column + run
+            sides = passable(row, near[1]) and passable(near[0], column)
+            if passable(*near) and sides and near not in reached:
+                reached.add(near)
+                waiting.append(near)
+    return np.array(sorted(reached))
+
+
+@pytest.mark.parametrize("name", ["astar", "theta_star"])
+@given(shut_off_goals())
+@settings(deadline=None, max_examples=60)
+def test_a_partial_plan_ends_in_the_nearest_cell_that_can_be_reached(name, case):
+    cells, start, goal = case
+    grid = CostGrid(cells, 0.05)
+    ends = [Pose2D(*grid.centre_of(*cell), 0.4) for cell in (start, goal)]
+    made = planner(name, tolerance=0.0)
+    path = made.plan(grid, *ends, Terms(partial=True))
+    away = np.hypot(*(flooded(cells, start) - np.array(goal)).T).min()
+    assert path.partial
+    assert path.goal.distance_to(ends[1]) == pytest.approx(0.05 * away, abs=1e-9)
+    assert plan_failure(made, grid, *ends, Terms()).code == FailureCode.NO_VALID_PATH
+
+
+@pytest.mark.parametrize("name", PLANNERS)
+def test_partial_plans_say_that_they_are_and_others_that_they_are_not(name):
+    cells = np.full((100, 100), FREE, dtype=np.int8)
+    cells[49:51] = OCCUPIED
+    grid = Costmap(CostmapParameters(), ROBOT.footprint, OccupancyGrid(cells, 0.05)).grid
+    start, beyond, here = Pose2D(1.0, 1.0), Pose2D(3.0, 4.0), Pose2D(3.0, 1.0)
+    partial = planner(name).plan(grid, start, beyond, Terms(partial=True))
+    # 0.22 m below the wall's lower face at y = 2.45, in a cell's middle
+    assert partial.partial and partial.goal.y == pytest.approx(2.22, abs=0.06)
+    assert planner(name, allow_partial=True).plan(grid, start, beyond).partial
+    assert not planner(name).plan(grid, start, here, Terms(partial=True)).partial
+    blocked = Pose2D(3.0, 2.32)  # too near to the wall, by less than the tolerance of 0.2 m
+    assert not planner(name).plan(grid, start, blocked, Terms(partial=True)).partial
