@@ -1,8 +1,8 @@
 """Components and settings under `navigation`, chosen by name and checked.
 
-`planner` and `controller` are components, replaceable by plugin; `costmap`, `navigator` and
-`safety` are settings of parts that there is one of. A costmap's `layers` and the safety stage's
-`zones` are lists, read by those who use them.
+`planner` and `controller` are components, replaceable by plugin; `costmap`, `navigator`, `safety`
+and `tracker` are settings of parts that there is one of. A costmap's `layers` and the safety
+stage's `zones` are lists, read by those who use them.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from stack.description import RobotDescription
 from stack.errors import InputError, ParameterError
 from stack.navigation.parameters import NavigationParameters
 from stack.parameters import build, suggestion
+from stack.perception.tracker_parameters import TrackerParameters
 from stack.safety.parameters import SafetyParameters
 from stack.safety.zones import read_zones
 
@@ -25,6 +26,7 @@ SETTINGS: dict[str, type] = {
     "costmap": CostmapParameters,
     "navigator": NavigationParameters,
     "safety": SafetyParameters,
+    "tracker": TrackerParameters,
 }
 WITHOUT_A_MAP = {"costmap": {"obstacle_range": 8.0, "clearing_range": 9.0, "decay": 300.0}}
 """Defaults where what is sensed is all the map there is: it reaches farther and is kept longer, or

@@ -22,7 +22,16 @@ import numpy as np
 from stack.description import RobotDescription
 from stack.errors import InputError, NavigationError
 from stack.parameters import build, suggestion
-from stack.types import CostGrid, FailureCode, Footprint, Path, Pose2D, Twist
+from stack.types import (
+    CostGrid,
+    FailureCode,
+    FloatArray,
+    Footprint,
+    Path,
+    Pose2D,
+    Track,
+    Twist,
+)
 
 BUILT_IN: dict[str, dict[str, str]] = {
     "planner": {
@@ -138,16 +147,20 @@ class ControlState:
         pose: map frame.
         twist: measured velocity.
         costs: the local costmap, map frame, around the robot.
+        tracks: what moves around it, map frame, as of now; only for controllers that ask for it.
+        points: (m, 2) what the newest scan met, base frame of now, metres; None without a scan.
     """
 
     time: float
     pose: Pose2D
     twist: Twist
     costs: CostGrid
+    tracks: tuple[Track, ...] = ()
+    points: FloatArray | None = None
 
 
 class Controller(Protocol):
-    """Follows a path.
+    """Follows a path. A class attribute `needs_tracks = True` asks for tracks of moving things.
 
     Attributes:
         parameters: those in force; live tuning puts others there between two steps, or calls

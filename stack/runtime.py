@@ -7,6 +7,7 @@ stage that would have overrun the control period on hardware is counted.
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import hypot
 from time import perf_counter
 
 from stack.loop_parts import Parts, Rates
@@ -147,8 +148,8 @@ class Runtime:
 
     def _standing(self) -> bool:
         twist = self.odometry.twist
-        fastest = max(abs(twist.linear), abs(twist.lateral), abs(twist.angular))
-        return fastest < STANDING_SPEED
+        speed = hypot(twist.linear, twist.lateral)
+        return speed < STANDING_SPEED and abs(twist.angular) < STANDING_SPEED
 
     def _estimate(self, observation: Observation) -> None:
         before = self.odometry.pose
@@ -172,6 +173,7 @@ class Runtime:
         readings, self._waiting_readings = self._waiting_readings, ()
         scan, time, tracker = observation.scan, observation.time, self.parts.tracker
         tracks = None if tracker is None else tracker.update(pose, scan, time)
+        self.parts.pilot.tracks = tracks or ()
         self.parts.local_costmap.update(pose, scan, time, readings=readings, tracks=tracks)
         self.parts.global_costmap.update(pose, scan, time, readings=readings, tracks=tracks)
 

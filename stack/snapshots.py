@@ -45,6 +45,7 @@ def compose_snapshot(runtime: Runtime) -> Snapshot:
         image=runtime.fresh_image(),
         truth=parts.witness.truth if parts.witness else None,
         people=parts.witness.people if parts.witness else None,
+        tracks=pilot.tracks,
         blackboard=parts.tree.blackboard(),
         counters=runtime.counters(),
         teleop=parts.navigation.teleoperation is not None,

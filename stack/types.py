@@ -7,7 +7,7 @@ never written to after they were handed over.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum, StrEnum, auto
 from math import atan2, cos, hypot, pi, sin
 from typing import Any, Protocol
@@ -239,6 +239,10 @@ class Track:
             self.position[0] + seconds * self.velocity[0],
             self.position[1] + seconds * self.velocity[1],
         )
+
+    def at(self, time: float) -> Track:
+        """The same thing at another time, where it keeps its velocity; covariance as it was."""
+        return replace(self, stamp=time, position=self.position_after(time - self.stamp))
 
 
 @dataclass(frozen=True, slots=True)
@@ -504,6 +508,7 @@ class FailureCode(StrEnum):
     NO_WALL = "NO_WALL"
     NO_IMAGE = "NO_IMAGE"
     CHECK_FAILED = "CHECK_FAILED"
+    UNSUPPORTED = "UNSUPPORTED"
     EXCEPTION = "EXCEPTION"
     FAILED = "FAILED"
 

@@ -10,7 +10,7 @@ ROOT = Path(__file__).parents[1]
 
 FOUNDATION = {
     "stack.types", "stack.errors", "stack.parameters", "stack.documents", "stack.streams",
-    "stack.description",
+    "stack.description", "stack.kinematics",
 }  # fmt: skip
 
 MAY_IMPORT = {
@@ -33,6 +33,7 @@ WITHIN_STACK = {
     "documents": {"errors", "findings", "parameters", "yaml_nodes"},
     "streams": set(),
     "description": {"types", "parameters"},
+    "kinematics": {"types", "description"},
     "body": {"types", "description"},
     "robot": {"types"},
     "components": {"types", "errors", "parameters", "description"},

@@ -24,6 +24,9 @@ JUMP = 1.0
 OUTLINE_FROM = 3.0
 """Braille dots of the robot's radius from which its footprint is drawn."""
 
+TRACK_SECONDS = 1.0
+"""How long the line is that shows a moving thing's velocity."""
+
 LEGEND = " ".join(
     f"[{palette.css(colour)}]{glyph}[/]{word}"
     for glyph, word, colour in (
@@ -175,6 +178,10 @@ class MapPane(Widget, can_focus=True):
         if snapshot.people is not None:
             for x, y, radius in snapshot.people:
                 canvas.draw_line(circle(x, y, radius), palette.PERSON)
+        for track in snapshot.tracks:
+            canvas.draw_line(circle(*track.position, track.radius), palette.PERSON)
+            ends = np.array([track.position, track.position_after(TRACK_SECONDS)])
+            canvas.draw_line(ends, palette.PERSON)
         self._figures(canvas, snapshot)
 
     def _figures(self, canvas: Canvas, snapshot: Snapshot) -> None:

@@ -10,13 +10,14 @@ from math import hypot
 
 from stack.components import ControlState
 from stack.control.arrival import Arrival
+from stack.control.parameters import FollowingParameters
 from stack.control.patience import Patience
 from stack.control.ramps import Ramp
-from stack.control.rotation_shim import RotationShim
+from stack.control.rotation_shim import LOOKAHEAD, RotationShim
 from stack.control.swept import SweptFootprint
 from stack.control.track import Track
 from stack.control.turning import TurnInPlace, TurnStyle
-from stack.description import RobotDescription
+from stack.description import DriveKind, RobotDescription
 from stack.parameters import parameter
 from stack.types import STANDSTILL, Path, Pose2D, Twist, wrap_angle
 
@@ -32,12 +33,9 @@ SUSPENDED = 2.0
 ALIGNED = 0.1
 """Radians off that point with which it is content."""
 
-CAR_HEADING = 0.1
-"""Heading error, in radians, with which a car that cannot turn in place is content."""
-
 
 @dataclass(frozen=True)
-class EndsParameters:
+class EndsParameters(FollowingParameters):
     """Settings of `PathEnds`, part of the parameters of each controller that uses it."""
 
     rotate_to_heading: bool = parameter(
@@ -47,19 +45,10 @@ class EndsParameters:
         1.0, "rad", above=0.0, help="turns in place when the path lies farther off than this"
     )
     rotate_speed: float = parameter(1.4, "rad/s", above=0.0, help="top speed of turns in place")
-    brake_share: float = parameter(
-        0.5, above=0.0, at_most=1.0, help="share of the robot's acceleration used to end a turn"
-    )
-    response_time: float = parameter(
-        0.1, "s", at_least=0.0, help="from a command to the robot's answer"
-    )
     goal_position: float = parameter(
         0.03, "m", above=0.0, help="distance at which it stops and turns to the goal's heading"
     )
-    goal_heading: float = parameter(0.02, "rad", above=0.0, help="error at which it stops turning")
-    patience: float = parameter(
-        1.0, "s", at_least=0.0, help="waits this long for the way to clear before it gives up"
-    )
+    turn_speed: float = parameter(1.9, "rad/s", above=0.0, help="top turning speed")
 
 
 class PathEnds:
@@ -73,13 +62,13 @@ class PathEnds:
 
     def __init__(
         self, parameters: EndsParameters, robot: RobotDescription, swept: SweptFootprint,
-        period: float, *, turns_in_place: bool = True,
+        period: float,
     ) -> None:  # fmt: skip
         p = self._parameters = parameters
-        self.ramp = Ramp(robot.limits, period, p.response_time)
+        self.ramp = Ramp(robot.limits, period, p.response_time, robot.turning_radius)
         style = TurnStyle(p.rotate_speed, p.brake_share, p.goal_heading)
         self._turn = TurnInPlace(swept, self.ramp, style)
-        self._turns_in_place = turns_in_place
+        self._drive = robot.drive
         self._patience, self._arrival, self._shim = Patience(), Arrival(), RotationShim()
         self.track: Track | None = None
         self.last = STANDSTILL
@@ -87,7 +76,8 @@ class PathEnds:
 
     def set_path(self, path: Path) -> None:
         """A new path to follow, map frame."""
-        self.track, self._shim = Track(path), RotationShim()
+        steered = self._drive is DriveKind.ACKERMANN
+        self.track, self._shim = Track(path, steered=steered), RotationShim()
         self._arrival.set_path(path)
 
     def begin(self, state: ControlState) -> Track | None:
@@ -116,29 +106,49 @@ class PathEnds:
             self._suspended = max(0.0, self._suspended - self._period)
 
     def reached(self, state: ControlState) -> bool:
-        """Whether the goal's position is reached; for a car its heading as well."""
-        reached = self._arrival.reached(state.pose, self._parameters.goal_position)
-        content = self._turns_in_place or abs(self._heading_error(state)) <= CAR_HEADING
-        return reached and content
+        """Whether the goal's position is reached; for a car, whether its path is at its end.
+
+        A car beside the end of its path would have to drive a circle to come nearer.
+        """
+        p = self._parameters
+        if self._drive is DriveKind.ACKERMANN and self.track is not None:
+            return self.track.remaining <= p.goal_position
+        return self._arrival.reached(state.pose, p.goal_position)
+
+    def way_left(self, state: ControlState) -> float:
+        """Metres to brake in: to the goal, for a car to the end of its path."""
+        if self.track is None:
+            return 0.0
+        if self._drive is DriveKind.ACKERMANN:
+            return self.track.remaining
+        return max(self.track.remaining, state.pose.distance_to(self.track.path.goal))
 
     def finish(self, state: ControlState) -> Twist | None:
-        """At the goal: stop, and turn to its heading; None while that is blocked."""
-        if not self._turns_in_place:
+        """At the goal: stop, and turn to its heading; None while that is blocked.
+
+        A car only stops: its heading is the one that the path has brought.
+        """
+        if self._drive is DriveKind.ACKERMANN:
             return self.ramp.stopped(self.last)
         return self._turn.twist(state, self.last, self._heading_error(state))
 
     def turned(self, state: ControlState) -> Twist | None:
         """A turn towards a path that lies far off; None when it need not or cannot be made."""
         p = self._parameters
-        wants = p.rotate_to_heading and self._turns_in_place and not self._suspended
-        if self.track is None or not wants:
+        if self.track is None or self._suspended or not self._turns_first(self.track):
             return None
         angle = self._shim.angle(self.track, state, p.rotate_angle, p.goal_position)
         return None if angle is None else self._turn.twist(state, self.last, angle)
 
+    def _turns_first(self, track: Track) -> bool:
+        """Whether this robot turns towards a path: a car cannot, sideways is near enough to go."""
+        if self._drive is DriveKind.OMNI and track.remaining <= LOOKAHEAD:
+            return False
+        return self._parameters.rotate_to_heading and self._drive is not DriveKind.ACKERMANN
+
     def realigned(self, state: ControlState) -> Twist | None:
         """A turn in place towards the path just ahead, for when nothing else is clear."""
-        if self.track is None or not self._turns_in_place:
+        if self.track is None or self._drive is DriveKind.ACKERMANN:
             return None
         x, y = self.track.nearer_point(state.pose, JUST_AHEAD)
         angle = wrap_angle(state.pose.bearing_to(Pose2D(x, y)) - state.pose.heading)
@@ -156,12 +166,7 @@ class PathEnds:
 
     def ramped(self, twist: Twist) -> Twist:
         """The twist as far as it can be reached in one control period."""
-        ramp, last = self.ramp, self.last
-        return Twist(
-            ramp.forward(last.linear, twist.linear),
-            ramp.turn(last.angular, twist.angular),
-            ramp.forward(last.lateral, twist.lateral),
-        )
+        return self.ramp.towards(self.last, twist)
 
     def _heading_error(self, state: ControlState) -> float:
         if self.track is None:

@@ -17,13 +17,12 @@ from math import atan, atan2, cos, hypot, sin
 import numpy as np
 
 from stack.components import ControlState
-from stack.control.ends import EndsParameters, PathEnds
+from stack.control.ends import EndsParameters
+from stack.control.path_controller import PathController
 from stack.control.ramps import stopping_speed
-from stack.control.swept import SweptFootprint
 from stack.control.track import Track
-from stack.description import RobotDescription
 from stack.parameters import parameter
-from stack.types import STANDSTILL, FloatArray, Path, Pose2D, Twist, wrap_angle
+from stack.types import FloatArray, Pose2D, Twist, wrap_angle
 
 SPACING = 0.05
 """Metres between the path points tried as targets."""
@@ -45,13 +44,9 @@ REACHED = 0.05
 class GracefulParameters(EndsParameters):
     """Settings of `Graceful`."""
 
-    cruise_speed: float = parameter(
-        0.8, "m/s", above=0.0, at_most=5.0, help="top speed; the robot's limit holds"
-    )
     min_speed: float = parameter(
         0.1, "m/s", above=0.0, help="slows down no further than this in bends"
     )
-    turn_speed: float = parameter(1.9, "rad/s", above=0.0, help="top turning speed")
     min_lookahead: float = parameter(0.15, "m", above=0.0, help="nearest target on the path")
     max_lookahead: float = parameter(0.8, "m", above=0.0, help="farthest target on the path")
     k_phi: float = parameter(
@@ -72,54 +67,12 @@ class GracefulParameters(EndsParameters):
     )
 
 
-class Graceful:
+class Graceful(PathController[GracefulParameters]):
     """Steers into poses on the path by a smooth control law (Park and Kuipers)."""
 
     Parameters = GracefulParameters
 
-    def __init__(
-        self, parameters: GracefulParameters, robot: RobotDescription, period: float
-    ) -> None:
-        self._robot, self._period = robot, period
-        self._swept = SweptFootprint(robot.footprint)
-        self._path: Path | None = None
-        self._local_plan: FloatArray | None = None
-        self.configure(parameters)
-
-    def configure(self, parameters: GracefulParameters) -> None:
-        """Put other parameters in force."""
-        self.parameters = parameters
-        self._ends = PathEnds(parameters, self._robot, self._swept, self._period)
-        if self._path is not None:
-            self._ends.set_path(self._path)
-
-    def set_path(self, path: Path) -> None:
-        """A new path to follow, map frame."""
-        self._path = path
-        self._ends.set_path(path)
-
-    def command(self, state: ControlState) -> Twist:
-        """The velocity to drive now.
-
-        Raises:
-            NavigationError: COLLISION_AHEAD when nothing safe could be commanded for `patience`.
-        """
-        ends = self._ends
-        track = ends.begin(state)
-        if track is None:
-            return STANDSTILL
-        if ends.reached(state):
-            self._local_plan, chosen = None, ends.finish(state)
-        else:
-            chosen = ends.turned(state) or self._steered(track, state)
-        return ends.end(state, chosen)
-
-    @property
-    def local_plan(self) -> Path | None:
-        """The simulated motion to the target, map frame."""
-        return None if self._local_plan is None else Path(self._local_plan)
-
-    def _steered(self, track: Track, state: ControlState) -> Twist | None:
+    def _along(self, track: Track, state: ControlState) -> Twist | None:
         """Towards the farthest target whose simulated motion is clear; None: none is.
 
         A nearer target keeps closer to the path. When the whole way to none is clear, the nearest
@@ -128,7 +81,7 @@ class Graceful:
         self._local_plan = None
         if self._ends.held:
             return self._ends.realigned(state)
-        speed = self._top_speed(track, state)
+        speed = self._top_speed(state)
         for target in self._targets(track, state.pose):
             poses = self._simulate(state.pose, target, speed)
             clear = int(self._swept.clear_poses(state.costs, state.pose, poses[None])[0])
@@ -143,7 +96,7 @@ class Graceful:
         linear, angular = self.law(state.pose, target, speed)
         return self._ends.ramped(Twist(linear, angular))
 
-    def _top_speed(self, track: Track, state: ControlState) -> float:
+    def _top_speed(self, state: ControlState) -> float:
         """Cruise speed, less where costs are high and where the goal is near."""
         p, limits = self.parameters, self._robot.limits
         cruise = min(p.cruise_speed, limits.linear_speed)
@@ -151,8 +104,7 @@ class Graceful:
         cost = int(costs.cells[cell]) if costs.contains(*cell) else 0
         if cost <= 254:
             cruise *= 1.0 - p.cost_slowdown * min(cost, 252) / 252.0
-        distance = max(track.remaining, state.pose.distance_to(track.path.goal))
-        way = distance - 0.5 * p.goal_position
+        way = self._ends.way_left(state) - 0.5 * p.goal_position
         brake = p.brake_share * limits.linear_deceleration
         stopping = stopping_speed(way, brake, p.response_time + self._period)
         return min(cruise, max(stopping, 0.5 * p.min_speed))
@@ -203,6 +155,9 @@ class Graceful:
             )
             / distance
         )
+        if self._robot.turning_radius:
+            tightest = 1.0 / self._robot.turning_radius
+            kappa = min(max(kappa, -tightest), tightest)
         speed = top / (1.0 + p.beta * float(abs(kappa) ** p.slowing_power))
         speed = max(speed, min(p.min_speed, top))
         fastest = min(p.turn_speed, self._robot.limits.angular_speed)

@@ -88,9 +88,22 @@ def length_at_distance(
 
 
 @njit(cache=True, nogil=True)
+def _holds(corners: FloatArray, x: float, y: float) -> bool:
+    """Whether a polygon (n, 2) holds a point of its frame: a ray to +x leaves it an odd time."""
+    within = False
+    for i in range(corners.shape[0]):
+        ay, by = corners[i - 1, 1], corners[i, 1]
+        if (ay > y) != (by > y):
+            ax, bx = corners[i - 1, 0], corners[i, 0]
+            within ^= x < ax + (y - ay) * (bx - ax) / (by - ay)
+    return within
+
+
+@njit(cache=True, nogil=True)
 def _first_lethal(
     cells: np.ndarray, resolution: float, origin_x: float, origin_y: float,
-    body: FloatArray, x: float, y: float, heading: float, known: np.ndarray, count: int, first: int,
+    body: FloatArray, corners: FloatArray, x: float, y: float, heading: float, known: np.ndarray,
+    count: int, first: int,
 ) -> tuple[int, int]:  # fmt: skip
     """Index of the first footprint point from `first` on over a lethal cell not yet known.
 
@@ -105,6 +118,10 @@ def _first_lethal(
         row = floor((py - origin_y) / resolution)
         column = floor((px - origin_x) / resolution)
         if 0 <= row < rows and 0 <= column < columns and cells[row, column] == LETHAL:
+            cx = origin_x + (column + 0.5) * resolution - x
+            cy = origin_y + (row + 0.5) * resolution - y
+            if not _holds(corners, c * cx + s * cy, c * cy - s * cx):
+                continue
             number = row * columns + column
             new = True
             for j in range(count):
@@ -119,19 +136,30 @@ def _first_lethal(
 @njit(cache=True, nogil=True)
 def _covered(
     cells: np.ndarray, resolution: float, origin_x: float, origin_y: float,
-    body: FloatArray, x: float, y: float, heading: float,
+    body: FloatArray, corners: FloatArray, x: float, y: float, heading: float,
 ) -> tuple[np.ndarray, int]:  # fmt: skip
     """Numbers of the lethal cells under the footprint, and how many of the array they fill."""
     known = np.empty(body.shape[0], np.int64)
     count = 0
     place, cell = _first_lethal(
-        cells, resolution, origin_x, origin_y, body, x, y, heading, known, count, 0
+        cells, resolution, origin_x, origin_y, body, corners, x, y, heading, known, count, 0
     )
     while place >= 0:
         known[count] = cell
         count += 1
         place, cell = _first_lethal(
-            cells, resolution, origin_x, origin_y, body, x, y, heading, known, count, place + 1
+            cells,
+            resolution,
+            origin_x,
+            origin_y,
+            body,
+            corners,
+            x,
+            y,
+            heading,
+            known,
+            count,
+            place + 1,
         )
     return known, count
 
@@ -139,7 +167,8 @@ def _covered(
 @njit(cache=True, nogil=True)
 def sweep(
     cells: np.ndarray, resolution: float, origin_x: float, origin_y: float, body: FloatArray,
-    x: float, y: float, heading: float, linear: float, angular: float, horizon: float, step: float,
+    corners: FloatArray, x: float, y: float, heading: float,
+    linear: float, lateral: float, angular: float, horizon: float, step: float,
 ) -> tuple[float, int]:  # fmt: skip
     """How long a constant twist can be driven before the footprint covers lethal cells.
 
@@ -153,10 +182,12 @@ def sweep(
         origin_y: likewise.
         body: (m, 2) points that fill the footprint, 0.7 cells apart at most (a coarser lattice
             can straddle a cell), base frame, metres.
+        corners: (n, 2) polygon, base frame, in which the middle of a lethal cell is a collision.
         x: pose of the base in the map frame.
         y: likewise.
         heading: likewise.
         linear: m/s forward.
+        lateral: m/s to the left.
         angular: rad/s to the left.
         horizon: seconds to look ahead.
         step: seconds between the poses looked at.
@@ -166,7 +197,7 @@ def sweep(
         highest passable cost under the base on the way.
     """
     rows, columns = cells.shape
-    known, count = _covered(cells, resolution, origin_x, origin_y, body, x, y, heading)
+    known, count = _covered(cells, resolution, origin_x, origin_y, body, corners, x, y, heading)
     worst = 0
     time = 0.0
     while True:
@@ -180,11 +211,12 @@ def sweep(
             return inf, worst
         span = min(step, horizon - time)
         middle = heading + 0.5 * span * angular
-        x += span * linear * cos(middle)
-        y += span * linear * sin(middle)
+        c, s = cos(middle), sin(middle)
+        x += span * linear * c - span * lateral * s
+        y += span * linear * s + span * lateral * c
         heading += span * angular
         place, _ = _first_lethal(
-            cells, resolution, origin_x, origin_y, body, x, y, heading, known, count, 0
+            cells, resolution, origin_x, origin_y, body, corners, x, y, heading, known, count, 0
         )
         if place >= 0:
             return time, worst
@@ -196,7 +228,7 @@ def sweep(
 @njit(cache=True, nogil=True)
 def clear_poses(
     cells: np.ndarray, resolution: float, origin_x: float, origin_y: float, body: FloatArray,
-    x: float, y: float, heading: float, poses: FloatArray, near: np.ndarray,
+    corners: FloatArray, x: float, y: float, heading: float, poses: FloatArray, near: np.ndarray,
 ) -> np.ndarray:  # fmt: skip
     """How many poses of each motion are clear before the footprint covers lethal cells.
 
@@ -208,6 +240,7 @@ def clear_poses(
         origin_x: outer corner of cell (0, 0), map frame, metres.
         origin_y: likewise.
         body: (m, 2) points that fill the footprint, base frame, metres.
+        corners: (n, 2) polygon, base frame, in which the middle of a lethal cell is a collision.
         x: pose of the base now, in the map frame.
         y: likewise.
         heading: likewise.
@@ -218,7 +251,7 @@ def clear_poses(
         (n,) int64 in 0..k.
     """
     rows, columns = cells.shape
-    known, count = _covered(cells, resolution, origin_x, origin_y, body, x, y, heading)
+    known, count = _covered(cells, resolution, origin_x, origin_y, body, corners, x, y, heading)
     clear = np.full(poses.shape[0], poses.shape[1], np.int64)
     for i in range(poses.shape[0]):
         for j in range(poses.shape[1]):
@@ -227,7 +260,7 @@ def clear_poses(
             if 0 <= row < rows and 0 <= column < columns and near[row, column] == 0:
                 continue
             place, _ = _first_lethal(
-                cells, resolution, origin_x, origin_y, body,
+                cells, resolution, origin_x, origin_y, body, corners,
                 poses[i, j, 0], poses[i, j, 1], poses[i, j, 2], known, count, 0,
             )  # fmt: skip
             if place >= 0:

@@ -7,23 +7,29 @@ The robot drives the arc through a lookahead point on the path: curvature 2 y / 
 distance d and lateral offset y. Speed is regulated by curvature, by the cost of what lies ahead,
 by the way left to the goal and by the time to a collision. Added here: the path is prolonged
 beyond the goal for steering (see `Track`), shorter lookaheads are tried when an arc would touch
-something that the path itself avoids, and all speeds follow the robot's accelerations.
+something that the path itself avoids, and all speeds follow the robot's accelerations. A car turns
+no tighter than it steers and never in place; an omnidirectional robot goes straight to the
+lookahead point and meanwhile turns to the heading that it is to have.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from math import cos, sin
+from dataclasses import dataclass, replace
+from math import cos, hypot, inf, sin
 
 import numpy as np
 
 from stack.components import ControlState
+from stack.control.manoeuvre import Leg, Manoeuvres
+from stack.control.parameters import FollowingParameters
 from stack.control.patience import Patience
 from stack.control.ramps import Ramp, stopping_speed
 from stack.control.swept import SweptFootprint
 from stack.control.track import Track
-from stack.control.turning import TurnInPlace, TurnStyle
-from stack.description import RobotDescription
+from stack.control.turning import TurnInPlace, TurnStyle, turning_speed
+from stack.costmap.route_costs import blocked_at
+from stack.description import DriveKind, RobotDescription
+from stack.kinematics import moved, speed_towards, within_turning_radius
 from stack.parameters import parameter
 from stack.types import STANDSTILL, Path, Pose2D, Twist
 from stack.types import wrap_angle as wrap
@@ -31,17 +37,20 @@ from stack.types import wrap_angle as wrap
 SHORTER = (1.0, 0.6, 0.35)
 """Shares of the lookahead distance tried in turn while the arc ahead is not clear."""
 
+LEG_DONE = 0.02
+"""Metres or radians left of a motion that count as none."""
+
+CLEAR_AHEAD = 0.8
+"""Metres of path that must be clear for it to be worth while to find a way onto it."""
+
 NOT_ARRIVED_BEYOND = 0.06
 """Metres to the goal within which a new path to it does not send the robot off again."""
 
 
 @dataclass(frozen=True)
-class PurePursuitParameters:
+class PurePursuitParameters(FollowingParameters):
     """Settings of `PurePursuit`."""
 
-    cruise_speed: float = parameter(
-        0.8, "m/s", above=0.0, at_most=5.0, help="speed on a clear path; the robot's limit holds"
-    )
     min_speed: float = parameter(
         0.15, "m/s", above=0.0, help="curvature and cost slow down no further than this"
     )
@@ -61,35 +70,48 @@ class PurePursuitParameters:
         0.785, "rad", above=0.0, help="turn in place when the path lies farther off than this"
     )
     turn_speed: float = parameter(1.4, "rad/s", above=0.0, help="top speed of turns in place")
-    brake_share: float = parameter(
-        0.5, above=0.0, at_most=1.0, help="share of the robot's deceleration used on approach"
-    )
-    response_time: float = parameter(
-        0.1, "s", at_least=0.0, help="from a command to the robot's answer"
-    )
     goal_position: float = parameter(
         0.01, "m", above=0.0, help="way left at which it stops and turns to the goal's heading"
     )
-    goal_heading: float = parameter(0.02, "rad", above=0.0, help="error at which it stops turning")
     time_to_collision: float = parameter(
         1.0, "s", above=0.0, help="slower when something would be touched sooner"
     )
     clearance: float = parameter(
         0.06, "m", at_least=0.0, help="what stays free before something on the arc"
     )
-    patience: float = parameter(
-        1.0, "s", at_least=0.0, help="waits this long for the way to clear before it gives up"
+    omni_heading: str = parameter(
+        "path", one_of=("path", "goal"),
+        help="omnidirectional robots only: face along the path, or as at the goal, all the way",
+    )  # fmt: skip
+    padding: float = parameter(
+        0.02, "m", at_least=0.0, at_most=0.5, help="stays free round the footprint"
     )
 
 
 @dataclass(frozen=True, slots=True)
 class _Arc:
-    """An arc to drive: curvature (1/m), metres that are free along it, worst cost under it."""
+    """A way to drive.
+
+    Attributes:
+        curvature: turning per metre, 1/m.
+        bearing: of the point aimed at, base frame, radians.
+        free: metres that are clear.
+        cost: worst under it.
+        sideways: whether it leads straight to the point, not round with the heading.
+    """
 
     curvature: float
     bearing: float
     free: float
     cost: int
+    sideways: bool = False
+
+    def twist(self, speed: float) -> Twist:
+        """Driven at a speed in m/s."""
+        if not self.sideways:
+            return Twist(speed, speed * self.curvature)
+        c, s = cos(self.bearing), sin(self.bearing)
+        return Twist(speed * c, speed * self.curvature, speed * s)
 
 
 class PurePursuit:
@@ -101,7 +123,11 @@ class PurePursuit:
         self, parameters: PurePursuitParameters, robot: RobotDescription, period: float
     ) -> None:
         self.parameters, self._limits, self._period = parameters, robot.limits, period
-        self._swept, self._patience = SweptFootprint(robot.footprint), Patience()
+        self._drive, self._radius = robot.drive, robot.turning_radius
+        self._swept = SweptFootprint(robot.footprint, padding=parameters.padding, exact=True)
+        self._manoeuvres = Manoeuvres(self._swept, robot)
+        self._legs: tuple[Leg, ...] = ()
+        self._patience = Patience()
         self._track: Track | None = None
         self._arrived = self._turning = False
         self._last = STANDSTILL
@@ -109,7 +135,7 @@ class PurePursuit:
 
     def set_path(self, path: Path) -> None:
         """A new path to follow, map frame."""
-        self._track = Track(path)
+        self._track = Track(path, steered=self._drive is DriveKind.ACKERMANN)
         self._arrived = self._turning = False
 
     def command(self, state: ControlState) -> Twist:
@@ -119,6 +145,7 @@ class PurePursuit:
             NavigationError: COLLISION_AHEAD when nothing safe could be commanded for `patience`.
         """
         track, self._state = self._track, state
+        self._swept.seen = None if state.points is None else state.pose.transform(state.points)
         if track is None:
             return STANDSTILL
         fresh = track.travelled == 0.0
@@ -126,6 +153,8 @@ class PurePursuit:
         self._last = self._ramp.rebased(self._last, state.twist)
         if self._has_arrived(track, state.pose, fresh):
             chosen = self._turn(state, wrap(track.path.goal.heading - state.pose.heading))
+        elif self._drive is DriveKind.OMNI:
+            chosen = self._glide(track, state)
         else:
             chosen = self._pursue(track, state)
         self._last = STANDSTILL
@@ -137,15 +166,9 @@ class PurePursuit:
         """The arc commanded last, driven for the time it looks ahead, map frame."""
         if self._state is None or self._track is None:
             return None
-        pose, twist = self._state.pose, self._last
-        time = np.linspace(0.0, self.parameters.time_to_collision, 11)
-        heading = pose.heading + twist.angular * time
-        middle = pose.heading + 0.5 * twist.angular * time
-        x, y = (
-            pose.x + twist.linear * time * np.cos(middle),
-            pose.y + twist.linear * time * np.sin(middle),
-        )
-        return Path(np.column_stack([x, y, heading]))
+        times = np.linspace(0.0, self.parameters.time_to_collision, 11)
+        poses = [self._state.pose.compose(moved(self._last, time)) for time in times]
+        return Path(np.array([(pose.x, pose.y, pose.heading) for pose in poses]))
 
     def _has_arrived(self, track: Track, pose: Pose2D, fresh: bool) -> bool:
         """Whether only the final heading is left; once so, it stays so for this path."""
@@ -157,6 +180,9 @@ class PurePursuit:
 
     def _pursue(self, track: Track, state: ControlState) -> Twist | None:
         """Along the path: the first clear arc, a turn in place, or None when neither is safe."""
+        under_way = self._manoeuvred(state)
+        if under_way is not None:
+            return under_way
         lookahead = self._lookahead_distance(state.twist.linear, track.remaining)
         arc = self._arc(track, state, track.lookahead_point(state.pose, lookahead))
         if abs(arc.bearing) > self._turn_threshold(track, state):
@@ -171,18 +197,86 @@ class PurePursuit:
             if other.free > arc.free and abs(other.bearing) < self.parameters.turn_angle:
                 arc = other
         if arc.free > self.parameters.clearance:
-            return self._drive(arc, track.remaining)
-        near = track.nearer_point(state.pose, SHORTER[-1] * lookahead)
-        nearest = self._arc(track, state, near)
-        return self._turn(state, nearest.bearing) if abs(nearest.bearing) > 0.15 else None
+            return self._driven(arc, track.remaining)
+        return self._squeeze(track, state)
+
+    def _manoeuvred(self, state: ControlState) -> Twist | None:
+        """The next command of the manoeuvre under way; None when there is none."""
+        while self._legs and self._legs[0].left(state.pose) <= LEG_DONE:
+            self._legs = self._legs[1:]
+        if self._legs and not self._manoeuvres.is_clear(state, self._legs[0]):
+            self._legs = ()
+        return self._leg_twist(state, self._legs[0]) if self._legs else None
+
+    def _squeeze(self, track: Track, state: ControlState) -> Twist | None:
+        """Where no arc to the path is clear but the path is: a motion that leads onto it."""
+        if self._is_blocked(track, state):
+            return None
+        ahead = self._manoeuvres.ahead(state, track)
+        if ahead is not None:
+            return self._leg_twist(state, ahead)
+        self._legs = self._manoeuvres.around(state, track)
+        return self._manoeuvred(state)
+
+    def _leg_twist(self, state: ControlState, leg: Leg) -> Twist | None:
+        p = self.parameters
+        if not leg.twist.linear:
+            return self._turn(state, wrap(leg.end.heading - state.pose.heading))
+        speed = max(p.creep_speed, min(p.min_speed, leg.left(state.pose) / p.time_to_collision))
+        if leg.twist.angular:
+            speed = min(speed, 0.5 * self._limits.angular_speed / abs(leg.twist.angular))
+        speed *= leg.twist.linear
+        linear = self._ramp.forward(self._last.linear, speed)
+        return Twist(linear, self._ramp.turn(self._last.angular, abs(linear) * leg.twist.angular))
+
+    def _is_blocked(self, track: Track, state: ControlState) -> bool:
+        """Whether something stands on the path itself, and not only on the way to it."""
+        points = track.ahead(CLEAR_AHEAD)
+        return blocked_at(state.costs, points, state.pose, 0.0) is not None
+
+    def _glide(self, track: Track, state: ControlState) -> Twist | None:
+        """Straight to a lookahead point with a clear way, turning if that is clear as well."""
+        speed = hypot(state.twist.linear, state.twist.lateral)
+        lookahead = self._lookahead_distance(speed, track.remaining)
+        best: _Arc | None = None
+        for share in SHORTER:
+            point = track.nearer_point(state.pose, share * lookahead)
+            for turning in (True, False):
+                arc = self._line(track, state, point, turning=turning)
+                room = self._speed(arc, track.remaining) * self.parameters.time_to_collision
+                if arc.free >= room or self._at_end(arc, track):
+                    return self._driven(arc, track.remaining)
+                if best is None or arc.free > best.free:
+                    best = arc
+        free = best is not None and best.free > self.parameters.clearance
+        return self._driven(best, track.remaining) if best and free else None
+
+    def _line(
+        self, track: Track, state: ControlState, point: tuple[float, float], *, turning: bool
+    ) -> _Arc:
+        """The straight way to a point of the map frame, and what lies on it."""
+        p, pose, goal = self.parameters, state.pose, track.path.goal
+        towards = pose.bearing_to(Pose2D(*point))
+        near = track.remaining <= p.max_lookahead
+        heading = goal.heading if near or p.omni_heading == "goal" else towards
+        bearing, speed = wrap(towards - pose.heading), max(self._cruise(), p.creep_speed)
+        rate = turning_speed(wrap(heading - pose.heading), self._style, self._ramp)
+        curvature = rate / speed if turning else 0.0
+        line = _Arc(curvature, bearing, 0.0, 0, sideways=True)
+        return self._looked_at(line, track, state)
 
     def _at_end(self, arc: _Arc, track: Track) -> bool:
         return arc.free >= track.remaining
 
     def _lookahead_distance(self, speed: float, remaining: float) -> float:
-        """Longer when faster; on the last bit as far as the goal, so that it is hit."""
+        """Longer when faster; on the last bit as far as the goal, so that it is hit.
+
+        A car looks on beyond the goal: so it arrives with the path's heading.
+        """
         p = self.parameters
         usual = min(max(speed * p.lookahead_time, p.min_lookahead), p.max_lookahead)
+        if self._drive is DriveKind.ACKERMANN:
+            return usual
         return min(usual, max(remaining, 0.5 * p.min_lookahead))
 
     def _turn_threshold(self, track: Track, state: ControlState) -> float:
@@ -193,6 +287,8 @@ class PurePursuit:
         goes on until the path lies nearly ahead.
         """
         p = self.parameters
+        if self._drive is DriveKind.ACKERMANN:
+            return inf
         if self._turning:
             return min(0.1, p.turn_angle)
         if abs(state.twist.linear) >= p.min_speed:
@@ -203,19 +299,25 @@ class PurePursuit:
 
     def _arc(self, track: Track, state: ControlState, point: tuple[float, float]) -> _Arc:
         """The arc through a point of the map frame, and what lies on it."""
-        (x, y), pose, p = point, state.pose, self.parameters
+        (x, y), pose = point, state.pose
         dx, dy = x - pose.x, y - pose.y
         c, s = cos(pose.heading), sin(pose.heading)
         forward, left = c * dx + s * dy, c * dy - s * dx
         square = max(1e-6, dx * dx + dy * dy)
         bearing = float(np.arctan2(left, forward))
         curvature = 2.0 * left / square
-        speed = self._cruise()
+        if self._radius:
+            curvature = min(max(curvature, -1.0 / self._radius), 1.0 / self._radius)
+        return self._looked_at(_Arc(curvature, bearing, 0.0, 0), track, state)
+
+    def _looked_at(self, arc: _Arc, track: Track, state: ControlState) -> _Arc:
+        """The arc with what lies on it."""
+        p, speed = self.parameters, self._cruise()
         brake = p.brake_share * self._limits.linear_deceleration
         reach = max(speed * p.time_to_collision, speed * p.response_time + speed**2 / (2 * brake))
         reach = min(reach + p.clearance, track.remaining + p.goal_position)
-        free, cost = self._swept.arc(state.costs, pose, 1.0, curvature, reach)
-        return _Arc(curvature, bearing, free, cost)
+        free, cost = self._swept.arc(state.costs, state.pose, arc.twist(1.0), reach)
+        return replace(arc, free=free, cost=cost)
 
     def _cruise(self) -> float:
         return min(self.parameters.cruise_speed, self._limits.linear_speed)
@@ -224,11 +326,13 @@ class PurePursuit:
         """Cruise speed regulated by curvature, cost and the way left, before collisions."""
         p = self.parameters
         speed = self._cruise()
-        if abs(arc.curvature) * p.min_radius > 1.0:
+        if abs(arc.curvature) * p.min_radius > 1.0 and not arc.sideways:
             speed /= abs(arc.curvature) * p.min_radius
         speed *= 1.0 - p.cost_slowdown * arc.cost / 252.0
         speed = max(speed, min(p.min_speed, self._cruise()))
-        if arc.curvature:
+        if arc.sideways:
+            speed = min(speed, speed_towards(arc.bearing, self._limits))
+        elif arc.curvature:
             speed = min(speed, self._limits.angular_speed / abs(arc.curvature))
         stopping = stopping_speed(
             remaining - 0.5 * p.goal_position,
@@ -237,19 +341,29 @@ class PurePursuit:
         )
         return min(speed, max(stopping, p.creep_speed))
 
-    def _drive(self, arc: _Arc, remaining: float) -> Twist:
-        p = self.parameters
+    def _driven(self, arc: _Arc, remaining: float) -> Twist:
+        p, last = self.parameters, self._last
         speed = self._speed(arc, remaining)
         room = (arc.free - p.clearance) / p.time_to_collision
         speed = max(min(speed, room), min(p.creep_speed, speed))
-        linear = self._ramp.forward(self._last.linear, speed)
-        return Twist(linear, self._ramp.turn(self._last.angular, linear * arc.curvature))
+        if arc.sideways:
+            wanted, rate = arc.twist(speed), arc.curvature * max(self._cruise(), p.creep_speed)
+            return self._ramp.towards(last, replace(wanted, angular=rate))
+        linear = self._ramp.forward(last.linear, speed)
+        driven = Twist(linear, self._ramp.turn(last.angular, linear * arc.curvature))
+        return within_turning_radius(driven, self._radius)
 
     def _turn(self, state: ControlState, angle: float) -> Twist | None:
+        """In place; a car can only stop."""
+        if self._drive is DriveKind.ACKERMANN:
+            return self._ramp.stopped(self._last) if self._arrived else None
+        return TurnInPlace(self._swept, self._ramp, self._style).twist(state, self._last, angle)
+
+    @property
+    def _style(self) -> TurnStyle:
         p = self.parameters
-        style = TurnStyle(p.turn_speed, p.brake_share, p.goal_heading)
-        return TurnInPlace(self._swept, self._ramp, style).twist(state, self._last, angle)
+        return TurnStyle(p.turn_speed, p.brake_share, p.goal_heading)
 
     @property
     def _ramp(self) -> Ramp:
-        return Ramp(self._limits, self._period, self.parameters.response_time)
+        return Ramp(self._limits, self._period, self.parameters.response_time, self._radius)

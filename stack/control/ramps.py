@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from math import sqrt
 
 from stack.description import Limits
+from stack.kinematics import within_turning_radius
 from stack.types import Twist
 
 
@@ -29,11 +30,13 @@ class Ramp:
         limits: of the robot.
         period: seconds between two commands.
         response_time: from a command to the robot's answer, seconds.
+        turning_radius: of the tightest arc, metres; 0 where the robot turns in place.
     """
 
     limits: Limits
     period: float
     response_time: float
+    turning_radius: float = 0.0
 
     def rebased(self, last: Twist, measured: Twist) -> Twist:
         """The last command, no farther from the measured speed than a late robot explains."""
@@ -45,6 +48,15 @@ class Ramp:
             _near(last.angular, measured.angular, turn_slack),
             _near(last.lateral, measured.lateral, slack),
         )
+
+    def towards(self, last: Twist, wanted: Twist) -> Twist:
+        """One step from the last command on the way to the wanted one, on an arc it can drive."""
+        reached = Twist(
+            self.forward(last.linear, wanted.linear),
+            self.turn(last.angular, wanted.angular),
+            self.forward(last.lateral, wanted.lateral),
+        )
+        return within_turning_radius(reached, self.turning_radius)
 
     def forward(self, last: float, wanted: float) -> float:
         """A forward speed one step after another on the way to the wanted one, m/s."""
@@ -64,7 +76,8 @@ class Ramp:
         lateral = _towards_zero(last.lateral, fall)
         turn = self.limits.angular_acceleration * self.period
         angular = last.angular * share if share else _towards_zero(last.angular, turn)
-        return Twist(last.linear * share, angular, lateral)
+        slower_twist = Twist(last.linear * share, angular, lateral)
+        return within_turning_radius(slower_twist, self.turning_radius)
 
 
 def _near(value: float, centre: float, slack: float) -> float:

@@ -37,21 +37,29 @@ class TurnInPlace:
             last: the command before, still braking to a stand perhaps.
             angle: left to turn, radians, positive to the left.
         """
-        fall = self._ramp.limits.linear_deceleration * self._ramp.period
-        linear = max(0.0, abs(last.linear) - fall)
-        linear = copysign(linear, last.linear) if linear else 0.0
+        linear, lateral = map(self._braked, (last.linear, last.lateral))
         if abs(angle) <= self._style.precision:
-            return Twist(linear, 0.0)
+            return Twist(linear, 0.0, lateral)
         for way in (angle, angle - copysign(2.0 * pi, angle)):
-            free, _ = self._swept.arc(state.costs, state.pose, 0.0, copysign(1.0, way), abs(way))
+            turn = Twist(angular=copysign(1.0, way))
+            free, _ = self._swept.arc(state.costs, state.pose, turn, abs(way))
             if free == inf:
-                return Twist(linear, self._ramp.turn(last.angular, self._speed(way)))
+                return Twist(linear, self._ramp.turn(last.angular, self._speed(way)), lateral)
         return None
 
+    def _braked(self, speed: float) -> float:
+        slower = max(0.0, abs(speed) - self._ramp.limits.linear_deceleration * self._ramp.period)
+        return copysign(slower, speed) if slower else 0.0
+
     def _speed(self, angle: float) -> float:
-        limits, style = self._ramp.limits, self._style
-        top = min(style.speed, limits.angular_speed)
-        late = self._ramp.response_time + self._ramp.period
-        way = abs(angle) - 0.5 * style.precision
-        rate = stopping_speed(way, style.brake_share * limits.angular_acceleration, late)
-        return copysign(min(top, max(rate, SLOWEST)), angle)
+        rate = turning_speed(angle, self._style, self._ramp)
+        return copysign(max(abs(rate), SLOWEST), angle)
+
+
+def turning_speed(angle: float, style: TurnStyle, ramp: Ramp) -> float:
+    """The turning speed (rad/s) with an angle left to turn, from which it still stops on it."""
+    top = min(style.speed, ramp.limits.angular_speed)
+    late = ramp.response_time + ramp.period
+    way = abs(angle) - 0.5 * style.precision
+    rate = stopping_speed(way, style.brake_share * ramp.limits.angular_acceleration, late)
+    return copysign(min(top, rate), angle)

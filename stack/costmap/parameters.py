@@ -66,6 +66,10 @@ class CostmapParameters(ObstacleParameters, InflationParameters):
     resolution: float = parameter(
         0.05, "m", at_least=0.01, at_most=1.0, help="side of a rolling window's cells"
     )
+    map_resolution: float = parameter(
+        0.025, "m", at_least=0.01, at_most=1.0,
+        help="side of the global costmap's cells when the map is the world's own",
+    )  # fmt: skip
     denoise: bool = parameter(
         False, help="ignore single sensed cells; off because table legs are single cells, too"
     )

@@ -8,19 +8,26 @@ from math import copysign, inf
 import numpy as np
 
 from stack.control.checkers import LostChecker
+from stack.costmap.route_costs import blocked_at, route_cost
 from stack.errors import NavigationError
 from stack.navigation.blockages import Blockages
-from stack.navigation.following import Follower, Tools, check_not_lost, drive_feedback, standing
+from stack.navigation.following import (
+    IDLE_BEFORE_REPLAN,
+    Follower,
+    Tools,
+    check_not_lost,
+    drive_feedback,
+    standing,
+)
 from stack.navigation.planning import Plan, PlanRequest
-from stack.navigation.route_costs import blocked_at, route_cost
 from stack.navigation.tasks import Moment, MotionTask
 from stack.types import STANDSTILL, Failure, FailureCode, Path, Pose2D, Twist
 
 HOPELESS = frozenset({FailureCode.GOAL_OUTSIDE_MAP, FailureCode.START_OUTSIDE_MAP})
 """Failures that waiting does not mend."""
 
-IDLE_BEFORE_REPLAN = 0.5
-"""Seconds of standing short of the goal after which a new path is asked for."""
+MOST_CORRECTIONS = 3
+"""How often a car that stands at the goal with another heading tries to mend that."""
 
 RECEDING = 0.02
 """Metres by which a pose on the way must have come farther again to lie behind."""
@@ -70,6 +77,7 @@ class GoalDrive:
         self._blocked_at: tuple[float, float] | None = None
         self._blockages = Blockages()
         self._planner = self._asked_of = tools.desk.planner
+        self._corrections = 0
 
     def advance(self, moment: Moment) -> Twist:
         """The velocity for this step."""
@@ -189,7 +197,7 @@ class GoalDrive:
             return f"{track.offset:.1f} m off the path"
         idle = follower.idle_since
         if follower.at_position:
-            return None
+            return self._correction(moment)
         if idle is not None and moment.time - idle >= IDLE_BEFORE_REPLAN:
             return "stopped short of the goal"
         return self._routine(moment.time)
@@ -197,6 +205,20 @@ class GoalDrive:
     def _routine(self, time: float) -> str | None:
         due = time >= self._asked_at + self._tools.parameters.replan_period - 1e-9
         return ROUTINE if due else None
+
+    def _correction(self, moment: Moment) -> str | None:
+        """Why a car that stands at the goal's position needs another plan; None if it does not."""
+        off = self._follower.off_heading(moment)
+        if not off:
+            return None
+        if self._corrections >= MOST_CORRECTIONS:
+            raise NavigationError(
+                FailureCode.NO_PROGRESS,
+                f"{off}; {MOST_CORRECTIONS} more plans did not mend that. Leave more room round "
+                "the goal, or plan with hybrid_astar or lattice and the robot's turning radius",
+            )
+        self._corrections += 1
+        return "at the goal's position, off its heading"
 
     def _take_plan(self, moment: Moment) -> None:
         """Use the plan asked for, once its time has come."""

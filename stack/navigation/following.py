@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from math import inf
+from math import degrees, hypot, inf
 
 from stack.components import Controller, ControlState
 from stack.control.checkers import GoalChecker, LostChecker, ProgressChecker
+from stack.control.legs import cusps_of
 from stack.control.track import Track
 from stack.errors import NavigationError
 from stack.navigation.parameters import NavigationParameters
 from stack.navigation.path_speeds import PathSpeeds, slower
 from stack.navigation.planning import PlanningDesk
 from stack.navigation.tasks import CostmapLike, Emit, Moment, MotionTask
-from stack.types import STANDSTILL, FailureCode, Path, Twist
+from stack.safety.monitor import CollisionMonitor
+from stack.types import STANDSTILL, FailureCode, FloatArray, Path, Twist, wrap_angle
 
 STANDING_SPEED, STANDING_TURN = 0.02, 0.05
 """m/s and rad/s below which the robot stands."""
+
+IDLE_BEFORE_REPLAN = 0.5
+"""Seconds of standing short of the goal after which a new path is asked for."""
 
 
 @dataclass
@@ -25,7 +30,10 @@ class Tools:
 
     Attributes:
         clear_of: metres round the robot in which a blocked path is not its concern.
+        monitor: brings scans into the base frame of now; None where nobody looks.
         deceleration: of the robot, m/s²: how early it brakes for a path's speed limit.
+        turns_in_place: whether the robot can; a car cannot.
+        has_legs: whether paths have legs forward and backward; an omnidirectional robot's have not.
         counters: plans, replans, recoveries and the like, for the snapshot.
     """
 
@@ -36,7 +44,10 @@ class Tools:
     world: CostmapLike
     emit: Emit
     clear_of: float
+    monitor: CollisionMonitor | None = None
     deceleration: float = 1.0
+    turns_in_place: bool = True
+    has_legs: bool = True
     counters: dict[str, float] = field(default_factory=dict)
 
     def count(self, what: str) -> None:
@@ -46,7 +57,7 @@ class Tools:
 
 def standing(twist: Twist) -> bool:
     """Whether a measured velocity is as good as none."""
-    speed = max(abs(twist.linear), abs(twist.lateral))
+    speed = hypot(twist.linear, twist.lateral)
     return speed < STANDING_SPEED and abs(twist.angular) < STANDING_TURN
 
 
@@ -80,7 +91,7 @@ class Follower:
     def set_path(self, path: Path) -> None:
         """Follow another path from now on."""
         p = self._tools.parameters
-        self.track = Track(path)
+        self.track = Track(path, cusps_of(path) if self._tools.has_legs else ())
         self._speeds = PathSpeeds(path, self._tools.deceleration)
         self._goal = GoalChecker(path.goal, self._tolerance, p.goal_heading, p.goal_settle)
         self._tools.controller.set_path(path)
@@ -92,6 +103,21 @@ class Follower:
         if self._speeds is None or self.track is None:
             return inf
         return self._speeds.posted(self.track.travelled)
+
+    def off_heading(self, moment: Moment) -> str:
+        """What is wrong where a car has stood at the goal's position for a moment; else nothing."""
+        idle = self.idle_since
+        stands = idle is not None and moment.time - idle >= IDLE_BEFORE_REPLAN
+        if self._tools.turns_in_place or self._goal is None or not (stands and self.at_position):
+            return ""
+        goal, pose = self._goal.goal, moment.estimate.pose
+        off = abs(wrap_angle(goal.heading - pose.heading))
+        if off <= self._tools.parameters.goal_heading:
+            return ""
+        return (
+            f"{pose.distance_to(goal):.2f} m from the goal, but {degrees(off):.0f} deg off its "
+            "heading, and this robot cannot turn in place"
+        )
 
     def reached(self, moment: Moment) -> bool:
         """Whether the end of the path is reached."""
@@ -121,8 +147,10 @@ class Follower:
 
     def _command(self, moment: Moment) -> Twist:
         state = ControlState(
-            moment.time, moment.estimate.pose, moment.odometry.twist, self._tools.local.grid
-        )
+            moment.time, moment.estimate.pose, moment.odometry.twist, self._tools.local.grid,
+            moment.tracks,
+            self._points(moment),
+        )  # fmt: skip
         try:
             twist = self._tools.controller.command(state)
         except NavigationError as error:
@@ -134,6 +162,13 @@ class Follower:
         if self._speeds is None or self.track is None:
             return twist
         return slower(twist, self._speeds.at(self.track.travelled))
+
+    def _points(self, moment: Moment) -> FloatArray | None:
+        """What the newest scan met, in the base frame of now."""
+        monitor = self._tools.monitor
+        if monitor is None or moment.scan is None:
+            return None
+        return monitor.points(moment.scan, moment.time, moment.odometry.twist)
 
     def _hold(self, error: NavigationError, time: float) -> None:
         """Stand before something in the way, or pass the error on when patience is over."""
@@ -169,6 +204,8 @@ class PathDrive:
             if follower.reached(moment):
                 task.succeed("at the end of the path")
                 return STANDSTILL
+            if off := follower.off_heading(moment):
+                raise NavigationError(FailureCode.NO_PROGRESS, off)
             return follower.advance(moment)
         except NavigationError as error:
             task.fail(error.failure.code, error.failure.sentence)

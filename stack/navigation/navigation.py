@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from math import degrees
 
 from stack.components import Controller, Planner
-from stack.description import RobotDescription
+from stack.description import DriveKind, RobotDescription
 from stack.errors import ParameterError
 from stack.navigation.drive import GoalDrive
 from stack.navigation.escape.escape import Escape, Freedom
@@ -61,13 +61,15 @@ class Navigation:
         emit: Emit, period: float,
     ) -> None:  # fmt: skip
         self._robot, self._period, self._emit = robot, period, emit
+        self._monitor = CollisionMonitor(robot)
         self._tools = Tools(
             controller, PlanningDesk(planner), parameters, local_costmap, global_costmap, emit,
-            clear_of=robot.footprint.inscribed_radius,
+            clear_of=robot.footprint.inscribed_radius, monitor=self._monitor,
             deceleration=robot.limits.linear_deceleration,
+            turns_in_place=robot.drive is not DriveKind.ACKERMANN,
+            has_legs=robot.drive is not DriveKind.OMNI,
             counters={"plans": 0.0, "replans": 0.0, "recoveries": 0.0, "distance": 0.0},
         )  # fmt: skip
-        self._monitor = CollisionMonitor(robot)
         self._surroundings = Surroundings()
         self._activity: Activity | None = None
         self._plannings: list[_Planning] = []
@@ -219,7 +221,7 @@ class Navigation:
         rate = _positive("speed", self.parameters.spin_speed if speed is None else speed)
         refusal = Spin.why_not(self._robot)
         if refusal:
-            task.fail(FailureCode.FAILED, refusal)
+            task.fail(FailureCode.UNSUPPORTED, refusal)
             return task
         return self._recover(Spin(task, angle, rate, self._recovery_tools()))
 
@@ -253,7 +255,7 @@ class Navigation:
         task = self._task(f"drive {distance:.2f} m on its heading")
         refusal = way.why_not(self._robot)
         if refusal:
-            task.fail(FailureCode.FAILED, refusal)
+            task.fail(FailureCode.UNSUPPORTED, refusal)
             return task
         return self._recover(DriveOnHeading(task, way, self._recovery_tools()))
 

@@ -26,6 +26,7 @@ from stack.types import (
     Pose2D,
     PoseEstimate,
     Scan,
+    Track,
     Twist,
     wrap_angle,
 )
@@ -62,6 +63,7 @@ class Parts:
         detector: None when the robot has no camera.
         tunables: components whose parameters may be changed, by name.
         cover: lets the ground of the costmaps grow to hold some poses, where there is no map.
+        forget_tracks: called when what was followed before lies in the wrong places.
     """
 
     body: Body
@@ -75,6 +77,7 @@ class Parts:
     detector: MarkerDetector | None = None
     tunables: Mapping[str, Tunable] = field(default_factory=dict)
     cover: Callable[[Iterable[Pose2D]], None] = lambda poses: None
+    forget_tracks: Callable[[], None] = lambda: None
 
 
 class Pilot:
@@ -82,6 +85,9 @@ class Pilot:
 
     The runtime calls `update` with each observation and `advance` once per control step, and asks
     the body for a picture whenever `camera_wanted`.
+
+    Attributes:
+        tracks: what moves around the robot, map frame; whoever follows it puts it here.
     """
 
     def __init__(self, parts: Parts) -> None:
@@ -93,6 +99,7 @@ class Pilot:
         self._image: Image | None = None
         self._sightings: tuple[Image, tuple[MarkerSighting, ...]] | None = None
         self._lease = -CAMERA_LEASE
+        self.tracks: tuple[Track, ...] = ()
 
     def update(self, observation: Observation, odometry: Odometry | None = None) -> None:
         """Take in what the sensors said in this step.
@@ -109,7 +116,8 @@ class Pilot:
 
     def advance(self) -> Twist:
         """The velocity that the task under way wants in this step."""
-        moment = Moment(self.time, self.estimate, self._odometry, self._scan)
+        tracks = tuple(track.at(self.time) for track in self.tracks)
+        moment = Moment(self.time, self.estimate, self._odometry, self._scan, tracks)
         self._parts.cover([moment.estimate.pose])
         return self._navigation.advance(moment)
 
@@ -336,6 +344,7 @@ class Pilot:
         jump = before.distance_to(pose)
         turn = abs(wrap_angle(pose.heading - before.heading))
         if jump > JUMP or turn > TURN:
+            self._parts.forget_tracks()
             self._parts.local_costmap.clear()
             self._parts.global_costmap.clear()
         self._parts.emit(

@@ -17,6 +17,7 @@ from stack.types import (
     PoseEstimate,
     Scan,
     TaskStatus,
+    Track,
     Twist,
 )
 
@@ -33,12 +34,14 @@ class Moment:
         estimate: where the robot believes it is, map frame.
         odometry: dead reckoning and measured speed.
         scan: the newest lidar scan.
+        tracks: what moves around the robot, as of the robot's clock now, map frame.
     """
 
     time: float
     estimate: PoseEstimate
     odometry: Odometry
     scan: Scan | None = None
+    tracks: tuple[Track, ...] = ()
 
 
 class CostmapLike(Protocol):

@@ -8,9 +8,14 @@ from math import inf
 import numpy as np
 
 from stack.description import RobotDescription
-from stack.types import FloatArray, Pose2D, Scan, Twist
+from stack.kinematics import moved
+from stack.types import FloatArray, Scan, Twist
 
 NO_POINTS: FloatArray = np.empty((0, 2))
+
+
+NEIGHBOURS, SAME_SURFACE = 3, 0.05
+"""Beams to either side, and metres between points that may be taken together."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,18 +71,25 @@ class CollisionMonitor:
         The robot has moved on since the scan; at the measured twist, by a known bit.
         """
         if scan is not self._scan:
-            self._scan, self._points = scan, scan.points()
+            self._scan, self._points = scan, steadied(scan.points())
         age = max(0.0, time - scan.stamp)
         return moved(measured, age).inverse().transform(self._points)
 
 
-def moved(twist: Twist, seconds: float) -> Pose2D:
-    """Where a twist takes the robot in some seconds, seen from where it began."""
-    half = 0.5 * twist.angular * seconds
-    chord = seconds if abs(half) < 1e-9 else seconds * float(np.sin(half)) / half
-    c, s = float(np.cos(half)), float(np.sin(half))
-    return Pose2D(
-        chord * (c * twist.linear - s * twist.lateral),
-        chord * (s * twist.linear + c * twist.lateral),
-        2.0 * half,
-    )
+def steadied(points: FloatArray) -> FloatArray:
+    """Points (n, 2) in the order of their beams with less noise.
+
+    A sigma filter (J.-S. Lee, "Digital image smoothing and the sigma filter", Computer Vision,
+    Graphics, and Image Processing 24(2), 1983): each becomes the mean of those up to NEIGHBOURS
+    beams away that lie within SAME_SURFACE of it. On a flat wall that is exact; what a single beam
+    sees stays as it is.
+    """
+    total, count = points.copy(), np.ones(len(points))
+    for shift in range(1, min(NEIGHBOURS, len(points) - 1) + 1):
+        apart = points[shift:] - points[:-shift]
+        same = np.einsum("ij,ij->i", apart, apart) < SAME_SURFACE**2
+        total[shift:][same] += points[:-shift][same]
+        total[:-shift][same] += points[shift:][same]
+        count[shift:] += same
+        count[:-shift] += same
+    return total / count[:, None]

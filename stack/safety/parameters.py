@@ -14,6 +14,12 @@ class SafetyParameters:
     padding: float = parameter(
         0.03, "m", at_least=0.0, at_most=0.5, help="stays free round the footprint"
     )
+    tight_padding: float = parameter(
+        0.015, "m", at_least=0.0, at_most=0.5, help="stays free at tight_speed; lidar noise and so"
+    )
+    tight_speed: float = parameter(
+        0.15, "m/s", at_least=0.0, help="what lies within the padding is passed no faster than this"
+    )
     slow_time: float = parameter(
         1.0, "s", above=0.0, at_most=5.0, help="slower in proportion when contact is nearer"
     )

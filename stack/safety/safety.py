@@ -14,10 +14,16 @@ from math import atan2, hypot, inf, isfinite, pi
 
 import numpy as np
 
-from stack.description import RobotDescription
+from stack.description import DriveKind, RobotDescription
+from stack.kinematics import drivable, scaled
 from stack.safety.monitor import CollisionMonitor, Contact
 from stack.safety.parameters import SafetyParameters
-from stack.safety.smoother import VelocitySmoother, beyond_dead_band, within_limits
+from stack.safety.smoother import (
+    VelocitySmoother,
+    arc_beyond_dead_band,
+    beyond_dead_band,
+    within_limits,
+)
 from stack.safety.zone_monitor import ZoneMonitor
 from stack.safety.zones import SafetyZone
 from stack.types import STANDSTILL, FloatArray, Scan, Twist
@@ -42,7 +48,7 @@ class Safety:
         self._monitor = CollisionMonitor(robot)
         self._more = {name: CollisionMonitor(robot) for name in robot.lidars}
         self._zones = ZoneMonitor(zones, robot.footprint)
-        self._smoother = VelocitySmoother(robot.limits, period)
+        self._smoother = VelocitySmoother(robot, period)
         self._emergency: str | None = None
 
     @property
@@ -78,7 +84,7 @@ class Safety:
             self.reason = f"emergency stop: {self._emergency}"
             self._smoother.last = STANDSTILL
             return STANDSTILL
-        wanted = self._fresh(self._finite(twist), scan, time)
+        wanted = self._fresh(drivable(self._finite(twist), self._robot), scan, time)
         points = None if scan is None else self._monitor.points(scan, time, measured)
         for name in self._robot.lidars:
             wanted = self._fresh(wanted, more.get(name), time, name)
@@ -95,9 +101,13 @@ class Safety:
         if points is not None and smooth not in (wanted, STANDSTILL):
             smooth = self._braked(smooth, points)
         self._smoother.last = smooth
-        return beyond_dead_band(
-            smooth, wanted, self.parameters.dead_band, self.parameters.turning_dead_band
-        )
+        return self._beyond_dead_band(smooth, wanted)
+
+    def _beyond_dead_band(self, smooth: Twist, wanted: Twist) -> Twist:
+        p = self.parameters
+        if self._robot.drive is DriveKind.ACKERMANN:
+            return arc_beyond_dead_band(smooth, wanted, p.dead_band)
+        return beyond_dead_band(smooth, wanted, p.dead_band, p.turning_dead_band)
 
     def _finite(self, twist: Twist) -> Twist:
         if all(map(isfinite, (twist.linear, twist.angular, twist.lateral))):
@@ -122,10 +132,11 @@ class Safety:
     def _slow_enough(self, twist: Twist, speed_limit: float) -> Twist:
         """The same arc within the limits of the robot, the operator and the place."""
         top = min(self.parameters.top_speed, speed_limit)
-        binding = min(self.parameters.top_speed, self._limits.linear_speed, abs(twist.linear))
+        speed = hypot(twist.linear, twist.lateral)
+        binding = min(self.parameters.top_speed, self._limits.linear_speed, speed)
         if speed_limit < binding and not self.reason:
             self.reason = f"slower: the speed limit here is {speed_limit:.2f} m/s"
-        return within_limits(twist, self._limits, top)
+        return within_limits(twist, self._robot, top)
 
     def _guarded(self, twist: Twist, points: FloatArray) -> Twist:
         """The same arc driven slower, a turn in place, or standstill."""
@@ -135,16 +146,38 @@ class Safety:
         if contact.time == inf:
             return twist
         share = min(1.0, contact.time / p.slow_time)
+        share = max(share, self._tight_share(twist, points))
         if share * self._rim_speed(twist) >= p.creep_speed:
             self.reason = f"slower: something {_where(contact)}"
-            return Twist(twist.linear * share, twist.angular * share, twist.lateral * share)
+            return scaled(twist, share)
         self.reason = f"stopped: something {_where(contact)}"
-        turn = Twist(angular=twist.angular)
-        if twist.angular and turn != twist:
+        turn = drivable(Twist(angular=twist.angular), self._robot)
+        if turn not in (twist, STANDSTILL):
             time = self._monitor.contact(turn, points, p.slow_time, p.padding).time
             if time == inf:
                 return turn
         return STANDSTILL
+
+    def _tight_share(self, twist: Twist, points: FloatArray) -> float:
+        """The share of a twist's speed at which it may pass between things within the padding.
+
+        At a crawl the robot follows its arc to millimetres and needs less room beside it. Towards
+        something ahead it is no faster for that.
+        """
+        p = self.parameters
+        speed = self._rim_speed(twist)
+        if speed == 0.0 or p.tight_padding >= p.padding:
+            return 0.0
+        share = min(1.0, p.tight_speed / speed)
+        slow = Twist(twist.linear * share, twist.angular * share, twist.lateral * share)
+        contact = self._monitor.contact(slow, points, p.slow_time, p.tight_padding)
+        return share if contact.time == inf else 0.0
+
+    def _padding(self, twist: Twist) -> float:
+        """What is to stay free at a twist's speed, metres."""
+        p = self.parameters
+        slow = self._rim_speed(twist) <= p.tight_speed + 1e-9
+        return min(p.padding, p.tight_padding) if slow else p.padding
 
     def _braked(self, smooth: Twist, points: FloatArray) -> Twist:
         """The smoothed twist, or full braking if it meets something sooner than it can stop.
@@ -152,7 +185,7 @@ class Safety:
         On the way from one arc to another the robot drives neither.
         """
         time = self._stopping_time(smooth)
-        contact = self._monitor.contact(smooth, points, time, self.parameters.padding)
+        contact = self._monitor.contact(smooth, points, time, self._padding(smooth))
         if contact.time == inf:
             return smooth
         self.reason = f"braking: something {_where(contact)}"

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import hypot, inf
+from math import copysign, hypot, inf
 
 import numpy as np
 
-from stack.safety.monitor import moved
+from stack.kinematics import moved, scaled
 from stack.safety.zones import SafetyZone
 from stack.types import STANDSTILL, FloatArray, Footprint, Twist
 
@@ -40,8 +40,9 @@ class ZoneMonitor:
             The twist, and words that are empty when no zone has a say.
         """
         share, reason = 1.0, ""
+        speed = copysign(hypot(twist.linear, twist.lateral), twist.linear)
         for zone, outline in self._zones:
-            if not zone.speed_from <= twist.linear <= zone.speed_to:
+            if not zone.speed_from <= speed <= zone.speed_to:
                 continue
             allowed = self._share(zone, outline, twist, points)
             if allowed < share:
@@ -50,7 +51,7 @@ class ZoneMonitor:
             return STANDSTILL, reason
         if share == 1.0:
             return twist, ""
-        return Twist(twist.linear * share, twist.angular * share, twist.lateral * share), reason
+        return scaled(twist, share), reason
 
     def _share(
         self, zone: SafetyZone, outline: FloatArray, twist: Twist, points: FloatArray

@@ -19,6 +19,7 @@ from stack.types import (
     Path,
     Pose2D,
     Scan,
+    Track,
     Twist,
 )
 
@@ -181,6 +182,7 @@ class Snapshot:
         parameters: component parameters in force, flat: "controller.cruise_speed" -> value.
         image: newest camera picture if one came since the last snapshot.
         truth: the true pose, in simulation only. people: (n, 3) x, y, radius, likewise.
+        tracks: what moves, as the robot follows it, map frame; empty when nobody asks for it.
         blackboard: key -> value as text.
         counters: recoveries, replans, collisions, distance (m)…
         teleop: the operator may drive, by `teleop` commands.
@@ -218,6 +220,7 @@ class Snapshot:
     teleop: bool = False
     safety: str = ""
     events: tuple[Event, ...] = ()
+    tracks: tuple[Track, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import cos, sin
 from pathlib import Path as FilePath
 from typing import Any
@@ -21,7 +22,7 @@ from stack.telemetry.rerun_place import (
 )
 from stack.telemetry.rerun_recording import BASE, MAP, OPTICAL, PICTURE, UP, Recording
 from stack.telemetry.tree_text import NOTHING, tree_markdown
-from stack.types import CameraModel, FloatArray, Image, Path, Pose2D
+from stack.types import CameraModel, FloatArray, Footprint, Image, Path, Pose2D, Track
 
 ROBOT_COLOUR = (94, 200, 255)
 TRUTH_COLOUR = (150, 158, 170)
@@ -32,6 +33,7 @@ GOAL_COLOUR = (255, 120, 190)
 SCAN_COLOUR = (255, 116, 92)
 PARTICLE_COLOUR = (196, 170, 255, 130)
 PERSON_COLOUR = (240, 176, 120)
+TRACK_COLOUR = (255, 205, 60)
 
 IDLE_COLOUR = (38, 44, 54)
 ACTIVITY_COLOURS = (
@@ -140,6 +142,7 @@ class RerunDrawing:
             self._particles(snapshot.particles)
         if snapshot.people is not None:
             self._people(snapshot.people)
+        self._tracks(snapshot.tracks)
 
     def plans(self, snapshot: Snapshot) -> None:
         """Global plan, local plan and goal; each vanishes when there is none."""
@@ -262,6 +265,29 @@ class RerunDrawing:
             fill_mode="solid",
         )
         self._recording.show("world/people", capsules)
+
+    def _tracks(self, tracks: Sequence[Track]) -> None:
+        """Where the robot believes things to move: how sure it is, and a second of their way."""
+        if not tracks:
+            self._recording.hide("world/tracks")
+            self._recording.hide("world/tracks/velocity")
+            return
+        rims = [
+            outline(Pose2D(*track.position), Footprint.circle(track.radius).points)
+            for track in tracks
+        ]
+        doubts = [
+            uncertainty_ellipse(Pose2D(*track.position), track.covariance) for track in tracks
+        ]
+        drawn = rr.LineStrips3D([*rims, *doubts], radii=0.012, colors=TRACK_COLOUR)
+        self._recording.show("world/tracks", drawn)
+        arrows = rr.Arrows3D(
+            origins=lifted(np.array([track.position for track in tracks]), 0.06),
+            vectors=lifted(np.array([track.velocity for track in tracks]), 0.0),
+            radii=0.02,
+            colors=TRACK_COLOUR,
+        )
+        self._recording.show("world/tracks/velocity", arrows)
 
     def _strip(
         self, path: str, plan: Path | None, height_and_radius: tuple[float, float], colour: Any

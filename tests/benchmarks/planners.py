@@ -12,9 +12,9 @@ from stack.components import Planner, choose
 from stack.costmap.costmap import Costmap
 from stack.costmap.footprint import footprint_cost
 from stack.costmap.parameters import CostmapParameters
+from stack.costmap.route_costs import route_cost
 from stack.description import RobotDescription
 from stack.errors import NavigationError
-from stack.navigation.route_costs import route_cost
 from stack.planning.astar import Astar, AstarParameters
 from stack.streams import stream
 from stack.types import INSCRIBED_COST, LETHAL_COST, CostGrid, Footprint, Path, Pose2D

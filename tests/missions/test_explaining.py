@@ -39,7 +39,7 @@ def test_an_unknown_code_names_the_nearest():
         explanation("E1600")
 
 
-OUTSIDE = {"E109", "E110", "E111", "E114", "E126", "E127"}
+OUTSIDE = {"E109", "E110", "E111", "E114", "E116", "E126", "E127", "W110"}
 """Codes that need options, other files or an installation to provoke."""
 NEEDS = {
     "E141": "arguments: {dwell: {type: duration, default: 3 s}}",

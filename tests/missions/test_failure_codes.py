@@ -10,7 +10,7 @@ from missions.assembly import RunOptions
 from missions.runner import run_mission
 from stack.types import FailureCode
 
-HEAD = "mission: a\nrobot: scout\nworld: {world}\n"
+HEAD = "mission: a\nrobot: {robot}\nworld: {world}\n"
 FAILING = """
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
@@ -68,6 +68,7 @@ CASES: dict[FailureCode, tuple[str, str]] = {
     FailureCode.NO_IMAGE: ("small_room", "run: {take_photo: {}}"),
     FailureCode.CHECK_FAILED: ("small_room", "run: {check: battery.charge < 0.1}"),
     FailureCode.EXCEPTION: ("small_room", "plugins: [./plugins]\nrun: fall_over"),
+    FailureCode.UNSUPPORTED: ("car_park", "run: {spin: {angle: 90 deg}}"),
     FailureCode.FAILED: ("small_room", "run: {refusing.Refuses: {}}"),
 }  # fmt: skip
 """CANCELLED is missing: a mission's own tree never sees it, for what it cancels it has left."""
@@ -86,7 +87,9 @@ def mission_for(code: FailureCode, folder: Path) -> Path:
     (folder / "plugins" / "fall_over.py").write_text(BROKEN, "utf-8")
     (folder / "refusing.py").write_text(FAILING, "utf-8")
     path = folder / "mission.yaml"
-    path.write_text(f"{HEAD.format(world=world if '.' not in world else './' + world)}{rest}\n")
+    robot = "buggy" if code is FailureCode.UNSUPPORTED else "scout"
+    head = HEAD.format(robot=robot, world=world if "." not in world else f"./{world}")
+    path.write_text(f"{head}{rest}\n", "utf-8")
     return path
 
 

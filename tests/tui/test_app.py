@@ -10,8 +10,9 @@ from textual.widgets import OptionList
 
 from stack.errors import TelemetryError
 from stack.telemetry.records import MissionState
-from stack.types import Battery, Pose2D
+from stack.types import Battery, Pose2D, Track
 from tests.tui.sample_source import SampleSource, finished
+from tui import palette
 from tui.app import PANES, Dashboard
 from tui.banner import Banner
 from tui.events_pane import EventsPane
@@ -364,6 +365,23 @@ async def test_a_bare_snapshot_is_drawn(pilot, source):
     pane = pilot.app.query_one(MapPane)
     text = "".join(strip.text for strip in pane._strips)
     assert "→" in text  # the robot, in an unknown world
+
+
+async def test_what_moves_is_drawn_with_its_way(pilot):
+    """A circle, and from its middle a second of its way at 2 m/s."""
+
+    def cells():
+        person = palette.css(palette.PERSON)
+        rows = pilot.app.query_one(MapPane)._strips
+        return sum(person in str(part.style) for row in rows for part in row if part.text.strip())
+
+    someone = Track(1, 0.0, (14.0, 5.0), (2.0, 0.0), 0.3, np.eye(4))
+    refresh(pilot, people=None, tracks=())
+    assert cells() == 0
+    refresh(pilot, tracks=(replace(someone, velocity=(0.0, 0.0)),))
+    standing = cells()
+    refresh(pilot, tracks=(someone,))
+    assert 0 < standing < cells()
 
 
 async def test_a_run_without_a_map_keeps_the_robot_in_the_middle(pilot, source):

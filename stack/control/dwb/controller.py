@@ -8,20 +8,20 @@ RotateToGoal critic does, the last turn on the spot, `PathEnds` does for all con
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, replace
 from math import ceil, copysign
 
 import numpy as np
 
 from stack.components import ControlState
-from stack.control.dwb.critics import Sampling, judge
+from stack.control.dwb.critics import Sampling, Speeds, judge
 from stack.control.dwb.parameters import DwbParameters
-from stack.control.ends import PathEnds
+from stack.control.path_controller import PathController
 from stack.control.ramps import stopping_speed
-from stack.control.swept import BoolArray, SweptFootprint
+from stack.control.swept import BoolArray
 from stack.control.track import Track
-from stack.description import Limits, RobotDescription
-from stack.types import STANDSTILL, FloatArray, Path, Pose2D, Twist, wrap_angle
+from stack.description import DriveKind, RobotDescription
+from stack.types import FloatArray, Pose2D, Twist, wrap_angle
 
 SPACING = 0.05
 """Metres between the path points that the critics look at."""
@@ -31,6 +31,9 @@ CREEP = 0.08
 
 SHORTER = (1.0, 0.5, 0.25)
 """Shares of speed and simulated time tried in turn while nothing is clear."""
+
+CAR_ALIGNMENT = 4.0
+"""How much more a car's alignment with the path counts: it cannot mend it where it stands."""
 
 LEAST_STEPS = 5
 """Steps simulated at least."""
@@ -48,53 +51,16 @@ class _Direction:
     pose: Pose2D | None = None
 
 
-class Dwb:
+class Dwb(PathController[DwbParameters]):
     """Follows a path by trying the speeds within the dynamic window (DWA)."""
 
     Parameters = DwbParameters
 
     def __init__(self, parameters: DwbParameters, robot: RobotDescription, period: float) -> None:
-        self._robot, self._period = robot, period
-        self._swept = SweptFootprint(robot.footprint)
-        self._path: Path | None = None
-        self._local_plan: FloatArray | None = None
+        super().__init__(parameters, robot, period)
         self._direction = _Direction()
-        self.configure(parameters)
 
-    def configure(self, parameters: DwbParameters) -> None:
-        """Put other parameters in force."""
-        self.parameters = parameters
-        self._ends = PathEnds(parameters, self._robot, self._swept, self._period)
-        if self._path is not None:
-            self._ends.set_path(self._path)
-
-    def set_path(self, path: Path) -> None:
-        """A new path to follow, map frame."""
-        self._path = path
-        self._ends.set_path(path)
-
-    def command(self, state: ControlState) -> Twist:
-        """The velocity to drive now.
-
-        Raises:
-            NavigationError: COLLISION_AHEAD when nothing safe could be commanded for `patience`.
-        """
-        ends = self._ends
-        track = ends.begin(state)
-        if track is None:
-            return STANDSTILL
-        if ends.reached(state):
-            self._local_plan, chosen = None, ends.finish(state)
-        else:
-            chosen = ends.turned(state) or self._sampled(track, state)
-        return ends.end(state, chosen)
-
-    @property
-    def local_plan(self) -> Path | None:
-        """Where the speeds chosen lead, map frame."""
-        return None if self._local_plan is None else Path(self._local_plan)
-
-    def _sampled(self, track: Track, state: ControlState) -> Twist | None:
+    def _along(self, track: Track, state: ControlState) -> Twist | None:
         """The best speeds; slower and less far ahead, then a turn to the path, if none will do."""
         turn = self._ends.realigned(state) if self._ends.held else None
         if turn is not None:
@@ -110,46 +76,44 @@ class Dwb:
     def _best(self, track: Track, state: ControlState, share: float) -> Twist | None:
         """The best of the speeds that collide with nothing; None when all do, or it is to stand."""
         last = self._ends.last
-        p, top = self._before_goal(track, state, share)
-        linear, angular = window(p, self._robot.limits, last, top)
-        keep = self._not_oscillating(state.pose, linear, angular)
-        linear, angular = linear[keep], angular[keep]
-        poses = drive(p, self._robot.limits, state.pose, last, (linear, angular))
+        p, top = self._before_goal(state, share)
+        speeds = window(p, self._robot, last, top)
+        speeds = speeds.of(self._not_oscillating(state.pose, speeds))
+        poses = drive(p, self._robot, state.pose, last, speeds)
         reach = top * p.simulation_time + p.forward_point
         sampling = Sampling(
-            linear, angular, poses, track.sampled(reach, SPACING),
+            speeds, poses, track.sampled(reach, SPACING),
             track.sampled(reach, SPACING, beyond=True), SPACING, state.costs,
-            near_goal=track.remaining <= p.forward_point,
+            near_goal=track.remaining <= p.forward_point and not self._robot.turning_radius,
         )  # fmt: skip
         scores = judge(sampling, p)
         scores[self._swept.clear_poses(state.costs, state.pose, poses) < poses.shape[1]] = np.inf
         best = int(np.argmin(scores))
-        stands = abs(linear[best]) < LEAST_SPEED and abs(angular[best]) < LEAST_SPEED
-        if not np.isfinite(scores[best]) or stands:
+        twist = speeds.twist(best)
+        if not np.isfinite(scores[best]) or max(map(abs, astuple(twist))) < LEAST_SPEED:
             return None
         self._local_plan = poses[best]
-        return self._ends.ramped(Twist(float(linear[best]), float(angular[best])))
+        return self._ends.ramped(twist)
 
-    def _before_goal(
-        self, track: Track, state: ControlState, share: float
-    ) -> tuple[DwbParameters, float]:
+    def _before_goal(self, state: ControlState, share: float) -> tuple[DwbParameters, float]:
         """The parameters with a simulated time that ends about at the goal, and the top speed.
 
         A robot whose speeds are all driven far beyond the goal would creep towards it.
         """
         p, limits = self.parameters, self._robot.limits
-        way = max(track.remaining, state.pose.distance_to(track.path.goal))
+        way = self._ends.way_left(state)
         brake = p.brake_share * limits.linear_deceleration
         cruise = share * min(p.cruise_speed, limits.linear_speed)
         top = min(cruise, max(stopping_speed(way, brake, p.response_time + self._period), CREEP))
         steps = ceil(1.5 * way / (top * p.simulation_step))
         time = min(share * p.simulation_time, max(LEAST_STEPS, steps) * p.simulation_step)
-        return replace(p, simulation_time=time), top
+        align = p.path_align_weight * (CAR_ALIGNMENT if self._robot.turning_radius else 1.0)
+        return replace(p, simulation_time=time, path_align_weight=align), top
 
-    def _not_oscillating(self, pose: Pose2D, linear: FloatArray, angular: FloatArray) -> BoolArray:
+    def _not_oscillating(self, pose: Pose2D, speeds: Speeds) -> BoolArray:
         """Which samples do not reverse a direction that was taken a moment ago (Oscillation)."""
         taken, p = self._direction, self.parameters
-        keep = np.ones(len(linear), dtype=bool)
+        keep = np.ones(len(speeds.linear), dtype=bool)
         if taken.pose is None:
             return keep
         moved = pose.distance_to(taken.pose) >= p.oscillation_distance
@@ -157,9 +121,9 @@ class Dwb:
         if moved or turned:
             self._direction = _Direction()
             return keep
-        keep &= linear * taken.forward >= 0.0
+        keep &= speeds.linear * taken.forward >= 0.0
         if not taken.forward:
-            keep &= angular * taken.turn >= 0.0
+            keep &= speeds.angular * taken.turn >= 0.0
         return keep
 
     def _note_direction(self, pose: Pose2D, twist: Twist) -> None:
@@ -172,57 +136,78 @@ class Dwb:
             self._direction = _Direction(forward, turn, pose)
 
 
-def window(
-    p: DwbParameters, limits: Limits, last: Twist, top: float
-) -> tuple[FloatArray, FloatArray]:
-    """Speeds forward and turning, both (n,), that can be reached within the simulated time.
+def window(p: DwbParameters, robot: RobotDescription, last: Twist, top: float) -> Speeds:
+    """Speeds that can be reached within the simulated time.
+
+    Sideways ones for omnidirectional robots only; for cars turning speeds on arcs that they steer.
 
     Args:
         p: samples, speeds and the simulated time.
-        limits: of the robot.
+        robot: its limits and its drive.
         last: driven now.
         top: m/s forward at most.
     """
-    time = p.simulation_time
+    time, limits = p.simulation_time, robot.limits
     back = min(p.reverse_speed, limits.reverse_speed)
-    low = max(-back, last.linear - limits.linear_deceleration * time)
-    high = min(top, last.linear + limits.linear_acceleration * time)
+    rise, fall = limits.linear_acceleration * time, limits.linear_deceleration * time
     fastest = min(p.turn_speed, limits.angular_speed)
     swing = limits.angular_acceleration * time
-    right, left = max(-fastest, last.angular - swing), min(fastest, last.angular + swing)
-    linear = np.union1d(np.linspace(low, max(low, high), p.linear_samples), [0.0])
-    angular = np.union1d(np.linspace(right, max(right, left), p.angular_samples), [0.0])
-    pairs = np.meshgrid(linear, angular, indexing="ij")
-    return pairs[0].ravel(), pairs[1].ravel()
+    linear = _samples(p.linear_samples, (-back, top), (last.linear - fall, last.linear + rise))
+    angular = _samples(
+        p.angular_samples, (-fastest, fastest), (last.angular - swing, last.angular + swing)
+    )
+    sideways = np.zeros(1)
+    if robot.drive is DriveKind.OMNI:
+        most = min(limits.lateral_speed, top)
+        reach = (last.lateral - rise, last.lateral + rise)
+        sideways = _samples(p.lateral_samples, (-most, most), reach)
+    axes = (axis.ravel() for axis in np.meshgrid(linear, angular, sideways, indexing="ij"))
+    speeds = Speeds(*axes)
+    if robot.turning_radius:
+        most_turn = np.abs(speeds.linear) / robot.turning_radius
+        turning = np.clip(speeds.angular, -most_turn, most_turn)
+        speeds = replace(speeds, angular=turning)
+    return speeds
+
+
+def _samples(count: int, limits: tuple[float, float], reach: tuple[float, float]) -> FloatArray:
+    """Evenly spaced speeds within limits and reach, and 0."""
+    low, high = max(limits[0], reach[0]), min(limits[1], reach[1])
+    return np.union1d(np.linspace(low, max(low, high), count), [0.0])
 
 
 def drive(
-    p: DwbParameters, limits: Limits, pose: Pose2D, last: Twist,
-    wanted: tuple[FloatArray, FloatArray],
-) -> FloatArray:  # fmt: skip
-    """Where pairs of speeds lead, from the speeds driven now.
+    p: DwbParameters, robot: RobotDescription, pose: Pose2D, last: Twist, wanted: Speeds
+) -> FloatArray:
+    """Where speeds lead, from the speeds driven now.
 
     Args:
         p: time and step of the simulation.
-        limits: of the robot.
+        robot: its limits and its drive.
         pose: now, map frame.
         last: driven now.
-        wanted: speeds forward and turning, both (n,).
+        wanted: in the end.
 
     Returns:
         (n, k, 3) poses in the map frame.
     """
-    step = p.simulation_step
+    step, limits = p.simulation_step, robot.limits
     times: FloatArray = step * np.arange(1.0, round(p.simulation_time / step) + 1.0)
-    linear = _approach(
-        last.linear, wanted[0], times, (limits.linear_acceleration, limits.linear_deceleration)
-    )
+    rates = (limits.linear_acceleration, limits.linear_deceleration)
+    linear = _approach(last.linear, wanted.linear, times, rates)
     turn = limits.angular_acceleration
-    angular = _approach(last.angular, wanted[1], times, (turn, turn))
+    angular = _approach(last.angular, wanted.angular, times, (turn, turn))
+    if robot.turning_radius:
+        most = np.abs(linear) / robot.turning_radius
+        angular = np.clip(angular, -most, most)
     heading = pose.heading + np.cumsum(angular, axis=1) * step
     middle = heading - 0.5 * step * angular
-    x = pose.x + np.cumsum(linear * np.cos(middle), axis=1) * step
-    y = pose.y + np.cumsum(linear * np.sin(middle), axis=1) * step
+    c, s = np.cos(middle), np.sin(middle)
+    ahead, left = linear * c, linear * s
+    if robot.drive is DriveKind.OMNI:
+        lateral = _approach(last.lateral, wanted.lateral, times, rates)
+        ahead, left = ahead - lateral * s, left + lateral * c
+    x, y = pose.x + np.cumsum(ahead, axis=1) * step, pose.y + np.cumsum(left, axis=1) * step
     return np.stack([x, y, heading], axis=-1)
 
 

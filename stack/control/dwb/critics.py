@@ -13,7 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from stack.control.dwb.parameters import DwbParameters
-from stack.types import CostGrid, FloatArray
+from stack.control.swept import BoolArray
+from stack.types import CostGrid, FloatArray, Twist
 
 HIGHEST_PASSABLE, LETHAL = 252, 254
 
@@ -25,23 +26,44 @@ CREEPING = 0.1
 
 
 @dataclass(frozen=True, slots=True)
+class Speeds:
+    """Speeds tried.
+
+    Attributes:
+        linear: (n,) forward, m/s.
+        angular: (n,) rad/s.
+        lateral: (n,) to the left, m/s.
+    """
+
+    linear: FloatArray
+    angular: FloatArray
+    lateral: FloatArray
+
+    def of(self, keep: BoolArray) -> Speeds:
+        """Those of them that are marked (n,)."""
+        return Speeds(self.linear[keep], self.angular[keep], self.lateral[keep])
+
+    def twist(self, index: int) -> Twist:
+        """One of them."""
+        return Twist(*(float(axis[index]) for axis in (self.linear, self.angular, self.lateral)))
+
+
+@dataclass(frozen=True, slots=True)
 class Sampling:
     """What was tried and what there is.
 
     Attributes:
-        linear: (n,) speeds forward in the end, m/s.
-        angular: (n,) turning speeds in the end, rad/s.
+        speeds: in the end.
         poses: (n, k, 3) x, y, heading, map frame.
         path: (m, 2) points of the path ahead up to the goal, evenly spaced, map frame.
         onward: (l, 2) likewise, and farther, straight on beyond the goal.
         spacing: metres between them.
         costs: the local costmap.
         near_goal: the goal is within reach: its position counts, not the way on, and costs round it
-            have to be borne.
+            have to be borne. Never for a car: how it arrives is its heading there.
     """
 
-    linear: FloatArray
-    angular: FloatArray
+    speeds: Speeds
     poses: FloatArray
     path: FloatArray
     onward: FloatArray
@@ -110,14 +132,15 @@ def obstacle(sampling: Sampling, p: DwbParameters) -> FloatArray:
 
 def prefer_forward(sampling: Sampling, p: DwbParameters) -> FloatArray:
     """1 for driving backward, and up to 1 for turning on the spot."""
-    slow = np.clip(1.0 - sampling.linear / CREEPING, 0.0, 1.0)
-    twist = np.abs(sampling.angular) / p.turn_speed
-    return np.where(sampling.linear < 0.0, 1.0, slow * twist)
+    speeds = sampling.speeds
+    slow = np.clip(1.0 - np.hypot(speeds.linear, speeds.lateral) / CREEPING, 0.0, 1.0)
+    twist = np.abs(speeds.angular) / p.turn_speed
+    return np.where(speeds.linear < 0.0, 1.0, slow * twist)
 
 
 def twirling(sampling: Sampling, p: DwbParameters) -> FloatArray:
     """The turning speed."""
-    return np.abs(sampling.angular)
+    return np.abs(sampling.speeds.angular)
 
 
 Critic = Callable[[Sampling, DwbParameters], FloatArray]
@@ -139,7 +162,7 @@ FAR_FROM_GOAL = frozenset({"path_distance", "path_align", "goal_align", "obstacl
 
 def judge(sampling: Sampling, p: DwbParameters) -> FloatArray:
     """(n,) the weighted sum of all critics."""
-    total = np.zeros(len(sampling.linear))
+    total = np.zeros(len(sampling.poses))
     for name, critic in CRITICS.items():
         weight = getattr(p, f"{name}_weight")
         if weight and not (sampling.near_goal and name in FAR_FROM_GOAL):

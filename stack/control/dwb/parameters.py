@@ -12,15 +12,14 @@ from stack.parameters import parameter
 class DwbParameters(EndsParameters):
     """Settings of `Dwb`. Names and meanings of the critics follow Nav2's; a weight of 0 is off."""
 
-    cruise_speed: float = parameter(
-        0.8, "m/s", above=0.0, at_most=5.0, help="top speed forward; the robot's limit holds"
-    )
     reverse_speed: float = parameter(
         0.1, "m/s", at_least=0.0, help="top speed backward; 0 never reverses"
     )
-    turn_speed: float = parameter(1.9, "rad/s", above=0.0, help="top turning speed")
     linear_samples: int = parameter(20, at_least=2, at_most=200, help="forward speeds tried")
     angular_samples: int = parameter(21, at_least=3, at_most=201, help="turning speeds tried")
+    lateral_samples: int = parameter(
+        5, at_least=3, at_most=51, help="omnidirectional robots only: sideways speeds tried"
+    )
     simulation_time: float = parameter(
         1.7, "s", above=0.2, at_most=10.0, help="how far ahead each pair of speeds is driven"
     )

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from math import ceil, hypot
+from typing import ClassVar
+
+import numpy as np
 
 from stack.components import ControlState
-from stack.control.ends import PathEnds
 from stack.control.mppi.optimiser import Optimiser
 from stack.control.mppi.parameters import MppiParameters
-from stack.control.mppi.scene import Array32, LocalPath, Obstacles, Outline
-from stack.control.swept import SweptFootprint
+from stack.control.mppi.scene import Array32, LocalPath, Obstacles, Outline, room_beside
+from stack.control.path_controller import PathController
 from stack.control.track import Track
 from stack.description import RobotDescription
-from stack.types import STANDSTILL, FloatArray, Path, Twist
+from stack.types import FloatArray, Twist
 
 SLOWER = (1.0, 0.5, 0.25)
 """Shares of the plan's speeds tried in turn while what it leads to is not clear."""
@@ -20,35 +22,24 @@ SLOWER = (1.0, 0.5, 0.25)
 STALLED, STALLED_TURN = 0.04, 0.1
 """A plan that moves less than this (metres, radians) while the robot stands leads nowhere."""
 
+NEAR_SOMEBODY = 3.0
+"""Metres to a moving thing within which the robot does not stand to turn towards its path."""
 
-class Mppi:
+
+class Mppi(PathController[MppiParameters]):
     """Follows a path by sampling controls and averaging the best (MPPI)."""
 
     Parameters = MppiParameters
+    needs_tracks: ClassVar[bool] = True
 
     def __init__(self, parameters: MppiParameters, robot: RobotDescription, period: float) -> None:
-        self._robot, self._period = robot, period
-        self._swept = SweptFootprint(robot.footprint)
-        self._local_plan: FloatArray | None = None
         self._outline: tuple[float, Outline] | None = None
-        self._path: Path | None = None
-        self.configure(parameters)
+        super().__init__(parameters, robot, period)
 
     def configure(self, parameters: MppiParameters) -> None:
         """Put other parameters in force; the plan begins anew."""
-        self.parameters = parameters
-        self._optimiser = Optimiser(parameters, self._robot.limits, self._period)
-        self._ends = PathEnds(
-            parameters, self._robot, self._swept, self._period,
-            turns_in_place=parameters.motion_model != "ackermann",
-        )  # fmt: skip
-        if self._path is not None:
-            self._ends.set_path(self._path)
-
-    def set_path(self, path: Path) -> None:
-        """A new path to follow, map frame."""
-        self._path = path
-        self._ends.set_path(path)
+        self._optimiser = Optimiser(parameters, self._robot, self._period)
+        super().configure(parameters)
 
     def command(self, state: ControlState) -> Twist:
         """The velocity to drive now.
@@ -56,34 +47,29 @@ class Mppi:
         Raises:
             NavigationError: COLLISION_AHEAD when nothing safe could be commanded for `patience`.
         """
-        ends = self._ends
-        track = ends.begin(state)
-        if track is None:
-            return STANDSTILL
-        chosen = ends.finish(state) if ends.reached(state) else ends.turned(state)
-        if chosen is not None or ends.reached(state):
-            self._stand()
-        else:
-            chosen = self._planned(track, state)
-        twist = ends.end(state, chosen)
+        twist = super().command(state)
         self._optimiser.remember(twist)
         return twist
 
-    @property
-    def local_plan(self) -> Path | None:
-        """Where the plan leads, map frame."""
-        return None if self._local_plan is None else Path(self._local_plan)
-
     def _stand(self) -> None:
         self._optimiser.reset()
-        self._local_plan = None
+        super()._stand()
 
-    def _planned(self, track: Track, state: ControlState) -> Twist | None:
+    def _may_stand_and_turn(self, state: ControlState) -> bool:
+        """Not in the way of somebody, whom the plan leads past."""
+        x, y = state.pose.x, state.pose.y
+        return not self.parameters.moving_weight or all(
+            hypot(track.position[0] - x, track.position[1] - y) > NEAR_SOMEBODY
+            for track in state.tracks
+        )
+
+    def _along(self, track: Track, state: ControlState) -> Twist | None:
         """The first step of the improved plan, or of what of it is safe; None: nothing is."""
         optimiser, p, costs = self._optimiser, self.parameters, state.costs
         reach = optimiser.top_speed * p.steps * p.time_step + p.path_follow_ahead
         path = LocalPath.of(track, state.pose, costs, reach, p.path_spacing)
-        around = Obstacles.of(costs, state.pose, self._swept.body(costs.resolution))
+        body = self._swept.body(costs.resolution)
+        around = Obstacles.of(costs, state.pose, body, state.tracks if p.moving_weight else ())
         outline = self._outline_for(costs.resolution)
         optimiser.shift()
         optimiser.improve(state.pose.heading, self._ends.last, path, around, outline)
@@ -91,7 +77,7 @@ class Mppi:
             for controls in (optimiser.plan, optimiser.best()):
                 twist = self._if_safe(share * controls, state)
                 if twist is not None:
-                    return None if self._stalled(state) else self._drivable(twist)
+                    return None if self._stalled(state) else self._ends.ramped(twist)
         self._stand()
         return None
 
@@ -101,21 +87,22 @@ class Mppi:
         soon = poses[: self._soon]
         if self._swept.clear_poses(state.costs, state.pose, soon[None])[0] < len(soon):
             return None
+        if state.tracks and self._meets_somebody(soon, state):
+            return None
         self._local_plan = poses
         return first
+
+    def _meets_somebody(self, poses: FloatArray, state: ControlState) -> bool:
+        """Whether poses one time step apart run into anybody who keeps his velocity."""
+        p, outline = self.parameters, self._outline_for(state.costs.resolution)
+        times = p.time_step * np.arange(1.0, len(poses) + 1.0)
+        rooms = [room_beside(outline, poses, times, track) for track in state.tracks]
+        return bool(p.moving_weight) and any(room[0] >= 0.0 > room.min() for room in rooms)
 
     @property
     def _soon(self) -> int:
         """Steps of a plan that have to be clear."""
         return ceil(self.parameters.time_to_collision / self.parameters.time_step)
-
-    def _drivable(self, twist: Twist) -> Twist:
-        """The twist as far as it can be reached in one control period, on no tighter an arc."""
-        reached, p = self._ends.ramped(twist), self.parameters
-        if p.motion_model != "ackermann":
-            return reached
-        most = abs(reached.linear) / p.min_turning_radius
-        return Twist(reached.linear, min(max(reached.angular, -most), most))
 
     def _stalled(self, state: ControlState) -> bool:
         """Whether the robot stands and its plan leads nowhere soon: something holds it up.

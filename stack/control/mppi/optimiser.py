@@ -10,7 +10,7 @@ from stack.control.mppi.critics.critics import CRITICS, Judgement, look_around
 from stack.control.mppi.noise import NoiseTable
 from stack.control.mppi.parameters import MppiParameters
 from stack.control.mppi.scene import Array32, LocalPath, Obstacles, Outline, Rollouts
-from stack.description import Limits
+from stack.description import DriveKind, RobotDescription
 from stack.types import FloatArray, Pose2D, Twist
 
 HISTORY = 4
@@ -18,6 +18,9 @@ HISTORY = 4
 
 PURSUITS = tuple((speed, ahead) for speed in (1.0, 0.7, 0.4, 0.2) for ahead in (0.6, 0.3, 0.15))
 """Shares of the top speed and lookahead distances (metres) of the path pursuits tried."""
+
+DODGES = tuple((speed, turn) for speed in (1.0, 0.5) for turn in (-1.4, -0.7, 0.7, 1.4))
+"""Shares of the top speed and angles (radians) of the dodges tried while something moves."""
 
 
 def savitzky_golay(half: int, order: int) -> FloatArray:
@@ -41,18 +44,19 @@ class Optimiser:
         plan: (axes, steps) float32: speeds forward, turning and, omni only, sideways.
     """
 
-    def __init__(self, parameters: MppiParameters, limits: Limits, period: float) -> None:
+    def __init__(self, parameters: MppiParameters, robot: RobotDescription, period: float) -> None:
         from stack.control.mppi import kernels
         from stack.control.mppi.critics import kernels as critic_kernels
 
         p = self.parameters = parameters
         self._kernels, self._critic_kernels, self._period = kernels, critic_kernels, period
         deviations = [p.linear_deviation, p.angular_deviation, p.lateral_deviation]
-        self._axes = 3 if p.motion_model == "omni" else 2
+        self._drive_kind = robot.drive
+        self._axes = 3 if robot.drive is DriveKind.OMNI else 2
         self._noise = NoiseTable(p.batch, p.steps, p.noise_correlation, deviations[: self._axes])
         self._rollouts = Rollouts(self._axes, p.steps, p.batch)
         self._single = Rollouts(self._axes, p.steps, 1)
-        self._bounds = bounds(p, limits)
+        self._bounds = bounds(p, robot)
         self._filter = savitzky_golay(HISTORY, 2)
         self._past = np.zeros((self._axes, HISTORY))
         self.plan: Array32 = np.zeros((self._axes, p.steps), np.float32)
@@ -89,14 +93,17 @@ class Optimiser:
         rollouts, kernels, p = self._rollouts, self._critic_kernels, self.parameters
         for _ in range(p.iterations):
             self._sample(rollouts.controls, heading, twist, path)
+            if len(obstacles.moving):
+                self._dodge(rollouts.controls)
             self._drive(rollouts, heading, twist)
             look_around(kernels, p, rollouts, obstacles, body)
             furthest = kernels.furthest_reached(
                 rollouts.poses, rollouts.hits, path.points, rollouts.nearest
             )
             judgement = Judgement(
-                kernels, p, path, self.plan, self._noise.pull(self.plan), heading, int(furthest)
-            )
+                kernels, p, path, self.plan, self._noise.pull(self.plan), heading, int(furthest),
+                self._drive_kind, moving=len(obstacles.moving) > 0,
+            )  # fmt: skip
             rollouts.costs[:] = 0.0
             for critic in CRITICS:
                 critic(judgement, rollouts)
@@ -148,6 +155,20 @@ class Optimiser:
                 path.points, start, top, share * self.top_speed, lookahead, column, controls
             )
 
+    def _dodge(self, controls: Array32) -> None:
+        """Turns aside and straight on; noise round a plan that stops hardly finds these.
+
+        Among people who walk on, a robot that sees only the choice between driving into them and
+        waiting for them freezes (Trautman and Krause, "Unfreezing the robot", IROS 2010).
+        """
+        step, fastest = self.parameters.time_step, float(self._bounds[2])
+        first = 5 + len(PURSUITS)
+        for column, (share, turn) in enumerate(DODGES, first):
+            turning = min(self.parameters.steps, round(abs(turn) / (fastest * step)))
+            controls[:, :, column] = 0.0
+            controls[0, :, column] = share * self.top_speed
+            controls[1, :turning, column] = np.copysign(fastest, turn)
+
     def _start(self, heading: float, twist: Twist) -> Array32:
         start = [twist.linear, twist.angular, twist.lateral, cos(heading), sin(heading)]
         self._bounds[9] = heading
@@ -172,19 +193,19 @@ class Optimiser:
         return [(back, top), (fastest, fastest), (sideways, sideways)][: self._axes]
 
 
-def bounds(p: MppiParameters, limits: Limits) -> Array32:
+def bounds(p: MppiParameters, robot: RobotDescription) -> Array32:
     """(10,) what the motion model is bounded by, as `kernels.roll_out` reads it."""
-    step = p.time_step
+    step, limits, radius = p.time_step, robot.limits, robot.turning_radius
     return np.array(
         [
             min(p.cruise_speed, limits.linear_speed),
             min(p.reverse_speed, limits.reverse_speed),
             min(p.turn_speed, limits.angular_speed),
-            min(p.lateral_speed, limits.linear_speed),
+            min(p.lateral_speed, limits.lateral_speed),
             limits.linear_acceleration * step,
             limits.linear_deceleration * step,
             limits.angular_acceleration * step,
-            1.0 / p.min_turning_radius if p.motion_model == "ackermann" else 0.0,
+            1.0 / radius if radius else 0.0,
             step,
             0.0,
         ],

@@ -7,30 +7,18 @@ from dataclasses import dataclass
 from stack.control.ends import EndsParameters
 from stack.parameters import parameter
 
-MODELS = ("differential", "omni", "ackermann")
-
 
 @dataclass(frozen=True)
 class MppiParameters(EndsParameters):
-    """Settings of `Mppi`. Names and meanings of the critics follow Nav2's.
+    """Settings of `Mppi`. How the robot can move is the robot's own; the critics follow Nav2's.
 
     A critic's cost is (weight × term) ** power; a weight of 0 leaves the critic out.
     """
 
-    motion_model: str = parameter(
-        "differential", one_of=MODELS, help="how the robot can move; the robot's own limits hold"
-    )
-    min_turning_radius: float = parameter(
-        0.4, "m", above=0.0, help="ackermann only: no arc is tighter than this"
-    )
-    cruise_speed: float = parameter(
-        0.8, "m/s", above=0.0, at_most=5.0, help="top speed forward; the robot's limit holds"
-    )
     reverse_speed: float = parameter(
         0.2, "m/s", at_least=0.0, help="top speed backward; 0 never reverses"
     )
     lateral_speed: float = parameter(0.5, "m/s", above=0.0, help="omni only: top speed sideways")
-    turn_speed: float = parameter(1.9, "rad/s", above=0.0, help="top turning speed")
     batch: int = parameter(2000, at_least=16, at_most=20000, help="rollouts per command")
     steps: int = parameter(56, at_least=8, at_most=400, help="steps of a rollout")
     time_step: float = parameter(0.05, "s", above=0.0, at_most=0.5, help="length of a step")
@@ -77,6 +65,13 @@ class MppiParameters(EndsParameters):
     )
     critical_margin: float = parameter(
         0.04, "m", at_least=0.0, help="clearance round the footprint that is hardly given up"
+    )
+    moving_weight: float = parameter(
+        150.0, at_least=0.0, help="repulsion by moving things nearer than `moving_margin`, ever"
+    )
+    moving_power: int = parameter(1, at_least=1, at_most=4, help="of the moving critic")
+    moving_margin: float = parameter(
+        0.5, "m", at_least=0.0, help="clearance wanted from where people will be at that time"
     )
     near_goal: float = parameter(
         0.5, "m", at_least=0.0,

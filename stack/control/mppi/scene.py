@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import ceil, hypot
 
@@ -9,8 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stack.control.swept import fill, outline
-from stack.control.track import Track
-from stack.types import INSCRIBED_COST, LETHAL_COST, CostGrid, FloatArray, Footprint, Pose2D
+from stack.control.track import Track as PathTrack
+from stack.types import (
+    INSCRIBED_COST,
+    LETHAL_COST,
+    CostGrid,
+    FloatArray,
+    Footprint,
+    Pose2D,
+    Track,
+)
 
 Array32 = NDArray[np.float32]
 
@@ -32,16 +41,21 @@ class Obstacles:
             footprint covers already do not count.
         lethal: (rows + 2, columns + 2) int32, 1 where the distance is 0, with a free border.
         geometry: (4,) float32: outer corner seen from the robot, cells per metre, metres per cell.
+        moving: (k, 5) float32 of what moves: x, y seen from the robot in axes parallel to the
+            map's, velocity along both, radius.
     """
 
     cells: NDArray[np.uint8]
     distance: Array32
     lethal: NDArray[np.int32]
     geometry: Array32
+    moving: Array32
 
     @staticmethod
-    def of(costs: CostGrid, pose: Pose2D, body: FloatArray) -> Obstacles:
-        """Around a pose; `body` (m, 2) fills the footprint, base frame."""
+    def of(
+        costs: CostGrid, pose: Pose2D, body: FloatArray, tracks: Sequence[Track] = ()
+    ) -> Obstacles:
+        """Around a pose; `body` (m, 2) fills the footprint, base frame; tracks as of now."""
         import cv2
 
         free = (costs.cells != LETHAL_COST).view(np.uint8)
@@ -62,7 +76,14 @@ class Obstacles:
         geometry = [x - pose.x, y - pose.y, 1.0 / costs.resolution, costs.resolution]
         lethal = np.zeros((free.shape[0] + 2, free.shape[1] + 2), np.int32)
         lethal[1:-1, 1:-1] = free == 0
-        return Obstacles(costs.cells, distance, lethal, np.array(geometry, np.float32))
+        moving = [
+            (track.position[0] - pose.x, track.position[1] - pose.y, *track.velocity, track.radius)
+            for track in tracks
+        ]
+        return Obstacles(
+            costs.cells, distance, lethal, np.array(geometry, np.float32),
+            np.array(moving, np.float32).reshape(-1, 5),
+        )  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,6 +128,23 @@ class Outline:
         )
 
 
+def room_beside(outline: Outline, poses: FloatArray, times: FloatArray, track: Track) -> FloatArray:
+    """(k,) metres between the discs of a robot and somebody who walks on; below 0 in contact.
+
+    Args:
+        outline: of the robot.
+        poses: (k, 3) x, y, heading, map frame.
+        times: (k,) seconds from the moment of the track.
+        track: as of now.
+    """
+    c, s = np.cos(poses[:, 2, None]), np.sin(poses[:, 2, None])
+    x, y, radius = outline.discs.T.astype(np.float64)
+    away_x = poses[:, :1] + c * x - s * y - track.position[0] - times[:, None] * track.velocity[0]
+    away_y = poses[:, 1:2] + s * x + c * y - track.position[1] - times[:, None] * track.velocity[1]
+    room: FloatArray = (np.hypot(away_x, away_y) - radius).min(axis=1) - track.radius
+    return room
+
+
 def _core(footprint: Footprint, filled: FloatArray, resolution: float) -> Array32:
     """(l, 3) discs within a footprint, each as large as the edge allows, greedily chosen.
 
@@ -145,7 +183,9 @@ class LocalPath:
     remaining: float
 
     @staticmethod
-    def of(track: Track, pose: Pose2D, costs: CostGrid, reach: float, spacing: float) -> LocalPath:
+    def of(
+        track: PathTrack, pose: Pose2D, costs: CostGrid, reach: float, spacing: float
+    ) -> LocalPath:
         """The next `reach` metres of a track."""
         points = track.sampled(reach, spacing)
         columns, rows = (
@@ -157,7 +197,7 @@ class LocalPath:
         free = np.ones(len(points), dtype=bool)
         found = costs.cells[rows[inside], columns[inside]]
         free[inside] = (found < INSCRIBED_COST) | (found > LETHAL_COST)
-        goal = track.path.goal
+        goal = track.arrival
         return LocalPath(
             np.ascontiguousarray(points - (pose.x, pose.y), dtype=np.float32), free, spacing,
             Pose2D(goal.x - pose.x, goal.y - pose.y, goal.heading), track.remaining,
@@ -180,6 +220,7 @@ class Rollouts:
         hits: (batch,) int64 step of the first collision; steps: none.
         obstacle_cost: (batch,) mean cost under the base.
         repulsion: (batch,) mean violation of the clearance wanted.
+        closeness: (batch,) likewise, of that from moving things.
         costs: (batch,) in all.
         term: (batch,) of the critic at work.
     """
@@ -191,5 +232,6 @@ class Rollouts:
         self.excess, self.obstacle_cost, self.repulsion, self.costs, self.term = np.zeros(
             (5, batch), np.float32
         )
+        self.closeness = np.zeros(batch, np.float32)
         self.hits = np.zeros(batch, np.int64)
         self.nearest = np.zeros(batch, np.int64)

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from stack.kinematics import moved
 from stack.navigation.tasks import Moment
-from stack.safety.monitor import moved
 from stack.types import FloatArray, Pose2D, Scan, wrap_angle
 
 STANDING, STANDING_TURN = 0.01, 0.01

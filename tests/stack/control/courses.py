@@ -7,10 +7,12 @@ from itertools import pairwise
 from math import pi
 
 from stack.components import component
+from stack.control.legs import controller_for
 from stack.planning.astar import Astar, AstarParameters
+from stack.planning.kinematic.hybrid_astar import HybridAstar, HybridAstarParameters
 from stack.types import Footprint, Pose2D
 from tests.stack.navigation.toy_drive import ToyDrive
-from tests.stack.navigation.toy_world import RECTANGLE, ToyWorld, robot
+from tests.stack.navigation.toy_world import RECTANGLE, ToyWorld, moving
 
 ROUND = Footprint.circle(0.22)
 """0.44 m wide. Rounds a corner between walls 1.3 times as far apart."""
@@ -82,11 +84,16 @@ def course(name: str, shape: str) -> Course:
 def controller(name: str, world: ToyWorld, **parameters):
     """A controller by name, as missions choose it."""
     cls = component("controller", name)
-    return cls(replace(cls.Parameters(), **parameters), world.robot, world.period)
+    chosen = replace(cls.Parameters(), **parameters)
+    return controller_for(cls, chosen, world.robot, world.period)
 
 
-def toy_drive(name: str, walls, start: Pose2D, shape: str = "box", **parameters) -> ToyDrive:
-    """Navigation in a toy world with a controller by name."""
-    world = ToyWorld(walls, robot(SHAPES[shape]), start)
-    planner = Astar(AstarParameters(), world.robot)
+def toy_drive(name, walls, start, shape="box", kind="differential", **parameters) -> ToyDrive:
+    """Navigation in a toy world with a controller by name; a car plans poses."""
+    world = ToyWorld(walls, moving(kind, SHAPES[shape]), start)
+    if kind == "ackermann":
+        radius = 1.2 * world.robot.turning_radius
+        planner = HybridAstar(HybridAstarParameters(turning_radius=radius), world.robot)
+    else:
+        planner = Astar(AstarParameters(), world.robot)
     return ToyDrive(world, planner=planner, controller=controller(name, world, **parameters))

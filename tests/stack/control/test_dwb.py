@@ -7,10 +7,10 @@ import pytest
 
 from stack.control.dwb import critics
 from stack.control.dwb.controller import drive, window
-from stack.control.dwb.critics import Sampling
+from stack.control.dwb.critics import Sampling, Speeds
 from stack.control.dwb.parameters import DwbParameters
-from stack.description import Limits
 from stack.types import STANDSTILL, CostGrid, Pose2D, Twist
+from tests.stack.navigation.toy_world import robot
 
 P = DwbParameters()
 PATH = np.column_stack([0.05 * np.arange(41), np.zeros(41)])
@@ -21,31 +21,33 @@ def sampling(poses, *, linear=0.5, angular=0.0, costs=None, near_goal=False):
     """One motion through given poses; the path goes on straight beyond its goal at x = 2."""
     onward = np.column_stack([0.05 * np.arange(81), np.zeros(81)])
     return Sampling(
-        np.array([linear]), np.array([angular]), np.array([poses], float), PATH, onward, 0.05,
-        costs or CostGrid(np.zeros((4, 4), np.uint8), 0.05), near_goal,
+        Speeds(*np.array([[linear], [angular], [0.0]])), np.array([poses], float), PATH, onward,
+        0.05, costs or CostGrid(np.zeros((4, 4), np.uint8), 0.05), near_goal,
     )  # fmt: skip
 
 
 def test_the_window_is_what_can_be_reached_in_the_simulated_time():
     p = DwbParameters(simulation_time=1.0, linear_samples=3, angular_samples=3)
-    limits = Limits(linear_acceleration=0.2, linear_deceleration=0.3, angular_acceleration=0.5)
-    linear, angular = window(p, limits, Twist(0.4, 0.1), 0.8)
+    slow = robot(linear_acceleration=0.2, linear_deceleration=0.3, angular_acceleration=0.5)
+    speeds = window(p, slow, Twist(0.4, 0.1), 0.8)
+    linear, angular = speeds.linear, speeds.angular
+    assert not speeds.lateral.any()
     assert (linear.min(), linear.max()) == (0.0, pytest.approx(0.6))  # 0.1 is lowest, 0 is added
     assert sorted(set(np.round(linear, 6))) == [0.0, 0.1, 0.35, 0.6]
     assert (angular.min(), angular.max()) == (pytest.approx(-0.4), pytest.approx(0.6))
-    assert window(p, Limits(), STANDSTILL, 0.25)[0].max() == pytest.approx(0.25)
-    assert window(DwbParameters(), Limits(), STANDSTILL, 0.8)[0].min() == pytest.approx(-0.1)
+    assert window(p, robot(), STANDSTILL, 0.25).linear.max() == pytest.approx(0.25)
+    assert window(DwbParameters(), robot(), STANDSTILL, 0.8).linear.min() == pytest.approx(-0.1)
 
 
 def test_motions_ramp_to_their_speeds_and_follow_arcs():
     p = DwbParameters(simulation_time=2.0, simulation_step=0.1)
-    limits = Limits(linear_acceleration=1.0, angular_acceleration=100.0)
-    speeds = (np.array([0.5, 0.5]), np.array([0.0, 0.5]))
-    poses = drive(p, limits, Pose2D(1.0, 2.0, pi / 2), STANDSTILL, speeds)
+    fast = robot(linear_acceleration=1.0, angular_acceleration=100.0)
+    speeds = Speeds(*np.array([[0.5, 0.5], [0.0, 0.5], [0.0, 0.0]]))
+    poses = drive(p, fast, Pose2D(1.0, 2.0, pi / 2), STANDSTILL, speeds)
     assert poses.shape == (2, 20, 3)
     # 0.1, 0.2, 0.3, 0.4 m/s, then 16 steps at 0.5: (1.0 + 8.0) × 0.1 s
     assert poses[0, -1] == pytest.approx([1.0, 2.9, pi / 2])
-    cruising = drive(p, limits, Pose2D(0.0, 0.0), Twist(0.5, 0.5), speeds)[1, -1]
+    cruising = drive(p, fast, Pose2D(0.0, 0.0), Twist(0.5, 0.5), speeds)[1, -1]
     assert cruising == pytest.approx([sin(1.0), 1.0 - cos(1.0), 1.0], rel=2e-3)  # radius 1 m
 
 

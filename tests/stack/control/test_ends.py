@@ -115,9 +115,9 @@ def test_poses_are_clear_up_to_the_first_contact():
 def test_a_turn_sweeps_the_corners():
     """The corners reach 0.32 m: beside a wall 0.3 m away they meet it on the way round."""
     swept, costs = SweptFootprint(RECTANGLE), with_wall(60)
-    free, _ = swept.arc(costs, Pose2D(2.7, 3.0), 0.0, 1.0, pi)
+    free, _ = swept.arc(costs, Pose2D(2.7, 3.0), Twist(0.0, 1.0), pi)
     assert 0.0 < free < pi / 2
-    assert swept.arc(costs, Pose2D(2.6, 3.0), 0.0, 1.0, pi)[0] == inf
+    assert swept.arc(costs, Pose2D(2.6, 3.0), Twist(0.0, 1.0), pi)[0] == inf
 
 
 def test_the_outline_goes_round_in_small_steps():

@@ -1,19 +1,20 @@
 """The smooth control law against its formula, and where it leads."""
 
+from dataclasses import replace
 from math import atan, pi, sin
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from stack.control.graceful import Graceful
 from stack.types import Pose2D
-from tests.stack.control.courses import controller
 from tests.stack.navigation.toy_world import ToyWorld, heading_error, robot, room
 
 
 def law(**parameters):
     world = ToyWorld(room(4, 4), robot())
-    return controller("graceful", world, **parameters).law
+    return Graceful(replace(Graceful.Parameters(), **parameters), world.robot, world.period).law
 
 
 def test_a_target_straight_ahead_is_driven_to_at_full_speed():

@@ -107,7 +107,7 @@ def test_recoveries_are_counted(make):
 def test_a_car_says_that_it_cannot_turn_in_place(make):
     toy = make(ToyWorld(room(8, 6), CAR, Pose2D(3.0, 3.0)))
     task = toy.navigation.spin(1.0)
-    assert (task.status, task.failure.code) == (TaskStatus.FAILED, FailureCode.FAILED)
+    assert (task.status, task.failure.code) == (TaskStatus.FAILED, FailureCode.UNSUPPORTED)
     # 0.3 m / tan(0.6 rad)
     assert "cannot turn in place: its tightest circle has a radius of 0.44 m" in str(task.failure)
     toy.run(1.0)

@@ -1,20 +1,31 @@
-"""A kinematic world in numpy: square rooms, round people, a lidar, a unicycle. No physics.
+"""A kinematic world in numpy: square rooms, round people, a lidar, a robot. No physics.
+
+The robot moves as its drive can: sideways only an omnidirectional one, and a car on arcs.
 
 Full drives run in milliseconds, so that hundreds of them fit into a test run.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from heapq import heappop, heappush
-from math import cos, hypot, sin, sqrt
+from math import atan2, cos, hypot, pi, sin, sqrt
 from pathlib import Path as FilePath
 
 import cv2
 import numpy as np
 
-from stack.description import LidarDescription, Limits, RobotDescription, Wheels
+from stack.description import (
+    DriveKind,
+    LidarDescription,
+    Limits,
+    OmniWheels,
+    RobotDescription,
+    SteeredWheels,
+    Wheels,
+)
 from stack.errors import NavigationError
+from stack.kinematics import within_turning_radius
 from stack.types import (
     STANDSTILL,
     CostGrid,
@@ -37,6 +48,19 @@ def robot(footprint: Footprint = RECTANGLE, *, lidar: bool = True, **limits) -> 
         "toy", footprint, 0.3, FilePath("toy.urdf"), Wheels(("l",), ("r",), 0.08, 0.35),
         limits=Limits(**limits), lidar=LidarDescription(Pose2D(0.0, 0.0)) if lidar else None,
     )  # fmt: skip
+
+
+def moving(kind: str, footprint: Footprint = RECTANGLE, **limits) -> RobotDescription:
+    """A robot by its kind of drive; a car's tightest circle has a radius of 0.5 m."""
+    made = robot(footprint, **limits)
+    if kind == "omni":
+        mounts = tuple(Pose2D(0.2 * cos(a), 0.2 * sin(a), a + pi / 2) for a in (0.0, 2.1, 4.2))
+        wheels: OmniWheels | SteeredWheels = OmniWheels(("a", "b", "c"), mounts, 0.05)
+        made = replace(made, limits=Limits(**{"lateral_speed": 0.6, **limits}), wheels=wheels)
+    if kind == "ackermann":
+        wheels = SteeredWheels(("sl", "sr"), ("l", "r"), 0.05, 0.3, 0.3, atan2(0.3, 0.5), 4.0)
+        made = replace(made, wheels=wheels)
+    return made
 
 
 def room(width: float, depth: float) -> list[tuple[float, float, float, float]]:
@@ -83,11 +107,13 @@ class ToyWorld:
 
     def drive(self, command: Twist) -> None:
         """Half the way to the command in each step, then a step along the arc; scans at 10 Hz."""
+        sideways = 0.5 * (self.twist.lateral + command.lateral)
         self.twist = Twist(
             0.5 * (self.twist.linear + command.linear),
             0.5 * (self.twist.angular + command.angular),
-            0.5 * (self.twist.lateral + command.lateral),
+            sideways if self.robot.drive is DriveKind.OMNI else 0.0,
         )
+        self.twist = within_turning_radius(self.twist, self.robot.turning_radius)
         turn = self.twist.angular * self.period
         forward, left = self.twist.linear * self.period, self.twist.lateral * self.period
         c, s = cos(turn / 2), sin(turn / 2)

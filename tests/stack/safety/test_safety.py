@@ -10,7 +10,7 @@ from stack.safety.monitor import CollisionMonitor
 from stack.safety.parameters import SafetyParameters
 from stack.safety.safety import Safety
 from stack.types import STANDSTILL, Footprint, Pose2D, Scan, Twist
-from tests.stack.navigation.toy_world import RECTANGLE, ToyWorld, robot, room
+from tests.stack.navigation.toy_world import RECTANGLE, ToyWorld, moving, robot, room
 
 PERIOD = 0.05
 LONG = Footprint(np.array([[-0.2, -0.15], [0.6, -0.15], [0.6, 0.15], [-0.2, 0.15]]))
@@ -192,7 +192,7 @@ def test_something_that_is_no_velocity_stops_the_robot():
 def test_it_says_on_which_side_something_is(bearing, side):
     ranges = np.full(1, 0.3, np.float32)
     scan = Scan(0.0, ranges, bearing, 0.1, 0.05, 12.0)
-    safety = Safety(robot(Footprint.circle(0.25)), SafetyParameters(), PERIOD)
+    safety = Safety(moving("omni", Footprint.circle(0.25)), SafetyParameters(), PERIOD)
     towards = Twist(0.5 * np.cos(bearing), 0.0, 0.5 * np.sin(bearing))
     safety.limit(towards, scan=scan, time=0.0, measured=STANDSTILL)
     assert f"0.3 m {side}" in safety.reason

@@ -23,6 +23,7 @@ from stack.types import (
     Path,
     Pose2D,
     Scan,
+    Track,
     Twist,
 )
 
@@ -84,6 +85,7 @@ def make_snapshot(time=1.0, step=20, map_version=1, **changes):
         "image": Image(time, np.full((6, 8, 3), 7, np.uint8), camera),
         "truth": Pose2D(1.01, 2.0, 0.25), "people": np.array([[3.0, 3.0, 0.2]]),
         "blackboard": {"round": "3"}, "counters": {"replans": 2.0},
+        "tracks": (Track(4, time, (3.0, 3.0), (0.5, -0.2), 0.2, np.diag([0.01, 0.02, 0.1, 0.1])),),
     }  # fmt: skip
     return Snapshot(**(values | changes))
 

@@ -121,7 +121,7 @@ def test_a_run_with_little_to_show_is_drawn_too(tmp_path, info, snapshot_at):
     telemetry = Telemetry(info, [RerunSink(tmp_path / "a.rrd")], dropped.append)
     bare = {
         "particles": None, "scan": None, "path": None, "goal": None, "layers": {}, "image": None,
-        "truth": None, "people": None, "tree": (), "covariance": np.zeros((3, 3)),
+        "truth": None, "people": None, "tracks": (), "tree": (), "covariance": np.zeros((3, 3)),
     }  # fmt: skip
     telemetry.publish(lambda: snapshot_at(time=0.0, **bare))
     telemetry.advance(2, 0.1)

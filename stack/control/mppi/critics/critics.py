@@ -16,6 +16,7 @@ import numpy as np
 
 from stack.control.mppi.parameters import MppiParameters
 from stack.control.mppi.scene import Array32, LocalPath, Obstacles, Outline, Rollouts
+from stack.description import DriveKind
 from stack.types import wrap_angle
 
 ALIGN_STRIDE = 4
@@ -42,6 +43,8 @@ class Judgement:
         pull: (axes, steps) the plan times the inverse covariance of the noise.
         heading: of the robot, map frame.
         furthest: index of the path point that the rollouts reach.
+        drive: how the robot can move.
+        moving: whether anything around it does.
     """
 
     kernels: Any
@@ -51,6 +54,8 @@ class Judgement:
     pull: Array32
     heading: float
     furthest: int
+    drive: DriveKind = DriveKind.DIFFERENTIAL
+    moving: bool = False
 
     def add(self, rollouts: Rollouts, term: Array32, weight: float, power: int) -> None:
         """Add (weight × term) ** power to the rollouts' costs."""
@@ -77,6 +82,11 @@ def look_around(
         obstacles.geometry, body.discs, body.core, body.points, stride, margins,
         rollouts.obstacle_cost, rollouts.repulsion, rollouts.hits,
     )  # fmt: skip
+    if len(obstacles.moving):
+        kernels.near_moving(
+            rollouts.poses, obstacles.moving, body.discs, p.moving_margin, p.time_step,
+            rollouts.closeness, rollouts.hits,
+        )  # fmt: skip
 
 
 def constraint(j: Judgement, rollouts: Rollouts) -> None:
@@ -104,6 +114,17 @@ def obstacles(j: Judgement, rollouts: Rollouts) -> None:
         j.add(rollouts, rollouts.repulsion, p.obstacles_weight, p.obstacles_power)
 
 
+def moving(j: Judgement, rollouts: Rollouts) -> None:
+    """Clearance below the margin from where moving things will be when a rollout comes by.
+
+    They are believed to keep their velocities (Schöller et al., "What the constant velocity model
+    can teach us about pedestrian motion prediction", RA-L 2020).
+    """
+    if j.moving:
+        p = j.parameters
+        j.add(rollouts, rollouts.closeness, p.moving_weight, p.moving_power)
+
+
 def goal(j: Judgement, rollouts: Rollouts) -> None:
     """Mean distance to the goal, near it."""
     p = j.parameters
@@ -119,7 +140,7 @@ def goal_angle(j: Judgement, rollouts: Rollouts) -> None:
     turns in place once it is there.
     """
     p = j.parameters
-    if p.motion_model == "differential":
+    if j.drive is DriveKind.DIFFERENTIAL:
         return
     if p.goal_angle_weight and j.path.remaining <= p.goal_angle_range:
         j.kernels.mean_turn(rollouts.poses, j.path.goal.heading, rollouts.term)
@@ -199,6 +220,6 @@ def liveliness(j: Judgement, rollouts: Rollouts) -> None:
 
 
 CRITICS = (
-    constraint, cost, obstacles, goal, goal_angle, path_align, path_angle, path_follow,
+    constraint, cost, obstacles, moving, goal, goal_angle, path_align, path_angle, path_follow,
     prefer_forward, deadband, liveliness,
 )  # fmt: skip

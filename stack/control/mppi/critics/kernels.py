@@ -152,6 +152,56 @@ def near_obstacles(
 
 
 @njit(cache=True, nogil=True)
+def near_moving(
+    poses: Array32, moving: Array32, discs: Array32, margin: float, step: float,
+    closeness: Array32, hits: NDArray[np.int64],
+) -> None:  # fmt: skip
+    """How near rollouts come to things that keep their velocities, and the first contact.
+
+    Args:
+        poses: (5, steps, batch) x, y, heading, cosine, sine.
+        moving: (k, 5) x, y, velocity along both axes, radius; seen from the robot.
+        discs: (l, 3) x, y, radius in the base frame; together they cover the footprint.
+        margin: clearance wanted, metres.
+        step: seconds of a step.
+        closeness: (batch,), written: mean violation of the margin, metres.
+        hits: (batch,) step of the first collision; steps: none. Contacts are written into it.
+    """
+    _, steps, batch = poses.shape
+    wanted, seconds, reach = np.float32(margin), np.float32(step), ZERO
+    for i in range(discs.shape[0]):
+        offset = np.sqrt(discs[i, 0] * discs[i, 0] + discs[i, 1] * discs[i, 1])
+        reach = max(reach, np.float32(offset) + discs[i, 2])
+    for b in range(batch):
+        closeness[b] = ZERO
+    for k in range(moving.shape[0]):
+        radius = moving[k, 4]
+        far = reach + radius + wanted
+        square = far * far
+        for t in range(steps):
+            time = seconds * np.float32(t + 1)
+            x, y = moving[k, 0] + time * moving[k, 2], moving[k, 1] + time * moving[k, 3]
+            for b in range(batch):
+                dx, dy = x - poses[0, t, b], y - poses[1, t, b]
+                if dx * dx + dy * dy > square or hits[b] <= t:
+                    continue
+                c, s = poses[3, t, b], poses[4, t, b]
+                ahead, left = c * dx + s * dy, c * dy - s * dx
+                clearance = FAR
+                for i in range(discs.shape[0]):
+                    u, v = ahead - discs[i, 0], left - discs[i, 1]
+                    clearance = min(clearance, np.sqrt(u * u + v * v) - discs[i, 2])
+                clearance -= radius
+                if clearance < wanted:
+                    closeness[b] += wanted - max(clearance, ZERO)
+                if clearance < ZERO:
+                    hits[b] = t
+    per_step = ONE / np.float32(steps)
+    for b in range(batch):
+        closeness[b] *= per_step
+
+
+@njit(cache=True, nogil=True)
 def add(costs: Array32, term: Array32, weight: float, power: int) -> None:
     """Add (weight × term) ** power to the costs of the rollouts, both (batch,)."""
     factor = np.float32(weight)
