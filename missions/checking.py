@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib.metadata import packages_distributions
@@ -10,13 +11,13 @@ from pathlib import Path
 
 from missions.assembly import RunOptions, prepare
 from missions.language.reading import read_mission
-from missions.language.rendering import render
+from missions.language.rendering import render_each
 from missions.resources import catalogue_of, find_mission, resources
 from missions.trees import show
 from missions.trees.compiler import compile_mission
 from stack.documents import Finding, Mark, read_file
 from stack.errors import InputError
-from stack.sim.import_world import GAZEBO, is_ros_map, read_any_world
+from stack.sim.import_world import GAZEBO, read_any_world
 
 OUR_PACKAGES = ("missions", "behaviours", "stack", "tui", "robots")
 
@@ -49,17 +50,29 @@ def _check(name: str) -> list[CheckLine]:
 
 
 def _is_world(path: Path) -> bool:
-    """Whether the file's ending or first key says that it is a world."""
-    if path.suffix in GAZEBO or is_ros_map(path):
+    """Whether the file's ending or its keys say that it is a world."""
+    if path.suffix in GAZEBO:
         return True
+    if _MISSION.search(_text(path)):
+        return False
     keys = [key.value for key, _ in read_file(path, "mission").entries]
+    if "image" in keys and "world" not in keys:
+        return True  # a ROS map
     return "world" in keys and "mission" not in keys and "run" not in keys
+
+
+_MISSION = re.compile(r"^mission\s*:", re.MULTILINE)
+"""A key at the top of a file: reading a large mission twice would take its time."""
 
 
 def _lines(findings: Iterable[Finding]) -> list[CheckLine]:
     found = list(findings)
     sources = {file: _text(Path(file)) for file in sorted({item.mark.file for item in found})}
-    return [CheckLine(render([item], sources), item.severity == "error", item) for item in found]
+    texts = render_each(found, sources)
+    return [
+        CheckLine(text, item.severity == "error", item)
+        for text, item in zip(texts, found, strict=True)
+    ]
 
 
 def as_json(lines: Iterable[CheckLine]) -> str:

@@ -62,6 +62,10 @@ class Camera(StrEnum):
 
 MissionArgument = Annotated[str, typer.Argument(help="mission file, or a shipped mission's name")]
 
+PluginsOf = Annotated[
+    str | None, typer.Option("--mission", metavar="FILE", help="with the plugins of this mission")
+]
+
 
 @app.command()
 def run(  # noqa: PLR0913 - each is an option of the command
@@ -204,11 +208,17 @@ def show(
 
 
 @app.command("list")
-def list_(kind: Annotated[Kind, typer.Argument(help="what to list")]) -> None:
+def list_(
+    kind: Annotated[Kind, typer.Argument(help="what to list")],
+    mission: PluginsOf = None,
+) -> None:
     """List what missions may name."""
-    from missions.listing import rows_of
+    from missions.listing import installed, rows_of
 
-    rows = rows_of(kind.value)
+    known = installed(mission)
+    for problem in known.problems:
+        typer.echo(f"cannot be used: {problem}", err=True)
+    rows = rows_of(kind.value, known)
     width = max((len(name) for name, _ in rows), default=0)
     for name, sentence in rows:
         typer.echo(f"{name:<{width}}  {sentence}")
@@ -217,11 +227,15 @@ def list_(kind: Annotated[Kind, typer.Argument(help="what to list")]) -> None:
 @app.command()
 def describe(
     name: Annotated[str, typer.Argument(help="a behaviour, planner, controller, robot or world")],
+    mission: PluginsOf = None,
 ) -> None:
     """Ports or parameters with type, unit, default, range and a sentence."""
-    from missions.listing import description_of
+    from missions.listing import description_of, installed
 
-    typer.echo(description_of(name))
+    known = installed(mission)
+    for problem in known.problems:
+        typer.echo(f"cannot be used: {problem}", err=True)
+    typer.echo(description_of(name, known))
 
 
 @app.command()

@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from math import degrees
 from pathlib import Path
 
-from behaviours.catalogue import find_behaviours
-from missions.resources import MISSIONS, load_robot, load_world, mission_files, world_files
+from behaviours.catalogue import Catalogue, find_behaviours
+from missions.plugged import plugged_components
+from missions.resources import (
+    MISSIONS,
+    find_mission,
+    load_robot,
+    load_world,
+    mission_files,
+    world_files,
+)
 from robots.load import robot_names
 from stack.components import available, component
 from stack.description import DriveKind
@@ -20,34 +29,71 @@ COMPONENTS = {"planners": "planner", "controllers": "controller", "layers": "cos
 """What `list` calls the kinds of components."""
 
 
-def rows_of(kind: str) -> list[tuple[str, str]]:
+@dataclass(frozen=True, slots=True)
+class Installed:
+    """What can be named: built in, installed, and in the plugins of a mission.
+
+    Attributes:
+        components: kind -> name -> where it is.
+    """
+
+    catalogue: Catalogue
+    components: Mapping[str, Mapping[str, str]]
+
+    @property
+    def problems(self) -> list[str]:
+        """What cannot be used: its file and why."""
+        return [f"{file}: {sentence}" for file, sentence in self.catalogue.problems]
+
+
+def installed(mission: str | None = None) -> Installed:
+    """What missions may name; a mission's plugins are looked through as well.
+
+    Raises:
+        InputError: the mission cannot be read, or a component of a plugin has a name that is taken.
+    """
+    plugins: list[str] = []
+    beside: Path | None = None
+    if mission is not None:
+        path = find_mission(mission)
+        named = read_file(path, "mission").get("plugins")
+        plugins = [str(item.value) for item in (named.items if named else []) if item.value]
+        beside = path.parent
+    plugged = plugged_components(plugins, beside)
+    components = {
+        kind: {**available(kind), **plugged.get(kind, {})} for kind in COMPONENTS.values()
+    }
+    return Installed(find_behaviours(plugins, beside), components)
+
+
+def rows_of(kind: str, known: Installed) -> list[tuple[str, str]]:
     """Name and one sentence of everything of a kind."""
     if kind == "behaviours":
-        catalogue = find_behaviours()
+        catalogue = known.catalogue
         return [(name, _kind_summary(catalogue, name)) for name in catalogue.names()]
     if kind == "robots":
         return [(name, _robot_sentence(name)) for name in robot_names()]
     if kind in COMPONENTS:
         single = COMPONENTS[kind]
-        return [(name, _first_line(component(single, name))) for name in available(single)]
+        found = known.components[single]
+        return [(name, _first_line(component(single, where))) for name, where in found.items()]
     files = world_files() if kind == "worlds" else mission_files()
     return [(file.stem, _doc_of(file)) for file in files]
 
 
-def description_of(name: str) -> str:
+def description_of(name: str, known: Installed) -> str:
     """Everything that can be set about one named thing.
 
     Raises:
         InputError: nothing has that name; the message names the nearest.
     """
-    catalogue = find_behaviours()
-    kind = catalogue.get(name)
+    kind = known.catalogue.get(name)
     if kind is not None:
         parts = [f"{name}: {kind.doc}", _table("ports", kind.ports.values())]
         return "\n".join(filter(None, [*parts, _table("outputs", kind.outputs.values())]))
-    for single in COMPONENTS.values():
-        if name in available(single):
-            cls = component(single, name)
+    for single, found in known.components.items():
+        if name in found:
+            cls = component(single, found[name])
             fields = declarations(cls.Parameters)  # type: ignore[attr-defined]
             return f"{name}: {(cls.__doc__ or '').strip()}\n{_table('parameters', fields.values())}"
     if name in robot_names():
@@ -55,10 +101,9 @@ def description_of(name: str) -> str:
     for file in world_files():
         if file.stem == name:
             return _describe_world(name)
-    components = [other for single in COMPONENTS.values() for other in available(single)]
-    known = [*catalogue.names(), *components, *robot_names()]
-    known += [file.stem for file in world_files()]
-    raise InputError(f"nothing is called {name!r}; {suggestion(name, known)}")
+    names = [other for found in known.components.values() for other in found]
+    names += [*known.catalogue.names(), *robot_names(), *(file.stem for file in world_files())]
+    raise InputError(f"nothing is called {name!r}; {suggestion(name, names)}")
 
 
 def _table(title: str, declared: Iterable[Declaration]) -> str:
@@ -89,8 +134,8 @@ def _shown(item: Declaration) -> str:
     return str(item.default).lower() if plain else str(item.default)
 
 
-def _kind_summary(catalogue: object, name: str) -> str:
-    kind = catalogue.get(name)  # type: ignore[attr-defined]
+def _kind_summary(catalogue: Catalogue, name: str) -> str:
+    kind = catalogue.get(name)
     return str(kind.summary) if kind is not None else ""
 
 

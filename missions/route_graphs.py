@@ -40,7 +40,7 @@ def located_planner(
         hint = "write `planner: {use: route, graph: routes/office.geojson}`"
         raise InputError([Finding(_mark(mission), "E111", "planner: route needs a `graph`", hint)])
     file = mission.source.parent / Path(given).expanduser()
-    graph = read_route_graph(file)
+    graph = _read(file, mission)
     drawn = outlines(world, mapped_only=True) if mission.map != "none" else []
     through = through_walls(graph, drawn, robot.footprint.inscribed_radius)
     unknown = list(_unknown_edges(mission, graph))
@@ -108,4 +108,20 @@ def _edge_setters(mission: Mission) -> Iterator[Leaf]:
 
 def _mark(mission: Mission) -> Mark:
     component = mission.navigation.get("planner")
-    return component.mark if component is not None else Mark(str(mission.source))
+    if component is None:
+        return Mark(str(mission.source))
+    return component.marks.get("graph", component.mark)
+
+
+def _read(file: Path, mission: Mission) -> RouteGraph:
+    """The graph; a file that is not there is reported where the mission names it."""
+    try:
+        return read_route_graph(file)
+    except InputError as error:
+        found = [
+            replace(item, mark=_mark(mission), sentence=f"{file}: {item.sentence}")
+            if item.code == "E001"
+            else item
+            for item in error.findings
+        ]
+        raise InputError(found) from None

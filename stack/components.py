@@ -219,7 +219,8 @@ def component(kind: str, name: str) -> type:
     Raises:
         InputError: there is no such component, or its module cannot be imported.
     """
-    known = available(kind)
+    # Looking through everything that is installed takes its time: only for what is not built in.
+    known = BUILT_IN[kind] if name in BUILT_IN[kind] else available(kind)
     if name not in known and ":" not in name:
         what = kind.replace("_", " ")
         raise InputError(f"there is no {what} {name!r}; {suggestion(name, known)}")

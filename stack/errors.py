@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 from stack.types import Failure, FailureCode
 
 if TYPE_CHECKING:
-    from stack.documents import Finding
+    from stack.findings import Finding
 
 
 class TreepilotError(Exception):

@@ -174,10 +174,21 @@ def build(parameters: type[T], values: Mapping[str, Any]) -> T:
 def suggestion(word: str, known: typing.Iterable[str]) -> str:
     """`did you mean 'x'?` when something is near, else the list of what there is."""
     names = sorted(known)
-    close = get_close_matches(word, names, n=1, cutoff=0.6)
-    if close:
-        return f"did you mean {close[0]!r}?"
+    close = nearest(word, names)
+    if close is not None:
+        return f"did you mean {close!r}?"
     return f"there are: {', '.join(names)}" if names else "nothing may stand here"
+
+
+def nearest(word: str, known: typing.Sequence[str]) -> str | None:
+    """The name that a misspelt word is most like; None when none is near.
+
+    A word that is the beginning of one name alone means that one: `init` is `initial`, not `unit`.
+    """
+    longer = [name for name in known if len(word) > 2 and name.startswith(word)]
+    if len(longer) == 1:
+        return longer[0]
+    return next(iter(get_close_matches(word, sorted(known), n=1, cutoff=0.6)), None)
 
 
 def read_quantity(text: str, unit: str) -> float:

@@ -25,9 +25,12 @@ MAY_IMPORT = {
 
 WITHIN_STACK = {
     "types": set(),
-    "errors": {"types", "documents"},
+    "errors": {"types", "findings"},
     "parameters": {"types", "errors"},
-    "documents": {"errors", "parameters"},
+    "findings": {"errors"},
+    "yaml_problems": set(),
+    "yaml_nodes": {"errors", "findings", "yaml_problems"},
+    "documents": {"errors", "findings", "parameters", "yaml_nodes"},
     "streams": set(),
     "description": {"types", "parameters"},
     "kinematics": {"types", "description"},

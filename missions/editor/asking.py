@@ -20,7 +20,7 @@ from missions.language.cases import CASE_KEYS, EXPECT_KEYS
 from missions.language.events import EVENT_KEYS
 from missions.language.robot_values import ROBOT_VALUES
 from missions.language.value_types import NAMED, ValueType
-from missions.listing import description_of
+from missions.listing import description_of, installed
 from stack.components import available, component
 from stack.documents import Mark
 from stack.errors import InputError
@@ -153,7 +153,7 @@ def _parameter(reading: Reading, item: Item, word: str) -> str:
 
 def _shipped(reading: Reading, item: Item, word: str) -> str:
     try:
-        return f"```text\n{description_of(str(item.node.value))}\n```"
+        return f"```text\n{description_of(str(item.node.value), installed())}\n```"
     except InputError:
         return ""
 

@@ -33,7 +33,7 @@ TOP_KEYS: dict[str, str] = {
 """Keys at the top of a mission file."""
 
 TREE_KEYS: dict[str, str] = {
-    "in": "What goes into the tree: `{target: Pose}`.",
+    "in": "What goes in: `{target: Pose, dwell: {type: duration, default: 3 s}}`.",
     "out": "What comes out of it: `{photo: path}`.",
     "doc": "What the tree does.",
     "do": "Its node.",

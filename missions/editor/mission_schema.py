@@ -91,8 +91,14 @@ def _key() -> Schema:
 
 
 def _tree() -> Schema:
-    signature = named(_type_word())
-    keys = {"in": signature, "out": signature, "doc": TEXT, "do": NODE}
+    given = section({
+        "type": documented(_type_word(), "The type of what goes in."),
+        "default": documented({}, "What goes in when `with` gives nothing."),
+        "unit": documented(TEXT, "An SI unit, for `type: float`."),
+        "doc": documented(TEXT, "What it is for."),
+    }, ["type"])  # fmt: skip
+    inputs = named({**given, **_type_word(), "type": ["string", "object"]})
+    keys = {"in": inputs, "out": named(_type_word()), "doc": TEXT, "do": NODE}
     return section({key: documented(keys[key], text) for key, text in TREE_KEYS.items()}, ["do"])
 
 

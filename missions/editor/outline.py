@@ -139,6 +139,7 @@ def _types(node: Node | None) -> dict[str, ValueType]:
 
 def type_word(node: Node | None) -> ValueType:
     """The type that a word names; anything when there is none of that name."""
+    node = node.get("type") if node and node.is_mapping else node
     found = named_type(node.value) if node and isinstance(node.value, str) else ""
     return ValueType(object) if isinstance(found, str) else found
 
@@ -180,7 +181,7 @@ class _Walk:
             if key.value in ("in", "out"):
                 for declared, kind in value.entries:
                     yield Item(declared, Use.DECLARED, Around(name), owner=str(key.value))
-                    yield Item(kind, Use.TYPE)
+                    yield Item(kind.get("type") or kind, Use.TYPE)
             elif key.value == "do":
                 yield from self.node(value, Around(name))
 

@@ -118,7 +118,7 @@ CODES: dict[str, Code] = {
     "W103": Code("unused tree", "`run` never gets there", "trees: {spare: {do: {say: hello}}}",
                  "remove it, or `use` it"),
     "W104": Code("text with $", "a text is not filled in; `$name` inside it stays as it is",
-                 "run: {say: arrived at $dock}", "give the value alone, as $name"),
+                 "run: {say: arrived at $dock}", "write `arrived at ${dock}`"),
     "W105": Code("two at the wheel", "two children of a parallel may move the robot together",
                  "run: {parallel: [{spin: {}}, {sequence: [{wait: 3 s}, {spin: {}}]}]}",
                  "put them into a sequence"),

@@ -20,6 +20,11 @@ Layer = dict[str, Symbol]
 Overrides = Mapping[str, str | Node]
 """Values of arguments: texts come from `--set`, nodes from a case under `tests`."""
 
+KEY_KEYS = ("type", "unit", "initial", "optional", "doc")
+ARGUMENT_KEYS = ("type", "unit", "default", "range", "one_of", "doc")
+INPUT_KEYS = ("type", "unit", "default", "doc")
+TREE_KEYS = ("in", "out", "do", "doc")
+
 
 class DeclarationReader:
     """Reads the declaring sections of one file.
@@ -49,7 +54,7 @@ class DeclarationReader:
         """Blackboard keys: `visited: {type: int, initial: 0}`."""
         layer: Layer = {}
         for key, entry in self._entries(node, "blackboard"):
-            section = Section(entry, self.findings, f"the key {key.value!r}", "E101")
+            section = Section(entry, self.findings, f"the key {key.value!r}", "E101", KEY_KEYS)
             kind = self._type(section)
             initial = section.node_of("initial")
             section.value(Declaration("optional", bool, default=False))
@@ -66,7 +71,7 @@ class DeclarationReader:
         layer: Layer = {}
         for key, entry in self._entries(node, "arguments"):
             name = str(key.value)
-            section = Section(entry, self.findings, f"the argument {name!r}", "E101")
+            section = Section(entry, self.findings, f"the argument {name!r}", "E101", ARGUMENT_KEYS)
             declared = self.declared[name] = self._argument(name, section)
             default = section.node_of("default")
             section.done()
@@ -85,11 +90,14 @@ class DeclarationReader:
                 self._wrong_override(name, overrides[name], sentence, suggestion(name, layer))
         return layer
 
-    def tree(self, key: Node, node: Node) -> Tree:
-        """A tree's name, `in` and `out`; its nodes are read once all trees are known."""
-        section = Section(node, self.findings, f"the tree {key.value!r}", "E101")
-        inputs = self._signature(section.node_of("in"), Role.INPUT, "in")
-        outputs = self._signature(section.node_of("out"), Role.OUTPUT, "out")
+    def tree(self, key: Node, node: Node, scope: Scope) -> Tree:
+        """A tree's name, `in` and `out`; its nodes are read once all trees are known.
+
+        Defaults of `in` may refer to what is in the scope.
+        """
+        section = Section(node, self.findings, f"the tree {key.value!r}", "E101", TREE_KEYS)
+        inputs = self._inputs(section.node_of("in"), scope)
+        outputs = self._outputs(section.node_of("out"))
         section.node_of("doc")
         section.node_of("do", required=True)
         section.done()
@@ -99,12 +107,30 @@ class DeclarationReader:
                 self.findings.error("E144", mark, f"{name!r} is in `in` and in `out`")
         return Tree(str(key.value), key.mark, inputs, outputs)
 
-    def _signature(self, node: Node | None, role: Role, what: str) -> Layer:
+    def _inputs(self, node: Node | None, scope: Scope) -> Layer:
+        """What goes in: a type, or `{type: duration, default: 3 s}`."""
         layer: Layer = {}
-        for key, entry in self._entries(node, f"`{what}`"):
-            kind = self._type_word(entry)
-            layer[str(key.value)] = Symbol(str(key.value), role, kind, key.mark)
+        for key, entry in self._entries(node, "`in`"):
+            name, value = str(key.value), UNSET
+            if entry.is_mapping:
+                section = Section(entry, self.findings, f"the input {name!r}", "E101", INPUT_KEYS)
+                kind, default = self._type(section), section.node_of("default")
+                section.value(Declaration("doc", str, default=""))
+                section.done()
+                if default is not None:
+                    value = self._literal(kind.declaration(name), default, scope)
+                if default is not None and value is UNSET:
+                    kind, value = ANYTHING, None  # one finding for one mistake
+            else:
+                kind = self._type_word(entry)
+            layer[name] = Symbol(name, Role.INPUT, kind, key.mark, value)
         return layer
+
+    def _outputs(self, node: Node | None) -> Layer:
+        return {
+            str(key.value): Symbol(str(key.value), Role.OUTPUT, self._type_word(entry), key.mark)
+            for key, entry in self._entries(node, "`out`")
+        }
 
     def _argument(self, name: str, section: Section) -> Declaration:
         kind = self._type(section)
@@ -151,6 +177,9 @@ class DeclarationReader:
         for item in found.items:
             code = "E108" if item.code in ("E132", "E141") else item.code
             self.findings.items.append(replace(item, code=code))
+        if value is not None and not isinstance(value, Constant):
+            sentence = f"{declared.name}: wanted is a value that is known before the mission runs"
+            self.findings.error("E108", node.mark, sentence)
         return value.value if isinstance(value, Constant) else UNSET
 
     def _set(self, declared: Declaration, given: str | Node, scope: Scope) -> Any:

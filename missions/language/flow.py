@@ -16,6 +16,7 @@ from missions.language.model import (
     Listing,
     Reference,
     Step,
+    Template,
     Tree,
     Use,
     Value,
@@ -186,6 +187,9 @@ class OrderCheck:
                 self.value(item, mark, written)
         elif isinstance(value, Formula):
             self.expression(value.expression, mark, written)
+        elif isinstance(value, Template):
+            for expression in value.expressions:
+                self.expression(expression, mark, written)
         elif isinstance(value, Writes):
             for symbol, expression in value.assignments:
                 self.expression(expression, mark, written)
@@ -238,7 +242,8 @@ def warn_of_other_meaning(use: Use, tree: Tree, scope: Scope, findings: Findings
         if isinstance(given, Reference):
             same = given.symbol is hidden
         elif isinstance(given, Constant):
-            same = given.text == f"${symbol.name}"
+            handed_on = hidden is not None and hidden.is_constant and hidden.value == given.value
+            same = given.text == f"${symbol.name}" or handed_on
         if hidden is not None and not same:
             sentence = f"the {symbol.role} {symbol.name!r} hides the {hidden.role}"
             findings.warning("W101", symbol.mark, sentence, "use another name for it")

@@ -16,6 +16,11 @@ from stack.parameters import Declaration, suggestion
 from stack.types import Pose2D
 
 FORMAT = 1
+TOP_KEYS = (
+    "mission", "format", "doc", "robot", "world", "start", "initial_pose", "map", "places",
+    "parameters", "navigation", "plugins", "arguments", "blackboard", "events", "run", "trees",
+    "include", "tests",
+)  # fmt: skip
 NAV2 = "nav2_params"
 RESERVED = ("localisation", "mapping", "sensors", "perception", "safety", "faults")
 
@@ -102,16 +107,18 @@ class HeaderReader:
     def navigation(self, files: list[Node]) -> dict[str, Component]:
         """Components by kind: parameter files in turn, then the mission's own; all checked."""
         merged: dict[str, Component] = {}
+        located: dict[str, Component] = {}
         layers = [self._parameter_file(item) for item in files]
-        own = self.top.node_of("navigation")
-        for node in (*layers, own):
+        plugged: Mapping[str, Mapping[str, str]] | None = None
+        for node in (*layers, self.top.node_of("navigation")):
             for found in (self._from_nav2(node), self._components(node)):
                 for kind, component in found.items():
                     merged[kind] = _merge(merged.get(kind), component)
-        plugged = self._plugged_components() if merged else {}
-        located = {kind: _located(component, plugged) for kind, component in merged.items()}
-        for component in located.values():
-            self._check(component)
+                    if plugged is None:
+                        plugged = self._plugged_components()
+                    located[kind] = _located(merged[kind], plugged)
+                    # Each file by itself: a later one may hide what is wrong in it.
+                    self._check(located[kind])
         return located
 
     def _plugged_components(self) -> Mapping[str, Mapping[str, str]]:

@@ -12,10 +12,12 @@ from pathlib import Path
 
 from missions.language.declarations import DeclarationReader, Layer
 from missions.language.model import Tree
+from missions.language.scope import Scope
 from stack.documents import Finding, Mark, Node, Section, read_file
 from stack.errors import InputError
 
 MAX_FILES = 50
+FILE_KEYS = ("include", "format", "doc", "places", "trees")
 
 
 @dataclass
@@ -95,14 +97,15 @@ class IncludeReader:
         return self.files[key]
 
     def _read(self, top: Node, path: Path, above: tuple[Path, ...]) -> TreeFile:
-        section = Section(top, self.findings, "an included file", "E101")
+        section = Section(top, self.findings, "an included file", "E101", FILE_KEYS)
         for word in ("doc", "format"):
             section.node_of(word)
         found = self.together(section.node_of("include"), path, above)
         own = self.declarations.places(section.node_of("places"), {}, top.mark)
         self.merge(found.places, own, "place")
         bodies = tree_entries(section.node_of("trees"))
-        trees = {str(key.value): self.declarations.tree(key, body) for key, body in bodies}
+        scope = Scope((found.places,))
+        trees = {str(key.value): self.declarations.tree(key, body, scope) for key, body in bodies}
         self.merge_trees(found.trees, trees)
         section.done()
         return TreeFile(bodies, found.places, found.trees)

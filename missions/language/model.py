@@ -102,6 +102,19 @@ class Listing:
 
 
 @dataclass(frozen=True, slots=True)
+class Template:
+    """A text with values in it, put together when it is read; `text` is what stands in the file."""
+
+    parts: tuple[str | CheckedExpression, ...]
+    text: str
+
+    @property
+    def expressions(self) -> tuple[CheckedExpression, ...]:
+        """What is filled in, in order."""
+        return tuple(part for part in self.parts if isinstance(part, CheckedExpression))
+
+
+@dataclass(frozen=True, slots=True)
 class Formula:
     """An expression handed to a behaviour."""
 
@@ -115,7 +128,7 @@ class Writes:
     assignments: tuple[tuple[Symbol, CheckedExpression], ...]
 
 
-Value = Constant | Reference | Listing | Formula | Writes
+Value = Constant | Reference | Listing | Template | Formula | Writes
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,7 +21,9 @@ from missions.language.model import (
 )
 from missions.language.modifiers import LOOPS, MODIFIERS, Beside, ModifierReader
 from missions.language.ports import Owner, PortReader
-from missions.language.scope import Role, Symbol
+from missions.language.scope import UNSET, Role, Symbol
+from missions.language.terms import shown
+from missions.language.texts import formatter
 from missions.language.value_types import (
     ANYTHING,
     ValueType,
@@ -36,7 +38,7 @@ from missions.language.waypoints import (
     waypoint_symbols,
 )
 from stack.documents import Findings, Mark, Node
-from stack.parameters import Declaration, suggestion
+from stack.parameters import REQUIRED, Declaration, suggestion
 from stack.types import Pose2D
 
 COMPOSITES: dict[str, str] = {
@@ -283,9 +285,18 @@ class NodeReader:
                 hint = f"{word} is a behaviour: write `{word}:`"
             self.findings.error("E122", mark, f"there is no tree {word!r}", hint)
             return None
-        declared = {name: symbol.type.declaration(name) for name, symbol in tree.inputs.items()}
+        defaults = {
+            name: symbol.value for name, symbol in tree.inputs.items() if symbol.value is not UNSET
+        }
+        declared = {
+            name: symbol.type.declaration(name, default=defaults.get(name, REQUIRED))
+            for name, symbol in tree.inputs.items()
+        }
         owner = Owner(tree.name, body.mark)
         inputs = self.ports.by_name(declared, _value(beside, "with"), owner, around)
+        for name, value in defaults.items():
+            text = formatter(tree.inputs[name].type, shown)(value)
+            inputs.setdefault(name, Constant(value, text))
         results = {name: symbol.type for name, symbol in tree.outputs.items()}
         outputs = self.ports.outputs(results, _value(beside, "out"), owner, around)
         return Use(

@@ -19,9 +19,12 @@ from missions.language.model import (
     ForEach,
     Formula,
     Leaf,
+    Reference,
     Step,
+    Template,
     Tree,
     Use,
+    Value,
 )
 from missions.language.ranges import truths
 from missions.language.scope import UNSET, Symbol
@@ -244,11 +247,22 @@ def _leaf_ends(step: Leaf) -> Ends:
     formulas = [item.expression for item in step.ports.values() if isinstance(item, Formula)]
     outcomes = [truths(item.term) for item in formulas if item.type.of is bool]
     can_fail = bool(getattr(step.behaviour.cls, "can_fail", True))
-    if not can_fail and any(_may_break(item) for item in formulas):
-        can_fail = True
+    if not can_fail:
+        read = [item for value in step.ports.values() for item in _expressions(value)]
+        can_fail = any(map(_may_break, read)) or any(map(_may_be_missing, step.ports.values()))
     never_true = step.kind in ("check", "wait_until") and {False} in outcomes
     always_true = step.kind == "check" and {True} in outcomes
     return Ends(not never_true, can_fail and not always_true)
+
+
+def _expressions(value: Value) -> tuple[CheckedExpression, ...]:
+    if isinstance(value, Template):
+        return value.expressions
+    return (value.expression,) if isinstance(value, Formula) else ()
+
+
+def _may_be_missing(value: Value) -> bool:
+    return isinstance(value, Reference) and _may_be_unset(value.symbol)
 
 
 def _may_break(expression: CheckedExpression) -> bool:

@@ -17,7 +17,7 @@ from missions.language.flow import (
     uses_of,
     warn_of_other_meaning,
 )
-from missions.language.header import HeaderReader
+from missions.language.header import RESERVED, TOP_KEYS, HeaderReader
 from missions.language.including import IncludeReader, TreeFile, tree_entries
 from missions.language.model import Catalogue, Event, Mission, Resources, Step, Tree
 from missions.language.nodes import NodeReader
@@ -48,7 +48,8 @@ def read_mission(
     Raises:
         InputError: with every error found.
     """
-    top = Section(read_document(path, "mission", text), Findings(), "the mission", "E101")
+    document, keys = read_document(path, "mission", text), (*TOP_KEYS, *RESERVED)
+    top = Section(document, Findings(), "the mission", "E101", keys)
     return _Reading(top, path, resources or Resources()).mission(catalogue_for, overrides or {})
 
 
@@ -143,7 +144,7 @@ class _Reading:
         if section is not None and not section.is_mapping and section.value is not None:
             self.findings.error("E101", section.mark, f"trees is a mapping, got {section.words()}")
         own = tree_entries(section)
-        trees = {str(key.value): self.declarations.tree(key, node) for key, node in own}
+        trees = {str(key.value): self.declarations.tree(key, node, scope) for key, node in own}
         self.includes.merge_trees(dict(included.trees), trees)
         trees = {**trees, **included.trees, **trees}
         self._bodies(own, NodeReader(self.values, catalogue, trees), scope, trees)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
 from stack.documents import Finding
 
@@ -14,11 +14,16 @@ def render(findings: Iterable[Finding], sources: Mapping[str, str]) -> str:
         findings: in the order in which they are to be shown.
         sources: text by file as the marks name it; a file that is missing shows no line.
     """
-    return "\n".join(_one(finding, sources.get(finding.mark.file, "")) for finding in findings)
+    return "\n".join(render_each(findings, sources))
 
 
-def _one(finding: Finding, source: str) -> str:
-    lines = source.splitlines()
+def render_each(findings: Iterable[Finding], sources: Mapping[str, str]) -> list[str]:
+    """As `render`, one text a finding."""
+    lines = {file: source.splitlines() for file, source in sources.items()}
+    return [_one(finding, lines.get(finding.mark.file, [])) for finding in findings]
+
+
+def _one(finding: Finding, lines: Sequence[str]) -> str:
     if not 1 <= finding.mark.line <= len(lines):
         return str(finding)
     line = lines[finding.mark.line - 1]

@@ -7,9 +7,20 @@ from dataclasses import replace
 from typing import Any
 
 from missions.language.expressions import CheckedExpression, Surroundings, check_expression
-from missions.language.model import Constant, Formula, Listing, Reference, Value, Writes
-from missions.language.scope import Symbol
+from missions.language.model import (
+    Constant,
+    Formula,
+    Listing,
+    Reference,
+    Template,
+    Value,
+    Writes,
+)
+from missions.language.scope import UNSET, Symbol
+from missions.language.texts import is_filled_in, pieces, source_of
+from missions.language.tokens import ExpressionError
 from missions.language.value_types import (
+    ANYTHING,
     ASSIGNMENTS,
     BOOL,
     EXPRESSION,
@@ -60,6 +71,8 @@ class ValueReader:
             return self._reference(declared, node, name, around)
         if kind.item and node.is_sequence and not _looks_like_numbers_of_a_pose(kind, node):
             return self._listing(declared, kind.item, node, around)
+        if kind == TEXT and not declared.one_of and is_filled_in(str(node.value)):
+            return self._template(node, around)
         return self._literal(declared, node, around)
 
     def expression(
@@ -77,10 +90,37 @@ class ValueReader:
             if problem.code == "E151" and wanted == TEXT:
                 hint = "a text stands in quotes inside the expression: \"'…'\""
             self.findings.error(problem.code, _within(node, problem.at), problem.sentence, hint)
+        return self._noted(checked, node.mark)
+
+    def _noted(self, checked: CheckedExpression | None, mark: Mark) -> CheckedExpression | None:
+        """An expression at its place; what it reads is used."""
         if checked is None:
             return None
         self.used.update(dict.fromkeys([*checked.read.values(), *checked.tested.values()]))
-        return replace(checked, mark=node.mark)
+        return replace(checked, mark=mark)
+
+    def _template(self, node: Node, around: Surroundings) -> Template | None:
+        """A text with `${…}` in it."""
+        text, parts, wrong = str(node.value), list[str | CheckedExpression](), False
+        try:
+            for piece in pieces(text):
+                if not piece.is_expression:
+                    parts.append(piece.text)
+                    continue
+                mark = _within(node, piece.at)
+                source, moved = source_of(piece, around.scope)
+                checked, problems = check_expression(source, around, ANYTHING)
+                for item in problems:
+                    place = _within(node, piece.at + max(0, item.at + moved))
+                    self.findings.error(item.code, place, item.sentence, item.hint)
+                found = self._noted(checked, mark)
+                wrong = wrong or found is None
+                parts += [found] if found else []
+        except ExpressionError as error:
+            place = _within(node, error.at)
+            self.findings.error(error.code, place, error.sentence, error.hint)
+            return None
+        return None if wrong else Template(tuple(parts), text)
 
     def target(self, node: Node, around: Surroundings, found: ValueType) -> Symbol | None:
         """The key that an output of a type goes to."""
@@ -131,6 +171,8 @@ class ValueReader:
             return None
         if not symbol.is_constant:
             return Reference(symbol)
+        if symbol.value is UNSET:
+            return None  # what is wrong with it has been reported where it is declared
         try:
             return Constant(declared.read(symbol.value), f"${name}")
         except ParameterError as error:
@@ -168,7 +210,7 @@ class ValueReader:
         inside = _REFERENCE.search(scalar.value)
         if inside and around.scope.lookup(inside[1]):
             sentence = f"{inside[0]} inside a text is not filled in"
-            hint = "give $name alone, or quote the text"
+            hint = f"write ${{{inside[1]}}}, or quote the text"
             self.findings.warning("W104", _within(scalar, inside.start()), sentence, hint)
 
     def _assignments(self, node: Node, around: Surroundings) -> Writes | None:

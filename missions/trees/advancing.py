@@ -27,10 +27,13 @@ def run(node: Behaviour) -> Status:
 
 
 class Advancing(Behaviour):
-    """An inner node: `advance` says what one tick does, the rest is the same for all."""
+    """An inner node: `advance` says what one tick does, the rest is the same for all.
+
+    The tree that the node becomes part of sets `record`.
+    """
 
     execution: Execution
-    record: Record | None = None
+    record: Record
 
     def advance(self, fresh: bool) -> Status:
         """One tick; `fresh` when the node was not running before."""
@@ -52,12 +55,13 @@ class Advancing(Behaviour):
             status = execution.fail(self, Failure(FailureCode.FAILED, str(error)))
         if status is not _RUNNING:
             self.stop(status)
-        self.status = status
+        elif fresh:
+            self.status = status
         record = self.record
-        if record is not None and record.status is not status:
+        if record.status is not status:
             execution.changed(record, status)
         if execution.visited is not None:
-            execution.visited.append(self)
+            execution.visited.append((self, status))
         return status
 
     def stop(self, new_status: Status = Status.INVALID) -> None:
@@ -69,10 +73,11 @@ class Advancing(Behaviour):
 
     def tick(self) -> Iterator[Behaviour]:
         """As `once`, and yields the nodes that were ticked, as py_trees does."""
-        visited = self.execution.visited = []
+        visited: list[tuple[Behaviour, Status]] = []
+        self.execution.visited = visited
         self.once()
         self.execution.visited = None
-        yield from visited
+        yield from (node for node, _ in visited)
 
     def update(self) -> Status:
         """Nothing of its own: `advance` decides."""

@@ -10,7 +10,7 @@ the earlier child has not let the tick pass on.
 from __future__ import annotations
 
 from collections.abc import Sequence as Items
-from typing import Any
+from typing import Any, ClassVar
 
 from py_trees import composites
 from py_trees.behaviour import Behaviour
@@ -22,48 +22,102 @@ from missions.trees.execution import Execution, halt
 _RUNNING, _SUCCESS, _FAILURE = Status.RUNNING, Status.SUCCESS, Status.FAILURE
 
 
-class Sequence(Advancing, composites.Sequence):
+class InTurn(Advancing):
+    """Children in turn as long as they end with `goes_on`; goes on where it was."""
+
+    goes_on: ClassVar[Status]
+    position = 0
+
+    def advance(self, fresh: bool) -> Status:
+        children: list[Any] = self.children
+        before, goes_on = self.position, self.goes_on
+        number = 0 if fresh else before
+        while True:
+            child = children[number]
+            status: Status = child.once()
+            if status is not goes_on:
+                break
+            if goes_on is _FAILURE:
+                self.execution.deal_with(child)
+            if number + 1 == len(children):
+                break
+            number += 1
+        self.current_child, self.position = child, number
+        if before > number:
+            _forget(children[number + 1 : before + 1])
+        return self.execution.pass_on(self, child) if status is _FAILURE else status
+
+
+class FromTheTop(Advancing):
+    """All children again on every tick as long as they end with `goes_on`.
+
+    `position` is the last child that had a turn in the tick before: those behind it are at rest.
+    """
+
+    goes_on: ClassVar[Status]
+    position = 0
+
+    def advance(self, fresh: bool) -> Status:
+        children: list[Any] = self.children
+        before, goes_on, execution = self.position, self.goes_on, self.execution
+        standing_by = execution.standing_by
+        depth = len(standing_by)
+        if before and children[before].status is _RUNNING:
+            standing_by.append(children[before])
+        number = 0
+        for number, child in enumerate(children):
+            if number == before:
+                del standing_by[depth:]
+            status: Status = child.once()
+            if status is not goes_on:
+                break
+            if goes_on is _FAILURE:
+                execution.deal_with(child)
+        del standing_by[depth:]
+        self.current_child, self.position = child, number
+        if before > number:
+            _forget(children[number + 1 : before + 1])
+        return execution.pass_on(self, child) if status is _FAILURE else status
+
+
+class Sequence(InTurn, composites.Sequence):
     """Children in turn until one fails; goes on where it was."""
 
+    goes_on = _SUCCESS
+
     def __init__(self, name: str, children: Items[Behaviour], execution: Execution) -> None:
         super().__init__(name, memory=True, children=children)
-        self.execution, self.position = execution, 0
-
-    def advance(self, fresh: bool) -> Status:
-        return in_turn(self, Status.SUCCESS, fresh)
+        self.execution = execution
 
 
-class Fallback(Advancing, composites.Selector):
+class Fallback(InTurn, composites.Selector):
     """Children in turn until one succeeds; goes on where it was."""
 
+    goes_on = _FAILURE
+
     def __init__(self, name: str, children: Items[Behaviour], execution: Execution) -> None:
         super().__init__(name, memory=True, children=children)
-        self.execution, self.position = execution, 0
-
-    def advance(self, fresh: bool) -> Status:
-        return in_turn(self, Status.FAILURE, fresh)
+        self.execution = execution
 
 
-class ReactiveSequence(Advancing, composites.Sequence):
+class ReactiveSequence(FromTheTop, composites.Sequence):
     """Children from the top on every tick until one fails or is running."""
 
+    goes_on = _SUCCESS
+
     def __init__(self, name: str, children: Items[Behaviour], execution: Execution) -> None:
         super().__init__(name, memory=False, children=children)
-        self.execution, self.position = execution, 0
-
-    def advance(self, fresh: bool) -> Status:
-        return from_the_top(self, Status.SUCCESS, fresh)
+        self.execution = execution
 
 
-class ReactiveFallback(Advancing, composites.Selector):
+class ReactiveFallback(FromTheTop, composites.Selector):
     """Children from the top on every tick until one succeeds or is running."""
 
+    goes_on = _FAILURE
+
     def __init__(self, name: str, children: Items[Behaviour], execution: Execution) -> None:
         super().__init__(name, memory=False, children=children)
-        self.execution, self.position = execution, 0
-
-    def advance(self, fresh: bool) -> Status:
-        return from_the_top(self, Status.FAILURE, fresh)
+        self.execution = execution
 
 
 class Parallel(Advancing, composites.Parallel):
@@ -83,12 +137,11 @@ class Parallel(Advancing, composites.Parallel):
 
     def advance(self, fresh: bool) -> Status:
         if fresh:
-            self.reset()
             self.pending = list(self.children)
             self.succeeded = self.failed = 0
         ended = False
         children: list[Any] = self.pending
-        for child in children:
+        for number, child in enumerate(children):
             status = child.once()
             if status is _RUNNING:
                 continue
@@ -96,6 +149,8 @@ class Parallel(Advancing, composites.Parallel):
             self.succeeded += status is _SUCCESS
             self.failed += status is _FAILURE
             if self.succeeded >= self.needed or self.failed > len(self.children) - self.needed:
+                if fresh:
+                    _forget(children[number + 1 :])
                 return self._decided(self.succeeded >= self.needed)
         if ended:
             self.pending = [child for child in children if child.status not in (_SUCCESS, _FAILURE)]
@@ -139,55 +194,7 @@ class RoundRobin(Advancing, composites.Composite):
                 return self.execution.pass_on(self, child)
 
 
-def in_turn(node: Sequence | Fallback, goes_on: Status, fresh: bool) -> Status:
-    """Children in turn as long as they end with `goes_on`, starting where the node was."""
-    children: list[Any] = node.children
-    if fresh:
-        node.reset()
-        node.position = 0
-    while True:
-        child = node.current_child = children[node.position]
-        status: Status = child.once()
-        if status is _RUNNING:
-            return status
-        if status is goes_on is _FAILURE:
-            node.execution.deal_with(child)
-        if status is not goes_on or node.position + 1 == len(children):
-            return _outcome(node, child)
-        node.position += 1
-
-
-def from_the_top(node: ReactiveSequence | ReactiveFallback, goes_on: Status, fresh: bool) -> Status:
-    """All children again as long as they end with `goes_on`.
-
-    `position` is the last child that had a turn in the tick before: those behind it are at rest.
-    """
-    if fresh:
-        node.reset()
-        node.position = 0
-    children: list[Any] = node.children
-    before, standing_by = node.position, node.execution.standing_by
-    depth = len(standing_by)
-    if children[before].status is _RUNNING:
-        standing_by.append(children[before])
-    for number, child in enumerate(children):
-        if number == before:
-            del standing_by[depth:]
-        status = child.once()
-        if status is not goes_on:
-            break
-        if goes_on is _FAILURE:
-            node.execution.deal_with(child)
-    del standing_by[depth:]
-    node.current_child, node.position = child, number
-    if before > number:
-        for later in children[number + 1 : before + 1]:
-            halt(later)
-    return status if status is _RUNNING else _outcome(node, child)
-
-
-def _outcome(node: Advancing, child: Behaviour) -> Status:
-    """The status of a node that ends as its last ticked child did."""
-    if child.status is Status.FAILURE:
-        return node.execution.pass_on(node, child)
-    return child.status
+def _forget(children: Items[Behaviour]) -> None:
+    """Bring to rest what had a turn before and has none now."""
+    for child in children:
+        halt(child)

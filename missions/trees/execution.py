@@ -40,6 +40,7 @@ class Record:
         label: what a failure's path calls it; "" leaves it out (decorators, unnamed composites).
         detail: its ports as written, for drawings.
         mark: where it stands in the mission file.
+        shown: nothing has changed since its row was last made.
         names: what tests of missions may call it: its own name, its behaviour or tree, its event.
     """
 
@@ -52,8 +53,17 @@ class Record:
     parent: int = -1
     status: Status = Status.INVALID
     since: float = 0.0
-    row: TreeRow | None = None
+    shown: bool = True
     names: tuple[str, ...] = ()
+
+    def as_row(self) -> TreeRow:
+        """The node as it is now."""
+        message = self.node.feedback_message
+        if not message and self.status is Status.INVALID:
+            message = self.detail
+        return TreeRow(
+            self.id, self.parent, self.node.name, self.kind, WORDS[self.status], message, self.since
+        )
 
 
 def _nobody(*_: Any, **__: Any) -> None:
@@ -73,8 +83,9 @@ class Execution:
         standing_by: running children of reactive composites while an earlier child is looked at;
             they are halted before a behaviour that moves the robot starts.
         place_names: for showing poses by name.
+        stale: records whose status has changed since their rows were last made.
         starts: told of every node that begins a run; None while nobody wants to know.
-        visited: while py_trees' own tools tick: the nodes that have answered.
+        visited: while py_trees' own tools tick: the nodes that have answered, and what.
     """
 
     robot: Robot = field(init=False)
@@ -86,9 +97,10 @@ class Execution:
     standing_by: list[Behaviour] = field(default_factory=list)
     place_names: dict[Pose2D, str] = field(default_factory=dict)
     records: dict[int, Record] = field(default_factory=dict)
+    stale: list[Record] = field(default_factory=list)
     trails: dict[int, Trail] = field(default_factory=dict)
     starts: Callable[[Behaviour], None] | None = None
-    visited: list[Behaviour] | None = None
+    visited: list[tuple[Behaviour, Status]] | None = None
 
     def record(self, node: Behaviour) -> Record:
         """The record of a node of this tree."""
@@ -138,7 +150,10 @@ class Execution:
     def changed(self, record: Record, status: Status) -> None:
         """As `became`, of a node whose record is at hand and whose status is another."""
         previous, record.status = record.status, status
-        record.since, record.row = self.robot.time, None
+        record.since = self.robot.time
+        if record.shown:
+            record.shown = False
+            self.stale.append(record)
         if self.emit is _nobody:
             return
         before, node = WORDS[previous], record.node

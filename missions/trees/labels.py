@@ -14,6 +14,7 @@ from missions.language.model import (
     Listing,
     Reference,
     Step,
+    Template,
     Use,
     Value,
     Writes,
@@ -32,6 +33,8 @@ def value_text(value: Value) -> str:
         return f"[{', '.join(value_text(item) for item in value.items)}]"
     if isinstance(value, Formula):
         return value.expression.source
+    if isinstance(value, Template):
+        return value.text
     return ", ".join(f"{symbol.name} = {item.source}" for symbol, item in value.assignments)
 
 

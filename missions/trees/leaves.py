@@ -25,37 +25,54 @@ class LeafGuard:
     Whatever they raise becomes FAILURE of that leaf with code EXCEPTION, the traceback goes to the
     log, and the tree stays whole. The leaf's own `terminate` is called exactly once after each
     `initialise`: py_trees alone calls it again whenever a finished parent is reset. `once` is the
-    leaf's tick as a direct call; what a leaf does not override is not called.
+    leaf's tick as a direct call; what a leaf does not override is not called. `record` is set by
+    the tree that the leaf becomes part of.
     """
+
+    record: Record
 
     def __init__(self, leaf: Behaviour, execution: Execution) -> None:
         self.leaf, self.execution = leaf, execution
-        self.record: Record | None = None
         self.moves = bool(getattr(leaf, "uses_wheels", False))
         self.active, self.broken = False, False
         self.tells_why = hasattr(leaf, "failure")
         self._initialise = _own(leaf, "initialise")
         self._update = leaf.update
         self._terminate = _own(leaf, "terminate")
-        self._just_starts = not (self.moves or self.tells_why or self._initialise)
+        self._just_updates = not (
+            self.moves or self.tells_why or self._initialise or self._terminate
+        )
         for name in ("initialise", "update", "terminate", "stop", "once"):
             setattr(leaf, name, getattr(self, name))
 
     def once(self) -> Status:
         """Tick the leaf as py_trees' Behaviour.tick does, without its generator."""
         leaf, execution = self.leaf, self.execution
-        if leaf.status is not _RUNNING:
-            if self._just_starts and execution.starts is None:
-                self.active, self.broken, leaf.feedback_message = True, False, ""
+        before = leaf.status
+        if before is not _RUNNING:
+            if self._just_updates and execution.starts is None:
+                self.broken = False
+                if leaf.feedback_message:
+                    leaf.feedback_message = ""
             else:
                 self.initialise()
-        status = self.update()
-        leaf.status = status
+        if self.broken:
+            status = self._ended(_FAILURE)
+        else:
+            # `update` written out: this is the most frequent call of a mission.
+            try:
+                status = self._update()
+            except (Exception, SystemExit) as error:
+                status = self._raised(error)
+            if status is not _RUNNING and not (status is _SUCCESS and self._just_updates):
+                status = self._answered(status)
+        if status is not before:
+            leaf.status = status
         record = self.record
-        if record is not None and record.status is not status:
+        if record.status is not status:
             execution.changed(record, status)
         if execution.visited is not None:
-            execution.visited.append(leaf)
+            execution.visited.append((leaf, status))
         return status
 
     def initialise(self) -> None:
@@ -79,10 +96,29 @@ class LeafGuard:
         try:
             status = self._update()
         except (Exception, SystemExit) as error:
-            self._report(error)
-            return self._ended(_FAILURE)
-        if status is _RUNNING:
-            return status
+            status = self._raised(error)
+        return status if status is _RUNNING else self._answered(status)
+
+    def terminate(self, new_status: Status) -> None:
+        """Halt the leaf if it is under way; ends of its own were dealt with in `update`."""
+        if self.active:
+            self.active = False
+            if self._terminate is not None:
+                self._safely(self._terminate, new_status)
+        if new_status is _INVALID and self.record.status is not _INVALID:
+            self.execution.changed(self.record, new_status)
+
+    def stop(self, new_status: Status) -> None:
+        """As py_trees' Behaviour.stop."""
+        self.terminate(new_status)
+        self.leaf.status = new_status
+
+    def _raised(self, error: BaseException) -> Status:
+        self._report(error)
+        return _FAILURE
+
+    def _answered(self, status: Status) -> Status:
+        """The leaf does not run on: what its answer is to the tree."""
         if status is _SUCCESS and self._terminate is None:
             self.active = False
             return status
@@ -94,21 +130,6 @@ class LeafGuard:
             self._tell(said)
             status = _FAILURE
         return self._ended(status)
-
-    def terminate(self, new_status: Status) -> None:
-        """Halt the leaf if it is under way; ends of its own were dealt with in `update`."""
-        if self.active:
-            self.active = False
-            if self._terminate is not None:
-                self._safely(self._terminate, new_status)
-        record = self.record
-        if new_status is _INVALID and record is not None and record.status is not _INVALID:
-            self.execution.changed(record, new_status)
-
-    def stop(self, new_status: Status) -> None:
-        """As py_trees' Behaviour.stop."""
-        self.terminate(new_status)
-        self.leaf.status = new_status
 
     def _ended(self, status: Status) -> Status:
         self.active = False

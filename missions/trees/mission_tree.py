@@ -43,7 +43,10 @@ class MissionTree:
                 node.record = record
             else:
                 node.update.__self__.record = record  # type: ignore[attr-defined] # its guard
-        self._rows: tuple[TreeRow, ...] = ()
+        self._nodes = [record.node for record in self._records]
+        self._messages = [node.feedback_message for node in self._nodes]
+        self._table = [record.as_row() for record in self._records]
+        self._rows = tuple(self._table)
 
     def setup(
         self, robot: Robot, emit: Callable[..., None] | None = None,
@@ -77,11 +80,12 @@ class MissionTree:
 
     def tick(self) -> None:
         """Let every node that has a turn take it. Does nothing once the mission is over."""
-        if self.ticks and self.status in (Status.SUCCESS, Status.FAILURE):
+        root = self.root
+        if self.ticks and (root.status is _SUCCESS or root.status is _FAILURE):
             return
         self.ticks += 1
         self._execution.standing_by.clear()
-        run(self.root)
+        run(root)
 
     @property
     def status(self) -> Status:
@@ -173,22 +177,25 @@ class MissionTree:
         return tuple(self._records)
 
     def rows(self) -> tuple[TreeRow, ...]:
-        """Every node in drawing order; the same tuple as long as nothing has changed."""
-        changed = len(self._rows) != len(self._records)
-        for record in self._records:
-            message = record.node.feedback_message
-            if not message and record.status is Status.INVALID:
-                message = record.detail
-            row = record.row
-            if row is None or row.message != message:
-                changed = True
-                record.row = TreeRow(
-                    record.id, record.parent, record.node.name, record.kind,
-                    WORDS[record.status], message, record.since,
-                )  # fmt: skip
-        if changed:
-            self._rows = tuple(record.row for record in self._records if record.row)
+        """Every node in drawing order; the same tuple as long as nothing has changed.
+
+        Costs what has changed since it was last asked: statuses note their change themselves,
+        messages are compared.
+        """
+        messages = [node.feedback_message for node in self._nodes]
+        stale = self._execution.stale
+        if messages != self._messages:
+            pairs = zip(self._records, messages, self._messages, strict=True)
+            stale.extend(record for record, new, old in pairs if new != old)
+        if stale:
+            for record in stale:
+                self._table[record.id], record.shown = record.as_row(), True
+            stale.clear()
+            self._messages, self._rows = messages, tuple(self._table)
         return self._rows
+
+
+_SUCCESS, _FAILURE = Status.SUCCESS, Status.FAILURE
 
 
 def _depth_first(

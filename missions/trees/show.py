@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from textwrap import wrap
 
 from missions.trees.mission_tree import MissionTree
 from stack.telemetry.records import TreeRow
+
+LABEL_WIDTH = 40
+"""Characters of a line in Graphviz' and Mermaid's boxes; a long one would push all others apart."""
 
 _MARKS = {"running": "▶", "success": "✓", "failure": "✗", "idle": "·"}
 _COLOURS = {"running": "33", "success": "32", "failure": "31", "idle": "0"}
@@ -51,7 +55,10 @@ def _line(row: TreeRow, colour: bool) -> str:
 
 def dot(tree: MissionTree, *, colour: bool = False) -> str:
     """The tree in Graphviz' language; colours fill nodes by their status."""
-    lines = [f"digraph {_quoted(tree.name)} {{", '  node [fontname="sans-serif", fontsize=10];']
+    lines = [
+        f"digraph {_quoted(tree.name)} {{", "  ordering=out;",
+        '  node [fontname="sans-serif", fontsize=10];',
+    ]  # fmt: skip
     for row in tree.rows():
         shape = _SHAPES.get(row.kind, "ellipse")
         if row.kind in _DECORATORS:
@@ -80,8 +87,9 @@ def mermaid(tree: MissionTree, *, colour: bool = False) -> str:
 
 
 def _label(row: TreeRow) -> str:
-    kind = "" if row.name.startswith(row.kind) else f"\n{row.kind}"
-    return f"{row.name}{kind}" + (f"\n{row.message}" if row.message else "")
+    kind = not row.name.startswith(row.kind)
+    lines = [*wrap(row.name, LABEL_WIDTH), *([row.kind] if kind else [])]
+    return "\n".join([*lines, *wrap(row.message, LABEL_WIDTH)])
 
 
 def _quoted(words: str) -> str:

@@ -7,11 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
-from missions.language.model import Constant, Listing, Reference, Value
+from missions.language.model import Constant, Listing, Reference, Template, Value
 from missions.language.robot_values import Sight
 from missions.language.scope import UNSET, NotSet, Symbol
+from missions.language.texts import formatter
 from missions.trees.attempts import Attempts
 from missions.trees.execution import Execution
 from stack.errors import ParameterError
@@ -57,6 +59,10 @@ class Slot:
         self.value = value
 
 
+def _written(read: Read, form: Callable[[Any], str]) -> str:
+    return form(read())
+
+
 @dataclass(frozen=True, slots=True)
 class Frame:
     """What names stand for in one place of a tree; satisfies language.expressions.Bindings.
@@ -100,7 +106,20 @@ class Frame:
         if isinstance(value, Listing):
             items = [self.value(item) for item in value.items]
             return lambda: [item() for item in items]
+        if isinstance(value, Template):
+            return self._text(value)
         raise TypeError(f"not a plain value: {value!r}")
+
+    def _text(self, template: Template) -> Read:
+        """A function that puts a text together."""
+        parts: list[Callable[[], str]] = []
+        for part in template.parts:
+            if isinstance(part, str):
+                parts.append(partial(str, part))
+            else:
+                written = formatter(part.type, self.execution.describe)
+                parts.append(partial(_written, part.bind(self), written))
+        return lambda: "".join([part() for part in parts])
 
     def checked(self, value: Value, declared: Declaration) -> Read:
         """As `value`; one that may change is held against the declared range at each reading."""

@@ -96,6 +96,17 @@ def test_describe_shows_types_units_defaults_and_ranges():
     assert "m/s" in done.stdout
 
 
+def test_list_and_describe_know_the_plugins_of_a_mission(tmp_path):
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "broken.py").write_text("import nothing_of_that_name\n")
+    (tmp_path / "m.yaml").write_text("mission: a\nplugins: [./mine]\nrun: say\n")
+    done = treepilot("list", "behaviours", "--mission", str(tmp_path / "m.yaml"))
+    assert done.returncode == 0 and "navigate_to_pose" in done.stdout
+    assert done.stderr.startswith(f"cannot be used: {tmp_path / 'mine' / 'broken.py'}: line 1")
+    shipped = ("--mission", "06_your_own_behaviour")
+    assert "longest view" in treepilot("describe", "find_open_space", *shipped).stdout
+
+
 def test_show_draws_the_tree_in_three_ways():
     assert "navigate_to_pose" in treepilot("show", "02_office_patrol").stdout
     assert treepilot("show", "02_office_patrol", "--dot").stdout.startswith("digraph")

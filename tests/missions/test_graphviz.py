@@ -4,6 +4,7 @@ import os
 import re
 import shutil
 import stat
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -54,3 +55,20 @@ def test_a_place_that_cannot_be_written_is_named(monkeypatch, tmp_path):
     with pytest.raises(InputError, match=r"tree\.svg cannot be written"):
         save_svg("02_office_patrol", str(nowhere))
     assert not Path(nowhere).exists()
+
+
+@pytest.mark.skipif(shutil.which("dot") is None, reason="Graphviz is not installed")
+@pytest.mark.parametrize("mission", ["02_office_patrol", "07_shelf_patrol"])
+def test_children_stand_from_left_to_right_as_they_are_ticked(mission):
+    graph = drawing(mission, "dot", colours=False)
+    done = subprocess.run(
+        ["dot", "-Tplain"], input=graph, capture_output=True, text=True, check=True
+    )
+    lines = [line.split() for line in done.stdout.splitlines()]
+    place = {line[1]: float(line[2]) for line in lines if line[0] == "node"}
+    below: dict[str, list[str]] = {}
+    for parent, child in re.findall(r"(n\d+) -> (n\d+)", graph):
+        below.setdefault(parent, []).append(child)
+    assert len(below) > 5
+    for children in below.values():
+        assert [place[child] for child in children] == sorted(place[child] for child in children)

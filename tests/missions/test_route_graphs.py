@@ -43,7 +43,8 @@ def test_the_file_is_looked_for_beside_the_mission(mission, tmp_path):
 @pytest.mark.parametrize(
     ("before", "after", "finding"),
     [
-        ("lanes.geojson", "lane.geojson", "E001] there is no such route graph; did you mean"),
+        ("lanes.geojson", "lane.geojson", "lane.geojson: there is no such route graph; did you"),
+        ("graph: lanes.geojson", "graph: lane.geojson", "lanes.yaml:4:43 error[E001] "),
         (", graph: lanes.geojson", "", "lanes.yaml:4:29 error[E111] planner: route needs a"),
         ("set_edge: north", "set_edge: nort",
          "lanes.yaml:7:7 error[E432] set_edge: the route graph has no edge 'nort'; did you mean"),

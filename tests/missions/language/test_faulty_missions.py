@@ -6,7 +6,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from missions.editor.describing import TOP_KEYS as DESCRIBED
 from missions.language.codes import CODES
+from missions.language.header import RESERVED, TOP_KEYS
 from missions.language.model import Resources
 from missions.language.reading import read_mission
 from stack.errors import InputError, ParameterError
@@ -109,6 +111,18 @@ NODES = [
     ("{take_photo: {}, out: $photo}", "E135 9:25"),
     ("{take_photo: {}, out: {image: $n}}", "E141 9:33"),
     ("{take_photo: {}, out: {image: $dock}}", "E142 9:33"),
+    # texts with values in them
+    ("say: at ${dok}", "E151 9:13"),
+    ("say: at ${$dok}", "E140 9:13"),
+    ("say: 'at ${$dok}'", "E140 9:14"),
+    ("say: ${n} of ${", "E150 9:16"),
+    ("say: ${}", "E150 9:10"),
+    ("say: ${$n >}", "E150 9:14"),
+    ("say: ${battery.level}", "E151 9:10"),
+    ("say: ${error}", "E154 9:10"),
+    ("say: at ${photo}", "E143 9:3"),
+    ("visit: {goals: [[1, 0]], speeds: ['${n}']}", "E132 9:37"),
+    ("clear_costmap: {which: '${word}'}", "E132 9:26"),
     # names
     ("navigate_to_pose: $dok", "E140 9:21"),
     ("navigate_to_pose: {goal: $dwell}", "E141 9:28"),
@@ -159,6 +173,19 @@ def test_faulty_nodes(tmp_path, node, expected):
 FILES = [
     ("wrld: office\nrun: {say: a}", "E101 1:1"),
     ("robot: 3\nrun: {say: a}", "E101 1:8"),
+    # a misspelt key is one mistake: what it holds is read as if it were spelt right
+    ("place: {hall: [1, 2]}\nrun: {navigate_to_pose: $hall}", "E101 1:1"),
+    ("tree: {a: {do: {say: hi}}}\nrun: {use: a}", "E101 1:1"),
+    ("blakboard: {n: {type: int}}\nrun: {set: {n: 1}}", "E101 1:1"),
+    ("argument: {n: {type: duration, default: 3 s}}\nrun: {wait: $n}", "E101 1:1"),
+    ("argument: {n: {type: duration, default: 3 m}}\nrun: {wait: $n}", "E101 1:1", "E108 1:41"),
+    ("runs: {say: a}", "E101 1:1"),
+    ("event: [{a: {when: time, do: {say: b}}}]\nrun: {say: a}", "E101 1:1", "E153 1:20"),
+    ("blackboard: {n: {typ: int, initial: 0}}\nrun: {set: {n: $n + 1}}", "E101 1:18"),
+    ("arguments: {n: {type: int, defalt: 3}}\nrun: {say: a, repeat: $n}", "E101 1:28"),
+    ("run: {use: a, with: {n: 1}}\ntrees: {a: {inn: {n: int}, do: {say: a, repeat: $n}}}",
+     "E101 2:13"),
+    ("run: {use: a}\ntrees: {a: {doo: {say: a}}}", "E101 2:13"),
     ("doc: x", "E101 1:1"),
     ("format: 2\nrun: {say: a}", "E105 1:9"),
     ("perception: []\nsafety: {}\nrun: {say: a}", "E104 1:1", "E104 2:1"),
@@ -205,6 +232,14 @@ FILES = [
     ("run: {use: a}\ntrees: {a: {do: {use: b}}, b: {do: {use: a}}}", "E125 2:37"),
     ("run: {use: a}\ntrees: {a: {in: {n: integer}, do: {say: hi}}}", "E131 1:12", "E107 2:21"),
     ("run: {use: a}\ntrees: {a: {}}", "E101 2:12"),
+    ("run: {use: a}\ntrees: {a: {in: {n: {type: int, default: soon}}, do: {say: hi}}}",
+     "E108 2:42"),
+    ("run: {use: a}\ntrees: {a: {in: {n: {default: 3}}, do: {say: hi}}}", "E101 2:21"),
+    ("run: {use: a}\ntrees: {a: {in: {n: {type: int, defalt: 3}}, do: {say: hi}}}",
+     "E101 2:33"),
+    ("blackboard: {k: {type: int, initial: 1}}\nrun: {use: a}\n"
+     "trees: {a: {in: {n: {type: int, default: $k}}, do: {say: hi}}}", "E108 3:42"),
+    ("arguments: {w: {type: text, default: 'at ${time}'}}\nrun: {say: $w}", "E108 1:38"),
     ("run: {use: a}\ntrees: {a: {in: {n: int}, do: {say: hi}}}", "E131 1:12"),
     ("run: {use: a, with: {n: 1.5}}\ntrees: {a: {in: {n: int}, do: {say: hi}}}", "E132 1:25"),
     ("run: {use: a, with: {m: 1}}\ntrees: {a: {do: {say: hi}}}", "E130 1:22"),
@@ -246,7 +281,8 @@ def test_faulty_files(tmp_path, text, expected):
 
 
 def test_there_are_many():
-    assert len(NODES) + len(FILES) >= 60
+    """Those of YAML, included files, worlds and `tests` are in their own test files."""
+    assert len(NODES) + len(FILES) + len(WARNINGS) >= 200
 
 
 def test_every_finding_comes_in_one_go(tmp_path):
@@ -288,7 +324,7 @@ def test_a_finding_says_how_to_mend_it(tmp_path, node, hint):
     [
         ({"dwel": "5s"}, "--set dwel:1:1 error[E109] the mission has no argument 'dwel'; did you"),
         ({"dwell": "5 m"}, "--set dwell:1:1 error[E109] dwell: '5 m' is in m, expected a duration"),
-        ({"dwell": "["}, "--set dwell:1:1 error[E109] not YAML"),
+        ({"dwell": "["}, "--set dwell:1:1 error[E109] the `[` that opens here is not closed"),
         ({"most": "soon"}, "--set most:1:1 error[E109] most: expected a whole number, got 'soon'"),
     ],
 )
@@ -367,6 +403,11 @@ def test_what_others_refuse_is_reported_where_it_is_named(tmp_path):
         read_text(tmp_path, text, resources)
     found = [f"{item.code} {item.mark.line}:{item.mark.column}" for item in caught.value.findings]
     assert found == ["E110 2:8", "E110 3:6", "E111 4:23", "E111 4:73"]
+
+
+def test_the_keys_of_a_mission_are_those_that_editors_propose():
+    assert set(TOP_KEYS) == set(DESCRIBED)
+    assert not set(TOP_KEYS) & set(RESERVED)
 
 
 def test_every_code_that_is_reported_is_in_the_table():

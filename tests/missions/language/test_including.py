@@ -80,7 +80,7 @@ FAULTY = [
     ({"a": "run: {say: a}"}, "include: [a.yaml]\nrun: {say: a}", "a.yaml:1:1 E101"),
     ({"a": "places: {p: [1]}"}, "include: [a.yaml]\nrun: {say: a}", "a.yaml:1:13 E106"),
     ({"a": "trees: {t: {do: {sey: a}}}"}, "include: [a.yaml]\nrun: {say: a}", "a.yaml:1:18 E121"),
-    ({"a": "trees: [\n"}, "include: [a.yaml]\nrun: {say: a}", "a.yaml:2:1 E004"),
+    ({"a": "trees: [\n"}, "include: [a.yaml]\nrun: {say: a}", "a.yaml:1:8 E004"),
 ]  # fmt: skip
 
 

@@ -1,4 +1,10 @@
-"""Direct calls against py_trees' own ticking, on random trees of the nodes that both have."""
+"""Direct calls against py_trees' own ticking, on random trees of the nodes that both have.
+
+One difference is meant. py_trees' Parallel ticks every child and then looks whether one failed;
+ours, as BehaviorTree.CPP's, is decided by the first failure: children behind it get no turn, so
+that no action starts that would be halted at once. Parallels whose children can fail are therefore
+compared with `DecidesEarly`, py_trees' Parallel with exactly that changed.
+"""
 
 import random
 
@@ -8,6 +14,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import ParallelPolicy, Status
 
 from missions.trees import attempts, composites, decorators
+from missions.trees.execution import WORDS as WORD_OF
 from missions.trees.execution import Execution, Record
 from missions.trees.leaves import LeafGuard
 from missions.trees.mission_tree import MissionTree
@@ -39,18 +46,39 @@ class Scripted(Behaviour):
             self.log.append((self.name, "terminate", new_status))
 
 
+class DecidesEarly(py_trees.composites.Parallel):
+    """py_trees' Parallel, but for one thing: the first failure of a tick ends the round."""
+
+    def tick(self):
+        if self.status is not Status.RUNNING:
+            for child in self.children:
+                child.stop(Status.INVALID)
+        failed = False
+        for child in self.children:
+            if child.status is Status.SUCCESS or failed:
+                continue
+            yield from child.tick()
+            failed = child.status is Status.FAILURE
+        succeeded = all(child.status is Status.SUCCESS for child in self.children)
+        status = Status.SUCCESS if succeeded else Status.RUNNING
+        status = Status.FAILURE if failed else status
+        if status is not Status.RUNNING:
+            self.stop(status)
+        self.status = status
+        yield self
+
+
 def random_tree(draw, depth, letters="srf"):
     """A leaf's script, or (kind, children)."""
     if depth == 0 or draw.random() < 0.3:
         return "".join(draw.choice(letters) for _ in range(draw.randint(1, 5)))
     kind = draw.choice(
-        ["sequence", "fallback", "reactive", "reactive_fallback", "parallel", "retry", "repeat",
-         "on_failure"]
+        ["sequence", "fallback", "reactive", "reactive_fallback", "parallel", "parallel that fails",
+         "retry", "repeat", "on_failure"]
     )  # fmt: skip
     if kind in ("retry", "repeat", "on_failure"):
         return kind, [random_tree(draw, depth - 1, letters)]
     if kind == "parallel":
-        # Ours decides with the first failure, theirs at the end of the tick: leave failures out.
         return kind, [random_tree(draw, 0, "sr") for _ in range(draw.randint(1, 3))]
     return kind, [random_tree(draw, depth - 1, letters) for _ in range(draw.randint(1, 3))]
 
@@ -88,6 +116,9 @@ class Builder:
             "parallel": lambda: py_trees.composites.Parallel(
                 name, ParallelPolicy.SuccessOnAll(synchronise=True), children
             ),
+            "parallel that fails": lambda: DecidesEarly(
+                name, ParallelPolicy.SuccessOnAll(synchronise=True), children
+            ),
             "retry": lambda: py_trees.decorators.Retry(name, one, 2),
             "repeat": lambda: py_trees.decorators.Repeat(name, one, 2),
             "on_failure": lambda: py_trees.decorators.FailureIsSuccess(name, one),
@@ -102,6 +133,9 @@ class Builder:
             "fallback": lambda: composites.Fallback(name, children, execution),
             "reactive_fallback": lambda: composites.ReactiveFallback(name, children, execution),
             "parallel": lambda: composites.Parallel(name, children, execution, len(children)),
+            "parallel that fails": lambda: composites.Parallel(
+                name, children, execution, len(children)
+            ),
             "retry": lambda: attempts.Retry(
                 one, execution, attempts.Attempts(lambda: 2), lambda: 0.0
             ),
@@ -117,18 +151,41 @@ class Clock:
     time = 0.0
 
 
+def answers(node, execution):
+    """What each node answered in a tick, in order, also where it was halted later in that tick."""
+    visited = execution.visited = []
+    node.once()
+    execution.visited = None
+    return [(node.name, status) for node, status in visited]
+
+
+def follow(told, event):
+    """Keep the status of every node from nothing but the events; none may be left out."""
+    if event["kind"] == "node_status":
+        fields = event["fields"]
+        assert fields["from"] == told.get(fields["node"], "idle") != fields["to"]
+        told[fields["node"]] = fields["to"]
+
+
 def compare(shape):
     """Tick both 25 times, beginning again after each end."""
     execution = Execution()
     ours, theirs = Builder(execution), Builder()
     tree = MissionTree("test", ours.build(shape), execution, {})
-    tree.setup(Clock())
+    told = {}
+    tree.setup(Clock(), lambda **event: follow(told, event))
     root = theirs.build(shape)
     for number in range(TICKS):
-        mine = [(node.name, node.status) for node in tree.root.tick()]
+        mine = answers(tree.root, execution)
         other = [(node.name, node.status) for node in root.tick()]
         assert mine == other, (shape, number)
         assert ours.log == theirs.log, (shape, number)
+        assert tree.rows() == tuple(record.as_row() for record in tree.records)
+        assert told == {
+            record.id: WORD_OF[record.node.status]
+            for record in tree.records
+            if record.id in told or record.node.status is not Status.INVALID
+        }
         running = {node.name for node in tree.root.iterate() if node.status is Status.RUNNING}
         assert running == {node.name for node in root.iterate() if node.status is Status.RUNNING}
     tree.halt()
@@ -141,3 +198,26 @@ def test_statuses_visits_and_calls_equal_py_trees_own():
     draw = random.Random(7)
     for _ in range(TREES):
         compare(random_tree(draw, 3))
+
+
+def visits(builder, shape):
+    node, execution = builder.build(shape), builder.execution
+    if execution is None:
+        return [(visited.name, visited.status) for visited in node.tick()], builder.log
+    MissionTree("test", node, execution, {}).setup(Clock())
+    return answers(node, execution), builder.log
+
+
+def test_a_parallel_is_decided_by_the_first_failure_and_starts_nothing_behind_it():
+    """The one difference from py_trees, side by side."""
+    shape = ("parallel that fails", ["r", "f", "r"])
+    decided = [("2", Status.RUNNING), ("3", Status.FAILURE), ("1", Status.FAILURE)]
+    halted = [
+        ("2", "initialise"), ("3", "initialise"), ("3", "terminate", Status.FAILURE),
+        ("2", "terminate", Status.INVALID),
+    ]  # fmt: skip
+    assert visits(Builder(Execution()), shape) == (decided, halted)
+    assert visits(Builder(), shape) == (decided, halted)
+    theirs, calls = visits(Builder(), ("parallel", ["r", "f", "r"]))
+    assert theirs == [*decided[:2], ("4", Status.RUNNING), decided[2]]
+    assert ("4", "initialise") in calls, "py_trees starts what it halts in the same tick"

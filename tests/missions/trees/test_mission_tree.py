@@ -100,6 +100,22 @@ def test_only_changes_are_emitted_with_the_time_of_the_change_in_the_rows(run):
     assert [(row.id, row.parent) for row in it.tree.rows()] == [(0, -1), (1, 0), (2, 0)]
 
 
+def test_a_branch_that_ends_as_it_did_before_is_no_change(run):
+    it = run("run: {reactive: [{sequence: [{act: a}, {act: b}]}, {wait: 1 s}]}")
+    it.ticks(5)
+    assert [change for change in it.changes() if "act:" in change] == ["act: idle > success"] * 2
+    assert it.robot.log.count("a starts") == 5
+
+
+def test_an_action_that_is_halted_and_starts_again_within_a_tick_tells_both(run):
+    it = run("run: {wait: 100 ms, repeat: 3}")
+    it.ticks(3)
+    assert [change for change in it.changes() if "wait" in change] == [
+        "wait: idle > running", "wait: running > success",
+        "wait: success > idle", "wait: idle > running",
+    ]  # fmt: skip
+
+
 def test_rows_are_the_same_tuple_until_something_changes(run):
     it = run("run: {sequence: [{act: a}, {wait: 1 s}]}")
     before = it.tree.rows()

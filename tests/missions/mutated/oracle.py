@@ -1,0 +1,123 @@
+"""What a mission file says, worked out from its bare data and without the code under test."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+from typing import Any
+
+from behaviours.catalogue import BehaviourKind
+from missions.language.expressions import CheckedExpression
+from missions.language.scope import Symbol
+from stack.documents import Mark
+
+COMPOSITES = ("sequence", "reactive", "fallback", "reactive_fallback", "round_robin", "parallel")
+BESIDE = (
+    "name", "when", "while", "on_failure", "repeat", "recover", "retry", "timeout", "every", "with",
+    "out", "do",
+)  # fmt: skip
+OUTER = ("every", "timeout", "retry", "recover", "repeat", "on_failure", "while", "when")
+"""Modifiers from the node outwards, as docs/language.md orders them."""
+
+LOOPS = ("for_each", "follow_waypoints")
+
+Outline = tuple[str, list[Any]]
+
+
+def outline(mission: dict[str, Any]) -> Outline:
+    """Kinds of the nodes that the file's `run` and `events` ask for, nested."""
+    trees = mission.get("trees") or {}
+    root = _node(mission["run"], trees)
+    events = mission.get("events") or []
+    if not events:
+        return root
+    made = [("event", [_node(body["do"], trees)]) for event in events for body in event.values()]
+    return "events", [*made, root]
+
+
+def _node(node: Any, trees: dict[str, Any]) -> Outline:
+    node = {node: None} if isinstance(node, str) else node
+    (kind,) = (key for key in node if key not in BESIDE)
+    made = _body(kind, node, trees)
+    for word in OUTER:
+        given = node.get(word)
+        if given is None or (word == "on_failure" and (given == "fail" or kind in LOOPS)):
+            continue
+        recoveries = given["round_robin"] if word == "recover" else []
+        made = word, [made, *(_node(recovery, trees) for recovery in recoveries)]
+    return made
+
+
+def _body(kind: str, node: dict[str, Any], trees: dict[str, Any]) -> Outline:
+    below = node[kind]
+    if kind == "use":
+        return "use", [_node(trees[below]["do"], trees)]
+    if kind == "for_each":
+        return "for_each", [_node(node["do"], trees)]
+    if kind == "follow_waypoints":
+        return kind, [_waypoint(node, trees)]
+    if kind not in COMPOSITES:
+        return kind, []
+    children = below["do"] if isinstance(below, dict) else below
+    return kind, [_node(child, trees) for child in children]
+
+
+def _waypoint(node: dict[str, Any], trees: dict[str, Any]) -> Outline:
+    """The drive to one waypoint, and what is done there."""
+    given = node["follow_waypoints"]
+    drive: Outline = ("navigate_to_pose", [])
+    if isinstance(given, dict) and given.get("time_limit") is not None:
+        drive = ("timeout", [drive])
+    return ("sequence", [drive, _node(node["do"], trees)]) if "do" in node else drive
+
+
+def compiled_outline(rows: Any) -> Outline:
+    """The same of a compiled tree, from its rows."""
+    made: dict[int, Outline] = {row.id: (row.kind, []) for row in rows}
+    for row in rows:
+        if row.parent >= 0:
+            made[row.parent][1].append(made[row.id])
+    return made[rows[0].id]
+
+
+DEFAULTS = {"then": "resume", "map": "from_world", "initial_pose": "start", "parameters": []}
+UNTOLD = ("format", "doc", "range")
+"""Keys that leave no trace in a checked mission: they are checked, or are for people."""
+
+
+def told(data: Any) -> Any:
+    """What the data says, with what goes without saying left out."""
+    if isinstance(data, dict):
+        said = {key: told(value) for key, value in data.items() if key not in UNTOLD}
+        return {key: value for key, value in said.items() if DEFAULTS.get(key) != value}
+    if isinstance(data, list):
+        return [told(item) for item in data]
+    if data is None or data == {}:
+        return {}
+    if isinstance(data, str) and (found := re.fullmatch(r"(-?[\d.]*\d) *([a-z/²%]*)", data)):
+        number, unit = float(found[1]), found[2]
+        return number if unit in ("", "s", "m", "m/s") or number == 0 else (number, unit)
+    return data
+
+
+def meaning(value: Any) -> Any:
+    """All that a checked mission holds, without the positions in its file."""
+    if isinstance(value, BehaviourKind):
+        return value.name
+    if isinstance(value, CheckedExpression):
+        return value.source
+    if isinstance(value, Symbol):
+        return value.name, str(value.role), str(value.type), str(value.value)
+    if isinstance(value, Mark | Path):
+        return None
+    if is_dataclass(value):
+        skipped = ("source", "warnings", "doc")
+        names = [field.name for field in fields(value) if field.name not in skipped]
+        return type(value).__name__, [(name, meaning(getattr(value, name))) for name in names]
+    if isinstance(value, dict):
+        kept = {str(key): item for key, item in value.items() if not isinstance(item, Mark)}
+        return [(key, meaning(kept[key])) for key in sorted(kept)]
+    if isinstance(value, list | tuple):
+        return [meaning(item) for item in value]
+    return repr(value)

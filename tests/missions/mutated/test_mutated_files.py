@@ -1,0 +1,133 @@
+"""Thousands of damaged files: nothing but findings at places that exist, or a mission that is told.
+
+A damaged file that still passes `check` must compile to exactly the nodes that its bare data asks
+for, and hold what it says: data that differ give another mission, data that do not the same one.
+"""
+
+from __future__ import annotations
+
+import random
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from behaviours import catalogue
+from missions.checking import check_files
+from missions.language.codes import CODES
+from missions.language.model import Mission
+from missions.language.reading import read_mission
+from missions.resources import MISSIONS, catalogue_of, load_world, mission_files, resources
+from missions.trees.compiler import compile_mission
+from stack.documents import Finding, read_text
+from tests.missions.mutated import oracle
+from tests.missions.mutated.mutations import mutated
+
+HERE = Path(__file__).parent
+PARTS = ("trees.yaml", "parameters.yaml")
+WHOLE = "with_files.yaml"
+FILES = [
+    *mission_files(), MISSIONS / "bench" / "barn.yaml", HERE.parent / "testing/shelf_patrol.yaml",
+    HERE / WHOLE, *(HERE / part for part in PARTS),
+]  # fmt: skip
+SHARDS, CASES = 10, 500
+
+
+@dataclass
+class Bench:
+    """A folder with every file undamaged, and what each mission holds."""
+
+    folder: Path
+    texts: dict[str, str]
+    known: dict[str, tuple[Any, Any]]
+
+    def mission(self, name: str) -> Path:
+        """The mission to check when the named file is damaged."""
+        return self.folder / (WHOLE if name in PARTS else name)
+
+    def holds(self, name: str) -> tuple[Any, Any]:
+        """What the file says, and what the mission with it holds."""
+        said = read_text((self.folder / name).read_text("utf-8"), name).plain()
+        mission = read(self.mission(name))
+        if "world" in said:  # a place that is the world's own may be left out
+            world = load_world(mission.world, mission.source.parent).places
+            given = {key: [pose.x, pose.y, pose.heading] for key, pose in world.items()}
+            said["places"] = {**given, **(said.get("places") or {})}
+        return said, oracle.meaning(mission)
+
+
+def read(path: Path) -> Mission:
+    return read_mission(path, catalogue_of, resources(), {})
+
+
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("damaged") / "missions"
+    shutil.copytree(MISSIONS / "worlds", folder.parent / "worlds")
+    for part in ("my_behaviours", "parameters", "routes"):
+        shutil.copytree(MISSIONS / part, folder / part)
+    made = Bench(folder, {}, {})
+    for file in FILES:
+        shutil.copy(file, folder)
+        made.texts[file.name] = file.read_text("utf-8")
+    for name in made.texts:
+        made.known[name] = made.holds(name)
+    return made
+
+
+@pytest.fixture(autouse=True)
+def only_our_behaviours(monkeypatch):
+    """Looking through the installed packages for others would take a third of the time."""
+    monkeypatch.setattr(catalogue, "entry_points", lambda **_: [])
+
+
+def place_exists(finding: Finding) -> bool:
+    lines = Path(finding.mark.file).read_text("utf-8", errors="replace").split("\n")
+    line, column = finding.mark.line, finding.mark.column
+    return 1 <= line <= len(lines) and 1 <= column <= len(lines[line - 1]) + 1
+
+
+def asked_for(bench: Bench, mission: Path) -> oracle.Outline:
+    data = read_text(mission.read_text("utf-8"), mission.name).plain()
+    trees = dict(data.get("trees") or {})
+    if data.get("include"):
+        shared = (bench.folder / "trees.yaml").read_text("utf-8")
+        trees |= read_text(shared, "trees.yaml").plain()["trees"]
+    return oracle.outline({**data, "trees": trees})
+
+
+def try_one(bench: Bench, name: str, text: str) -> None:
+    (bench.folder / name).write_bytes(text.encode())
+    mission = bench.mission(name)
+    found = [line.finding for line in check_files([str(mission)])]
+    for finding in found:
+        assert finding is not None, "every finding has a place"
+        assert finding.code in CODES or finding.code.startswith(("E0", "E2", "E3", "E4"))
+        assert place_exists(finding), finding
+    if any(finding is not None and finding.severity == "error" for finding in found):
+        return
+    tree = compile_mission(read(mission))
+    assert oracle.compiled_outline(tree.rows()) == asked_for(bench, mission)
+    (said, held), (said_before, held_before) = bench.holds(name), bench.known[name]
+    if said == said_before:
+        assert held == held_before, "layout and comments have no meaning"
+    elif oracle.told(said) != oracle.told(said_before):
+        assert held != held_before, "nothing that is said is passed over"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("shard", range(SHARDS))
+def test_damaged_files_are_refused_or_run_as_they_say(bench, shard):
+    chance = random.Random(shard)
+    for number in range(CASES):
+        name = chance.choice(FILES).name
+        text = mutated(bench.texts[name], chance)
+        try:
+            try_one(bench, name, text)
+        except BaseException as error:
+            error.add_note(f"shard {shard}, case {number}, {name}:\n{text}")
+            raise
+        finally:
+            (bench.folder / name).write_text(bench.texts[name], "utf-8")
