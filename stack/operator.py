@@ -117,6 +117,7 @@ class Operator:
             return "the emergency stop is engaged; release it first"
         if self._detour is not None:
             self._detour.task.cancel()
+        self._let_go()
         self.debugging.forget_steps()
         self._conduct.state, self._conduct.reason = MissionState.PAUSED, ""
         return None
@@ -134,6 +135,7 @@ class Operator:
     def _emergency_stop(self, arguments: Arguments) -> None:
         if self._conduct.state is not MissionState.EMERGENCY_STOP:
             self._resume_to = self._conduct.state
+        self._let_go()
         self._parts.safety.engage(str(arguments.get("reason", "operator")))
         self._conduct.state = MissionState.EMERGENCY_STOP
 
@@ -186,6 +188,12 @@ class Operator:
             return self._no_teleoperation
         teleoperation.release()
         return None
+
+    def _let_go(self) -> None:
+        """What the operator wished before the robot was held is not driven when it goes on."""
+        teleoperation = self._parts.navigation.teleoperation
+        if teleoperation is not None:
+            teleoperation.let_go()
 
     @property
     def _teleoperation(self) -> Teleoperation | None:
