@@ -117,7 +117,6 @@ class Operator:
             return "the emergency stop is engaged; release it first"
         if self._detour is not None:
             self._detour.task.cancel()
-        self._let_go()
         self.debugging.forget_steps()
         self._conduct.state, self._conduct.reason = MissionState.PAUSED, ""
         return None
@@ -128,6 +127,7 @@ class Operator:
         if self._detour is not None:
             self._parts.navigation.take_up(self._detour.set_aside)
             self._detour = None
+        self._let_go()
         self.debugging.forget_steps()
         self._conduct.state, self._conduct.reason = MissionState.RUNNING, ""
         return None
@@ -135,13 +135,13 @@ class Operator:
     def _emergency_stop(self, arguments: Arguments) -> None:
         if self._conduct.state is not MissionState.EMERGENCY_STOP:
             self._resume_to = self._conduct.state
-        self._let_go()
         self._parts.safety.engage(str(arguments.get("reason", "operator")))
         self._conduct.state = MissionState.EMERGENCY_STOP
 
     def _release(self, _: Arguments) -> str | None:
         if self._conduct.state is not MissionState.EMERGENCY_STOP:
             return "the emergency stop is not engaged"
+        self._let_go()
         self._parts.safety.release()
         self._conduct.state = self._resume_to
         return None
