@@ -115,6 +115,9 @@ def _polygon(top: Section, node: Node, points: FloatArray) -> Footprint | None:
         top.findings.error(FOOTPRINT, node.mark, sentence)
         return None
     following = np.roll(points, -1, axis=0)
+    repeated = np.all(points == following, axis=1)
+    if repeated.any():  # e.g. the first once more at the end, as outlines are often written
+        return _polygon(top, node, points[~repeated])
     crosses = points[:, 0] * following[:, 1] - points[:, 1] * following[:, 0]
     area = float(crosses.sum()) / 2
     if abs(area) < 1e-6:

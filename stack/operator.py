@@ -127,6 +127,7 @@ class Operator:
         if self._detour is not None:
             self._parts.navigation.take_up(self._detour.set_aside)
             self._detour = None
+        self._let_go()
         self.debugging.forget_steps()
         self._conduct.state, self._conduct.reason = MissionState.RUNNING, ""
         return None
@@ -140,6 +141,7 @@ class Operator:
     def _release(self, _: Arguments) -> str | None:
         if self._conduct.state is not MissionState.EMERGENCY_STOP:
             return "the emergency stop is not engaged"
+        self._let_go()
         self._parts.safety.release()
         self._conduct.state = self._resume_to
         return None
@@ -186,6 +188,12 @@ class Operator:
             return self._no_teleoperation
         teleoperation.release()
         return None
+
+    def _let_go(self) -> None:
+        """What the operator wished before the robot was held is not driven when it goes on."""
+        teleoperation = self._parts.navigation.teleoperation
+        if teleoperation is not None:
+            teleoperation.let_go()
 
     @property
     def _teleoperation(self) -> Teleoperation | None:

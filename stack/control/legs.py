@@ -148,7 +148,8 @@ class LegByLeg:
             if abs(state.twist.linear) < STANDING and self._last == STANDSTILL:
                 self._begin(self._index + 1)
             else:
-                self._last = self._ramp.stopped(self._last)
+                last = self._ramp.rebased(self._last, state.twist)  # not one of an earlier drive
+                self._last = self._ramp.stopped(last)
                 return self._last
         self._last = self._driven(state)
         return self._last

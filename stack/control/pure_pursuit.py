@@ -43,6 +43,9 @@ LEG_DONE = 0.02
 CLEAR_AHEAD = 0.8
 """Metres of path that must be clear for it to be worth while to find a way onto it."""
 
+FORGOTTEN = 0.5
+"""Seconds without a command after which a motion begun is not gone on with."""
+
 NOT_ARRIVED_BEYOND = 0.06
 """Metres to the goal within which a new path to it does not send the robot off again."""
 
@@ -133,6 +136,10 @@ class PurePursuit:
         self._last = STANDSTILL
         self._state: ControlState | None = None
 
+    def configure(self, parameters: PurePursuitParameters) -> None:
+        """Put other parameters in force."""
+        self.parameters, self._swept.padding = parameters, parameters.padding
+
     def set_path(self, path: Path) -> None:
         """A new path to follow, map frame."""
         self._track = Track(path, steered=self._drive is DriveKind.ACKERMANN)
@@ -144,6 +151,8 @@ class PurePursuit:
         Raises:
             NavigationError: COLLISION_AHEAD when nothing safe could be commanded for `patience`.
         """
+        if self._state is not None and state.time - self._state.time > FORGOTTEN:
+            self._legs = ()
         track, self._state = self._track, state
         self._swept.seen = None if state.points is None else state.pose.transform(state.points)
         if track is None:

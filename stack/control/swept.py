@@ -28,6 +28,7 @@ class SweptFootprint:
             robot. For those who know the points, too.
 
     Attributes:
+        padding: metres, in force.
         seen: (m, 2) what the newest scan met, map frame; None: only the costs are looked at.
     """
 
@@ -37,7 +38,7 @@ class SweptFootprint:
 
         self.seen: FloatArray | None = None
         self._kernels, self._time_to_contact = kernels, time_to_contact
-        self._footprint, self._padding, self._exact = footprint, padding, exact
+        self._footprint, self.padding, self._exact = footprint, padding, exact
         self._corners = np.ascontiguousarray(footprint.points, dtype=np.float64)
         self._radius = footprint.circumscribed_radius
         self._body: tuple[float, FloatArray] = (0.0, np.empty((0, 2)))
@@ -64,7 +65,7 @@ class SweptFootprint:
         if self.seen is None:
             return free, cost
         time, _ = self._time_to_contact(
-            pose.inverse().transform(self.seen), self._corners, self._radius, self._padding, SLACK,
+            pose.inverse().transform(self.seen), self._corners, self._radius, self.padding, SLACK,
             twist.linear, twist.lateral, twist.angular, min(free, horizon),
         )  # fmt: skip
         return min(free, float(time)), cost

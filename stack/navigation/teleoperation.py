@@ -33,6 +33,10 @@ class Teleoperation:
         """Drive this from the next step on; lives half a second."""
         self._twist, self._heard_at = twist, self._now
 
+    def let_go(self) -> None:
+        """Forget the velocity: after a pause or an emergency stop none is driven from before."""
+        self._twist = STANDSTILL
+
     def release(self) -> None:
         """The operator is done: the mission goes on."""
         self.task.succeed("released by the operator")

@@ -16,7 +16,7 @@ def signed_distance(corners: FloatArray, x: float, y: float) -> float:
     """Distance of a point to a polygon, metres; negative inside.
 
     Args:
-        corners: (n, 2) of a simple polygon, metres.
+        corners: (n, 2) of a simple polygon, metres; the same corner twice is none more.
         x: of the point, in the frame of the corners.
         y: likewise.
     """
@@ -27,7 +27,8 @@ def signed_distance(corners: FloatArray, x: float, y: float) -> float:
         ax, ay = corners[i - 1, 0], corners[i - 1, 1]
         bx, by = corners[i, 0], corners[i, 1]
         dx, dy = bx - ax, by - ay
-        share = ((x - ax) * dx + (y - ay) * dy) / (dx * dx + dy * dy)
+        square = dx * dx + dy * dy
+        share = ((x - ax) * dx + (y - ay) * dy) / square if square > 0.0 else 0.0
         share = min(1.0, max(0.0, share))
         nearest = min(nearest, hypot(ax + share * dx - x, ay + share * dy - y))
         if (ay > y) != (by > y) and x < ax + (y - ay) * dx / dy:

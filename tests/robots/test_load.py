@@ -54,6 +54,13 @@ def test_a_clockwise_footprint_is_turned_round(read):
     assert points[1].tolist() == [0.3, 0.1]
 
 
+def test_an_outline_may_end_with_the_corner_that_it_began_with(read):
+    corners = "[[0.3, -0.1], [0.3, 0.1], [-0.2, 0.1], [-0.2, -0.1], [0.3, -0.1]]"
+    footprint = read(ROBOT.replace("{radius: 20 cm}", corners)).footprint
+    assert footprint.points.shape == (4, 2)
+    assert footprint.inscribed_radius == pytest.approx(0.1)  # not NaN, by an edge without length
+
+
 def test_navigation_is_kept_raw_by_kind(read):
     robot = read(f"{ROBOT}navigation: {{planner: astar, controller: {{use: mppi, samples: 500}}}}")
     assert robot.navigation == {

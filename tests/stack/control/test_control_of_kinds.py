@@ -193,3 +193,18 @@ def test_pure_pursuit_faces_along_the_path_or_as_at_the_goal(choice, expected):
     assert heading_error(half_way, Pose2D(0, 0, expected)) < 0.05
     assert world.pose.distance_to(Pose2D(2.0, 6.0)) < 0.03
     assert max(hypot(twist.linear, twist.lateral) for twist, _ in trace) <= 0.8 + 1e-6
+
+
+def test_a_short_first_leg_is_not_driven_at_the_speed_of_an_earlier_path():
+    world = ToyWorld(room(8, 6), moving("ackermann"), Pose2D(2.0, 3.0, 0.0))
+    driver, costs = controller("pure_pursuit", world), ToyCostmap(world)
+    driver.set_path(Path(line(Pose2D(2.0, 3.0), 4.0)))
+    while world.twist.linear < 0.5:
+        world.drive(driver.command(ControlState(world.time, world.pose, world.twist, costs.grid)))
+    here, still = Pose2D(5.0, 3.0), STANDSTILL  # long after that one was cancelled
+    driver.set_path(Path(np.vstack([line(here, 0.03, spacing=0.01), line(here, -1.0)[1:]])))
+    speeds = [
+        driver.command(ControlState(60.0 + 0.05 * n, here, still, costs.grid)).linear
+        for n in range(3)
+    ]
+    assert speeds[0] <= 0.15 and speeds[1] <= 0.075  # two steps of braking, instead of 0.5 m/s

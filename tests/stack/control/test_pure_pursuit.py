@@ -8,9 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stack.components import ControlState
+from stack.control.manoeuvre import Leg
 from stack.control.pure_pursuit import PurePursuit, PurePursuitParameters
 from stack.control.track import Track
 from stack.errors import NavigationError
+from stack.navigation.tuning import Tunable
 from stack.types import STANDSTILL, Footprint, Path, Pose2D, Twist, wrap_angle
 from tests.stack.navigation.toy_world import ToyCostmap, ToyWorld, heading_error, robot, room
 
@@ -201,3 +203,32 @@ def test_the_local_plan_is_the_arc_commanded():
     plan = controller.local_plan
     assert plan.length == pytest.approx(twist.linear * 1.0, abs=1e-6)
     assert wrap_angle(plan.goal.heading) == pytest.approx(twist.angular, abs=1e-6)
+
+
+def test_padding_tuned_live_is_kept_from_the_next_command_on():
+    world = ToyWorld(room(9, 4), robot(), Pose2D(1.0, 2.0))
+    controller = PurePursuit(PurePursuitParameters(), world.robot, world.period)
+    controller.set_path(polyline((1, 2), (7, 2)))
+    costs = ToyCostmap(world, inflation=0.0)
+    costs.update()
+    beside = np.array([[0.5, 0.26]])  # the robot's side is at 0.2 m: 6 cm to pass by
+    for padding, passes in ((0.02, True), (0.1, False), (0.02, True)):
+        Tunable.of(controller).apply(replace(controller.parameters, padding=padding))
+        state = ControlState(world.time, world.pose, world.twist, costs.grid, points=beside)
+        track = Track(polyline((1, 2), (7, 2)))
+        controller.command(state)
+        arc = controller._arc(track, state, (2.0, 2.0))
+        assert (arc.free == np.inf) == passes
+
+
+def test_a_motion_begun_long_ago_is_not_gone_on_with():
+    world = ToyWorld(room(9, 4), robot(), Pose2D(4.0, 2.0))
+    controller = PurePursuit(PurePursuitParameters(), world.robot, world.period)
+    costs = ToyCostmap(world, inflation=0.0)
+    costs.update()
+    controller.set_path(polyline((4, 2), (7, 2)))
+    controller.command(ControlState(0.0, world.pose, STANDSTILL, costs.grid))
+    controller._legs = (Leg.of(Pose2D(4.5, 2.0, 0.0), Twist(-1.0), 0.25),)
+    controller.set_path(polyline((6, 2), (8, 2)))
+    later = ControlState(30.0, Pose2D(6.0, 2.0), STANDSTILL, costs.grid)
+    assert controller.command(later).linear > 0.0  # not 1.75 m back to where that was to end

@@ -86,3 +86,16 @@ def test_whatever_the_operator_does_nothing_is_touched(make, twist):
         toy.navigation.teleoperation.steer(twist)
         toy.run(0.2)
     assert toy.world.nearest > 0.0
+
+
+def test_a_velocity_from_before_a_pause_is_not_driven_after_it(make):
+    toy = make()
+    task = toy.navigation.assisted_teleop(20.0)
+    toy.run(1.0)
+    toy.navigation.teleoperation.steer(Twist(0.3))
+    toy.run(0.1)
+    toy.navigation.teleoperation.let_go()
+    toy.world.time += 100.0
+    toy.run(0.3)
+    assert toy.commands[-6:] == [STANDSTILL] * 6
+    assert task.running

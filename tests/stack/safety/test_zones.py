@@ -187,3 +187,9 @@ def test_a_drive_with_a_dead_band_gets_going_and_stops_clean():
 def test_the_edge_of_the_dead_band(smooth, wanted, expected):
     twist = beyond_dead_band(Twist(smooth), Twist(wanted), 0.1, 0.0)
     assert twist == Twist(expected)
+
+
+def test_an_outline_may_end_with_the_corner_that_it_began_with():
+    closed = ZoneMonitor(read_zones([{"corners": [*FRONT, FRONT[0]], "ratio": 0.3}]), ROUND)
+    open_ = monitor(ratio=0.3)
+    assert closed.limited(Twist(0.8), SOMETHING) == open_.limited(Twist(0.8), SOMETHING)
