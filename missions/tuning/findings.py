@@ -43,7 +43,7 @@ def verdict_lines(tuned: Tuned) -> Iterator[str]:
     """What may be concluded, and what not."""
     best, seeds = tuned.best, len(tuned.scores[0].costs)
     if not best.settings:
-        yield f"nothing of {len(tuned.scores) - 1} settings beats the mission as it is"
+        yield f"nothing that was tried ({len(tuned.scores) - 1}) beats the mission as it is"
         return
     others = len(tuned.scores) - 1
     yield f"best of {others} settings on {_runs(seeds)}: {_difference(best)}"
