@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from itertools import pairwise
 from pathlib import Path
 from statistics import mean
@@ -114,6 +115,30 @@ class MissionRun:
 def settings_text(parameters: Mapping[str, str]) -> str:
     """Parameters in a line."""
     return " ".join(f"{name}={value}" for name, value in parameters.items())
+
+
+def conditions(entry: MissionEntry, plan: Plan) -> dict[str, object]:
+    """What all runs of a mission depend on but their seeds, for `resumable.claim`.
+
+    Args:
+        entry: one of them.
+        plan: the mission without what may differ between its runs.
+    """
+    world = plan.world.source
+    chosen = {
+        kind: {"use": choice.name, **asdict(choice.parameters)}
+        for kind, choice in plan.choices.items()
+    }
+    return {
+        "mission": _digest(plan.text.encode()),
+        "world": plan.world.name if world is None else _digest(world.read_bytes()),
+        "arguments": dict(entry.arguments), "robot": plan.robot.name,
+        "limits": asdict(plan.robot.limits), "navigation": chosen, "time_limit": entry.time_limit,
+    }  # fmt: skip
+
+
+def _digest(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()[:16]
 
 
 def run_entry(entry: MissionEntry) -> MissionRun:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from math import ceil
 from pathlib import Path
 
 from missions.assembly import Plan, prepare
-from missions.bench.mission_runs import MISSION_WORK, MissionEntry, MissionRun
+from missions.bench.mission_runs import MISSION_WORK, MissionEntry, MissionRun, conditions
 from missions.bench.resumable import Key, TableOptions, claim, fill, rows_in
 from missions.tuning.ranges import Range, read_ranges
 from missions.tuning.sampling import Settings, refined_box, sampled
@@ -99,7 +98,7 @@ class Tuning:
         self._add(sampled(self.ranges, options.samples, options.sampling_seed))
         if len(self.settings) == 1:
             raise InputError(f"no sample can be run; the first: {self.left_out[0][1]}")
-        claim(options.out, {"tune": self._conditions()})
+        claim(options.out, {"tune": conditions(self._entry, self.plan)})
 
     def run(self) -> Tuned:
         """Make all runs that the table does not hold yet.
@@ -175,26 +174,6 @@ class Tuning:
         each = len(runs) // len(settings)
         tried = [(one, runs[n * each : (n + 1) * each]) for n, one in enumerate(settings)]
         return scores_of(tried, self.options.weights)
-
-    def _conditions(self) -> dict[str, object]:
-        """What all results depend on but the settings that are tried."""
-        plan = self.plan
-        world = plan.world.source
-        chosen = {
-            kind: {"use": choice.name, **asdict(choice.parameters)}
-            for kind, choice in plan.choices.items()
-        }
-        return {
-            "mission": _digest(plan.text.encode()),
-            "world": plan.world.name if world is None else _digest(world.read_bytes()),
-            "arguments": dict(self._entry.arguments), "robot": plan.robot.name,
-            "limits": asdict(plan.robot.limits), "navigation": chosen,
-            "time_limit": self.options.time_limit,
-        }  # fmt: skip
-
-
-def _digest(content: bytes) -> str:
-    return hashlib.sha256(content).hexdigest()[:16]
 
 
 def _shown(ranges: Sequence[Range], box: Sequence[tuple[float, float]]) -> str:

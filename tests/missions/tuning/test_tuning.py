@@ -44,8 +44,7 @@ def test_baseline_and_samples_are_driven_and_measured(finished):
         assert 4.8 < row.shortest < row.driven * 1.02 < 6.0
         assert 0.0 < row.turning < 3.2 and row.jerk > 0.0  # at most the robot's own limit
         assert row.goal_error < 0.2 and row.collisions == 0
-    slower = next(row for row in rows if "cruise_speed=0.3" in row.settings)
-    assert slower.time > rows[0].time
+    assert min(row.time for row in rows[1:]) > rows[0].time  # the robot's own speed is 0.8 m/s
 
 
 def test_a_tuning_goes_on_where_it_stopped_and_may_be_widened(finished, tmp_path):
