@@ -115,6 +115,37 @@ def missions(
     _print(list(table_lines(measured(entries, TableOptions(out, jobs), _tell))))
 
 
+@bench_app.command("dyna")
+def dyna(  # noqa: PLR0913 - each is an option of the command
+    worlds: Annotated[int, typer.Option(min=1, help="how many of the 20, spread evenly")] = 20,
+    trials: Trials = 1,
+    controllers: Annotated[
+        str,
+        typer.Option("--controllers", "--controller", metavar="NAMES", help="one after the other"),
+    ] = "pure_pursuit,mppi,dwb",
+    robot: Annotated[str, typer.Option(help="a name or a robot.yaml")] = "jackal",
+    jobs: Jobs = 1,
+    out: Out = Path("bench/dyna"),
+    mission: Annotated[str, typer.Option(help="another mission to the place goal")] = "",
+) -> None:
+    """Cross a field of 10 to 20 cylinders that move at up to 1.7 m/s and wait for nobody.
+
+    It is reached within 1 m and 100 s without a contact. A cylinder that runs into the robot as it
+    stands is counted apart from what the robot runs into.
+    """
+    from missions.bench.dyna_bench import RULES, dyna_entries, report
+    from missions.bench.runs import Setup
+    from missions.bench.table import TableOptions, fill_table
+    from missions.resources import MISSIONS
+
+    file = mission or str(MISSIONS / "bench" / "dyna.yaml")
+    setups = [
+        Setup(file, RULES, robot=robot, controller=name) for name in named(controllers) or (None,)
+    ]
+    entries = dyna_entries(setups, worlds, trials, out / "worlds")
+    _print(report(fill_table(entries, TableOptions(out, jobs), _tell)))
+
+
 @bench_app.callback()
 def _bench() -> None:
     """Measure how well robots drive."""

@@ -4,34 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from stack.errors import InputError
+from stack.errors import Finding, InputError, Mark
 
-
-@dataclass(frozen=True, slots=True, order=True)
-class Mark:
-    """A position in a file; line and column count from 1."""
-
-    file: str
-    line: int = 1
-    column: int = 1
-
-    def __str__(self) -> str:
-        return f"{self.file}:{self.line}:{self.column}"
-
-
-@dataclass(frozen=True, slots=True)
-class Finding:
-    """One thing wrong with a file: `file:line:column error[E012] sentence; hint`."""
-
-    mark: Mark
-    code: str
-    sentence: str
-    hint: str = ""
-    severity: str = "error"
-
-    def __str__(self) -> str:
-        hint = f"; {self.hint}" if self.hint else ""
-        return f"{self.mark} {self.severity}[{self.code}] {self.sentence}{hint}"
+__all__ = ["Finding", "Findings", "Mark"]
 
 
 @dataclass

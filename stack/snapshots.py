@@ -2,20 +2,48 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 
-from stack.telemetry.records import Debugging, Snapshot
-from stack.types import FloatArray
-
-if TYPE_CHECKING:
-    from stack.runtime import Runtime
+from stack.loop_parts import Parts
+from stack.stages import Stages
+from stack.telemetry.records import Debugging, Layer, MissionState, Snapshot
+from stack.types import FloatArray, Image, Odometry, Twist
 
 SHOWN_PARTICLES, SHOWN_EVENTS = 300, 40
 
 
-def compose_snapshot(runtime: Runtime) -> Snapshot:
+class Loop(Protocol):
+    """What the step loop says of itself."""
+
+    parts: Parts
+    steps: int
+    state: MissionState
+    reason: str
+    odometry: Odometry
+    commanded: Twist
+    stages: Stages
+
+    @property
+    def real_time_factor(self) -> float:
+        """Simulated seconds per wall second since the run began."""
+        ...
+
+    def fresh_image(self) -> Image | None:
+        """The newest picture that no snapshot has shown yet."""
+        ...
+
+    def counters(self) -> dict[str, float]:
+        """Figures for the screen."""
+        ...
+
+    def layers(self) -> dict[str, Layer]:
+        """The large things by name."""
+        ...
+
+
+def compose_snapshot(runtime: Loop) -> Snapshot:
     """What everybody else may know about this moment. Arrays are shared, never written to."""
     parts = runtime.parts
     pilot, estimate = parts.pilot, parts.localiser.estimate

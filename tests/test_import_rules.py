@@ -25,7 +25,7 @@ MAY_IMPORT = {
 
 WITHIN_STACK = {
     "types": set(),
-    "errors": {"types", "findings"},
+    "errors": {"types"},
     "parameters": {"types", "errors"},
     "findings": {"errors"},
     "yaml_problems": set(),

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from statistics import median
 
 from missions.bench.courses import COURSES, Course
 from missions.bench.layout import written
+from missions.bench.reporting import FIGURES, failures, figures
 from missions.bench.runs import Entry, Rules, Run, Setup
 from missions.resources import MISSIONS, load_robot
 from stack.errors import InputError
@@ -53,25 +53,12 @@ def course_entries(options: CourseOptions) -> list[Entry]:
 
 def report(runs: Sequence[Run]) -> list[str]:
     """A line for each passage and setup, and each failure."""
-    lines = [f"{'setup':<36}{'course':<10}  passed  time s  way driven / shortest  clearance m"]
+    lines = [f"{'setup':<36}{'course':<10}  passed{FIGURES}"]
     for setup, world in dict.fromkeys((run.setup, run.world) for run in runs):
         own = [run for run in runs if (run.setup, run.world) == (setup, world)]
-        good = [run for run in own if run.success]
-        lines.append(f"{setup:<36}{world:<10}  {len(good)}/{len(own):<4}" + _figures(good))
-    failed = [run for run in runs if not run.success]
-    lines += [f"  {run.setup}, {run.world} trial {run.trial}: {run.status}: {run.cause}"
-              for run in failed]  # fmt: skip
-    return lines
-
-
-def _figures(good: Sequence[Run]) -> str:
-    if not good:
-        return ""
-    return (
-        f"  {median(run.time for run in good):6.1f}"
-        f"  {median(run.driven / run.path_length for run in good):21.2f}"
-        f"  {min(run.clearance for run in good):11.3f}"
-    )
+        passed = f"{sum(run.success for run in own)}/{len(own)}"
+        lines.append(f"{setup:<36}{world:<10}  {passed:<6}{figures(own)}")
+    return lines + failures(runs)
 
 
 def _course(name: str) -> Course:

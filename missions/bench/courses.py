@@ -118,13 +118,13 @@ def corner(size: Size, random: Generator) -> Layout:
 
 
 def dead_end(size: Size, random: Generator) -> Layout:
-    """A U that opens towards the robot and shuts the straight way to the goal; no map."""
+    """A U that shuts the straight way to the goal, begun in front of it or deep inside; no map."""
     depth, half = random.uniform(1.8, 3.0), random.uniform(0.8, 1.2)
     back = 2.0 + depth
     middle = random.uniform(-0.5, 0.5)
     around = half + 0.6 + size.turning
     return Layout(
-        Pose2D(0.0, random.uniform(-0.3, 0.3), random.uniform(-0.4, 0.4)),
+        Pose2D(random.uniform(0.0, back - 0.9), middle, random.uniform(-0.4, 0.4)),
         Pose2D(back + random.uniform(1.2, 1.8), random.uniform(-0.3, 0.3), 0.0),
         [
             ([(2.0, middle - half), (back, middle - half), (back, middle + half),
@@ -176,7 +176,7 @@ COURSES = {
         Course("door", "a door 0.10 m wider than the robot", True, door),
         Course("s_bend", "an S-bend in a corridor 1.4 robots wide", True, s_bend),
         Course("corner", "a right angle in a corridor 1.3 robots wide", True, corner),
-        Course("dead_end", "a U-shaped dead end, without a map", False, dead_end),
+        Course("dead_end", "a U-shaped dead end, begun before or in it, no map", False, dead_end),
         Course("clutter", "posts and crates, half of them not on the map", True, clutter),
     )
 }

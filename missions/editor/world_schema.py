@@ -33,7 +33,7 @@ LISTS: dict[str, tuple[Callable[[Reading, Section], object], str]] = {
     "doors": (items.door, "Slabs that close a gap and vanish when open."),
     "markers": (items.marker, "Fiducial boards on walls."),
     "friction_zones": (items.friction_zone, "Rectangles of other floor."),
-    "people": (items.person, "They walk round a loop and yield to a robot in the way."),
+    "people": (items.person, "They walk round a loop."),
     "docks": (items.dock, "Where a battery charges."),
     "timeline": (happening, "What happens, each entry once."),
 }

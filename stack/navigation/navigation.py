@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import degrees
 
 from stack.components import Controller, Planner
@@ -14,7 +14,8 @@ from stack.navigation.escape.escape import Escape, Freedom
 from stack.navigation.escape.surroundings import Surroundings
 from stack.navigation.following import PathDrive, Tools
 from stack.navigation.parameters import NavigationParameters
-from stack.navigation.planning import Plan, PlanningDesk, PlanRequest
+from stack.navigation.planning import PlanningDesk
+from stack.navigation.plannings import Plannings
 from stack.navigation.recoveries import (
     BackUp,
     DriveFor,
@@ -27,15 +28,6 @@ from stack.navigation.tasks import Activity, CostmapLike, Emit, Moment, MotionTa
 from stack.navigation.teleoperation import Teleoperation
 from stack.safety.monitor import CollisionMonitor
 from stack.types import STANDSTILL, FailureCode, Path, Pose2D, TaskStatus, Twist
-
-
-@dataclass
-class _Planning:
-    """A `plan` task; its ticket once the start is known."""
-
-    task: MotionTask
-    goal: Pose2D
-    start: Pose2D | None
 
 
 class Navigation:
@@ -72,7 +64,7 @@ class Navigation:
         )  # fmt: skip
         self._surroundings = Surroundings()
         self._activity: Activity | None = None
-        self._plannings: list[_Planning] = []
+        self._plannings = Plannings(self._tools)
         self._moment: Moment | None = None
         self._left_out, self._last_time = 0.0, 0.0
 
@@ -153,7 +145,7 @@ class Navigation:
         moment = self._without_pauses(moment)
         self._moment = moment
         self._surroundings.look(moment)
-        self._advance_plannings(moment)
+        self._plannings.advance(moment)
         activity = self._activity
         if activity is None or not activity.task.running:
             self._activity = None
@@ -212,7 +204,7 @@ class Navigation:
     def plan(self, goal: Pose2D, start: Pose2D | None = None) -> MotionTask:
         """Plan without driving; the answer is the task's `path`."""
         task = self._task(f"plan to {_text(goal)}")
-        self._plannings.append(_Planning(task, goal, start))
+        self._plannings.begin(task, goal, start)
         return task
 
     def spin(self, angle: float, *, speed: float | None = None) -> MotionTask:
@@ -336,8 +328,7 @@ class Navigation:
 
     def cancel_all(self, why: str = "cancelled") -> None:
         """End every task; the robot stands from the next step on."""
-        for planning in self._plannings:
-            planning.task.cancel(why)
+        self._plannings.cancel(why)
         if self._activity is not None:
             self._activity.task.cancel(why)
 
@@ -371,28 +362,6 @@ class Navigation:
         why = f": {task.feedback}" if task.feedback else ""
         code = "" if failure is None else str(failure.code)
         self._emit("task", f"{task.what} {word}{why}", level, status=word, code=code)
-
-    def _advance_plannings(self, moment: Moment) -> None:
-        for planning in self._plannings:
-            self._advance_planning(planning, moment)
-        self._plannings = [item for item in self._plannings if item.task.running]
-
-    def _advance_planning(self, planning: _Planning, moment: Moment) -> None:
-        p, task = self.parameters, planning.task
-        if not task.running:
-            return
-        if task.ticket is None:
-            start = planning.start or moment.estimate.pose
-            request = PlanRequest(self._tools.world.grid, start, (planning.goal,))
-            due = moment.time + p.planning_latency
-            task.ticket = self._tools.desk.ask(request, due, wait=p.wait_for_plan)
-            task.report("planning", 0.0)
-        answer = task.ticket.result(moment.time)
-        if isinstance(answer, Plan):
-            task.path = answer.path
-            task.succeed(f"plan found, {answer.path.length:.1f} m")
-        elif answer is not None:
-            task.fail(answer.code, answer.sentence)
 
     def _without_pauses(self, moment: Moment) -> Moment:
         """The moment on a clock that stands while navigation is not called."""

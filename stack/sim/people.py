@@ -1,4 +1,4 @@
-"""People who walk round loops and stop for a robot in their way."""
+"""People who walk round loops and, most of them, stop for a robot in their way."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Walker:
         if self._resting > 0.0:
             self._resting = max(0.0, self._resting - period)
             return False
-        if self._in_the_way(robot):
+        if self._person.yields and self._in_the_way(robot):
             return False
         self._along += self._person.speed * period
         if self._along >= self._lengths[self._leg]:

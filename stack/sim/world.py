@@ -75,7 +75,7 @@ class FrictionZone:
 
 @dataclass(frozen=True, slots=True)
 class Person:
-    """Walks round a loop of waypoints and yields to a robot in the way.
+    """Walks round a loop of waypoints.
 
     Attributes:
         name: for reports.
@@ -84,6 +84,7 @@ class Person:
         radius: metres.
         pause: seconds at each waypoint.
         start: share of the loop already walked at time 0, in [0, 1).
+        yields: stops for a robot in the way; else walks on, whatever stands there.
     """
 
     name: str
@@ -92,6 +93,7 @@ class Person:
     radius: float = 0.2
     pause: float = 0.0
     start: float = 0.0
+    yields: bool = True
 
 
 @dataclass(frozen=True, slots=True)

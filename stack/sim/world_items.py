@@ -160,12 +160,15 @@ def person(reading: Reading, section: Section) -> Person | None:
             "start", float, "share of the loop already walked", "", 0.0, at_least=0.0, at_most=0.999
         )
     )
+    yields = section.value(
+        Declaration("yields", bool, "whether a robot in the way is waited for", default=True)
+    )
     named = section.node.get("name")
     if name is not None and named is not None:
         reading.take("person", name, named.mark)
     if name is None or waypoints is None:
         return None
-    return Person(name, waypoints, speed, radius, pause, start)
+    return Person(name, waypoints, speed, radius, pause, start, yields)
 
 
 def dock(reading: Reading, section: Section) -> Dock | None:

@@ -39,6 +39,20 @@ def test_a_battery_drains_by_power_and_charges_on_the_dock():
     assert battery.charge == 1.0
 
 
+def test_who_does_not_yield_walks_on_into_the_robot():
+    there_and_back = np.array([[0.0, 0.0], [4.0, 0.0]])
+    robot = Pose2D(1.0, 0.0)
+    polite, blunt = (
+        Walker(Person("Ada", there_and_back, speed=1.0, yields=yields), 0.25)
+        for yields in (True, False)
+    )
+    for _ in range(100):
+        polite.walk(0.02, robot)
+        blunt.walk(0.02, robot)
+    assert polite.x < 0.1  # 1 m - 0.2 m - 0.25 m - 0.5 m
+    assert blunt.x == pytest.approx(2.0)
+
+
 def touches(*entries):
     counter = ContactCounter()
     for time, touching, speed in entries:

@@ -1,0 +1,53 @@
+"""The field of moving cylinders: which runs it is made of, and its report."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+
+from missions.bench.dyna_worlds import WORLDS, dyna_text
+from missions.bench.layout import written
+from missions.bench.reporting import FIGURES, failures, figures
+from missions.bench.runs import Entry, Rules, Run, Setup
+from stack.errors import InputError
+
+RULES = Rules(goal_radius=1.0, time_limit=100.0)
+
+
+def dyna_entries(setups: Sequence[Setup], worlds: int, trials: int, folder: Path) -> list[Entry]:
+    """The first worlds by every trial, for each setup in turn.
+
+    Args:
+        setups: of one mission, with different controllers.
+        worlds: how many.
+        trials: runs in each world.
+        folder: for the generated world files.
+
+    Raises:
+        InputError: more worlds than there are.
+    """
+    if not 1 <= worlds <= WORLDS:
+        raise InputError(f"--worlds {worlds}: there are {WORLDS}, the fullest last")
+    numbers = [round(n * (WORLDS - 1) / max(1, worlds - 1)) for n in range(worlds)]
+    cases = [
+        written(dyna_text(number), str(number), folder / f"dyna_{number}.yaml")
+        for number in numbers
+    ]
+    return [
+        Entry(setup, case, trial) for setup in setups for trial in range(trials) for case in cases
+    ]
+
+
+def report(runs: Sequence[Run]) -> list[str]:
+    """A line for each setup, and each failure."""
+    lines = [f"{'setup':<24}  reached  drove into  was struck  late  gave up{FIGURES}"]
+    for setup in dict.fromkeys(run.setup for run in runs):
+        own = [run for run in runs if run.setup == setup]
+        count = Counter(run.status for run in own)
+        reached = f"{count['success']}/{len(own)}"
+        lines.append(
+            f"{setup:<24}  {reached:<7}  {count['contact']:10d}  {count['struck']:10d}"
+            f"  {count['timeout']:4d}  {count['gave_up']:7d}{figures(own)}"
+        )
+    return lines + failures(runs)
