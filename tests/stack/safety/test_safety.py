@@ -219,3 +219,17 @@ def test_the_corner_of_a_box_is_not_smoothed_away(beams):
         )
     assert world.nearest > 0.015
     assert world.pose.x == pytest.approx(1.2, abs=0.05)  # its front is 0.25 m ahead
+
+
+def test_a_robot_whose_lidars_are_all_further_ones_is_guarded_by_them():
+    described = replace(robot(), lidar=None, lidars={"rear": robot().lidar})
+    safety = Safety(described, SafetyParameters(), PERIOD)
+    assert safety.limit(Twist(0.3), scan=None, time=1.0, measured=STANDSTILL) == STANDSTILL
+    assert safety.reason == "stopped: no rear scan yet"
+    world = ToyWorld(room(4, 4), robot(), Pose2D(1.0, 2.0))
+    for _ in range(300):
+        more = {"rear": world.scan}
+        world.drive(
+            safety.limit(Twist(0.8), scan=None, time=world.time, measured=world.twist, more=more)
+        )
+    assert 0.0 < world.nearest < 0.1
