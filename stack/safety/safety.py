@@ -84,13 +84,15 @@ class Safety:
             self.reason = f"emergency stop: {self._emergency}"
             self._smoother.last = STANDSTILL
             return STANDSTILL
-        wanted = self._fresh(drivable(self._finite(twist), self._robot), scan, time)
+        wanted = drivable(self._finite(twist), self._robot)
+        if self._robot.lidar is not None:
+            wanted = self._fresh(wanted, scan, time)
         points = None if scan is None else self._monitor.points(scan, time, measured)
         for name in self._robot.lidars:
             wanted = self._fresh(wanted, more.get(name), time, name)
-            if name in more and points is not None:
+            if name in more:
                 others = self._more[name].points(more[name], time, measured)
-                points = np.concatenate([points, others])
+                points = others if points is None else np.concatenate([points, others])
         if points is not None and wanted != STANDSTILL:
             wanted, self.reason = self._zones.limited(wanted, points)
             wanted = self._guarded(wanted, points)
@@ -117,7 +119,7 @@ class Safety:
 
     def _fresh(self, twist: Twist, scan: Scan | None, time: float, name: str = "lidar") -> Twist:
         """Standstill when there should be a scan and there is none, or an old one."""
-        if self._robot.lidar is None or twist == STANDSTILL:
+        if twist == STANDSTILL:
             return twist
         age = inf if scan is None else time - scan.stamp
         if age <= self.parameters.stale_after + 1e-9:

@@ -204,3 +204,32 @@ def test_beams_without_return_stand_for_nothing():
     scan = Scan(0.0, ranges, 0.0, 2 * pi / 360, 0.05, 12.0)
     safety = Safety(robot(), SafetyParameters(), PERIOD)
     assert safety.limit(Twist(0.5), scan=scan, time=0.0, measured=STANDSTILL).linear > 0.0
+
+
+@pytest.mark.parametrize("beams", [90, 120, 180, 360])
+def test_the_corner_of_a_box_is_not_smoothed_away(beams):
+    # It juts 4 mm into the way, and the lidar's few beams lie centimetres apart on it.
+    apex, far = (1.5, 0.196), 0.5
+    walls = [(*apex, apex[0] + side * far, apex[1] + far) for side in (-1, 1)]
+    world = ToyWorld(walls, robot(), Pose2D(0.0, 0.0), beams=beams)
+    safety = Safety(world.robot, SafetyParameters(), PERIOD)
+    for _ in range(200):
+        world.drive(
+            safety.limit(Twist(0.3), scan=world.scan, time=world.time, measured=world.twist)
+        )
+    assert world.nearest > 0.015
+    assert world.pose.x == pytest.approx(1.2, abs=0.05)  # its front is 0.25 m ahead
+
+
+def test_a_robot_whose_lidars_are_all_further_ones_is_guarded_by_them():
+    described = replace(robot(), lidar=None, lidars={"rear": robot().lidar})
+    safety = Safety(described, SafetyParameters(), PERIOD)
+    assert safety.limit(Twist(0.3), scan=None, time=1.0, measured=STANDSTILL) == STANDSTILL
+    assert safety.reason == "stopped: no rear scan yet"
+    world = ToyWorld(room(4, 4), robot(), Pose2D(1.0, 2.0))
+    for _ in range(300):
+        more = {"rear": world.scan}
+        world.drive(
+            safety.limit(Twist(0.8), scan=None, time=world.time, measured=world.twist, more=more)
+        )
+    assert 0.0 < world.nearest < 0.1
