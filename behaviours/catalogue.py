@@ -73,16 +73,30 @@ class BehaviourKind:
 
 
 @dataclass(frozen=True)
+class Problem:
+    """A plugin, or part of one, that cannot be used.
+
+    Attributes:
+        file: or module.
+        plugin: its number among those that were asked for; -1 of one that is installed.
+    """
+
+    file: str
+    sentence: str
+    plugin: int = -1
+
+
+@dataclass(frozen=True)
 class Catalogue:
     """Every behaviour that was found.
 
     Attributes:
         kinds: by name, the built-in ones first.
-        problems: (file, sentence) of each plugin, or part of one, that cannot be used.
+        problems: what cannot be used.
     """
 
     kinds: Mapping[str, BehaviourKind]
-    problems: tuple[tuple[str, str], ...] = ()
+    problems: tuple[Problem, ...] = ()
 
     def names(self) -> list[str]:
         """What a mission may write, in alphabetical order; dotted names not included."""
@@ -120,7 +134,7 @@ def find_behaviours(plugins: Sequence[str] = (), beside: Path | None = None) -> 
     search.add_dotted("behaviours")
     for entry in sorted(entry_points(group=GROUP), key=lambda entry: (entry.name, entry.value)):
         search.attempt(_entry_label(entry), partial(search.add_entry, entry))
-    for plugin in plugins:
+    for search.plugin, plugin in enumerate(plugins):
         if _plugin_folder.is_path(plugin):
             path = (beside or Path()) / Path(plugin).expanduser()
             search.add_path(path)
@@ -211,26 +225,30 @@ class _Unusable(Exception):
 
 @dataclass
 class _Search:
-    """What was found so far."""
+    """What was found so far; `plugin` is the number of the one being searched, as of `Problem`."""
 
     kinds: dict[str, BehaviourKind] = field(default_factory=dict)
-    problems: list[tuple[str, str]] = field(default_factory=list)
+    problems: list[Problem] = field(default_factory=list)
+    plugin: int = -1
+
+    def complain(self, label: str, sentence: str) -> None:
+        self.problems.append(Problem(label, sentence, self.plugin))
 
     def attempt(self, label: str, action: Callable[[], None]) -> None:
         """Run an action on foreign code; whatever it raises becomes a problem of `label`."""
         try:
             action()
         except (Exception, SystemExit) as error:
-            self.problems.append((label, _plugin_folder.sentence_for(error)))
+            self.complain(label, _plugin_folder.sentence_for(error))
 
     def add_path(self, path: Path) -> None:
         if not path.exists():
             what = "file" if path.suffix == ".py" else "folder"
-            self.problems.append((str(path), f"there is no such plugin {what}"))
+            self.complain(str(path), f"there is no such plugin {what}")
             return
         files = _plugin_folder.plugin_files(path)
         if not files:
-            self.problems.append((str(path), "there is no plugin file (*.py) in this folder"))
+            self.complain(str(path), "there is no plugin file (*.py) in this folder")
         loader = _plugin_folder.FolderLoader(path if path.is_dir() else path.parent)
         for file in files:
             self.attempt(str(file), partial(self._add_file, loader, file))
@@ -267,7 +285,7 @@ class _Search:
             if other is not None and other.cls is not cls:
                 raise _Unusable(f"{name!r} is already defined in {other.source}; rename the class")
         except _Unusable as error:
-            self.problems.append((label, f"{cls.__name__}: {error}"))
+            self.complain(label, f"{cls.__name__}: {error}")
         else:
             self.kinds.setdefault(name, kind)
 

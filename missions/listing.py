@@ -43,7 +43,7 @@ class Installed:
     @property
     def problems(self) -> list[str]:
         """What cannot be used: its file and why."""
-        return [f"{file}: {sentence}" for file, sentence in self.catalogue.problems]
+        return [f"{item.file}: {item.sentence}" for item in self.catalogue.problems]
 
 
 def installed(mission: str | None = None) -> Installed:

@@ -89,10 +89,10 @@ def resources(world: str | None = None) -> Resources:
 def catalogue_of(plugins: list[Node], beside: Path, findings: Findings) -> Catalogue:
     """The catalogue with a mission's plugins; what is wrong with them is found at their place."""
     catalogue = find_behaviours([str(node.value) for node in plugins], beside)
-    mark = plugins[0].mark if plugins else Mark(str(beside))
-    for file, sentence in catalogue.problems:
-        if plugins:
-            findings.error("E110", mark, f"{_shown(file, beside)}: {sentence}")
+    for problem in catalogue.problems:
+        if problem.plugin >= 0:  # what else is installed is no fault of this mission
+            sentence = f"{_shown(problem.file, beside)}: {problem.sentence}"
+            findings.error("E110", plugins[problem.plugin].mark, sentence)
     return catalogue
 
 

@@ -19,7 +19,7 @@ def story(trace: Trace, only: str = "", since: float = 0.0, until: float = 1e18)
     Args:
         trace: the run.
         only: a node by number, name, kind, path or file:line: nothing but its changes and those
-            below it, and what operators did to them.
+            below it, and what operators did to them; or why no tree of the run reached it.
         since: robot time, seconds.
         until: likewise.
 
@@ -40,7 +40,7 @@ def story(trace: Trace, only: str = "", since: float = 0.0, until: float = 1e18)
                 lines.append(_change(tree, node, event))
         elif event.kind not in ROUTINE and _concerns(event, tree, among):
             lines.append(f"{event.time:8.2f} s    {event.source}: {event.text}")
-    return lines
+    return lines + _never_reached(trace, chosen)
 
 
 def summary(trace: Trace, only: str = "") -> list[str]:
@@ -80,6 +80,23 @@ def _chosen(trace: Trace, only: str) -> list[set[int] | None]:
     if refusal is not None and not any(found):
         raise refusal
     return found
+
+
+def _never_reached(trace: Trace, chosen: list[set[int] | None]) -> list[str]:
+    """Why nodes that were asked for have no story: the outermost of them, if none was reached."""
+    found = [
+        (tree, tree.nodes[number])
+        for tree, among in zip(trace.trees, chosen, strict=True)
+        for number in sorted(among or ())
+    ]
+    if any(node.reached for _, node in found):
+        return []
+    wanted = {id(node) for _, node in found}
+    return [
+        f"{node.name}: never reached: {_why_not(tree, node)}"
+        for tree, node in found
+        if id(tree.nodes.get(node.parent)) not in wanted
+    ]
 
 
 def _concerns(event: Event, tree: Tree, among: set[int] | None) -> bool:

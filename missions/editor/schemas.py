@@ -23,8 +23,9 @@ def schema_text(kind: str, plugins: Sequence[str] = ()) -> str:
     """
     if kind == "mission":
         catalogue = find_behaviours(plugins, Path.cwd())
-        if plugins and catalogue.problems:
-            raise InputError("\n".join(f"{file}: {why}" for file, why in catalogue.problems))
+        wrong = [f"{it.file}: {it.sentence}" for it in catalogue.problems if it.plugin >= 0]
+        if wrong:
+            raise InputError("\n".join(wrong))
         schema = mission_schema(catalogue)
     elif kind == "world":
         from missions.editor.world_schema import world_schema

@@ -194,9 +194,9 @@ class OutcomeCheck:
                 self.findings.warning("W106", child.mark, sentence, hint)
 
     def takes_time(self, step: Step) -> bool:
-        """Whether a step surely needs more than a tick each time it succeeds."""
+        """Whether a step that succeeds surely was more than a look: it needed ticks, or failed."""
         given = step.modifiers
-        if given.when is not None or given.every is not None or given.keep_going:
+        if given.when is not None or given.every is not None:
             return False
         if isinstance(step, Leaf):
             return bool(
@@ -206,6 +206,9 @@ class OutcomeCheck:
         if isinstance(step, Use):
             root = self.trees[step.tree].root
             return root is not None and self.takes_time(root)
+        if isinstance(step, ForEach):
+            none = isinstance(step.items, Constant) and not step.items.value
+            return not none and self.takes_time(step.child)
         if isinstance(step, Composite):
             found = [self.takes_time(child) for child in step.children]
             if step.kind == "parallel":

@@ -40,14 +40,15 @@ class Reloader:
     """Looks after the files of a running mission.
 
     Attributes:
-        plan: the one in force; of a mission that was reloaded, with what will be so next time.
+        plan: the newest that was taken, in force once the robot stands; of a mission that was
+            reloaded, with what will be so next time.
     """
 
     def __init__(
         self, wiring: Wiring, plan: Plan, options: RunOptions, folder: RunFolder | None,
         files: FileWatch | None = None,
     ) -> None:  # fmt: skip
-        self.plan = plan
+        self.plan = self._in_force = plan
         self._wiring, self._folder = wiring, folder
         self._log: Callable[[str], None] = folder.log if folder is not None else _nowhere
         self._telemetry = wiring.telemetry
@@ -106,12 +107,13 @@ class Reloader:
         for warning in (*plan.mission.warnings, *plan.warnings):
             if warning not in known:
                 self._telemetry.emit("finding", _shown(warning), source="mission", level="warning")
-        former, self.plan = self.plan, plan
+        self.plan = plan
         self._files.watch(_files_of(plan))
-        self._wiring.runtime.replace_tree(lambda: self._take_up(former, plan, tree))
+        self._wiring.runtime.replace_tree(lambda: self._take_up(plan, tree))
 
-    def _take_up(self, former: Plan, plan: Plan, tree: MissionTree) -> MissionTree:
+    def _take_up(self, plan: Plan, tree: MissionTree) -> MissionTree:
         wiring, debugger = self._wiring, self._wiring.debugger
+        former, self._in_force = self._in_force, plan  # one saved in between never was in force
         kept = tree.inherit(wiring.tree)
         lost = debugger.move_to(tree)
         debugger.generation += 1

@@ -6,7 +6,7 @@ import pytest
 from py_trees.behaviour import Behaviour
 
 from behaviours.base import RobotBehaviour
-from behaviours.catalogue import build, find_behaviours, name_of
+from behaviours.catalogue import Problem, build, find_behaviours, name_of
 from behaviours.navigate_to_pose import NavigateToPose
 from stack.errors import ParameterError
 from stack.parameters import REQUIRED
@@ -193,10 +193,10 @@ def test_a_broken_plugin_is_reported_and_the_others_work(folder, text, sentence)
     (folder / "honk.py").write_text(GOOD.format(name="Flash"))
     (folder / "broken.py").write_text(text)
     catalogue = found_in(folder)
-    [(file, said)] = catalogue.problems
-    assert file == str(folder / "broken.py")
-    assert sentence in said
-    assert "Traceback" not in said
+    [problem] = catalogue.problems
+    assert problem.file == str(folder / "broken.py")
+    assert sentence in problem.sentence
+    assert "Traceback" not in problem.sentence
     assert {"flash", "wait"} <= set(catalogue.names())
 
 
@@ -204,9 +204,9 @@ def test_missing_plugins_are_reported(tmp_path):
     (tmp_path / "empty").mkdir()
     catalogue = find_behaviours(["./nowhere", "./empty", "no_such_module"], tmp_path)
     assert catalogue.problems == (
-        (str(tmp_path / "nowhere"), "there is no such plugin folder"),
-        (str(tmp_path / "empty"), "there is no plugin file (*.py) in this folder"),
-        ("no_such_module", "cannot import: No module named 'no_such_module'"),
+        Problem(str(tmp_path / "nowhere"), "there is no such plugin folder", 0),
+        Problem(str(tmp_path / "empty"), "there is no plugin file (*.py) in this folder", 1),
+        Problem("no_such_module", "cannot import: No module named 'no_such_module'", 2),
     )
 
 
@@ -226,7 +226,7 @@ def test_a_package_with_one_broken_module(tmp_path, monkeypatch):
     catalogue = find_behaviours(["signals_package"])
     assert catalogue.get("honk") is not None
     assert catalogue.problems == (
-        ("signals_package.bad", "line 1: ZeroDivisionError: division by zero"),
+        Problem("signals_package.bad", "line 1: ZeroDivisionError: division by zero", 0),
     )
 
 

@@ -44,8 +44,9 @@ def test_a_broken_entry_point_is_reported_with_its_package(site):
         file.write("lost = treepilot_sample_signals:Missing\ngone = no_such_module\n")
     catalogue = find_behaviours()
     assert catalogue.get("honk_horn") is not None
-    (gone, why_gone), (lost, why_lost) = catalogue.problems
-    assert gone == "entry point gone = no_such_module of treepilot-sample-signals"
-    assert why_gone == "cannot import: No module named 'no_such_module'"
-    assert lost.startswith("entry point lost = treepilot_sample_signals:Missing")
-    assert "has no attribute 'Missing'" in why_lost
+    gone, lost = catalogue.problems
+    assert gone.file == "entry point gone = no_such_module of treepilot-sample-signals"
+    assert gone.sentence == "cannot import: No module named 'no_such_module'"
+    assert lost.file.startswith("entry point lost = treepilot_sample_signals:Missing")
+    assert "has no attribute 'Missing'" in lost.sentence
+    assert (gone.plugin, lost.plugin) == (-1, -1)  # nobody asked for them

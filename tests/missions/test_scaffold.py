@@ -134,6 +134,13 @@ def test_a_broken_plugin_does_not_take_the_others_down(folder):
     assert line.startswith("E110") and "broken.py: line 1: cannot import" in line
 
 
+def test_what_is_wrong_with_a_plugin_is_found_where_that_plugin_is_named(folder):
+    (folder / "other").mkdir()
+    (folder / "other" / "broken.py").write_text("import nothing_of_that_name\n")
+    found = findings(folder, "[./my_plugins]", "[./my_plugins, ./nowhere, ./other]")
+    assert [line.split()[:2] for line in found] == [["E110", "5:25"], ["E110", "5:36"]]
+
+
 def test_a_component_by_module_and_class(folder):
     path = folder / "own_way.yaml"
     path.write_text(MISSION.replace("use: beeline, spacing: 10 cm",

@@ -57,6 +57,11 @@ def test_a_node_can_be_picked_out_with_what_is_below_it(run):
         tracing.story(tracing.read_trace(run), only="eiter")
 
 
+def test_a_node_without_a_story_says_why_it_was_never_reached(run):
+    lines = tracing.story(tracing.read_trace(run), only="warn")
+    assert lines == ["warn: never reached: 'enough charge' before it ended with success"]
+
+
 def test_the_summary_says_how_long_and_why_not(run):
     lines = {line.split("  ")[0].strip() or line.strip(): line for line in tracing.summary(
         tracing.read_trace(run)

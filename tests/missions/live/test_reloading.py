@@ -93,6 +93,22 @@ def test_what_cannot_be_replaced_is_said_and_the_rest_is_taken(run):
     assert len(run.snapshot.tree) == 5
 
 
+def test_a_file_saved_again_before_the_robot_stands_loses_nothing(run):
+    """The first of two files is never run, so what changed is counted from the one before it."""
+    slow = LONGER + "    navigation: {planner: {use: lattice}, controller: {cruise_speed: 0.3}}\n"
+    run.steps(40)
+    run.save(slow)
+    run.until("saved")
+    run.runtime.step = lambda: None  # the robot takes its time to stand
+    run.save(slow.replace("say: twice", "say: thrice"))
+    run.until("saved")
+    del run.runtime.step
+    reload = run.until("reload")
+    assert reload.fields["next_run"] == ["planner lattice"]
+    assert run.runtime.parts.pilot.parameters["controller.cruise_speed"] == 0.3
+    assert run.texts("reload") == [reload.text]
+
+
 def test_includes_and_parameter_files_are_watched_too(tmp_path):
     included = """
         trees:
