@@ -31,7 +31,7 @@ from stack.costmap.route_costs import blocked_at
 from stack.description import DriveKind, RobotDescription
 from stack.kinematics import moved, speed_towards, within_turning_radius
 from stack.parameters import parameter
-from stack.types import STANDSTILL, Path, Pose2D, Twist
+from stack.types import LETHAL_COST, STANDSTILL, Path, Pose2D, Twist
 from stack.types import wrap_angle as wrap
 
 SHORTER = (1.0, 0.6, 0.35)
@@ -239,9 +239,12 @@ class PurePursuit:
         return Twist(linear, self._ramp.turn(self._last.angular, abs(linear) * leg.twist.angular))
 
     def _is_blocked(self, track: Track, state: ControlState) -> bool:
-        """Whether something stands on the path itself, and not only on the way to it."""
+        """Whether something stands on the path itself, and not only near it.
+
+        What is too near by this costmap's cells need not be by what the scan says.
+        """
         points = track.ahead(CLEAR_AHEAD)
-        return blocked_at(state.costs, points, state.pose, 0.0) is not None
+        return blocked_at(state.costs, points, state.pose, 0.0, LETHAL_COST) is not None
 
     def _glide(self, track: Track, state: ControlState) -> Twist | None:
         """Straight to a lookahead point with a clear way, turning if that is clear as well."""

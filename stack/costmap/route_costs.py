@@ -37,7 +37,7 @@ def route_cost(costs: CostGrid, points: FloatArray) -> float:
 
 
 def blocked_at(
-    costs: CostGrid, points: FloatArray, pose: Pose2D, near: float
+    costs: CostGrid, points: FloatArray, pose: Pose2D, near: float, least: int = INSCRIBED_COST
 ) -> tuple[float, float] | None:
     """The first point (n, 2) at which the robot would collide, or None.
 
@@ -46,8 +46,9 @@ def blocked_at(
         points: way ahead, map frame.
         pose: of the robot; within `near` metres of it nothing counts, it stands there already.
         near: metres.
+        least: cost from which on it is a collision; LETHAL_COST for what lies on the way itself.
     """
     under = costs_under(costs, points)
     away = np.hypot(points[:, 0] - pose.x, points[:, 1] - pose.y)
-    bad = np.flatnonzero((under >= INSCRIBED_COST) & (under <= LETHAL_COST) & (away > near))
+    bad = np.flatnonzero((under >= least) & (under <= LETHAL_COST) & (away > near))
     return (float(points[bad[0], 0]), float(points[bad[0], 1])) if bad.size else None
