@@ -37,6 +37,11 @@ NEAR_ENOUGH = 0.5
 standing before it is having come there, and no reason to look for another place as near.
 """
 
+ON_ITS_WAY = 0.1
+"""Metres that a robot without a plan must come, again and again, to count as driving on: what it
+inches forward before an obstacle is no reason to hope.
+"""
+
 HELD = frozenset({FailureCode.COLLISION_AHEAD, FailureCode.NO_PROGRESS})
 """Failures of a robot that stands before an obstacle."""
 
@@ -71,6 +76,7 @@ class GoalDrive:
         self._reason = "first plan"
         self._asked_at = -inf
         self._failing_since: float | None = None
+        self._failing_at = Pose2D(0.0, 0.0)
         self._leg_ends: tuple[float, ...] = ()
         self._nearest = inf
         self._seen_version = -1
@@ -261,11 +267,11 @@ class GoalDrive:
             return
         if self._reason == OTHER_ROUTES:
             self.path = None  # what was closed must not be driven on
-        if self.path is not None and not standing(moment.odometry.twist):
-            self._failing_since = None
-            return
-        if self._failing_since is None:
-            self._failing_since = moment.time
+        here = moment.odometry.pose
+        if self._failing_since is None or (
+            self.path is not None and self._failing_at.distance_to(here) > ON_ITS_WAY
+        ):
+            self._failing_since, self._failing_at = moment.time, here
         if moment.time - self._failing_since >= self._tools.parameters.patience:
             raise NavigationError(FailureCode(failure.code), failure.sentence)
 
