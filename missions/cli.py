@@ -19,6 +19,8 @@ import typer
 from missions.cli_bench import assignments, bench_app
 from missions.cli_new import new_app
 from missions.cli_tell import tell_app
+from missions.cli_tune import EPILOG as TUNE_EPILOG
+from missions.cli_tune import tune
 from stack.errors import BodyError, InputError, ParameterError, TelemetryError
 
 HELP = """Run behaviour-tree missions on a simulated or a real robot.
@@ -357,6 +359,7 @@ def watch(
 app.add_typer(new_app, name="new")
 app.add_typer(tell_app, name="tell")
 app.add_typer(bench_app, name="bench")
+app.command(epilog=TUNE_EPILOG)(tune)
 
 
 @app.callback(invoke_without_command=True)

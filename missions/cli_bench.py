@@ -91,6 +91,30 @@ def courses(  # noqa: PLR0913 - each is an option of the command
     _print(report(fill_table(entries, TableOptions(out, jobs), _tell)))
 
 
+@bench_app.command("missions")
+def missions(
+    names: Annotated[
+        list[str] | None,
+        typer.Argument(help="mission files or shipped missions' names [default: all shipped]"),
+    ] = None,
+    seeds: Annotated[int, typer.Option(min=1, help="runs of each mission")] = 10,
+    jobs: Jobs = 1,
+    out: Out = Path("bench/missions"),
+    robot: Annotated[str | None, typer.Option(help="another robot: a name or a robot.yaml")] = None,
+) -> None:
+    """Run missions to their own end over seeds: success, time, contacts, clearance, pose error.
+
+    Success is what the mission says, within two simulated hours. `treepilot tune` runs the same
+    with different settings. Results are kept by mission text, world, robot and settings: after a
+    change of treepilot itself choose another --out.
+    """
+    from missions.bench.mission_table import measured, mission_entries, table_lines
+    from missions.bench.resumable import TableOptions
+
+    entries = mission_entries(names or (), seeds, robot)
+    _print(list(table_lines(measured(entries, TableOptions(out, jobs), _tell))))
+
+
 @bench_app.command("dyna")
 def dyna(  # noqa: PLR0913 - each is an option of the command
     worlds: Annotated[int, typer.Option(min=1, help="how many of the 20, spread evenly")] = 20,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from stack.description import RobotDescription
@@ -29,6 +30,19 @@ def shortest_way(world: World, robot: RobotDescription, start: Pose2D, goal: Pos
     Raises:
         NavigationError: there is no way.
     """
+    return shortest_ways(world, robot, (start, goal))(start, goal)
+
+
+def shortest_ways(
+    world: World, robot: RobotDescription, stops: Sequence[Pose2D]
+) -> Callable[[Pose2D, Pose2D], float]:
+    """The same from any of several places to any other.
+
+    Args:
+        world: the place.
+        robot: who crosses it.
+        stops: what the ways will lead between, world frame.
+    """
     from stack.costmap.costmap import Costmap
     from stack.costmap.parameters import CostmapParameters
     from stack.planning.astar import Astar, AstarParameters
@@ -36,13 +50,15 @@ def shortest_way(world: World, robot: RobotDescription, start: Pose2D, goal: Pos
 
     x_min, y_min, x_max, y_max = world.bounds
     bounds = (
-        min(x_min, start.x - ROOM, goal.x - ROOM), min(y_min, start.y - ROOM, goal.y - ROOM),
-        max(x_max, start.x + ROOM, goal.x + ROOM), max(y_max, start.y + ROOM, goal.y + ROOM),
-    )  # fmt: skip
+        min(x_min, *(stop.x - ROOM for stop in stops)),
+        min(y_min, *(stop.y - ROOM for stop in stops)),
+        max(x_max, *(stop.x + ROOM for stop in stops)),
+        max(y_max, *(stop.y + ROOM for stop in stops)),
+    )
     whole = replace(
         world,
         bounds=bounds,
-        start=start,
+        start=stops[0],
         walls=tuple(replace(item, on_map=True) for item in world.walls),
         boxes=tuple(replace(item, on_map=True) for item in world.boxes),
         cylinders=tuple(replace(item, on_map=True) for item in world.cylinders),
@@ -51,4 +67,5 @@ def shortest_way(world: World, robot: RobotDescription, start: Pose2D, goal: Pos
     costs = Costmap(
         CostmapParameters(inflation_radius=radius), robot.footprint, rasterise(whole, RESOLUTION)
     )
-    return Astar(AstarParameters(cost_weight=0.0), robot).plan(costs.grid, start, goal).length
+    planner = Astar(AstarParameters(cost_weight=0.0), robot)
+    return lambda start, goal: planner.plan(costs.grid, start, goal).length

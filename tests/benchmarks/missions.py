@@ -5,14 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
-from statistics import mean, median
+from pathlib import Path
+from statistics import median
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 
 from missions.assembly import RunOptions
-from missions.report import Report
-from missions.resources import MISSIONS, load_world, mission_files
+from missions.bench.mission_table import measured, mission_entries, rows_of
+from missions.bench.resumable import TableOptions
+from missions.resources import MISSIONS, load_world
 from missions.runner import run_mission
 from stack.telemetry.records import Event, RunInfo, Snapshot
 from stack.types import FloatArray, Pose2D
@@ -55,11 +58,10 @@ class Trace:
 
 
 def mission_table(seeds: int, jobs: int) -> Rows:
-    """One row a mission: successes, time, distance, clearance, localisation error."""
-    names = [file.stem for file in mission_files()]
-    tasks = [(name, seed) for name in names for seed in range(seeds)]
-    reports = list(_all(tasks, jobs))
-    return [_row(name, [report for report in reports if report[0] == name]) for name in names]
+    """One row a mission, as `treepilot bench missions` measures; anew each time."""
+    with TemporaryDirectory() as folder:
+        options = TableOptions(Path(folder), jobs)
+        return rows_of(measured(mission_entries((), seeds), options, lambda line: None))
 
 
 def kidnap_table(seeds: int, jobs: int) -> Rows:
@@ -160,41 +162,12 @@ def straight_errors(poses: list[Pose2D], corners: FloatArray, wanted: float) -> 
     return errors
 
 
-def run_once(task: tuple[str, int]) -> tuple[str, Report]:
-    """One mission with one seed, without records."""
-    name, seed = task
-    return name, run_mission(name, RunOptions(seed=seed, serve=False))
-
-
-def _all(tasks: list[tuple[str, int]], jobs: int) -> Iterator[tuple[str, Report]]:
-    yield from _map(run_once, tasks, jobs)
-
-
 def _map(function: Any, tasks: Any, jobs: int) -> Iterator[Any]:
     if jobs == 1:
         yield from map(function, tasks)
         return
     with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
         yield from pool.map(function, tasks)
-
-
-def _row(name: str, runs: list[tuple[str, Report]]) -> dict[str, Any]:
-    reports = [report for _, report in runs]
-    errors = [report.localisation_error for report in reports if report.localisation_error]
-    clearances = [r.min_clearance_m for r in reports if r.min_clearance_m is not None]
-    return {
-        "mission": name,
-        "success": f"{sum(r.status == 'success' for r in reports)}/{len(reports)}",
-        "collisions": sum(report.collisions for report in reports),
-        "time s": median(report.simulated_seconds for report in reports),
-        "distance m": median(report.distance_m for report in reports),
-        "clearance m": min(clearances, default=None),
-        "error mean m": mean(error["mean"] for error in errors),
-        "error max m": max(error["max"] for error in errors),
-        "recoveries": sum(report.recoveries for report in reports),
-        "x real time": median(report.real_time_factor for report in reports),
-        "failed": "; ".join(f"{r.seed}: {r.reason}" for r in reports if r.status != "success"),
-    }
 
 
 def _within(seconds: float | None, limit: float) -> bool:

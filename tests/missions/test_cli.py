@@ -26,7 +26,7 @@ def treepilot(*words: str, cwd: Path | None = None) -> subprocess.CompletedProce
 def test_help_teaches_and_imports_nothing_heavy():
     done = treepilot("--help")
     assert done.returncode == 0
-    commands = "run check show list describe watch new explain test schema lsp".split()
+    commands = "run check show list describe watch new explain test schema lsp tune bench".split()
     for command in commands:
         assert command in done.stdout
 

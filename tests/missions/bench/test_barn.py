@@ -121,7 +121,7 @@ def test_another_setting_does_not_mix_with_the_results_there(tmp_path):
 
 @pytest.mark.slow
 def test_worn_out_processes_are_replaced_and_every_run_comes_back(tmp_path, monkeypatch):
-    monkeypatch.setattr("missions.bench.table.RUNS_PER_PROCESS", 1)
+    monkeypatch.setattr("missions.bench.resumable.RUNS_PER_PROCESS", 1)
     file = grids(tmp_path / "w.json", COURT)
     rows = barn(file, blind_mission(tmp_path), trials=4, jobs=2)
     assert sorted(row.trial for row in rows) == [0, 1, 2, 3]

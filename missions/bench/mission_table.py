@@ -1,0 +1,103 @@
+"""Missions over seeds: which runs that is, and the table of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from statistics import mean, median
+from typing import Any
+
+from missions.assembly import prepare
+from missions.bench.mission_runs import MISSION_WORK, MissionEntry, MissionRun, conditions
+from missions.bench.resumable import TableOptions, claim, fill
+from missions.resources import mission_files
+from stack.errors import InputError
+
+TIME_LIMIT = 7200.0
+"""Simulated seconds; the longest of the shipped missions takes some two minutes."""
+
+FAILED = "failed"
+
+
+def mission_entries(
+    names: Sequence[str], seeds: int, robot: str | None = None
+) -> list[MissionEntry]:
+    """Every mission by every seed.
+
+    Args:
+        names: names or paths; empty for all that are shipped.
+        seeds: runs of each.
+        robot: in place of the missions' own.
+
+    Raises:
+        InputError: two missions of the same name, which no table could tell apart.
+    """
+    chosen = names or [file.stem for file in mission_files()]
+    stems = [Path(name).stem for name in chosen]
+    for stem in stems:
+        if stems.count(stem) > 1:
+            raise InputError(f"{stem} is named {stems.count(stem)} times; name each mission once")
+    return [
+        MissionEntry(name, seed, TIME_LIMIT, robot=robot)
+        for name in chosen
+        for seed in range(seeds)
+    ]
+
+
+def measured(
+    entries: Sequence[MissionEntry], options: TableOptions, tell: Callable[[str], None]
+) -> list[MissionRun]:
+    """The runs that the table does not hold yet are made; all, in that order.
+
+    Raises:
+        InputError: a wrong mission, or a folder with results of another version of it.
+    """
+    first = {entry.key[0]: entry for entry in reversed(entries)}
+    claim(options.out, {
+        name: conditions(entry, prepare(entry.mission, entry.options))
+        for name, entry in first.items()
+    })  # fmt: skip
+    return fill(entries, options, MISSION_WORK, tell)
+
+
+def rows_of(runs: Sequence[MissionRun]) -> list[dict[str, Any]]:
+    """One row a mission: successes, medians of time and way, worst and mean of the rest."""
+    names = dict.fromkeys(run.mission for run in runs)
+    return [_row(name, [run for run in runs if run.mission == name]) for name in names]
+
+
+def table_lines(runs: Sequence[MissionRun]) -> Iterator[str]:
+    """The rows as columns, and under them each failure."""
+    rows = rows_of(runs)
+    columns = [name for name in rows[0] if name != FAILED]
+    cells = [columns, *([_text(row[name]) for name in columns] for row in rows)]
+    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    for line in cells:
+        padded = (f"{cell:<{width}}" for cell, width in zip(line, widths, strict=True))
+        yield "  ".join(padded).rstrip()
+    for run in runs:
+        if not run.success:
+            yield f"  {run.mission} seed {run.seed}: {run.status}: {run.cause}"
+
+
+def _row(name: str, runs: Sequence[MissionRun]) -> dict[str, Any]:
+    return {
+        "mission": name,
+        "success": f"{sum(run.success for run in runs)}/{len(runs)}",
+        "collisions": sum(run.collisions for run in runs),
+        "pushed into": sum(run.pushed_into for run in runs),
+        "time s": median(run.time for run in runs),
+        "distance m": median(run.driven for run in runs),
+        "clearance m": min(run.clearance for run in runs),
+        "error mean m": mean(run.localisation_error[0] for run in runs),
+        "error max m": max(run.localisation_error[1] for run in runs),
+        "recoveries": sum(run.recoveries for run in runs),
+        "x real time": median(run.real_time_factor for run in runs),
+        FAILED: "; ".join(f"{run.seed}: {run.cause}" for run in runs if not run.success),
+    }
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, float):
+        return f"{value:.3g}" if abs(value) < 0.1 else f"{value:.2f}"
+    return str(value)

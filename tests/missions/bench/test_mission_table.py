@@ -1,0 +1,52 @@
+"""Missions over seeds: the table, by hand-made rows and by the smallest mission."""
+
+from __future__ import annotations
+
+import pytest
+from typer.testing import CliRunner
+
+from missions.bench.mission_runs import MissionRun
+from missions.bench.mission_table import mission_entries, rows_of, table_lines
+from missions.cli import app
+from missions.resources import mission_files
+from stack.errors import InputError
+
+
+def run(seed, **changes):
+    values = {
+        "mission": "m", "settings": "", "seed": seed, "status": "success", "cause": "",
+        "time": 10.0 + seed, "driven": 5.0, "shortest": 4.0, "clearance": 0.2, "turning": 0.1,
+        "jerk": 1.0, "goal_error": 0.05, "collisions": 0, "pushed_into": 0, "recoveries": 1,
+        "replans": 0, "localisation_error": (0.02, 0.1), "real_time_factor": 9.0,
+        "wall_seconds": 1.0,
+    }  # fmt: skip
+    return MissionRun(**{**values, **changes})
+
+
+def test_a_row_counts_what_succeeded_and_keeps_the_worst():
+    bad = run(2, status="failure", cause="NO_VALID_PATH", clearance=0.01, collisions=2)
+    (row,) = rows_of([run(0), run(1, localisation_error=(0.04, 0.5)), bad])
+    assert (row["success"], row["collisions"], row["recoveries"]) == ("2/3", 2, 3)
+    assert (row["time s"], row["clearance m"], row["error max m"]) == (11.0, 0.01, 0.5)
+    assert row["error mean m"] == pytest.approx(0.08 / 3)
+    assert row["failed"] == "2: NO_VALID_PATH"
+    assert list(table_lines([run(0), bad]))[-1] == "  m seed 2: failure: NO_VALID_PATH"
+
+
+def test_without_names_all_shipped_missions_are_run():
+    assert len(mission_entries((), 3)) == 3 * len(mission_files())
+
+
+def test_missions_of_the_same_name_are_refused():
+    with pytest.raises(InputError, match="a is named 2 times"):
+        mission_entries(("x/a.yaml", "y/a.yaml"), 1)
+
+
+def test_the_command_runs_and_resumes(tmp_path):
+    words = ["bench", "missions", "01_drive_to_a_point", "--seeds", "2", "--out", str(tmp_path)]
+    first = CliRunner().invoke(app, words)
+    assert first.exit_code == 0 and "2/2" in first.stdout
+    again = CliRunner().invoke(app, words)
+    assert again.stdout == first.stdout and "2 of 2 runs are in" in again.stderr
+    other = CliRunner().invoke(app, [*words, "--robot", "jackal"])
+    assert isinstance(other.exception, InputError)
