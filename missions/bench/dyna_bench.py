@@ -8,7 +8,7 @@ from pathlib import Path
 
 from missions.bench.dyna_worlds import WORLDS, dyna_text
 from missions.bench.layout import written
-from missions.bench.reporting import FIGURES, failures, figures
+from missions.bench.reporting import FIGURES, failures, figures, short
 from missions.bench.runs import Entry, Rules, Run, Setup
 from stack.errors import InputError
 
@@ -59,12 +59,7 @@ def report(runs: Sequence[Run]) -> list[str]:
         count = Counter(run.status for run in own)
         reached = f"{count['success']}/{len(own)}"
         lines.append(
-            f"{_short(setup):<24}  {reached:<7}  {count['contact']:10d}  {count['struck']:10d}"
+            f"{short(setup):<24}  {reached:<7}  {count['contact']:10d}  {count['struck']:10d}"
             f"  {count['timeout']:4d}  {count['gave_up']:7d}{figures(own)}"
         )
     return lines + failures(runs)
-
-
-def _short(setup: str) -> str:
-    """The label without the parameters in it."""
-    return " ".join(word for word in setup.split() if "=" not in word)

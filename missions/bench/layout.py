@@ -10,6 +10,7 @@ from typing import Any
 
 from missions.bench.runs import GOAL, Case
 from missions.resources import load_world
+from stack.errors import InputError
 from stack.types import Pose2D
 
 Point = tuple[float, float]
@@ -81,10 +82,16 @@ class Layout:
 
 
 def written(text: str, name: str, file: Path) -> Case:
-    """The case of a world file that is written now, or stands there already."""
-    if not file.exists() or file.read_text("utf-8") != text:
+    """The case of a world file that is written now, or stands there already.
+
+    Raises:
+        InputError: another world stands there: the results beside it are not of this one.
+    """
+    if not file.exists():
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(text, "utf-8")
+    elif file.read_text("utf-8") != text:
+        raise InputError(f"{file} is not the world that is generated now; choose another --out")
     return Case(name, load_world(str(file.resolve()), file.parent), file)
 
 

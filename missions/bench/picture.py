@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from missions.assembly import Plan
+from missions.bench.reporting import short
 from missions.bench.running import Story
 from stack.sim.rasterise import rasterise
 from stack.types import FREE, OCCUPIED, FloatArray
@@ -68,7 +69,7 @@ def _captioned(pixels: Any, story: Story) -> Any:
 
     run = story.run
     wide = max(SMALLEST, pixels.shape[1])
-    said = f"{run.setup}, world {run.world} trial {run.trial}: {run.status}. {run.cause}"
+    said = f"{short(run.setup)}, world {run.world} trial {run.trial}: {run.status}. {run.cause}"
     lines = wrap(said, wide // LETTER - 2)
     high = LINE * len(lines) + LINE // 2
     page = np.full((high + pixels.shape[0], wide, 3), 255, np.uint8)

@@ -23,10 +23,15 @@ def figures(runs: Sequence[Run]) -> str:
     )
 
 
+def short(setup: str) -> str:
+    """A setup's label without the parameters in it; settings.json has them."""
+    return " ".join(word for word in setup.split() if "=" not in word)
+
+
 def failures(runs: Sequence[Run]) -> list[str]:
     """A line for each run that failed."""
     return [
-        f"  {run.setup}, {run.world} trial {run.trial}: {run.status}: {run.cause}"
+        f"  {short(run.setup)}, {run.world} trial {run.trial}: {run.status}: {run.cause}"
         for run in runs
         if not run.success
     ]

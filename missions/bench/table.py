@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from functools import partial
@@ -10,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from missions.bench.picture import draw_story
+from missions.bench.reporting import short
 from missions.bench.resumable import TableOptions, Work, claim, fill
 from missions.bench.running import carry_out
 from missions.bench.runs import Entry, Run, Setup
@@ -41,7 +43,7 @@ def line_of(run: Run) -> str:
     """A run in a line."""
     figures = f"{run.time:.1f} s, {run.driven:.1f} m, clearance {run.clearance:.2f} m"
     what = figures if run.success else f"{run.status.upper()}: {run.cause}"
-    return f"{run.setup}, world {run.world} trial {run.trial}: {what}"
+    return f"{short(run.setup)}, world {run.world} trial {run.trial}: {what}"
 
 
 def _claim(setups: dict[str, Entry], out: Path, tell: Callable[[str], None]) -> None:
@@ -83,6 +85,6 @@ def _run_and_draw(entry: Entry, out: Path) -> Run:
         folder = out / PICTURES
         folder.mkdir(exist_ok=True)
         plan, _ = entry.setup.plan(entry.case, entry.trial)
-        name = f"{entry.setup.label}-{entry.case.name}-{entry.trial}".replace(" ", "-")
+        name = re.sub(r"[^\w.=-]+", "-", " ".join(map(str, entry.key)))
         draw_story(folder / f"{name}.png", plan, story)
     return story.run

@@ -1,0 +1,108 @@
+"""Narrow passages: made to measure, the same for everybody, and driven through."""
+
+from __future__ import annotations
+
+from math import hypot
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from missions.bench.course_bench import CourseOptions, course_entries, report
+from missions.bench.courses import COURSES, Size
+from missions.bench.shortest import shortest_way
+from missions.bench.table import TableOptions, fill_table
+from missions.resources import MISSIONS, load_robot
+from stack.errors import InputError
+from stack.sim.world_file import read_world
+
+ROBOTS = {name: load_robot(name, MISSIONS) for name in ("scout", "jackal")}
+
+
+def world_of(course, robot, trial, tmp_path):
+    return read_world(tmp_path / "w.yaml", COURSES[course].text(ROBOTS[robot], trial))
+
+
+@pytest.mark.parametrize("course", COURSES)
+def test_a_trial_is_the_same_for_everybody_and_no_two_are_alike(course):
+    made = [COURSES[course].text(ROBOTS["scout"], trial) for trial in range(20)]
+    assert made == [COURSES[course].text(ROBOTS["scout"], trial) for trial in range(20)]
+    assert len(set(made)) == 20
+
+
+def test_sizes_are_those_of_the_circles_in_and_round_a_footprint():
+    size = Size.of(ROBOTS["jackal"].footprint)
+    assert size.width == pytest.approx(0.43)
+    assert size.turning == pytest.approx(2 * hypot(0.254, 0.215))
+
+
+@pytest.mark.parametrize(("robot", "width"), [("scout", 0.44), ("jackal", 0.43)])
+def test_the_door_is_ten_centimetres_wider_than_the_robot(robot, width, tmp_path):
+    for trial in range(5):
+        _, south, north = world_of("door", robot, trial, tmp_path).walls
+        assert np.linalg.norm(south.points[1] - north.points[0]) == pytest.approx(
+            width + 0.1, abs=2e-4
+        )
+
+
+@pytest.mark.parametrize(("course", "widths"), [("corner", 1.3), ("s_bend", 1.4)])
+def test_corridors_are_as_wide_as_they_say(course, widths, tmp_path):
+    """At its closed end a corridor is its walls' middles apart, less their thickness."""
+    (wall,) = world_of(course, "jackal", 3, tmp_path).walls
+    end = wall.points[0] - wall.points[-2]
+    assert np.linalg.norm(end) - wall.thickness == pytest.approx(widths * 0.43, abs=2e-4)
+
+
+@settings(deadline=None, max_examples=20)
+@given(st.integers(0, 1000), st.sampled_from(["scout", "jackal"]))
+def test_the_clutter_leaves_room_to_turn_everywhere(tmp_path_factory, trial, robot):
+    world = world_of("clutter", robot, trial, tmp_path_factory.getbasetemp())
+    things = [(item.x, item.y, item.radius) for item in world.cylinders]
+    things += [(b.pose.x, b.pose.y, hypot(b.size[0], b.size[1]) / 2) for b in world.boxes]
+    room = Size.of(ROBOTS[robot].footprint).turning + 0.12
+    for n, (x, y, radius) in enumerate(things):
+        for a, b, other in things[:n]:
+            assert hypot(x - a, y - b) - radius - other >= room - 1e-3
+    assert any(not item.on_map for item in (*world.cylinders, *world.boxes))
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
+@pytest.mark.parametrize("course", COURSES)
+def test_there_is_a_way_through(course, robot, tmp_path):
+    for trial in (20, 21):
+        world = world_of(course, robot, trial, tmp_path)
+        length = shortest_way(world, ROBOTS[robot], world.start, world.places["goal"])
+        assert length >= world.start.distance_to(world.places["goal"]) - 0.05
+
+
+@pytest.mark.parametrize(
+    ("course", "robot"),
+    [
+        ("door", "jackal"), ("s_bend", "scout"), ("corner", "jackal"), ("dead_end", "scout"),
+        ("clutter", "jackal"),
+    ],
+)  # fmt: skip
+def test_a_robot_of_default_settings_gets_through(course, robot, tmp_path):
+    options = CourseOptions(tmp_path / "worlds", (course,), (robot,), trials=1)
+    (run,) = fill_table(course_entries(options), TableOptions(tmp_path), print)
+    assert (run.status, run.cause) == ("success", "")
+    assert run.clearance > 0.01
+    line = report([run])[1]
+    assert line.split()[:4] == [*run.setup.split(), course, "1/1"]
+
+
+def test_results_of_other_worlds_are_not_mixed_in(tmp_path):
+    options = CourseOptions(tmp_path / "worlds", ("door",), ("scout",), trials=2)
+    first, second = course_entries(options)
+    assert [entry.case.file for entry in course_entries(options)] == [
+        first.case.file, second.case.file,
+    ]  # fmt: skip
+    first.case.file.write_text(second.case.file.read_text())
+    with pytest.raises(InputError, match=r"door_0.yaml is not the world.*choose another --out"):
+        course_entries(options)
+
+
+def test_an_unknown_course_is_named(tmp_path):
+    with pytest.raises(InputError, match="no course 'dor'; did you mean 'door'"):
+        course_entries(CourseOptions(tmp_path, ("dor",)))

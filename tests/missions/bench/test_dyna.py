@@ -1,0 +1,107 @@
+"""The field of moving cylinders, and who ran into whom."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from missions.bench.dyna_bench import RULES, dyna_entries, report
+from missions.bench.dyna_worlds import GOAL, HIGHEST, LOWEST, START, dyna_text
+from missions.bench.layout import Layout, written
+from missions.bench.running import carry_out
+from missions.bench.runs import Entry, Setup
+from missions.resources import MISSIONS
+from stack.errors import InputError
+from stack.sim.world_file import read_world
+from stack.types import Pose2D
+
+MISSION = MISSIONS / "bench" / "dyna.yaml"
+
+
+def test_the_world_that_comes_along_is_the_first_one():
+    assert (MISSIONS / "bench" / "cylinder_field.yaml").read_text("utf-8") == dyna_text(0)
+
+
+@pytest.mark.parametrize(("number", "count"), [(0, 10), (10, 15), (19, 20)])
+def test_ten_to_twenty_cylinders_move_at_their_speeds_and_keep_off_the_ends(
+    number, count, tmp_path
+):
+    people = read_world(tmp_path / "w.yaml", dyna_text(number)).people
+    assert len(people) == count
+    for person in people:
+        assert person.radius == 0.5 and not person.yields
+        assert 0.7 <= person.speed <= 1.7
+        assert (person.waypoints >= LOWEST - 1e-3).all()
+        assert (person.waypoints <= HIGHEST + 1e-3).all()
+        for end in (START, GOAL):
+            away = np.hypot(*(person.waypoints - (end.x, end.y)).T)
+            assert away.min() > 1.9
+
+
+def test_cylinders_go_there_and_back(tmp_path):
+    """A loop of n points there and n - 2 back turns round at both ends."""
+    for person in read_world(tmp_path / "w.yaml", dyna_text(3)).people:
+        loop = person.waypoints
+        half = len(loop) // 2
+        assert np.array_equal(loop[1:half], loop[:half:-1])
+
+
+def story(tmp_path, do, way):
+    """What comes of a mission in a field with one cylinder."""
+    text = MISSION.read_text("utf-8")
+    mission = tmp_path / "mission.yaml"
+    mission.write_text(
+        text[: text.index("run:")].replace(
+            "./cylinder_field", str(MISSION.parent / "cylinder_field")
+        )
+        + f"run:\n  {do}\n"
+    )
+    layout = Layout(Pose2D(4.0, 4.0), Pose2D(6.0, 7.0))
+    layout.walls.append(([(0, 0), (8, 0), (8, 8), (0, 8)], True))
+    layout.walkers.append(
+        {"name": "it", "waypoints": way, "speed": 1.0, "radius": 0.5, "yields": False}
+    )
+    case = written(layout.text("one cylinder", "for a test"), "0", tmp_path / "world.yaml")
+    return carry_out(Entry(Setup(str(mission), RULES, robot="jackal"), case, 0))
+
+
+def test_a_robot_that_stands_is_struck(tmp_path):
+    run = story(tmp_path, "wait: {time: 60 s}", [[7.5, 4], [0.9, 4]]).run
+    assert run.status == "struck"
+    assert "the robot and it touched at (4." in run.cause
+
+
+def test_a_robot_that_moves_has_a_contact_even_with_what_overtakes_it(tmp_path):
+    told = story(tmp_path, "drive_for: {linear: -0.3 m/s, time: 20 s}", [[7.5, 4], [0.9, 4]])
+    assert told.run.status == "contact"
+    assert 0.5 < told.run.driven < 1.5
+    assert told.walkers.shape == (1, 3)
+
+
+def test_the_report_counts_who_ran_into_whom(tmp_path):
+    run = story(tmp_path, "say: nothing to do", [[6, 6], [6, 7]]).run
+    assert run.status == "gave_up"
+    struck, met = replace(run, status="struck", trial=1), replace(run, status="contact", trial=2)
+    reached = replace(run, status="success", trial=3, time=9.0, driven=12.0, path_length=6.0)
+    lines = report([run, struck, met, reached])
+    assert lines[1].split()[2:] == [
+        "1/4",
+        "1",
+        "1",
+        "0",
+        "1",
+        "9.0",
+        "2.00",
+        f"{run.clearance:.3f}",
+    ]
+    assert len(lines) == 5
+
+
+def test_fewer_worlds_are_spread_evenly(tmp_path):
+    setup = Setup(str(MISSION), RULES)
+    entries = dyna_entries([setup], 3, 1, tmp_path)
+    assert [entry.case.name for entry in entries] == ["0", "10", "19"]
+    with pytest.raises(InputError, match="there are 20"):
+        dyna_entries([setup], 21, 1, tmp_path)
