@@ -8,6 +8,7 @@ from pathlib import Path
 
 from missions.choices import all_chosen
 from missions.resources import WORLDS, load_robot
+from stack.costmap.parameters import CostmapParameters
 from stack.description import RobotDescription
 from stack.documents import read_file
 from stack.mapping.passages import Passage, clearance_of, passages_of, way_to, widest_ways
@@ -79,7 +80,8 @@ def _read(name: str) -> Place:
     if path.is_file() and "image" in [key.value for key, _ in read_file(path, "map").entries]:
         return Place(path.stem, read_ros_map(path), {}, None)
     world = read_world(find_world(name, Path.cwd(), WORLDS))
-    return Place(world.name, rasterise(world), dict(world.places), world.start)
+    grid = rasterise(world, CostmapParameters().map_resolution)  # as the costmaps have it
+    return Place(world.name, grid, dict(world.places), world.start)
 
 
 def _head(place: Place, robot: RobotDescription) -> Iterator[str]:

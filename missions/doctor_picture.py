@@ -12,8 +12,8 @@ from stack.errors import InputError
 from stack.mapping.passages import Passage
 from stack.types import FREE, OCCUPIED, FloatArray, OccupancyGrid, Pose2D
 
-SCALE = 6
-"""Pixels a cell."""
+METRE = 120
+"""Pixels, to whole ones a cell."""
 
 GROUND, WALL, SHUT, TIGHT = (34, 21, 13), (193, 165, 147), (90, 60, 140), (70, 90, 150)
 GOOD, BAD, TEXT = (151, 220, 61), (107, 107, 255), (234, 214, 201)  # blue, green, red
@@ -36,17 +36,18 @@ def draw(  # noqa: PLR0913 - one call from one place
     image[free & (clearance < robot.footprint.circumscribed_radius)] = TIGHT
     image[free & (clearance < robot.footprint.inscribed_radius)] = SHUT
     image[grid.cells == OCCUPIED] = WALL
-    image = cv2.resize(np.flipud(image), None, fx=SCALE, fy=SCALE, interpolation=cv2.INTER_NEAREST)
+    scale = max(1, round(METRE * grid.resolution))
+    image = cv2.resize(np.flipud(image), None, fx=scale, fy=scale, interpolation=cv2.INTER_NEAREST)
 
     def pixel(x: float, y: float) -> tuple[int, int]:
         column = (x - grid.origin[0]) / grid.resolution
         row = grid.cells.shape[0] - (y - grid.origin[1]) / grid.resolution
-        return round(column * SCALE), round(row * SCALE)
+        return round(column * scale), round(row * scale)
 
     needed = 2.0 * robot.footprint.inscribed_radius
     for passage in passages:
         colour = GOOD if passage.width >= needed else BAD
-        radius = max(4, round(passage.width / 2 / grid.resolution * SCALE))
+        radius = max(4, round(passage.width / 2 / grid.resolution * scale))
         cv2.circle(image, pixel(passage.x, passage.y), radius, colour, 2, cv2.LINE_AA)
         _write(image, pixel(passage.x, passage.y), f"{passage.width:.2f}", colour)
     for name, pose in places.items():

@@ -1,6 +1,7 @@
 """`treepilot doctor` on worlds that close or open by known widths."""
 
 from missions.doctor import diagnose
+from missions.resources import MISSIONS
 
 WORLD = """\
 world: narrow
@@ -39,3 +40,12 @@ def test_a_wide_gap_is_open_and_the_picture_is_drawn(tmp_path):
     found = diagnose(world_with_a_gap(tmp_path, 0.9), "scout", picture)
     assert found.closed == 1  # the corner stays too small
     assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_door_askew_to_the_cells_is_open_to_whom_it_lets_through():
+    """54 cm, of which at 5 cm a cell no more than 45 would be seen; the robot needs 44."""
+    found = diagnose(str(MISSIONS / "bench" / "narrow_door.yaml"), "scout", None)
+    assert found.closed == 0
+    passage = next(line for line in found.lines if "passage" in line)
+    assert "2.5 cm" in found.lines[0]
+    assert 0.48 <= float(passage.split("), ")[1].split()[0]) <= 0.54
