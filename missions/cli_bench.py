@@ -12,7 +12,8 @@ from stack.errors import InputError
 HELP = """Measure how well robots drive; docs/benchmarks.md says what the figures mean.
 
 Tables go to bench/NAME: a run a line in runs.jsonl, a picture of each failure in failures/, what
-was set in settings.json. A bench that was interrupted goes on where it stopped.
+was set in settings.json. A bench that was interrupted goes on where it stopped; after a change of
+treepilot itself choose another --out.
 """
 
 bench_app = typer.Typer(no_args_is_help=True, help=HELP)
@@ -32,6 +33,11 @@ Settings = Annotated[
 ]
 
 
+Parameter = Annotated[
+    list[str] | None, typer.Option(metavar="NAME=VALUE", help="as `treepilot run` takes it")
+]
+
+
 @bench_app.command("barn")
 def barn(  # noqa: PLR0913 - each is an option of the command
     worlds: Annotated[
@@ -44,6 +50,7 @@ def barn(  # noqa: PLR0913 - each is an option of the command
     controllers: Controllers = "",
     mission: Annotated[str, typer.Option(help="another mission with the argument goal")] = "",
     set_: Settings = None,
+    parameter: Parameter = None,
 ) -> None:
     """Cross unknown, narrow worlds and score it as the BARN Challenge does."""
     from missions.bench.barn import barn_entries, report
@@ -53,8 +60,10 @@ def barn(  # noqa: PLR0913 - each is an option of the command
     from missions.resources import MISSIONS
 
     file, arguments = mission or str(MISSIONS / "bench" / "barn.yaml"), assignments(set_ or [])
+    given = assignments(parameter or [], "--parameter", "controller.cruise_speed=1.2")
     setups = [
-        Setup(file, RULES, arguments, controller=name) for name in named(controllers) or (None,)
+        Setup(file, RULES, arguments, controller=name, parameters=given)
+        for name in named(controllers) or (None,)
     ]
     entries = barn_entries(worlds, setups, trials, named(only))
     _print(report(fill_table(entries, TableOptions(out, jobs), _tell)))
@@ -127,9 +136,7 @@ def dyna(  # noqa: PLR0913 - each is an option of the command
     jobs: Jobs = 1,
     out: Out = Path("bench/dyna"),
     mission: Annotated[str, typer.Option(help="another mission to the place goal")] = "",
-    parameter: Annotated[
-        list[str] | None, typer.Option(metavar="NAME=VALUE", help="as `treepilot run` takes it")
-    ] = None,
+    parameter: Parameter = None,
 ) -> None:
     """Cross a field of 10 to 20 cylinders that move at up to 1.7 m/s and wait for nobody.
 
@@ -137,17 +144,13 @@ def dyna(  # noqa: PLR0913 - each is an option of the command
     It is reached within 1 m and 100 s without a contact. A cylinder that runs into the robot as it
     stands is counted apart from what the robot runs into.
     """
-    from missions.bench.dyna_bench import FAST, RULES, dyna_entries, report
-    from missions.bench.runs import Setup
+    from missions.bench.dyna_bench import MISSION, dyna_entries, dyna_setups, report
     from missions.bench.table import TableOptions, fill_table
-    from missions.resources import MISSIONS
 
-    file = mission or str(MISSIONS / "bench" / "dyna.yaml")
     given = assignments(parameter or [], "--parameter", "controller.cruise_speed=1.2")
-    setups = [
-        Setup(file, RULES, robot=robot, controller=name, parameters=FAST.get(name, {}) | given)
-        for name in named(controllers) or ("pure_pursuit",)
-    ]
+    setups = dyna_setups(
+        named(controllers) or ("pure_pursuit",), robot, mission or str(MISSION), given
+    )
     entries = dyna_entries(setups, worlds, trials, out / "worlds")
     _print(report(fill_table(entries, TableOptions(out, jobs), _tell)))
 

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 
 from missions.bench.dyna_worlds import WORLDS, dyna_text
 from missions.bench.layout import written
 from missions.bench.reporting import FIGURES, failures, figures, short
 from missions.bench.runs import Entry, Rules, Run, Setup
+from missions.resources import MISSIONS
 from stack.errors import InputError
 
 FAST: dict[str, dict[str, str]] = {
@@ -24,7 +26,28 @@ FAST: dict[str, dict[str, str]] = {
 }  # fmt: skip
 """What makes each controller as fast as what it meets: the defaults are for 0.8 m/s indoors."""
 
+MISSION = MISSIONS / "bench" / "dyna.yaml"
 RULES = Rules(goal_radius=1.0, time_limit=100.0)
+
+
+def dyna_setups(
+    controllers: Sequence[str], robot: str = "jackal", mission: str = str(MISSION),
+    given: Mapping[str, str] = MappingProxyType({}),
+) -> list[Setup]:  # fmt: skip
+    """A setup for each controller, as fast as what it meets.
+
+    Args:
+        controllers: names.
+        robot: name or file.
+        mission: name or file.
+        given: further parameters, over those of FAST.
+    """
+    return [
+        Setup(
+            mission, RULES, robot=robot, controller=name, parameters={**FAST.get(name, {}), **given}
+        )
+        for name in controllers
+    ]
 
 
 def dyna_entries(setups: Sequence[Setup], worlds: int, trials: int, folder: Path) -> list[Entry]:

@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy
 
-from tests.benchmarks import control, costmap, missions, planners, planning, startup, trees
+from tests.benchmarks import control, costmap, driving, missions, planners, planning, startup, trees
 from tests.benchmarks.table import Rows, keep, show
 
 
@@ -19,6 +19,8 @@ def main() -> None:
     arguments.add_argument("--seeds", type=int, default=10, help="seeds of each mission")
     arguments.add_argument("--kidnaps", type=int, default=60, help="seeds of mission 05")
     arguments.add_argument("--jobs", type=int, default=2, help="processes for the mission table")
+    arguments.add_argument("--trials", type=int, default=2, help="of each narrow passage")
+    arguments.add_argument("--worlds", type=int, default=5, help="of moving cylinders")
     given = arguments.parse_args()
     benchmarks: dict[str, tuple[str, Callable[[], Rows]]] = {
         "commands": ("Commands", startup.command_times),
@@ -31,6 +33,14 @@ def main() -> None:
         "missions": (
             "Missions over seeds",
             lambda: missions.mission_table(given.seeds, given.jobs),
+        ),
+        "courses": (
+            "Narrow passages, default parameters",
+            lambda: driving.course_table(given.trials, given.jobs),
+        ),
+        "dyna": (
+            "Across a field of moving cylinders",
+            lambda: driving.dyna_table(given.worlds, given.jobs),
         ),
         "wall": ("Wall following (04)", lambda: missions.wall_table(3, given.jobs)),
         "kidnap": (

@@ -19,31 +19,43 @@ from tests.benchmarks.table import Rows
 RUNS = 3
 
 
+STAGES = ("estimate", "costmap", "navigate", "safety", "body")
+"""Of the step loop, whose mean times are shown; the report has all of them."""
+
+
 def run_figures(mission: str = "02_office_patrol") -> Rows:
     """Whole `treepilot run --json` processes, pinned to one core where the system allows."""
+    return [_run_figures(mission, controller) for controller in ("pure_pursuit", "mppi", "dwb")]
+
+
+def _run_figures(mission: str, controller: str) -> dict[str, Any]:
     reports = []
     for seed in range(RUNS):
         with tempfile.TemporaryDirectory() as folder:
             began = perf_counter()
             done = subprocess.run(
                 [*_one_core(), *_treepilot("run", mission), "--json", "--no-rerun",
+                 "--parameter", f"controller.use={controller}",
                  "--seed", str(seed), "--out", str(Path(folder) / "run")],
                 capture_output=True, text=True, check=False,
             )  # fmt: skip
             report = json.loads(done.stdout)
             whole = perf_counter() - began
             reports.append({**report, "whole": whole})
-    return [
-        {
-            "mission": mission,
-            "x real time": median(report["real_time_factor"] for report in reports),
-            "start to first tick s": median(
-                report["whole"] - report["wall_seconds"] for report in reports
-            ),
-            "simulated s": median(report["simulated_seconds"] for report in reports),
-            "peak memory MB": max(report["peak_memory_mb"] for report in reports),
-        }
-    ]
+    return {
+        "controller": controller,
+        "success": f"{sum(report['status'] == 'success' for report in reports)}/{len(reports)}",
+        "x real time": median(report["real_time_factor"] for report in reports),
+        "start to first tick s": median(
+            report["whole"] - report["wall_seconds"] for report in reports
+        ),
+        "simulated s": median(report["simulated_seconds"] for report in reports),
+        "peak memory MB": max(report["peak_memory_mb"] for report in reports),
+        **{
+            f"{stage} ms": median(report["stages"][stage]["mean_ms"] for report in reports)
+            for stage in STAGES
+        },
+    }
 
 
 def command_times() -> Rows:
