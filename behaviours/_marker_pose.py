@@ -79,14 +79,14 @@ def hypotheses(
         sighting: with poses of the base at the picture's stamp.
         at_stamp: odometry when the picture was exposed.
         now: odometry when the scan was taken that `fit` looks at.
-        fit: quality of the newest scan at a pose, in [0, 1].
+        fit: health of the newest scan at a pose, in [0, 1].
     """
     since, centre = now.relative_to(at_stamp), sighting.marker.position[:2]
     found = []
     for candidate in sighting.candidates:
-        pose, quality = best_fit(candidate.pose.compose(since), centre, fit)
+        pose, health = best_fit(candidate.pose.compose(since), centre, fit)
         map_from_odom = pose.compose(now.inverse())
-        found.append(Hypothesis(map_from_odom, quality, candidate.error, (sighting.stamp,)))
+        found.append(Hypothesis(map_from_odom, health, candidate.error, (sighting.stamp,)))
     return sorted(found, key=lambda one: (-one.fit, one.error))
 
 

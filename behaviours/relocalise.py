@@ -25,7 +25,7 @@ STEP_SHARE, STEP_RANGE = 0.6, (radians(20.0), radians(60.0))
 """Share of the camera's field of view turned from stop to stop, so that pictures overlap."""
 SURE_FIT, SURE_ERROR, LEAD = 0.6, 1.0, 0.05
 DEVIATION = 0.1
-FINE_QUALITY, FINE_TIME = 0.5, 1.0
+FINE_HEALTH, FINE_TIME = 0.5, 1.0
 MOVE_SPEED, MOVE_DISTANCE, MOVE_TIME, MOVE_SPARE = 0.25, 1.0, 6.0, 0.3
 
 Steps = Generator[None, None, bool]
@@ -42,15 +42,15 @@ class Relocalise(RobotBehaviour):
 
     use_camera: bool = port("look for markers first", default=True)
     only_if_lost: bool = port(
-        f"do nothing when the quality stays at {FINE_QUALITY:g} or more for {FINE_TIME:g} s",
+        f"do nothing when the health stays at {FINE_HEALTH:g} or more for {FINE_TIME:g} s",
         default=False,
     )
     min_fit: float = port(
         "how well the scan must fit the map at a marker's pose",
         default=0.35, at_least=0.0, at_most=1.0,
     )  # fmt: skip
-    min_quality: float = port(
-        "localisation quality that proves the new pose", default=0.4, at_least=0.0, at_most=1.0
+    min_health: float = port(
+        "localisation health that proves the new pose", default=0.4, at_least=0.0, at_most=1.0
     )
     method: str = output("how the pose was found: marker, lidar, or kept when it was fine")
 
@@ -105,7 +105,7 @@ class Relocalise(RobotBehaviour):
 
     def _is_fine(self) -> Steps:
         start = self.robot.time
-        while self.robot.localisation_quality >= FINE_QUALITY:
+        while self.robot.localisation_health >= FINE_HEALTH:
             if self.robot.time - start >= FINE_TIME:
                 return True
             yield
@@ -191,8 +191,8 @@ class Relocalise(RobotBehaviour):
     def _is_confirmed(self) -> Steps:
         start = self.robot.time
         while self.robot.time - start < CONFIRM_WITHIN:
-            self.feedback_message = f"quality {self.robot.localisation_quality:.2f}"
-            good = self.robot.localisation_quality >= self.min_quality
+            self.feedback_message = f"health {self.robot.localisation_health:.2f}"
+            good = self.robot.localisation_health >= self.min_health
             if good and self.robot.time - start >= CONFIRM_AFTER:
                 return True
             yield
@@ -203,8 +203,8 @@ class Relocalise(RobotBehaviour):
             return False
         if (yield from self._is_confirmed()):
             return True
-        quality = self.robot.localisation_quality
-        sentence = f"quality {quality:.2f} at the pose found, below {self.min_quality:g}"
+        health = self.robot.localisation_health
+        sentence = f"health {health:.2f} at the pose found, below {self.min_health:g}"
         self.fail(FailureCode.LOST, sentence)
         return False
 

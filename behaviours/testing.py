@@ -93,7 +93,7 @@ class ScriptedRobot:
     time: float = 0.0
     pose: Pose2D = Pose2D(0.0, 0.0)
     odometry: Pose2D = Pose2D(0.0, 0.0)
-    localisation_quality: float = 1.0
+    localisation_health: float = 1.0
     covariance: FloatArray = field(default_factory=lambda: np.diag([0.0025, 0.0025, 0.001]))
     speed: Twist = STANDSTILL
     footprint: Footprint = field(default_factory=lambda: Footprint.circle(0.22))
@@ -120,8 +120,8 @@ class ScriptedRobot:
 
     @property
     def estimate(self) -> PoseEstimate:
-        """Pose, covariance and quality in one."""
-        return PoseEstimate(self.pose, self.covariance, self.localisation_quality)
+        """Pose, covariance and health in one."""
+        return PoseEstimate(self.pose, self.covariance, self.localisation_health)
 
     def image(self) -> Image | None:
         """The picture that the test set."""

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from missions.report import Report
+    from missions.execution.report import Report
 
 __all__ = ["run"]
 
@@ -48,8 +48,8 @@ def run(  # noqa: PLR0913 - what a run is made of, all by keyword
     Raises:
         InputError: the mission, robot or world is wrong; nothing has moved.
     """
-    from missions.assembly import RunOptions
-    from missions.runner import run_mission
+    from missions.execution.prepare import RunOptions
+    from missions.execution.runner import run_mission
 
     options = RunOptions(
         seed=seed, arguments=dict(arguments or {}), robot=robot, world=world, start=start,

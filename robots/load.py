@@ -15,14 +15,14 @@ import numpy as np
 from robots.declared import FOOTPRINT, RADIUS, SHAPE, URDF, X, Y, length
 from robots.sensors import parameters_of, read_camera, read_lidar, read_lidars, read_sonars
 from robots.wheels import AnyWheels, check_joints, check_lateral_speed, read_wheels
-from stack.description import (
+from stack.documents import Findings, Node, Section, read_document
+from stack.drivetrain.description import (
     BatteryDescription,
     ImuDescription,
     Limits,
     OdometryNoise,
     RobotDescription,
 )
-from stack.documents import Findings, Node, Section, read_document
 from stack.errors import InputError
 from stack.parameters import Declaration, suggestion
 from stack.types import FloatArray, Footprint

@@ -7,8 +7,8 @@ from math import pi, tan
 from typing import Any, TypeVar, cast
 
 from robots.declared import SHAPE, X, Y, Z
-from stack.description import CameraDescription, LidarDescription, SonarDescription
 from stack.documents import Section
+from stack.drivetrain.description import CameraDescription, LidarDescription, SonarDescription
 from stack.parameters import Declaration, declarations
 from stack.types import CameraModel, Pose2D
 

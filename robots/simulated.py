@@ -15,14 +15,14 @@ from __future__ import annotations
 
 import time as wall_clock
 
-from stack.description import RobotDescription
-from stack.sim.camera import Camera
-from stack.sim.contacts import ContactTally
-from stack.sim.physics import GroundTruth
-from stack.sim.rendering import Studio
-from stack.sim.settings import SimulationSettings
+from stack.drivetrain.description import RobotDescription
+from stack.sim.physics.contacts import ContactTally
+from stack.sim.physics.physics_world import GroundTruth
+from stack.sim.physics.settings import SimulationSettings
+from stack.sim.sensors.camera import Camera
+from stack.sim.sensors.rendering import RenderSetup
 from stack.sim.simulation import Simulation
-from stack.sim.world import World
+from stack.sim.worlds.world import World
 from stack.types import FloatArray, Observation, Pose2D, Twist
 
 PATIENCE = 0.25
@@ -54,7 +54,7 @@ class SimulatedBody:
         self._settings, self._closed = settings, False
         self._camera: Camera | None = None
         if description.camera is not None:
-            self._camera = Camera(Studio(world, description.urdf, description.camera, seed))
+            self._camera = Camera(RenderSetup(world, description.urdf, description.camera, seed))
         self._simulation = Simulation(description, world, start, seed, settings)
         self._schedule: tuple[float, float] | None = None
 
@@ -75,7 +75,7 @@ class SimulatedBody:
     def ask_for_image(self) -> None:
         """Expose a picture now if the camera's rate allows; it arrives `latency` later."""
         if self._camera is not None and self._camera.is_ready(self.time):
-            self._camera.expose(self.time, self._simulation.shot())
+            self._camera.expose(self.time, self._simulation.render_request())
 
     def wait(self, period: float) -> None:
         """Step the physics through a period, and keep pace with the wall clock if one is set.

@@ -11,8 +11,8 @@ from xml.etree import ElementTree
 import numpy as np
 
 from robots.declared import HEADING, RADIUS, SHAPE, URDF, X, Y, length
-from stack.description import DriveKind, Limits, OmniWheels, SteeredWheels, Wheels
 from stack.documents import Node, Section
+from stack.drivetrain.description import DriveKind, Limits, OmniWheels, SteeredWheels, Wheels
 from stack.parameters import Declaration, suggestion
 from stack.types import Pose2D
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from stack.description import RobotDescription
+from stack.drivetrain.description import RobotDescription
 from stack.types import Observation, Twist
 
 DEAD_MAN = 0.3

@@ -19,7 +19,7 @@ from typing import Any, ClassVar, Protocol
 
 import numpy as np
 
-from stack.description import RobotDescription
+from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError, NavigationError
 from stack.parameters import build, suggestion
 from stack.types import (
@@ -29,7 +29,7 @@ from stack.types import (
     Footprint,
     Path,
     Pose2D,
-    Track,
+    TrackedObject,
     Twist,
 )
 
@@ -66,7 +66,7 @@ GROUPS = {
 }
 
 
-class Stop:
+class CancelToken:
     """A wish, from any thread, that a search be given up.
 
     Attributes:
@@ -87,30 +87,30 @@ class Stop:
 
 
 @dataclass(frozen=True)
-class Terms:
+class PlanOptions:
     """On what terms a plan is asked for.
 
     Attributes:
         partial: as near to the goal as can be will do, whatever the planner's parameters say.
-        way: +1 or -1 when the robot drives forward or backward as the plan begins, 0 when it
+        direction: +1 or -1 when the robot drives forward or backward as the plan begins, 0 when it
             stands: planners that know of directions count a change of it there as anywhere.
-        stop: when this is wished for, the plan may be given up with CANCELLED.
+        cancel: when this is wished for, the plan may be given up with CANCELLED.
     """
 
     partial: bool = False
-    way: int = 0
-    stop: Stop = field(default_factory=Stop)
+    direction: int = 0
+    cancel: CancelToken = field(default_factory=CancelToken)
 
 
-USUAL_TERMS = Terms()
+DEFAULT_PLAN_OPTIONS = PlanOptions()
 """The parameters' own, and nobody has the stop in hand."""
 
 
 class Planner(Protocol):
     """A global planner.
 
-    Its `plan` may have a fourth parameter, `terms: Terms`. One that has none cannot be stopped: a
-    plan that nobody wants any more is then computed to its end before the next one begins.
+    Its `plan` may have a fourth parameter, `options: PlanOptions`. A planner without it cannot be
+    cancelled: a plan that is no longer wanted is computed to its end before the next one starts.
     """
 
     Parameters: ClassVar[type]
@@ -129,10 +129,12 @@ class Planner(Protocol):
         ...
 
 
-def plan_on_terms(planner: Any, costs: CostGrid, ends: tuple[Pose2D, Pose2D], terms: Terms) -> Path:
+def plan_with_options(
+    planner: Any, costs: CostGrid, ends: tuple[Pose2D, Pose2D], options: PlanOptions
+) -> Path:
     """A plan from a pose to another, on terms where the planner knows of such."""
-    if "terms" in signature(planner.plan).parameters:
-        path: Path = planner.plan(costs, *ends, terms)
+    if "options" in signature(planner.plan).parameters:
+        path: Path = planner.plan(costs, *ends, options)
     else:
         path = planner.plan(costs, *ends)
     return path
@@ -155,7 +157,7 @@ class ControlState:
     pose: Pose2D
     twist: Twist
     costs: CostGrid
-    tracks: tuple[Track, ...] = ()
+    tracks: tuple[TrackedObject, ...] = ()
     points: FloatArray | None = None
 
 
@@ -247,6 +249,6 @@ def choose(kind: str, name: str, values: dict[str, Any]) -> Choice:
 
 
 __all__ = [
-    "Choice", "ControlState", "Controller", "Footprint", "Planner", "Stop", "Terms", "available",
-    "choose", "component",
+    "CancelToken", "Choice", "ControlState", "Controller", "Footprint", "PlanOptions", "Planner",
+    "available", "choose", "component",
 ]  # fmt: skip

@@ -171,9 +171,20 @@ def build(parameters: type[T], values: Mapping[str, Any]) -> T:
     return parameters(**checked)
 
 
+RENAMED = {
+    "localisation.quality": "localisation.health",
+    "lost_quality": "lost_health",
+    "min_quality": "min_health",
+    "quality_window": "health_window",
+}
+"""Words of older mission and parameter files, and what they are called now (CHANGELOG.md)."""
+
+
 def suggestion(word: str, known: typing.Iterable[str]) -> str:
-    """`did you mean 'x'?` when something is near, else the list of what there is."""
+    """Hint for an unknown word: its new name, a similar word, or the list of known words."""
     names = sorted(known)
+    if RENAMED.get(word) in names:
+        return f"{word!r} was renamed to {RENAMED[word]!r}"
     close = nearest(word, names)
     if close is not None:
         return f"did you mean {close!r}?"

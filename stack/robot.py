@@ -67,7 +67,7 @@ class Robot(Protocol):
 
     @property
     def estimate(self) -> PoseEstimate:
-        """Pose in the map frame with covariance and quality of the localisation."""
+        """Pose in the map frame with covariance and health of the localisation."""
         ...
 
     @property
@@ -81,7 +81,7 @@ class Robot(Protocol):
         ...
 
     @property
-    def localisation_quality(self) -> float:
+    def localisation_health(self) -> float:
         """In [0, 1]; below 0.3 the scans do not fit the map here."""
         ...
 
@@ -119,7 +119,7 @@ class Robot(Protocol):
         ...
 
     def fit_at(self, pose: Pose2D) -> float:
-        """Localisation quality that the newest scan would have at another pose, in [0, 1]."""
+        """Localisation health that the newest scan would have at another pose, in [0, 1]."""
         ...
 
     def navigate_to(

@@ -209,7 +209,7 @@ class RangeReading:
 
 
 @dataclass(frozen=True, slots=True)
-class Track:
+class TrackedObject:
     """A moving thing that was followed over several scans, map frame.
 
     Attributes:
@@ -240,7 +240,7 @@ class Track:
             self.position[1] + seconds * self.velocity[1],
         )
 
-    def at(self, time: float) -> Track:
+    def at(self, time: float) -> TrackedObject:
         """The same thing at another time, where it keeps its velocity; covariance as it was."""
         return replace(self, stamp=time, position=self.position_after(time - self.stamp))
 
@@ -441,12 +441,12 @@ class PoseEstimate:
     Attributes:
         pose: map frame.
         covariance: (3, 3) of x, y, heading.
-        quality: in [0, 1]; how well the scans fit the map here. Below 0.3 something is wrong.
+        health: in [0, 1]; how well the scans fit the map here. Below 0.3 something is wrong.
     """
 
     pose: Pose2D
     covariance: FloatArray
-    quality: float
+    health: float
 
     @property
     def position_deviation(self) -> float:

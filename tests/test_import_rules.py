@@ -10,7 +10,7 @@ ROOT = Path(__file__).parents[1]
 
 FOUNDATION = {
     "stack.types", "stack.errors", "stack.parameters", "stack.documents", "stack.streams",
-    "stack.description", "stack.kinematics",
+    "stack.drivetrain.description", "stack.drivetrain.kinematics",
 }  # fmt: skip
 
 MAY_IMPORT = {

@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from missions.checking import check_files
-from missions.cli import app
+from missions.cli.app import app
+from missions.inspection.check import check_files
 
 README = (Path(__file__).parents[1] / "README.md").read_text("utf-8")
 

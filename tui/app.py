@@ -175,7 +175,7 @@ class Dashboard(App[str]):
         speed, fit, error = panes.query(Chart)
         now = snapshot.time
         speed.add(now, set=snapshot.commanded.linear, real=snapshot.measured.linear)
-        fit.add(now, fit=snapshot.quality)
+        fit.add(now, fit=snapshot.health)
         error.display = snapshot.truth is not None
         if snapshot.truth is not None:
             error.add(now, **{"off by": snapshot.pose.distance_to(snapshot.truth)})

@@ -55,7 +55,7 @@ class StatusBar(Static):
             text.append(f"  {row.message}", style=f"not bold {css(DIM)}")
 
     def _figures(self, text: Text, snapshot: Snapshot) -> None:
-        fit, charge = snapshot.quality, snapshot.battery.charge
+        fit, charge = snapshot.health, snapshot.battery.charge
         for label, value, colour in (
             ("fit", f"{fit:.2f}", GOOD if fit > 0.5 else WARN if fit >= 0.3 else BAD),
             ("bat", f"{charge:.0%}", GOOD if charge > 0.4 else WARN if charge > 0.2 else BAD),

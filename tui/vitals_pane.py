@@ -47,11 +47,11 @@ class VitalsPane(Static, can_focus=True):
         text.append(f" {charge:.0%}{flash}\n", style=css(colour))
 
     def _localisation(self, text: Text, snapshot: Snapshot) -> None:
-        quality = snapshot.quality
-        colour = GOOD if quality > 0.5 else WARN if quality >= 0.3 else BAD
+        health = snapshot.health
+        colour = GOOD if health > 0.5 else WARN if health >= 0.3 else BAD
         deviation = float(snapshot.covariance[:2, :2].trace()) ** 0.5
-        _bar(text, "fit", quality, colour)
-        text.append(f" {quality:.2f} ±{deviation * 100:.0f} cm\n", style=css(colour))
+        _bar(text, "fit", health, colour)
+        text.append(f" {health:.2f} ±{deviation * 100:.0f} cm\n", style=css(colour))
 
     def _counters(self, text: Text, snapshot: Snapshot) -> None:
         counters = snapshot.counters

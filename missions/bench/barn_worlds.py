@@ -9,7 +9,7 @@ from typing import Any
 from missions.bench.runs import Case
 from stack.documents import Finding, Mark
 from stack.errors import InputError
-from stack.sim.world import Cylinder, World
+from stack.sim.worlds.world import Cylinder, World
 from stack.types import Pose2D
 
 CYLINDER_HEIGHT = 1.0
@@ -32,7 +32,7 @@ def find_worlds(path: Path) -> list[Case]:
         files = sorted(found, key=lambda file: _natural(file.stem))
     if not files or not path.exists():
         raise _refused(path, "no BARN worlds here; expected .world files, one of them, or a .json")
-    from missions.resources import load_world
+    from missions.execution.resources import load_world
 
     return [Case(file.stem, load_world(str(file.resolve()), file.parent)) for file in files]
 

@@ -10,7 +10,7 @@ from missions.bench.courses import COURSES, Course
 from missions.bench.layout import written
 from missions.bench.reporting import FIGURES, failures, figures
 from missions.bench.runs import Entry, Rules, Run, Setup
-from missions.resources import MISSIONS, load_robot
+from missions.execution.resources import MISSIONS, load_robot
 from stack.errors import InputError
 from stack.parameters import suggestion
 

@@ -12,7 +12,7 @@ from math import cos, pi, radians, sin
 from numpy.random import Generator
 
 from missions.bench.layout import Layout, Point
-from stack.description import RobotDescription
+from stack.drivetrain.description import RobotDescription
 from stack.streams import stream
 from stack.types import Footprint, Pose2D
 

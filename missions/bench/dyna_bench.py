@@ -11,7 +11,7 @@ from missions.bench.dyna_worlds import WORLDS, dyna_text
 from missions.bench.layout import written
 from missions.bench.reporting import FIGURES, failures, figures, short
 from missions.bench.runs import Entry, Rules, Run, Setup
-from missions.resources import MISSIONS
+from missions.execution.resources import MISSIONS
 from stack.errors import InputError
 
 FAST: dict[str, dict[str, str]] = {

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from missions.bench.runs import GOAL, Case
-from missions.resources import load_world
+from missions.execution.resources import load_world
 from stack.errors import InputError
 from stack.types import Pose2D
 

@@ -11,12 +11,12 @@ from statistics import mean
 from time import perf_counter
 from typing import Any
 
-from missions.assembly import Plan, RunOptions, prepare
 from missions.bench.drive_recorder import DriveRecorder
 from missions.bench.resumable import Key, Work
 from missions.bench.shortest import shortest_ways
-from missions.report import Report
-from missions.runner import execute
+from missions.execution.prepare import PreparedMission, RunOptions, prepare
+from missions.execution.report import Report
+from missions.execution.runner import execute
 from stack.errors import NavigationError
 from stack.telemetry.records import MissionState
 from stack.types import Pose2D
@@ -117,7 +117,7 @@ def settings_text(parameters: Mapping[str, str]) -> str:
     return " ".join(f"{name}={value}" for name, value in parameters.items())
 
 
-def conditions(entry: MissionEntry, plan: Plan) -> dict[str, object]:
+def conditions(entry: MissionEntry, plan: PreparedMission) -> dict[str, object]:
     """What all runs of a mission depend on but their seeds, for `resumable.claim`.
 
     Args:
@@ -184,7 +184,7 @@ def _counted(report: Report) -> dict[str, Any]:
     }
 
 
-def _shortest(plan: Plan, stops: list[Pose2D]) -> float | None:
+def _shortest(plan: PreparedMission, stops: list[Pose2D]) -> float | None:
     """Metres from the start by all stops; as the crow flies where no way can be drawn."""
     if not stops:
         return None

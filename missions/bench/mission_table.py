@@ -7,10 +7,10 @@ from pathlib import Path
 from statistics import mean, median
 from typing import Any
 
-from missions.assembly import prepare
 from missions.bench.mission_runs import MISSION_WORK, MissionEntry, MissionRun, conditions
 from missions.bench.resumable import TableOptions, claim, fill
-from missions.resources import mission_files
+from missions.execution.prepare import prepare
+from missions.execution.resources import mission_files
 from stack.errors import InputError
 
 TIME_LIMIT = 7200.0

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from missions.assembly import Plan
 from missions.bench.reporting import short
-from missions.bench.running import Story
-from stack.sim.rasterise import rasterise
+from missions.bench.trial import Trial
+from missions.execution.prepare import PreparedMission
+from stack.sim.worlds.rasterise import rasterise
 from stack.types import FREE, OCCUPIED, FloatArray
 
 METRE = 50
@@ -28,7 +28,7 @@ DRIVEN, ROBOT, GOAL, WALKER = (200, 110, 30), (40, 40, 220), (90, 170, 60), (190
 """Blue, red, green, violet (as OpenCV has them: blue first)."""
 
 
-def draw_story(path: Path, plan: Plan, story: Story) -> None:
+def draw_story(path: Path, plan: PreparedMission, story: Trial) -> None:
     """Write a PNG.
 
     Args:
@@ -63,7 +63,7 @@ def draw_story(path: Path, plan: Plan, story: Story) -> None:
         path.write_bytes(png.tobytes())
 
 
-def _captioned(pixels: Any, story: Story) -> Any:
+def _captioned(pixels: Any, story: Trial) -> Any:
     """The picture below what is said about it."""
     import cv2
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from missions.assembly import Plan, RunOptions, prepare
+from missions.execution.prepare import PreparedMission, RunOptions, prepare
 from stack.errors import InputError
-from stack.sim.world import World
+from stack.sim.worlds.world import World
 from stack.types import Pose2D
 
 GOAL = "goal"
@@ -72,7 +72,7 @@ class Setup:
         stem = Path(self.mission).stem
         return " ".join(filter(None, (stem, self.robot, self.controller, *given)))
 
-    def plan(self, case: Case | None, trial: int) -> tuple[Plan, RunOptions]:
+    def plan(self, case: Case | None, trial: int) -> tuple[PreparedMission, RunOptions]:
         """The mission, read and checked, and how it is run.
 
         Args:
@@ -93,7 +93,7 @@ class Setup:
         return (plan if case is None else replace(plan, world=case.world)), options
 
 
-def goal_of(plan: Plan) -> Pose2D:
+def goal_of(plan: PreparedMission) -> Pose2D:
     """Where a benchmark's mission leads: its argument `goal`, else the place of that name.
 
     Raises:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from stack.description import RobotDescription
-from stack.sim.world import World
+from stack.drivetrain.description import RobotDescription
+from stack.sim.worlds.world import World
 from stack.types import Pose2D
 
 ROOM = 1.0
@@ -46,7 +46,7 @@ def shortest_ways(
     from stack.costmap.costmap import Costmap
     from stack.costmap.parameters import CostmapParameters
     from stack.planning.astar import Astar, AstarParameters
-    from stack.sim.rasterise import rasterise
+    from stack.sim.worlds.rasterise import rasterise
 
     x_min, y_min, x_max, y_max = world.bounds
     bounds = (

@@ -13,8 +13,8 @@ from typing import Any
 from missions.bench.picture import draw_story
 from missions.bench.reporting import short
 from missions.bench.resumable import TableOptions, Work, claim, fill
-from missions.bench.running import carry_out
 from missions.bench.runs import Entry, Run, Setup
+from missions.bench.trial import run_trial
 
 __all__ = ["TableOptions", "fill_table", "line_of"]
 
@@ -80,7 +80,7 @@ def _row(values: dict[str, Any]) -> Run:
 
 
 def _run_and_draw(entry: Entry, out: Path) -> Run:
-    story = carry_out(entry)
+    story = run_trial(entry)
     if not story.run.success:
         folder = out / PICTURES
         folder.mkdir(exist_ok=True)

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from behaviours.catalogue import Catalogue
-from missions.choices import DEFAULTS, SETTINGS
-from missions.editor.describing import TOP_KEYS, TREE_KEYS
+from missions.editor.markdown import TOP_KEYS, TREE_KEYS
 from missions.editor.node_schemas import EXPRESSION, NODE, node_schema
 from missions.editor.value_schemas import (
     Schema,
@@ -15,9 +14,10 @@ from missions.editor.value_schemas import (
     section,
     words,
 )
-from missions.language.cases import CASE_KEYS, EXPECT_KEYS
-from missions.language.events import EVENT_KEYS, HOLD, THEN
-from missions.language.value_types import NAMED
+from missions.execution.component_choices import DEFAULTS, SETTINGS
+from missions.language.expressions.value_types import NAMED
+from missions.language.reading.cases import CASE_KEYS, EXPECT_KEYS
+from missions.language.reading.events import EVENT_KEYS, HOLD, THEN
 from stack.components import GROUPS, available, component
 from stack.errors import InputError
 from stack.parameters import Declaration, declarations

@@ -8,13 +8,13 @@ from functools import lru_cache
 from pathlib import Path
 
 from missions.editor.outline import Around, Signature, signature_of, type_word
-from missions.language.value_types import ANYTHING, POSE, ValueType
-from missions.language.values import reference_name, text_of
-from missions.resources import WORLDS
+from missions.execution.resources import WORLDS
+from missions.language.expressions.value_types import ANYTHING, POSE, ValueType
+from missions.language.reading.values import reference_name, text_of
 from robots.load import find_robot
 from stack.documents import Mark, Node, read_file
 from stack.errors import InputError
-from stack.sim.world_file import find_world
+from stack.sim.worlds.world_file import find_world
 
 MAX_FILES = 50
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 from re import escape
 
 from behaviours.catalogue import BehaviourKind, Catalogue
-from missions.editor.describing import behaviour_text, word_text
+from missions.editor.markdown import behaviour_text, word_text
 from missions.editor.value_schemas import (
     IDENTIFIER,
     REFERENCE,
@@ -18,10 +18,18 @@ from missions.editor.value_schemas import (
     section,
     words,
 )
-from missions.language.modifiers import ATTEMPTS, DELAY, LIMIT, LOOPS, MODIFIERS, PERIOD, TIMES
-from missions.language.nodes import COMPOSITES
-from missions.language.ports import bare_port
-from missions.language.waypoints import FOLLOW_WAYPOINTS, OUTPUTS, WAYPOINT_PORTS
+from missions.language.reading.modifiers import (
+    ATTEMPTS,
+    DELAY,
+    LIMIT,
+    LOOPS,
+    MODIFIERS,
+    PERIOD,
+    TIMES,
+)
+from missions.language.reading.nodes import COMPOSITES
+from missions.language.reading.ports import bare_port
+from missions.language.reading.waypoints import FOLLOW_WAYPOINTS, OUTPUTS, WAYPOINT_PORTS
 from stack.parameters import Declaration
 from stack.types import Assignments
 

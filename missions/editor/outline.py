@@ -11,13 +11,19 @@ from dataclasses import dataclass, replace
 from enum import StrEnum, auto
 
 from behaviours.catalogue import Catalogue
-from missions.language.cases import CASE_KEYS, EXPECT_KEYS
-from missions.language.events import HOLD, THEN
-from missions.language.modifiers import ATTEMPTS, DELAY, LIMIT, MODIFIERS, TIMES
-from missions.language.nodes import COMPOSITES
-from missions.language.ports import bare_port
-from missions.language.value_types import ASSIGNMENTS, EXPRESSION, ValueType, named_type, type_of
-from missions.language.waypoints import FOLLOW_WAYPOINTS, OUTPUTS, VARIABLES, WAYPOINT_PORTS
+from missions.language.expressions.value_types import (
+    ASSIGNMENTS,
+    EXPRESSION,
+    ValueType,
+    named_type,
+    type_of,
+)
+from missions.language.reading.cases import CASE_KEYS, EXPECT_KEYS
+from missions.language.reading.events import HOLD, THEN
+from missions.language.reading.modifiers import ATTEMPTS, DELAY, LIMIT, MODIFIERS, TIMES
+from missions.language.reading.nodes import COMPOSITES
+from missions.language.reading.ports import bare_port
+from missions.language.reading.waypoints import FOLLOW_WAYPOINTS, OUTPUTS, VARIABLES, WAYPOINT_PORTS
 from stack.documents import Node
 from stack.parameters import Declaration
 

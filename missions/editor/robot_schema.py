@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from missions.choices import DEFAULTS, SETTINGS
 from missions.editor.mission_schema import DRAFT
 from missions.editor.value_schemas import Schema, documented, of_declaration, parts, section
+from missions.execution.component_choices import DEFAULTS, SETTINGS
 from robots.declared import RADIUS, X, Y, Z, length
 from robots.sensors import FIELD_OF_VIEW, PITCH, PIXELS, YAW
 from robots.wheels import AT, DRIVE, JOINT, KEYS, LEFT, MOUNTS, REAR, RIGHT, STEERING
-from stack.description import (
+from stack.drivetrain.description import (
     BatteryDescription,
     CameraDescription,
     ImuDescription,

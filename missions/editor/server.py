@@ -12,12 +12,12 @@ from pygls.lsp.server import LanguageServer
 from pygls.uris import from_fs_path, to_fs_path
 from pygls.workspace import TextDocument
 
-from missions.editor.asking import definition, explanation
-from missions.editor.completing import Candidate, candidates
+from missions.editor.completion import Candidate, candidates
+from missions.editor.document import FileKind, Reading, file_kind, findings_in, read, read_at_cursor
+from missions.editor.hover import definition, explanation
 from missions.editor.outline import Item
-from missions.editor.reading import Reading, Sort, findings_in, read, read_at_cursor, sort_of
 from missions.editor.words import Word, end_of_value, under_way, word_at
-from missions.resources import load_robot, load_world
+from missions.execution.resources import load_robot, load_world
 from stack.documents import Finding, Mark
 
 _SORTS = {
@@ -85,7 +85,7 @@ class MissionServer(LanguageServer):
     def completion(self, uri: str, position: lsp.Position) -> list[lsp.CompletionItem]:
         """What may be written at a position."""
         document = self.workspace.get_text_document(uri)
-        if sort_of(document.source) not in (Sort.MISSION, Sort.TREES):
+        if file_kind(document.source) not in (FileKind.MISSION, FileKind.TREES):
             return []
         line, column = _position(document, position)
         text = _line(document, line)

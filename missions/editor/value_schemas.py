@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from re import escape
 from typing import Any
 
-from missions.editor.describing import declaration_text
+from missions.editor.markdown import declaration_text
 from stack.parameters import REQUIRED, Declaration, declarations, has_fields, units
 from stack.types import Assignments, Expression, Pose2D
 

@@ -1,6 +1,6 @@
 """The JSON Schema (draft 2020-12) of world files, learnt from their own readers.
 
-The readers of single things (stack.sim.world_items) are run on a section that notes what they ask
+The readers of single things (stack.sim.worlds.items) are run on a section that notes what they ask
 for; so a key that a reader learns about is in the schema at once.
 """
 
@@ -21,10 +21,10 @@ from missions.editor.value_schemas import (
 )
 from stack.documents import Findings, Mark, Node, Section
 from stack.parameters import Declaration
-from stack.sim import world_items as items
-from stack.sim.world_file import EDGES
-from stack.sim.world_timeline import ACTIONS, happening
-from stack.sim.world_values import FRICTION, Reading, X, Y
+from stack.sim.worlds import items
+from stack.sim.worlds.timeline import ACTIONS, event
+from stack.sim.worlds.values import FRICTION, Reading, X, Y
+from stack.sim.worlds.world_file import EDGES
 
 LISTS: dict[str, tuple[Callable[[Reading, Section], object], str]] = {
     "walls": (items.wall, "Polylines of upright slabs."),
@@ -35,7 +35,7 @@ LISTS: dict[str, tuple[Callable[[Reading, Section], object], str]] = {
     "friction_zones": (items.friction_zone, "Rectangles of other floor."),
     "people": (items.person, "They walk round a loop."),
     "docks": (items.dock, "Where a battery charges."),
-    "timeline": (happening, "What happens, each entry once."),
+    "timeline": (event, "What happens, each entry once."),
 }
 
 EMPTY = Node("", "scalar", Mark(""))

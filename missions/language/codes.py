@@ -42,7 +42,7 @@ CODES: dict[str, Code] = {
     "E111": Code("component", "a component or one of its parameters is wrong",
                  "navigation: {planner: a_star}", "use the name that is suggested"),
     "E112": Code("event", "an event is `name: {when, hold, do, then}`; a part is missing or wrong",
-                 "events: [{lost: {when: localisation.quality < 0.3}}]",
+                 "events: [{lost: {when: localisation.health < 0.3}}]",
                  "give it `when` and `do`; `then` is resume, restart or abort"),
     "E113": Code("include", "a file cannot be read, stands there twice, or includes itself",
                  "include: [nowhere.yaml]", "name a file with `trees` and `places`, once"),

@@ -9,8 +9,8 @@ from typing import Any, Protocol
 
 from behaviours.catalogue import BehaviourKind
 from missions.language.case_model import Case
-from missions.language.expressions import CheckedExpression
-from missions.language.scope import Symbol
+from missions.language.expressions.expression import CheckedExpression
+from missions.language.expressions.scope import Symbol
 from stack.documents import Finding, Mark
 from stack.types import Pose2D
 
@@ -95,7 +95,7 @@ class Reference:
 
 
 @dataclass(frozen=True, slots=True)
-class Listing:
+class ListValue:
     """A list with references in it, put together when it is read."""
 
     items: tuple[Value, ...]
@@ -115,20 +115,20 @@ class Template:
 
 
 @dataclass(frozen=True, slots=True)
-class Formula:
+class ExpressionValue:
     """An expression handed to a behaviour."""
 
     expression: CheckedExpression
 
 
 @dataclass(frozen=True, slots=True)
-class Writes:
+class AssignmentList:
     """What `set` writes."""
 
     assignments: tuple[tuple[Symbol, CheckedExpression], ...]
 
 
-Value = Constant | Reference | Listing | Template | Formula | Writes
+Value = Constant | Reference | ListValue | Template | ExpressionValue | AssignmentList
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,7 +159,7 @@ class Modifiers:
     """
 
     when: CheckedExpression | None = None
-    hold: CheckedExpression | None = None
+    while_: CheckedExpression | None = None
     keep_going: bool = False
     repeat: Value | None = None
     recover: Recover | None = None

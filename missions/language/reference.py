@@ -5,13 +5,13 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
-from missions.language.cases import CASE_KEYS, EXPECT_KEYS
 from missions.language.codes import CODES
-from missions.language.events import EVENT_KEYS
-from missions.language.modifiers import MODIFIERS
-from missions.language.nodes import COMPOSITES
-from missions.language.robot_values import DISTANCE, ROBOT_VALUES
-from missions.language.value_types import NAMED
+from missions.language.expressions.robot_values import DISTANCE, ROBOT_VALUES
+from missions.language.expressions.value_types import NAMED
+from missions.language.reading.cases import CASE_KEYS, EXPECT_KEYS
+from missions.language.reading.events import EVENT_KEYS
+from missions.language.reading.modifiers import MODIFIERS
+from missions.language.reading.nodes import COMPOSITES
 from stack.parameters import units
 from stack.types import FailureCode
 

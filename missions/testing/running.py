@@ -9,13 +9,13 @@ from typing import Any
 
 from behaviours.testing import TICK_PERIOD, ScriptedRobot
 from missions.language.case_model import Case, Change, Expectation
+from missions.language.expressions.scope import UNSET
 from missions.language.model import Mission
-from missions.language.scope import UNSET
 from missions.testing.scripted_values import set_value
 from missions.testing.stand_ins import StandIns, shown
 from missions.trees.compiler import compile_mission
+from missions.trees.context import Record
 from missions.trees.decorators import TOLERANCE
-from missions.trees.execution import Record
 from missions.trees.mission_tree import MissionTree
 from stack.documents import Mark
 

@@ -50,7 +50,7 @@ _SETTERS: dict[str, Callable[[ScriptedRobot, Any], None]] = {
     "battery.charging": _battery("charging"),
     "robot.speed": _speed("linear"),
     "robot.turning": _speed("angular"),
-    "localisation.quality": _plain("localisation_quality"),
+    "localisation.health": _plain("localisation_health"),
     "localisation.deviation": _deviation,
     "pose": _plain("pose"),
     "pose.x": _pose("x"),

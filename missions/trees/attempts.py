@@ -10,9 +10,9 @@ from py_trees import composites
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from missions.trees.advancing import Advancing, Decorator, run
+from missions.trees.context import Execution, halt
 from missions.trees.decorators import TOLERANCE
-from missions.trees.execution import Execution, halt
+from missions.trees.node import Decorator, Node, run
 from stack.types import Expression
 
 
@@ -57,7 +57,7 @@ class Retry(Decorator):
         self.resume_at += seconds
 
 
-class Recover(Advancing, composites.Composite):
+class Recover(Node, composites.Composite):
     """After a failure of its first child, runs the next of the others, then tries again.
 
     A recovery starts in the tick of the failure, the next attempt in the tick after the recovery.

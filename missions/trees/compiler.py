@@ -16,28 +16,28 @@ from py_trees.common import Status
 
 from behaviours.base import RobotBehaviour
 from behaviours.catalogue import build
-from missions.language.events import HOLD, NO_HOLD
+from missions.language.expressions.scope import Symbol
 from missions.language.model import (
+    AssignmentList,
     Catalogue,
     Composite,
     Constant,
+    ExpressionValue,
     FollowWaypoints,
     ForEach,
-    Formula,
     Leaf,
     Mission,
     Step,
     Use,
-    Writes,
 )
-from missions.language.modifiers import ATTEMPTS, DELAY, LIMIT, PERIOD, TIMES
-from missions.language.scope import Symbol
+from missions.language.reading.events import HOLD, NO_HOLD
+from missions.language.reading.modifiers import ATTEMPTS, DELAY, LIMIT, PERIOD, TIMES
 from missions.trees import composites, decorators, waypoints
 from missions.trees.attempts import Attempts, Recover, Retry
+from missions.trees.context import Execution, Record
 from missions.trees.events import Event, Events, Trigger
-from missions.trees.execution import Execution, Record
 from missions.trees.labels import detail_of, names_of, value_text
-from missions.trees.leaves import LeafGuard
+from missions.trees.leaves import LeafNode
 from missions.trees.mission_tree import MissionTree
 from missions.trees.slots import Frame, Read, Slot, Write
 from stack.documents import Finding, Mark
@@ -173,8 +173,8 @@ class _Compiler:
 
     def _conditional(self, step: Step, node: Behaviour, frame: Frame) -> Behaviour:
         given = step.modifiers
-        if given.hold is not None:
-            held = decorators.While(node, self.execution, given.hold.bind(frame))
+        if given.while_ is not None:
+            held = decorators.While(node, self.execution, given.while_.bind(frame))
             node = self._note(held, "while", step.mark)
         if given.when is not None:
             skipped = Status.FAILURE if frame.skipped_fails else Status.SUCCESS
@@ -190,7 +190,7 @@ class _Compiler:
         if isinstance(step, Leaf | Use) and (other := self.stand_in(step)) is not None:
             for name, symbol in step.outputs.items():
                 other.bind_output(name, frame.writers[symbol])
-            LeafGuard(other, self.execution)
+            LeafNode(other, self.execution)
             return self._note(other, step.kind, step.mark, label=other.name, detail=detail)
         if isinstance(step, Leaf):
             node = self._leaf(step, frame)
@@ -245,21 +245,21 @@ class _Compiler:
     def _leaf(self, step: Leaf, frame: Frame) -> Behaviour:
         given: dict[str, Any] = {}
         for name, value in step.ports.items():
-            if isinstance(value, Formula):
+            if isinstance(value, ExpressionValue):
                 given[name] = value.expression.bind(frame)
-            elif isinstance(value, Writes):
+            elif isinstance(value, AssignmentList):
                 given[name] = _assignments(value, frame)
             else:
                 given[name] = value.value if isinstance(value, Constant) else None
         node = self._built(step, given)
         if isinstance(node, RobotBehaviour):
             for name, value in step.ports.items():
-                if not isinstance(value, Constant | Formula | Writes):
+                if not isinstance(value, Constant | ExpressionValue | AssignmentList):
                     declared = step.behaviour.ports[name]
                     node.bind_input(name, frame.checked(value, declared))
             for name, symbol in step.outputs.items():
                 node.bind_output(name, frame.writers[symbol])
-        LeafGuard(node, self.execution)
+        LeafNode(node, self.execution)
         return node
 
     def _built(self, step: Leaf, given: dict[str, Any]) -> Behaviour:
@@ -281,7 +281,7 @@ class _Compiler:
         return node
 
 
-def _assignments(value: Writes, frame: Frame) -> Assignments:
+def _assignments(value: AssignmentList, frame: Frame) -> Assignments:
     return Assignments(
         tuple(
             (symbol.name, expression.bind(frame), frame.writers[symbol])

@@ -16,13 +16,13 @@ from py_trees import composites
 from py_trees.behaviour import Behaviour
 from py_trees.common import ParallelPolicy, Status
 
-from missions.trees.advancing import Advancing, run
-from missions.trees.execution import Execution, halt
+from missions.trees.context import Execution, halt
+from missions.trees.node import Node, run
 
 _RUNNING, _SUCCESS, _FAILURE = Status.RUNNING, Status.SUCCESS, Status.FAILURE
 
 
-class InTurn(Advancing):
+class InTurn(Node):
     """Children in turn as long as they end with `goes_on`; goes on where it was."""
 
     goes_on: ClassVar[Status]
@@ -34,7 +34,7 @@ class InTurn(Advancing):
         number = 0 if fresh else before
         while True:
             child = children[number]
-            status: Status = child.once()
+            status: Status = child.execute_tick()
             if status is not goes_on:
                 break
             if goes_on is _FAILURE:
@@ -48,7 +48,7 @@ class InTurn(Advancing):
         return self.execution.pass_on(self, child) if status is _FAILURE else status
 
 
-class FromTheTop(Advancing):
+class FromTheTop(Node):
     """All children again on every tick as long as they end with `goes_on`.
 
     `position` is the last child that had a turn in the tick before: those behind it are at rest.
@@ -68,7 +68,7 @@ class FromTheTop(Advancing):
         for number, child in enumerate(children):
             if number == before:
                 del standing_by[depth:]
-            status: Status = child.once()
+            status: Status = child.execute_tick()
             if status is not goes_on:
                 break
             if goes_on is _FAILURE:
@@ -120,7 +120,7 @@ class ReactiveFallback(FromTheTop, composites.Selector):
         self.execution = execution
 
 
-class Parallel(Advancing, composites.Parallel):
+class Parallel(Node, composites.Parallel):
     """All children on every tick, each until it is done; decided as early as possible.
 
     Succeeds with the `needed`-th success, fails once that many are out of reach. What still runs is
@@ -142,7 +142,7 @@ class Parallel(Advancing, composites.Parallel):
         ended = False
         children: list[Any] = self.pending
         for number, child in enumerate(children):
-            status = child.once()
+            status = child.execute_tick()
             if status is _RUNNING:
                 continue
             ended = True
@@ -166,7 +166,7 @@ class Parallel(Advancing, composites.Parallel):
         return self.execution.pass_on(self, first)
 
 
-class RoundRobin(Advancing, composites.Composite):
+class RoundRobin(Node, composites.Composite):
     """One child per run, the next one in the next run; tries the others when it fails.
 
     As Nav2's RoundRobin: the position outlives success, failure and halts.

@@ -1,7 +1,7 @@
-"""Breakpoints, and outcomes forced on nodes: what stands between a node and whoever ticks it.
+"""Breakpoints and forced outcomes: gates in front of single nodes.
 
-A gate takes the place of one node's `once`; nodes without a gate tick as ever, so a tree that
-nobody debugs pays nothing.
+A gate replaces the `execute_tick` of one node; nodes without a gate tick as usual, so a tree
+without breakpoints costs nothing extra.
 
 A node with a breakpoint is held before it starts: nothing of it has been called. The tick that
 reaches it goes on to its end, and to the nodes above it looks as if it were running, so each keeps
@@ -20,8 +20,8 @@ from typing import Any
 from py_trees.common import Status
 
 from missions.trees.addressing import Addressed, find_nodes, path_of
+from missions.trees.context import WORDS, Execution, Record, halt
 from missions.trees.events import Event
-from missions.trees.execution import WORDS, Execution, Record, halt
 from missions.trees.mission_tree import MissionTree
 from stack.errors import InputError
 from stack.parameters import suggestion
@@ -54,16 +54,16 @@ class Gate:
         self.named, self.breaks = "", False
         self.forced: Forced | None = None
         self._stops, self._held, self._before = stops, False, Status.INVALID
-        self._own = "once" in vars(self.node)
-        self._inner = self.node.once  # type: ignore[attr-defined] # as `run` in advancing says
-        self._place(self.once)
+        self._own = "execute_tick" in vars(self.node)
+        self._inner = self.node.execute_tick  # type: ignore[attr-defined] # as `run` in advancing says
+        self._place(self.execute_tick)
 
     @property
     def is_holding(self) -> bool:
         """Whether the node waits here for the next tick."""
         return self._held and self.node.status is Status.RUNNING
 
-    def once(self) -> Status:
+    def execute_tick(self) -> Status:
         """Tick the node, or hold it, or answer in its place."""
         held, self._held, node = self.is_holding, False, self.node
         if held:
@@ -85,10 +85,10 @@ class Gate:
         if self._own:
             self._place(self._inner)
         else:
-            del vars(self.node)["once"]
+            del vars(self.node)["execute_tick"]
 
-    def _place(self, once: Any) -> None:
-        self.node.once = once  # type: ignore[attr-defined] # as above
+    def _place(self, execute_tick: Any) -> None:
+        self.node.execute_tick = execute_tick  # type: ignore[attr-defined] # as above
 
     def _answer(self, forced: Forced) -> Status:
         node, status = self.node, forced.status

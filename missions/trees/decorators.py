@@ -8,8 +8,8 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from missions.trees.advancing import Decorator, run
-from missions.trees.execution import Execution, halt
+from missions.trees.context import Execution, halt
+from missions.trees.node import Decorator, run
 from stack.types import Expression, Failure, FailureCode
 
 TOLERANCE = 1e-9

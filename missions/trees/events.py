@@ -10,9 +10,9 @@ from py_trees import composites
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from missions.trees.advancing import Advancing, Decorator, run
+from missions.trees.context import Execution, halt
 from missions.trees.decorators import TOLERANCE
-from missions.trees.execution import Execution, halt
+from missions.trees.node import Decorator, Node, run
 from stack.types import Expression, Failure, FailureCode
 
 
@@ -60,7 +60,7 @@ class Event(Decorator):
         return status
 
 
-class Events(Advancing, composites.Composite):
+class Events(Node, composites.Composite):
     """Looks at all events on every tick, then ticks the one under way, or the mission.
 
     The first that is due wins. One under way goes on to its end, and only one listed before it
@@ -130,7 +130,7 @@ class Events(Advancing, composites.Composite):
         left = self.left_at.pop(id(self.stack[-1]), None)
         if left is not None and self.stack[-1].status is Status.RUNNING:
             for node in _under_way(self.stack[-1]):
-                if isinstance(node, Advancing):
+                if isinstance(node, Node):
                     node.postpone(now - left)
         return Status.SUCCESS
 

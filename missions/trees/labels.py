@@ -4,23 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from missions.language.expressions.scope import Symbol
+from missions.language.expressions.terms import shown
 from missions.language.model import (
+    AssignmentList,
     Composite,
     Constant,
+    ExpressionValue,
     FollowWaypoints,
     ForEach,
-    Formula,
     Leaf,
-    Listing,
+    ListValue,
     Reference,
     Step,
     Template,
     Use,
     Value,
-    Writes,
 )
-from missions.language.scope import Symbol
-from missions.language.terms import shown
 
 
 def value_text(value: Value) -> str:
@@ -29,9 +29,9 @@ def value_text(value: Value) -> str:
         return value.text or shown(value.value)
     if isinstance(value, Reference):
         return f"${value.symbol.name}"
-    if isinstance(value, Listing):
+    if isinstance(value, ListValue):
         return f"[{', '.join(value_text(item) for item in value.items)}]"
-    if isinstance(value, Formula):
+    if isinstance(value, ExpressionValue):
         return value.expression.source
     if isinstance(value, Template):
         return value.text
@@ -50,7 +50,9 @@ def detail_of(step: Step) -> str:
         return ""
     ports = step.ports if isinstance(step, Leaf) else step.inputs
     parts = [
-        value_text(value) if isinstance(value, Formula | Writes) else f"{name} {value_text(value)}"
+        value_text(value)
+        if isinstance(value, ExpressionValue | AssignmentList)
+        else f"{name} {value_text(value)}"
         for name, value in ports.items()
     ]
     return ", ".join([*parts, *_targets(step.outputs)])

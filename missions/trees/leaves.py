@@ -9,8 +9,8 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from missions.language.scope import NotSet
-from missions.trees.execution import Execution, Record
+from missions.language.expressions.scope import NotSet
+from missions.trees.context import Execution, Record
 from stack.types import Failure, FailureCode
 
 # Module names are looked up faster than attributes of the enumeration; leaves are ticked often.
@@ -19,14 +19,14 @@ _RUNNING, _SUCCESS, _FAILURE, _INVALID = (
 )  # fmt: skip
 
 
-class LeafGuard:
-    """Takes the place of a leaf's initialise, update, terminate and stop, and gives it `once`.
+class LeafNode:
+    """Wraps a leaf's initialise, update, terminate and stop, and adds `execute_tick`.
 
-    Whatever they raise becomes FAILURE of that leaf with code EXCEPTION, the traceback goes to the
-    log, and the tree stays whole. The leaf's own `terminate` is called exactly once after each
-    `initialise`: py_trees alone calls it again whenever a finished parent is reset. `once` is the
-    leaf's tick as a direct call; what a leaf does not override is not called. `record` is set by
-    the tree that the leaf becomes part of.
+    An exception in one of them becomes FAILURE of that leaf with code EXCEPTION; the traceback goes
+    to the log and the tree stays whole. The leaf's own `terminate` is called exactly once after
+    each `initialise`: py_trees alone calls it again whenever a finished parent is reset.
+    `execute_tick` is the leaf's tick as a direct call; a method that the leaf does not override is
+    not called. The tree that the leaf belongs to sets `record`.
     """
 
     record: Record
@@ -42,10 +42,10 @@ class LeafGuard:
         self._just_updates = not (
             self.moves or self.tells_why or self._initialise or self._terminate
         )
-        for name in ("initialise", "update", "terminate", "stop", "once"):
+        for name in ("initialise", "update", "terminate", "stop", "execute_tick"):
             setattr(leaf, name, getattr(self, name))
 
-    def once(self) -> Status:
+    def execute_tick(self) -> Status:
         """Tick the leaf as py_trees' Behaviour.tick does, without its generator."""
         leaf, execution = self.leaf, self.execution
         before = leaf.status

@@ -8,10 +8,10 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from missions.language.scope import UNSET
-from missions.trees.advancing import Advancing, run
+from missions.language.expressions.scope import UNSET
+from missions.trees.context import WORDS, Execution, Record, halt
 from missions.trees.events import Event
-from missions.trees.execution import WORDS, Execution, Record, halt
+from missions.trees.node import Node, run
 from missions.trees.slots import Slot
 from stack.documents import Finding
 from stack.errors import InputError
@@ -39,7 +39,7 @@ class MissionTree:
             record.id = number
             record.parent = -1 if parent is None else execution.record(parent).id
             self._records.append(record)
-            if isinstance(node, Advancing):
+            if isinstance(node, Node):
                 node.record = record
             else:
                 node.update.__self__.record = record  # type: ignore[attr-defined] # its guard

@@ -10,12 +10,12 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
-from missions.language.model import Constant, Listing, Reference, Template, Value
-from missions.language.robot_values import Sight
-from missions.language.scope import UNSET, NotSet, Symbol
-from missions.language.texts import formatter
+from missions.language.expressions.robot_values import EvaluationContext
+from missions.language.expressions.scope import UNSET, NotSet, Symbol
+from missions.language.expressions.texts import formatter
+from missions.language.model import Constant, ListValue, Reference, Template, Value
 from missions.trees.attempts import Attempts
-from missions.trees.execution import Execution
+from missions.trees.context import Execution
 from stack.errors import ParameterError
 from stack.parameters import Declaration
 
@@ -81,7 +81,7 @@ class Frame:
     skipped_fails: bool = False
 
     @property
-    def sight(self) -> Sight:
+    def sight(self) -> EvaluationContext:
         """The robot, and the failure being dealt with."""
         return self.execution
 
@@ -103,7 +103,7 @@ class Frame:
             return lambda: constant
         if isinstance(value, Reference):
             return self.reader(value.symbol)
-        if isinstance(value, Listing):
+        if isinstance(value, ListValue):
             items = [self.value(item) for item in value.items]
             return lambda: [item() for item in items]
         if isinstance(value, Template):

@@ -9,9 +9,9 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from missions.language.scope import UNSET
+from missions.language.expressions.scope import UNSET
+from missions.trees.context import Execution
 from missions.trees.decorators import ForEach, Loop
-from missions.trees.execution import Execution
 from missions.trees.slots import Slot, Write
 from stack.types import Failure
 

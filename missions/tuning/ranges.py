@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from math import floor, isfinite
 from typing import Any, cast
 
-from missions.assembly import Plan
+from missions.execution.prepare import PreparedMission
 from stack.components import Choice, available
 from stack.documents import value_of
 from stack.errors import InputError, ParameterError
@@ -56,7 +56,7 @@ class Range:
         return (float(text) - self.low) / (self.high - self.low)
 
 
-def read_ranges(given: Mapping[str, str], plan: Plan) -> list[Range]:
+def read_ranges(given: Mapping[str, str], plan: PreparedMission) -> list[Range]:
     """Ranges as they stand on the command line, checked against the mission's own components.
 
     Args:
@@ -80,7 +80,7 @@ def read_ranges(given: Mapping[str, str], plan: Plan) -> list[Range]:
     return [_range(name, text, plan) for name, text in given.items()]
 
 
-def _range(name: str, text: str, plan: Plan) -> Range:
+def _range(name: str, text: str, plan: PreparedMission) -> Range:
     declared = _declared(name, plan)
     span = _SPAN.fullmatch(text)
     if span is None:
@@ -114,7 +114,7 @@ def _read(declared: Declaration, name: str, text: str, value: str) -> Any:
         ) from None
 
 
-def _declared(name: str, plan: Plan) -> Declaration:
+def _declared(name: str, plan: PreparedMission) -> Declaration:
     kind, dot, parameter = name.partition(".")
     if not dot or not parameter:
         raise InputError(f"{OPTION} {name}: expected controller.cruise_speed or the like")

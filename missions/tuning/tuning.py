@@ -7,9 +7,9 @@ from dataclasses import dataclass, field, replace
 from math import ceil
 from pathlib import Path
 
-from missions.assembly import Plan, prepare
 from missions.bench.mission_runs import MISSION_WORK, MissionEntry, MissionRun, conditions
 from missions.bench.resumable import Key, TableOptions, claim, fill, rows_in
+from missions.execution.prepare import PreparedMission, prepare
 from missions.tuning.ranges import Range, read_ranges
 from missions.tuning.sampling import Settings, refined_box, sampled
 from missions.tuning.scoring import MEASURES, Score, Weights, best_first, scores_of
@@ -60,7 +60,7 @@ class Tuned:
         left_out: settings that the mission refuses, and why.
     """
 
-    plan: Plan
+    plan: PreparedMission
     ranges: Sequence[Range]
     scores: Sequence[Score]
     confirmed: Sequence[Score] = ()

@@ -57,20 +57,20 @@ class ProgressChecker:
 
 
 class LostChecker:
-    """The localisation is lost when its quality stays below a bound for some time."""
+    """The localisation is lost when its health stays below a bound for some time."""
 
-    def __init__(self, quality: float = 0.3, seconds: float = 1.5) -> None:
-        self.quality, self.seconds = quality, seconds
+    def __init__(self, health: float = 0.3, seconds: float = 1.5) -> None:
+        self.health, self.seconds = health, seconds
         self._since: float | None = None
 
     @property
     def doubted(self) -> bool:
-        """Whether the quality was too low when last looked at: no time to drive on."""
+        """Whether the health was too low when last looked at: no time to drive on."""
         return self._since is not None
 
-    def lost(self, time: float, quality: float) -> bool:
-        """Whether the quality has been too low for too long."""
-        if quality >= self.quality:
+    def lost(self, time: float, health: float) -> bool:
+        """Whether the health has been too low for too long."""
+        if health >= self.health:
             self._since = None
             return False
         if self._since is None:

@@ -17,10 +17,10 @@ from math import atan, atan2, cos, hypot, sin
 import numpy as np
 
 from stack.components import ControlState
-from stack.control.ends import EndsParameters
+from stack.control.goal_alignment import EndsParameters
 from stack.control.path_controller import PathController
+from stack.control.path_progress import PathProgress
 from stack.control.ramps import stopping_speed
-from stack.control.track import Track
 from stack.parameters import parameter
 from stack.types import FloatArray, Pose2D, Twist, wrap_angle
 
@@ -72,7 +72,7 @@ class Graceful(PathController[GracefulParameters]):
 
     Parameters = GracefulParameters
 
-    def _along(self, track: Track, state: ControlState) -> Twist | None:
+    def _along(self, track: PathProgress, state: ControlState) -> Twist | None:
         """Towards the farthest target whose simulated motion is clear; None: none is.
 
         A nearer target keeps closer to the path. When the whole way to none is clear, the nearest
@@ -109,7 +109,7 @@ class Graceful(PathController[GracefulParameters]):
         stopping = stopping_speed(way, brake, p.response_time + self._period)
         return min(cruise, max(stopping, 0.5 * p.min_speed))
 
-    def _targets(self, track: Track, pose: Pose2D) -> list[Pose2D]:
+    def _targets(self, track: PathProgress, pose: Pose2D) -> list[Pose2D]:
         """Poses on the path between the lookahead distances, farthest first, map frame."""
         p = self.parameters
         points = track.sampled(p.max_lookahead, SPACING)

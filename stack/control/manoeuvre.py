@@ -13,10 +13,10 @@ from dataclasses import dataclass
 from math import copysign, inf
 
 from stack.components import ControlState
+from stack.control.path_progress import PathProgress
 from stack.control.swept import SweptFootprint
-from stack.control.track import Track
-from stack.description import RobotDescription
-from stack.kinematics import moved
+from stack.drivetrain.description import RobotDescription
+from stack.drivetrain.kinematics import moved
 from stack.types import Pose2D, Twist, wrap_angle
 
 AHEAD = (0.0, 0.3, -0.3, 0.8, -0.8, 1.6, -1.6, 3.0, -3.0, 5.0, -5.0, 8.0, -8.0)
@@ -41,7 +41,7 @@ GAIN = 0.03
 
 
 @dataclass(frozen=True, slots=True)
-class Leg:
+class ArcPrimitive:
     """A constant twist and where it ends.
 
     Attributes:
@@ -55,9 +55,9 @@ class Leg:
     end: Pose2D
 
     @staticmethod
-    def of(begin: Pose2D, twist: Twist, span: float) -> Leg:
+    def of(begin: Pose2D, twist: Twist, span: float) -> ArcPrimitive:
         """The leg that begins at a pose."""
-        return Leg(twist, span, begin.compose(moved(twist, span)))
+        return ArcPrimitive(twist, span, begin.compose(moved(twist, span)))
 
     def left(self, pose: Pose2D) -> float:
         """What is left of it for a robot near it, metres or radians; negative beyond its end."""
@@ -82,14 +82,14 @@ class Manoeuvres:
         self._back = [curvature for curvature in BACK if reverses and abs(curvature) <= tightest]
         self._turns = () if robot.turning_radius else TURNS
 
-    def ahead(self, state: ControlState, track: Track) -> Leg | None:
+    def ahead(self, state: ControlState, track: PathProgress) -> ArcPrimitive | None:
         """The clear arc ahead that ends nearest to where the path would have the robot."""
         legs = self._ahead(state, state.pose)
         return min(legs, key=lambda leg: _missed(leg, track), default=None)
 
-    def around(self, state: ControlState, track: Track) -> tuple[Leg, ...]:
+    def around(self, state: ControlState, track: PathProgress) -> tuple[ArcPrimitive, ...]:
         """A bit back or round and then an arc ahead; none when nothing makes it better."""
-        best: tuple[Leg, ...] = ()
+        best: tuple[ArcPrimitive, ...] = ()
         least = _badness(state.pose, track) - GAIN
         for first in self._first(state):
             price = FIRST + (REVERSE * first.span if first.twist.linear else 0.0)
@@ -99,43 +99,43 @@ class Manoeuvres:
                     best, least = (first, leg), badness
         return best
 
-    def is_clear(self, state: ControlState, leg: Leg) -> bool:
+    def is_clear(self, state: ControlState, leg: ArcPrimitive) -> bool:
         """Whether what is left of a leg can be driven."""
         left = leg.left(state.pose)
         return left <= 0.0 or self._free(state, state.pose, leg.twist, left) == inf
 
-    def _ahead(self, state: ControlState, begin: Pose2D) -> Iterator[Leg]:
+    def _ahead(self, state: ControlState, begin: Pose2D) -> Iterator[ArcPrimitive]:
         for curvature in self._arcs:
             twist = Twist(1.0, curvature)
             way = min(self._free(state, begin, twist, REACH + MARGIN) - MARGIN, REACH)
             if way >= SHORTEST:
-                yield Leg.of(begin, twist, way)
+                yield ArcPrimitive.of(begin, twist, way)
 
-    def _first(self, state: ControlState) -> Iterator[Leg]:
+    def _first(self, state: ControlState) -> Iterator[ArcPrimitive]:
         for angle in self._turns:
             turn = Twist(angular=copysign(1.0, angle))
             if self._free(state, state.pose, turn, abs(angle) + 0.05) == inf:
-                yield Leg.of(state.pose, turn, abs(angle))
+                yield ArcPrimitive.of(state.pose, turn, abs(angle))
         for curvature in self._back:
             twist = Twist(-1.0, curvature)
             free = self._free(state, state.pose, twist, BACK_WAYS[-1] + MARGIN)
             for way in BACK_WAYS:
                 if free >= way + MARGIN:
-                    yield Leg.of(state.pose, twist, way)
+                    yield ArcPrimitive.of(state.pose, twist, way)
 
     def _free(self, state: ControlState, pose: Pose2D, twist: Twist, reach: float) -> float:
         free, _ = self._swept.arc(state.costs, pose, twist, reach)
         return free
 
 
-def _missed(leg: Leg, track: Track) -> float:
+def _missed(leg: ArcPrimitive, track: PathProgress) -> float:
     """How far a leg ends from where the path would have the robot by then, metres."""
     there = track.pose_ahead(leg.span)
     turn = abs(wrap_angle(leg.end.heading - there.heading))
     return leg.end.distance_to(there) + HEADING * turn - PROGRESS * leg.span
 
 
-def _badness(pose: Pose2D, track: Track) -> float:
+def _badness(pose: Pose2D, track: PathProgress) -> float:
     """How far a pose is from the path, and not along it, metres."""
     length, offset, heading = track.foot(pose)
     turn = abs(wrap_angle(pose.heading - heading))

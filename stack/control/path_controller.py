@@ -1,4 +1,4 @@
-"""What the controllers share that drive along a path and leave its two ends to `PathEnds`."""
+"""What the controllers share that drive along a path and leave its two ends to `GoalAlignment`."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from abc import ABC, abstractmethod
 from typing import Generic, TypeVar
 
 from stack.components import ControlState
-from stack.control.ends import EndsParameters, PathEnds
+from stack.control.goal_alignment import EndsParameters, GoalAlignment
+from stack.control.path_progress import PathProgress
 from stack.control.swept import SweptFootprint
-from stack.control.track import Track
-from stack.description import RobotDescription
+from stack.drivetrain.description import RobotDescription
 from stack.types import STANDSTILL, FloatArray, Path, Twist
 
 P = TypeVar("P", bound=EndsParameters)
@@ -36,7 +36,7 @@ class PathController(ABC, Generic[P]):
     def configure(self, parameters: P) -> None:
         """Put other parameters in force."""
         self.parameters = parameters
-        self._ends = PathEnds(parameters, self._robot, self._swept, self._period)
+        self._ends = GoalAlignment(parameters, self._robot, self._swept, self._period)
         if self._path is not None:
             self._ends.set_path(self._path)
 
@@ -82,5 +82,5 @@ class PathController(ABC, Generic[P]):
         return True
 
     @abstractmethod
-    def _along(self, track: Track, state: ControlState) -> Twist | None:
+    def _along(self, track: PathProgress, state: ControlState) -> Twist | None:
         """The velocity along the path; None when nothing is safe."""

@@ -5,11 +5,11 @@ Autonomous Robots 47, 2023; pure pursuit itself: R. C. Coulter, CMU-RI-TR-92-01,
 
 The robot drives the arc through a lookahead point on the path: curvature 2 y / d² for a point at
 distance d and lateral offset y. Speed is regulated by curvature, by the cost of what lies ahead,
-by the way left to the goal and by the time to a collision. Added here: the path is prolonged
-beyond the goal for steering (see `Track`), shorter lookaheads are tried when an arc would touch
-something that the path itself avoids, and all speeds follow the robot's accelerations. A car turns
-no tighter than it steers and never in place; an omnidirectional robot goes straight to the
-lookahead point and meanwhile turns to the heading that it is to have.
+by the distance left to the goal and by the time to a collision. Added here: for steering, the path
+is extended beyond the goal (see `PathProgress`), shorter lookaheads are tried when an arc would
+touch something that the path itself avoids, and all speeds respect the robot's accelerations. A
+car respects its turning radius and never turns in place; an omnidirectional robot drives straight
+to the lookahead point and turns to the target heading on the way.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ from math import cos, hypot, inf, sin
 import numpy as np
 
 from stack.components import ControlState
-from stack.control.manoeuvre import Leg, Manoeuvres
+from stack.control.manoeuvre import ArcPrimitive, Manoeuvres
 from stack.control.parameters import FollowingParameters
+from stack.control.path_progress import PathProgress
 from stack.control.patience import Patience
 from stack.control.ramps import Ramp, stopping_speed
 from stack.control.swept import SweptFootprint
-from stack.control.track import Track
 from stack.control.turning import TurnInPlace, TurnStyle, turning_speed
 from stack.costmap.route_costs import blocked_at
-from stack.description import DriveKind, RobotDescription
-from stack.kinematics import moved, speed_towards, within_turning_radius
+from stack.drivetrain.description import DriveKind, RobotDescription
+from stack.drivetrain.kinematics import moved, speed_towards, within_turning_radius
 from stack.parameters import parameter
 from stack.types import LETHAL_COST, STANDSTILL, Path, Pose2D, Twist
 from stack.types import wrap_angle as wrap
@@ -129,9 +129,9 @@ class PurePursuit:
         self._drive, self._radius = robot.drive, robot.turning_radius
         self._swept = SweptFootprint(robot.footprint, padding=parameters.padding, exact=True)
         self._manoeuvres = Manoeuvres(self._swept, robot)
-        self._legs: tuple[Leg, ...] = ()
+        self._legs: tuple[ArcPrimitive, ...] = ()
         self._patience = Patience()
-        self._track: Track | None = None
+        self._track: PathProgress | None = None
         self._arrived = self._turning = False
         self._last = STANDSTILL
         self._state: ControlState | None = None
@@ -142,7 +142,7 @@ class PurePursuit:
 
     def set_path(self, path: Path) -> None:
         """A new path to follow, map frame."""
-        self._track = Track(path, steered=self._drive is DriveKind.ACKERMANN)
+        self._track = PathProgress(path, steered=self._drive is DriveKind.ACKERMANN)
         self._arrived = self._turning = False
 
     def command(self, state: ControlState) -> Twist:
@@ -179,7 +179,7 @@ class PurePursuit:
         poses = [self._state.pose.compose(moved(self._last, time)) for time in times]
         return Path(np.array([(pose.x, pose.y, pose.heading) for pose in poses]))
 
-    def _has_arrived(self, track: Track, pose: Pose2D, fresh: bool) -> bool:
+    def _has_arrived(self, track: PathProgress, pose: Pose2D, fresh: bool) -> bool:
         """Whether only the final heading is left; once so, it stays so for this path."""
         short = track.length <= 2.0 * NOT_ARRIVED_BEYOND
         if fresh and short and pose.distance_to(track.path.goal) <= NOT_ARRIVED_BEYOND:
@@ -187,7 +187,7 @@ class PurePursuit:
         self._arrived = self._arrived or track.remaining <= self.parameters.goal_position
         return self._arrived
 
-    def _pursue(self, track: Track, state: ControlState) -> Twist | None:
+    def _pursue(self, track: PathProgress, state: ControlState) -> Twist | None:
         """Along the path: the first clear arc, a turn in place, or None when neither is safe."""
         under_way = self._manoeuvred(state)
         if under_way is not None:
@@ -217,7 +217,7 @@ class PurePursuit:
             self._legs = ()
         return self._leg_twist(state, self._legs[0]) if self._legs else None
 
-    def _squeeze(self, track: Track, state: ControlState) -> Twist | None:
+    def _squeeze(self, track: PathProgress, state: ControlState) -> Twist | None:
         """Where no arc to the path is clear but the path is: a motion that leads onto it."""
         if self._is_blocked(track, state):
             return None
@@ -227,7 +227,7 @@ class PurePursuit:
         self._legs = self._manoeuvres.around(state, track)
         return self._manoeuvred(state)
 
-    def _leg_twist(self, state: ControlState, leg: Leg) -> Twist | None:
+    def _leg_twist(self, state: ControlState, leg: ArcPrimitive) -> Twist | None:
         p = self.parameters
         if not leg.twist.linear:
             return self._turn(state, wrap(leg.end.heading - state.pose.heading))
@@ -238,7 +238,7 @@ class PurePursuit:
         linear = self._ramp.forward(self._last.linear, speed)
         return Twist(linear, self._ramp.turn(self._last.angular, abs(linear) * leg.twist.angular))
 
-    def _is_blocked(self, track: Track, state: ControlState) -> bool:
+    def _is_blocked(self, track: PathProgress, state: ControlState) -> bool:
         """Whether something stands on the path itself, and not only near it.
 
         What is too near by this costmap's cells need not be by what the scan says.
@@ -246,7 +246,7 @@ class PurePursuit:
         points = track.ahead(CLEAR_AHEAD)
         return blocked_at(state.costs, points, state.pose, 0.0, LETHAL_COST) is not None
 
-    def _glide(self, track: Track, state: ControlState) -> Twist | None:
+    def _glide(self, track: PathProgress, state: ControlState) -> Twist | None:
         """Straight to a lookahead point with a clear way, turning if that is clear as well."""
         speed = hypot(state.twist.linear, state.twist.lateral)
         lookahead = self._lookahead_distance(speed, track.remaining)
@@ -264,7 +264,7 @@ class PurePursuit:
         return self._driven(best, track.remaining) if best and free else None
 
     def _line(
-        self, track: Track, state: ControlState, point: tuple[float, float], *, turning: bool
+        self, track: PathProgress, state: ControlState, point: tuple[float, float], *, turning: bool
     ) -> _Arc:
         """The straight way to a point of the map frame, and what lies on it."""
         p, pose, goal = self.parameters, state.pose, track.path.goal
@@ -277,7 +277,7 @@ class PurePursuit:
         line = _Arc(curvature, bearing, 0.0, 0, sideways=True)
         return self._looked_at(line, track, state)
 
-    def _at_end(self, arc: _Arc, track: Track) -> bool:
+    def _at_end(self, arc: _Arc, track: PathProgress) -> bool:
         return arc.free >= track.remaining
 
     def _lookahead_distance(self, speed: float, remaining: float) -> float:
@@ -291,7 +291,7 @@ class PurePursuit:
             return usual
         return min(usual, max(remaining, 0.5 * p.min_lookahead))
 
-    def _turn_threshold(self, track: Track, state: ControlState) -> float:
+    def _turn_threshold(self, track: PathProgress, state: ControlState) -> float:
         """How far off the path may lie before the robot turns in place, radians.
 
         More while it drives, so that it swings through corners up to 110 degrees without a stop.
@@ -309,7 +309,7 @@ class PurePursuit:
             return p.turn_angle * min(1.0, max(0.15, track.remaining))
         return p.turn_angle
 
-    def _arc(self, track: Track, state: ControlState, point: tuple[float, float]) -> _Arc:
+    def _arc(self, track: PathProgress, state: ControlState, point: tuple[float, float]) -> _Arc:
         """The arc through a point of the map frame, and what lies on it."""
         (x, y), pose = point, state.pose
         dx, dy = x - pose.x, y - pose.y
@@ -322,7 +322,7 @@ class PurePursuit:
             curvature = min(max(curvature, -1.0 / self._radius), 1.0 / self._radius)
         return self._looked_at(_Arc(curvature, bearing, 0.0, 0), track, state)
 
-    def _looked_at(self, arc: _Arc, track: Track, state: ControlState) -> _Arc:
+    def _looked_at(self, arc: _Arc, track: PathProgress, state: ControlState) -> _Arc:
         """The arc with what lies on it."""
         p, speed = self.parameters, self._cruise()
         brake = p.brake_share * self._limits.linear_deceleration

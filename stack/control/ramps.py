@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import sqrt
 
-from stack.description import Limits
-from stack.kinematics import within_turning_radius
+from stack.drivetrain.description import Limits
+from stack.drivetrain.kinematics import within_turning_radius
 from stack.types import Twist
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import asin
 
 from stack.components import ControlState
-from stack.control.track import Track
+from stack.control.path_progress import PathProgress
 from stack.types import Pose2D, wrap_angle
 
 LOOKAHEAD = 0.4
@@ -31,7 +31,7 @@ class RotationShim:
         self._turning = False
 
     def angle(
-        self, track: Track, state: ControlState, least: float, precision: float
+        self, track: PathProgress, state: ControlState, least: float, precision: float
     ) -> float | None:
         """The angle to turn by now, None when the path may be driven.
 

@@ -16,9 +16,17 @@ from stack.costmap.choosing import LayerChoice, usual_layers
 from stack.costmap.denoise_layer import DenoiseLayer
 from stack.costmap.inflation_layer import InflationLayer
 from stack.costmap.lattice import Lattice
-from stack.costmap.layer import Box, CellOrigin, CostmapLayer, Inflation, Region, Senses, joined
+from stack.costmap.layer import (
+    Box,
+    CellProvenance,
+    CostmapLayer,
+    Inflation,
+    Region,
+    SensorUpdate,
+    joined,
+)
+from stack.costmap.layer_compositor import LayerCompositor
 from stack.costmap.obstacle_layer import ObstacleLayer
-from stack.costmap.painting import Painting
 from stack.costmap.parameters import CostmapParameters
 from stack.costmap.range_layer import RangeLayer
 from stack.costmap.static_layer import StaticLayer
@@ -35,7 +43,7 @@ from stack.types import (
     Pose2D,
     RangeReading,
     Scan,
-    Track,
+    TrackedObject,
 )
 
 
@@ -75,7 +83,7 @@ class Costmap:
         self._inflation = next((layer for layer in order if isinstance(layer, Inflation)), None)
         self._pivot = len(order) if self._inflation is None else order.index(self._inflation)
         self._adding = order[self._pivot + 1 :]
-        self._painting = Painting(self._marking(), self._inflation, self._adding)
+        self._painting = LayerCompositor(self._marking(), self._inflation, self._adding)
         self._version = 0
         self._grid: CostGrid | None = None
         self._lattice = Lattice(static, window, parameters.resolution, _corner(window))
@@ -128,7 +136,7 @@ class Costmap:
 
     def update(
         self, pose: Pose2D, scan: Scan | None, time: float, *,
-        readings: Sequence[RangeReading] = (), tracks: Sequence[Track] | None = None,
+        readings: Sequence[RangeReading] = (), tracks: Sequence[TrackedObject] | None = None,
     ) -> None:  # fmt: skip
         """Take in what is new, or only let time pass and the window follow.
 
@@ -140,13 +148,13 @@ class Costmap:
             tracks: of everything that moves, map frame; None without news.
         """
         known = None if tracks is None else tuple(tracks)
-        self._take_in(Senses(pose, time, scan, "lidar", tuple(readings), known))
+        self._take_in(SensorUpdate(pose, time, scan, "lidar", tuple(readings), known))
 
     def update_from(self, source: str, pose: Pose2D, scan: Scan, time: float) -> None:
         """Take in a scan of another lidar, for the obstacle layer with that `source`."""
-        self._take_in(Senses(pose, time, scan, source))
+        self._take_in(SensorUpdate(pose, time, scan, source))
 
-    def explain(self, x: float, y: float) -> CellOrigin | None:
+    def explain(self, x: float, y: float) -> CellProvenance | None:
         """Which layer and source made a cell lethal, and when; None where it is not lethal.
 
         Where several say so it is the first in the list: clearing the others changes nothing.
@@ -161,7 +169,7 @@ class Costmap:
         for name, layer in self._layers.items():
             origin = layer.origin_of(row, column)
             if origin is not None:
-                return CellOrigin(name, *origin)
+                return CellProvenance(name, *origin)
         return None
 
     def clear(self, *, layer: str | None = None) -> None:
@@ -241,7 +249,7 @@ class Costmap:
         self._painting.lay_out(self._frame)
         self._recompute()
 
-    def _take_in(self, senses: Senses) -> None:
+    def _take_in(self, senses: SensorUpdate) -> None:
         self._follow(senses.pose)
         marked = joined([layer.update(senses) for layer in self._painting.marking])
         added = joined([layer.update(senses) for layer in self._adding])

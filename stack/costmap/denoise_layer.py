@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from stack.costmap.layer import NO_BOX, Box, Canvas, Frame, Region, Senses
+from stack.costmap.layer import NO_BOX, Box, Canvas, Frame, Region, SensorUpdate
 from stack.parameters import parameter
 from stack.types import Footprint
 
@@ -46,7 +46,7 @@ class DenoiseLayer:
     def lay_out(self, frame: Frame, shift: tuple[int, int] | None) -> None:
         """Knows nothing of places."""
 
-    def update(self, senses: Senses) -> Box:
+    def update(self, senses: SensorUpdate) -> Box:
         """Senses nothing itself."""
         return NO_BOX
 

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from stack.costmap.layer import NO_BOX, Box, Canvas, Costs, Frame, Region, Senses
+from stack.costmap.layer import NO_BOX, Box, Canvas, Costs, Frame, Region, SensorUpdate
 from stack.costmap.parameters import InflationParameters
 from stack.types import INSCRIBED_COST, LETHAL_COST, Footprint
 
@@ -92,7 +92,7 @@ class InflationLayer:
         """Write a box of cells from base (both the whole costmap) and what surrounds it."""
         self._kernels.inflate(cells, base, self._costs, self._reach, *box)
 
-    def update(self, senses: Senses) -> Box:
+    def update(self, senses: SensorUpdate) -> Box:
         """Senses nothing itself."""
         return NO_BOX
 

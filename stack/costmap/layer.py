@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.types import FloatArray, Footprint, Pose2D, RangeReading, Scan, Track
+from stack.types import FloatArray, Footprint, Pose2D, RangeReading, Scan, TrackedObject
 
 Costs = NDArray[np.uint8]
 Box = tuple[int, int, int, int]
@@ -19,7 +19,7 @@ NO_BOX: Box = (0, 0, 0, 0)
 
 
 @dataclass(frozen=True, slots=True)
-class CellOrigin:
+class CellProvenance:
     """Why a cell is lethal.
 
     Attributes:
@@ -69,7 +69,7 @@ class Frame:
 
 
 @dataclass(frozen=True, slots=True)
-class Senses:
+class SensorUpdate:
     """What is new since the last update.
 
     Attributes:
@@ -86,7 +86,7 @@ class Senses:
     scan: Scan | None = None
     source: str = "lidar"
     readings: tuple[RangeReading, ...] = ()
-    tracks: tuple[Track, ...] | None = None
+    tracks: tuple[TrackedObject, ...] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,7 +148,7 @@ class CostmapLayer(Protocol):
         """
         ...
 
-    def update(self, senses: Senses) -> Box:
+    def update(self, senses: SensorUpdate) -> Box:
         """Take in what is new; returns the box of the cells that are to be painted anew."""
         ...
 

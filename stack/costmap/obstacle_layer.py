@@ -14,7 +14,7 @@ from stack.costmap.layer import (
     Canvas,
     Frame,
     Region,
-    Senses,
+    SensorUpdate,
     is_some,
     joined,
     part,
@@ -75,7 +75,7 @@ class ObstacleLayer:
             self._marked_at = shifted(self._marked_at, frame.shape, shift, -np.inf)
             self._seen = shifted(self._seen, frame.shape, shift, 0)
 
-    def update(self, senses: Senses) -> Box:
+    def update(self, senses: SensorUpdate) -> Box:
         """Let old marks fade, take in a scan, and clear where the robot stands."""
         touched = [self._forget_old(senses.time)]
         if senses.scan is not None and senses.source == self._parameters.source:

@@ -15,7 +15,7 @@ from stack.costmap.layer import (
     Canvas,
     Frame,
     Region,
-    Senses,
+    SensorUpdate,
     is_some,
     joined,
     part,
@@ -104,7 +104,7 @@ class RangeLayer:
             self._probability = shifted(self._probability, frame.shape, shift, _EVEN)
             self._heard_at = shifted(self._heard_at, frame.shape, shift, -np.inf)
 
-    def update(self, senses: Senses) -> Box:
+    def update(self, senses: SensorUpdate) -> Box:
         """Take in readings, let old ones fade, and forget what is under the robot."""
         touched = [self._forget_old(senses.time)]
         touched += [self._hear(senses.pose, item, senses.time) for item in senses.readings]

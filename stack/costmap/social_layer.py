@@ -12,13 +12,13 @@ from stack.costmap.layer import (
     Costs,
     Frame,
     Region,
-    Senses,
+    SensorUpdate,
     is_some,
     joined,
     part,
 )
 from stack.parameters import parameter
-from stack.types import Footprint, Track
+from stack.types import Footprint, TrackedObject
 
 _REACH = 3.0
 """Deviations beside the way beyond which nothing costs more."""
@@ -59,7 +59,7 @@ class SocialLayer:
         self._parameters = parameters
         self._frame = Frame((0, 0), 1.0, (0.0, 0.0))
         self._time = 0.0
-        self._tracks: tuple[Track, ...] = ()
+        self._tracks: tuple[TrackedObject, ...] = ()
 
     def configure(self, parameters: Parameters) -> None:
         """Use other settings from now on."""
@@ -69,7 +69,7 @@ class SocialLayer:
         """Tracks are in the map frame and need no moving."""
         self._frame = frame
 
-    def update(self, senses: Senses) -> Box:
+    def update(self, senses: SensorUpdate) -> Box:
         """Take the tracks of now for those of before."""
         if senses.tracks is None:
             return NO_BOX
@@ -98,7 +98,7 @@ class SocialLayer:
         """Marks nothing lethal."""
         return None
 
-    def _raise(self, cells: Costs, track: Track, box: Box) -> None:
+    def _raise(self, cells: Costs, track: TrackedObject, box: Box) -> None:
         """Paint one person's way on the cells of a box."""
         settings, frame = self._parameters, self._frame
         self._kernels.raise_on_way(
@@ -109,7 +109,7 @@ class SocialLayer:
             float(settings.cost), settings.fade, settings.spread,
         )  # fmt: skip
 
-    def _box(self, track: Track) -> Box:
+    def _box(self, track: TrackedObject) -> Box:
         """The cells that a person's way makes cost something."""
         margin = track.radius + _REACH * self._parameters.spread
         age = self._time - track.stamp

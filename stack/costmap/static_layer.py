@@ -14,7 +14,7 @@ from stack.costmap.layer import (
     Costs,
     Frame,
     Region,
-    Senses,
+    SensorUpdate,
     edges,
     part,
     shifted,
@@ -64,7 +64,7 @@ class StaticLayer:
         for strip in edges(frame.shape, shift, lead=0, trail=0):
             part(self.cells, strip)[:] = self._sampled(strip)
 
-    def update(self, senses: Senses) -> Box:
+    def update(self, senses: SensorUpdate) -> Box:
         """Nothing that is sensed changes the map."""
         return NO_BOX
 

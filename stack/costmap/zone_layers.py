@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from stack.costmap.footprint import inside
-from stack.costmap.layer import NO_BOX, Box, Canvas, Frame, Region, Senses, part
+from stack.costmap.layer import NO_BOX, Box, Canvas, Frame, Region, SensorUpdate, part
 from stack.costmap.zones import Zone, ZoneCells, read_mask, read_zones
 from stack.parameters import parameter
 from stack.types import LETHAL_COST, FloatArray, Footprint, OccupancyGrid, Pose2D
@@ -54,7 +54,7 @@ class KeepoutLayer:
         """Draw the zones where the cells are now."""
         self._cells.lay_out(frame, shift)
 
-    def update(self, senses: Senses) -> Box:
+    def update(self, senses: SensorUpdate) -> Box:
         """Nothing that is sensed changes a rule."""
         return NO_BOX
 
@@ -102,7 +102,7 @@ class PreferredLanesLayer:
         """Draw the lanes where the cells are now."""
         self._cells.lay_out(frame, shift)
 
-    def update(self, senses: Senses) -> Box:
+    def update(self, senses: SensorUpdate) -> Box:
         """Nothing that is sensed changes a rule."""
         return NO_BOX
 
@@ -201,7 +201,7 @@ class SpeedZonesLayer:
     def lay_out(self, frame: Frame, shift: tuple[int, int] | None) -> None:
         """Limits are looked up by place."""
 
-    def update(self, senses: Senses) -> Box:
+    def update(self, senses: SensorUpdate) -> Box:
         """Nothing that is sensed changes a rule."""
         return NO_BOX
 

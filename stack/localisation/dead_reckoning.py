@@ -64,7 +64,7 @@ class DeadReckoning:
 
     @property
     def estimate(self) -> PoseEstimate:
-        """The dead-reckoned pose in the map frame; of quality 1, since no scan can contradict."""
+        """The dead-reckoned pose in the map frame; of health 1, since no scan can contradict."""
         pose = self._map_from_odom.compose(self._odometry or Pose2D(0.0, 0.0))
         return PoseEstimate(pose, self._covariance, 1.0)
 

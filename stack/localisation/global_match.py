@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stack.errors import NavigationError
-from stack.localisation.field import SurfaceField, as_pose, as_row
-from stack.localisation.quality import JUDGED_BEAMS, FitJudge, spread
+from stack.localisation.distance_field import SignedDistanceField, as_pose, as_row
+from stack.localisation.health import JUDGED_BEAMS, ScanEvaluator, spread
 from stack.types import FailureCode, FloatArray, Pose2D, Scan, wrap_angle
 
 SPACING, HEADINGS = 0.15, 72
@@ -48,10 +48,10 @@ class GlobalMatch:
 class GlobalMatcher:
     """Searches a whole map for the poses from which scans could have been taken."""
 
-    def __init__(self, field: SurfaceField, judge: FitJudge) -> None:
+    def __init__(self, field: SignedDistanceField, evaluator: ScanEvaluator) -> None:
         from stack.localisation import kernels
 
-        self._kernels, self._field, self._judge = kernels, field, judge
+        self._kernels, self._field, self._evaluator = kernels, field, evaluator
         stride = max(1, round(SPACING / field.resolution))
         cells = field.free_cells(0.1)
         on_lattice = (cells % stride == stride // 2).all(axis=1)
@@ -126,7 +126,7 @@ class GlobalMatcher:
                 self._field.distances, *self._field.placement, row, _NO_PRIOR, points, deviation
             )
         pose = as_pose(row)
-        fits = [self._judge.fit(pose.compose(at), scan) for at, scan in views]
+        fits = [self._evaluator.fit(pose.compose(at), scan) for at, scan in views]
         return GlobalMatch(pose, sum(fits) / len(fits))
 
     def _polished(self, match: GlobalMatch, views: Views) -> GlobalMatch:
@@ -134,7 +134,7 @@ class GlobalMatcher:
         explained = []
         for at, scan in views:
             beams = returned_beams(scan, JUDGED_BEAMS)
-            kinds = self._judge.judge(match.pose.compose(at), scan, beams)
+            kinds = self._evaluator.evaluator(match.pose.compose(at), scan, beams)
             kept = beams[kinds == self._kernels.MATCHED]
             explained.append(at.transform(beam_points(scan, kept)))
         again = self._aligned(as_row(match.pose), views, np.concatenate(explained))

@@ -3,7 +3,7 @@
 S. Thrun, W. Burgard, D. Fox, Probabilistic Robotics, 2005, chapters 5, 6.4 and 8.3; the number of
 particles follows D. Fox, "Adapting the Sample Size in Particle Filters Through KLD-Sampling",
 IJRR 22(12), 2003. Unlike AMCL there is no random injection: a filter that was carried off stays
-where it is, says so by its quality, and leaves finding the place to the global search.
+where it is, says so by its health, and leaves finding the place to the global search.
 """
 
 from __future__ import annotations
@@ -12,8 +12,7 @@ from math import pi
 
 import numpy as np
 
-from stack.localisation.cloud import Cloud, MotionNoise, OmniMotionNoise, kld_bound, move, summarise
-from stack.localisation.field import as_pose, as_row, surface_field
+from stack.localisation.distance_field import as_pose, as_row, surface_field
 from stack.localisation.global_match import (
     HEADINGS,
     LATTICE_BEAMS,
@@ -26,8 +25,16 @@ from stack.localisation.global_match import (
     returned_beams,
     scan_points,
 )
+from stack.localisation.health import FitScale, RecentMedian, ScanEvaluator, calibrate
 from stack.localisation.parameters import LocaliserParameters
-from stack.localisation.quality import FitJudge, FitScale, RecentMedian, calibrate
+from stack.localisation.particles import (
+    MotionNoise,
+    OmniMotionNoise,
+    ParticleSet,
+    kld_bound,
+    move,
+    summarise,
+)
 from stack.streams import stream
 from stack.types import FloatArray, OccupancyGrid, Pose2D, PoseEstimate, Scan
 
@@ -38,14 +45,14 @@ _POINT_VARIANCE = 0.05**2
 """m² of a return about the map's surface, for aligning a scan; its beams are not independent."""
 
 _HOPELESS = 0.5
-"""Share of the fit at quality 0.3 below which a scan tells nothing about a pose near by."""
+"""Share of the fit at health 0.3 below which a scan tells nothing about a pose near by."""
 
 _STILL_UPDATES = 2
 """Scans weighed without moving while unsure: the same view again is hardly new evidence."""
 
 
 class Localiser:
-    """A particle filter on a likelihood field, with a quality that tells when it is wrong.
+    """A particle filter on a likelihood field, with a health that tells when it is wrong.
 
     Begins scattered over the free space; `start` or `scatter` say otherwise.
 
@@ -68,10 +75,10 @@ class Localiser:
         self._calibration = stream(seed, "localisation calibration")
         self._field = surface_field(grid)
         self._table = self._field.log_likelihoods(parameters.hit_deviation, parameters.hit_share)
-        self._judge = FitJudge(self._field)
-        self._matcher = GlobalMatcher(self._field, self._judge)
+        self._evaluator = ScanEvaluator(self._field)
+        self._matcher = GlobalMatcher(self._field, self._evaluator)
         self._scale: FitScale | None = None
-        self._fits = RecentMedian(parameters.quality_window)
+        self._fits = RecentMedian(parameters.health_window)
         p = parameters
         alphas = p.alpha_1, p.alpha_2, p.alpha_3, p.alpha_4
         self._noise = OmniMotionNoise(*alphas, p.alpha_5) if sideways else MotionNoise(*alphas)
@@ -83,7 +90,7 @@ class Localiser:
         """Be around a pose of the map frame; standard deviations in metres and radians."""
         deviations = [position_deviation, position_deviation, heading_deviation]
         poses = self._generator.normal(as_row(pose), deviations, (self.parameters.max_particles, 3))
-        self._begin(Cloud.uniform(poses[: self._enough(poses)]))
+        self._begin(ParticleSet.uniform(poses[: self._enough(poses)]))
         self._map_from_odom = pose.compose(self._reference.inverse())
 
     def scatter(self) -> None:
@@ -95,7 +102,7 @@ class Localiser:
             shift = self._generator.uniform(-0.5, 0.5, (count, 2)) * self._field.resolution
             chosen = cells[self._generator.integers(0, cells.shape[0], count)]
             poses[:, :2] = self._field.centres(chosen) + shift
-        self._begin(Cloud.uniform(poses))
+        self._begin(ParticleSet.uniform(poses))
         self._scattered = True
 
     def update(self, odometry: Pose2D, scan: Scan | None) -> None:
@@ -116,21 +123,21 @@ class Localiser:
             self._seed(scan)
         elif self._due():
             self._drift() if self._carried_off(scan) else self._weigh(scan)
-        self._fit = self._judge.fit(self._pose, scan)
+        self._fit = self._evaluator.fit(self._pose, scan)
         self._fits.add(scan.stamp, self._fit)
         self._scaled(scan)
 
     @property
     def estimate(self) -> PoseEstimate:
-        """The best pose, carried on by odometry since the last scan, its spread and quality.
+        """The best pose, carried on by odometry since the last scan, its spread and health.
 
-        Until the first scan after a start its pose is believed (quality 0.8, that of an ordinary
-        true pose), so that starting raises no alarm; scattered particles have quality 0.
+        Until the first scan after a start its pose is believed (health 0.8, that of an ordinary
+        true pose), so that starting raises no alarm; scattered particles have health 0.
         """
         fit = self._fits.value
         if fit is None or self._scale is None:
             return PoseEstimate(self._pose, self._covariance, 0.0 if self._scattered else 0.8)
-        return PoseEstimate(self._pose, self._covariance, self._scale.quality(fit))
+        return PoseEstimate(self._pose, self._covariance, self._scale.health(fit))
 
     @property
     def map_from_odom(self) -> Pose2D:
@@ -143,8 +150,8 @@ class Localiser:
         return move(self._cloud.poses, self._moved)
 
     def fit_at(self, pose: Pose2D, scan: Scan) -> float:
-        """The quality in [0, 1] that this one scan has at another pose."""
-        return self._scaled(scan).quality(self._judge.fit(pose, scan))
+        """The health in [0, 1] that this one scan has at another pose."""
+        return self._scaled(scan).health(self._evaluator.fit(pose, scan))
 
     def match_globally(self, scan: Scan, earlier: Views = ()) -> list[GlobalMatch]:
         """Distinct poses anywhere on the map that explain the scans, best first.
@@ -184,10 +191,10 @@ class Localiser:
         """What fits are worth on this map, measured once a scan has shown what the lidar is."""
         if self._scale is None:
             noise = self.parameters.range_noise
-            self._scale = calibrate(self._judge, self._field, scan, noise, self._calibration)
+            self._scale = calibrate(self._evaluator, self._field, scan, noise, self._calibration)
         return self._scale
 
-    def _begin(self, cloud: Cloud) -> None:
+    def _begin(self, cloud: ParticleSet) -> None:
         self._cloud = cloud
         self._reference = self._odometry or Pose2D(0.0, 0.0)
         self._stills = 0
@@ -228,7 +235,7 @@ class Localiser:
 
     def _move(self) -> None:
         poses = self._noise.sample(self._cloud.poses, self._moved, self._generator)
-        self._cloud = Cloud(poses, self._cloud.weights)
+        self._cloud = ParticleSet(poses, self._cloud.weights)
         self._reference = self._odometry or self._reference
 
     def _weigh(self, scan: Scan) -> None:
@@ -242,7 +249,7 @@ class Localiser:
         )  # fmt: skip
         logs = np.log(self._cloud.weights) + self.parameters.trust * scores
         weights = np.exp(logs - logs.max())
-        self._cloud = Cloud(self._cloud.poses, weights / weights.sum())
+        self._cloud = ParticleSet(self._cloud.poses, weights / weights.sum())
         self._conclude()
         if self._settled():
             self._refine(points)
@@ -264,7 +271,7 @@ class Localiser:
         draw = self._kernels.resample(weights / weights.sum(), limit, self._generator.random())
         within = np.array([SPACING, SPACING, 2.0 * pi / HEADINGS]) / 2.0
         poses = self._matcher.poses(draw) + self._generator.uniform(-within, within, (limit, 3))
-        self._begin(Cloud.uniform(poses))
+        self._begin(ParticleSet.uniform(poses))
 
     def _evidence(self, scan: Scan, settled: bool) -> FloatArray:
         """(m, 2) end points, base frame, of beams to weigh by.
@@ -273,7 +280,7 @@ class Localiser:
         """
         beams = returned_beams(scan, self.parameters.beams)
         if settled and beams.size:
-            kinds = self._judge.judge(self._pose, scan, beams)
+            kinds = self._evaluator.evaluator(self._pose, scan, beams)
             explained = beams[kinds != self._kernels.SHORT]
             if explained.size >= beams.size // 2:
                 beams = explained
@@ -303,7 +310,7 @@ class Localiser:
         draw = self._kernels.resample(weights, limit, self._generator.random())
         count = self._enough(self._cloud.poses[draw])
         chosen = self._kernels.resample(weights, count, self._generator.random())
-        self._cloud = Cloud.uniform(self._cloud.poses[chosen])
+        self._cloud = ParticleSet.uniform(self._cloud.poses[chosen])
 
     def _enough(self, poses: FloatArray) -> int:
         wanted = max(kld_bound(poses), self.parameters.min_particles)

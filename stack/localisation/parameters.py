@@ -9,7 +9,7 @@ from stack.parameters import parameter
 
 @dataclass(frozen=True)
 class LocaliserParameters:
-    """Settings of the particle filter, of its quality and of the global search.
+    """Settings of the particle filter, of its health and of the global search.
 
     alpha_1 to alpha_4 are those of the odometry motion model in Probabilistic Robotics (2005),
     table 5.6, in AMCL's convention: they scale variances. alpha_5 is AMCL's own.
@@ -54,10 +54,10 @@ class LocaliserParameters:
         help="omnidirectional robots: variance across the way per distance squared",
     )  # fmt: skip
     range_noise: float = parameter(
-        0.01, "m", at_least=0.0, help="deviation of a lidar range, for calibrating the quality"
+        0.01, "m", at_least=0.0, help="deviation of a lidar range, for calibrating the health"
     )
-    quality_window: float = parameter(
-        1.0, "s", at_least=0.0, help="the quality is the median over the scans of this time"
+    health_window: float = parameter(
+        1.0, "s", at_least=0.0, help="the health is the median over the scans of this time"
     )
     ambiguity_ratio: float = parameter(
         0.85, above=0.0, at_most=1.0,

@@ -7,13 +7,13 @@ from math import degrees, hypot, inf
 
 from stack.components import Controller, ControlState
 from stack.control.checkers import GoalChecker, LostChecker, ProgressChecker
-from stack.control.legs import cusps_of
-from stack.control.track import Track
+from stack.control.cusp_splitter import cusps_of
+from stack.control.path_progress import PathProgress
 from stack.errors import NavigationError
 from stack.navigation.parameters import NavigationParameters
 from stack.navigation.path_speeds import PathSpeeds, slower
-from stack.navigation.planning import PlanningDesk
-from stack.navigation.tasks import CostmapLike, Emit, Moment, MotionTask
+from stack.navigation.planner_worker import PlannerWorker
+from stack.navigation.tasks import CostmapLike, Emit, MotionTask, NavigationState
 from stack.safety.monitor import CollisionMonitor
 from stack.types import STANDSTILL, FailureCode, FloatArray, Path, Twist, wrap_angle
 
@@ -38,7 +38,7 @@ class Tools:
     """
 
     controller: Controller
-    desk: PlanningDesk
+    planner_worker: PlannerWorker
     parameters: NavigationParameters
     local: CostmapLike
     world: CostmapLike
@@ -78,7 +78,7 @@ class Follower:
         self._goal: GoalChecker | None = None
         self._last = STANDSTILL
         self._held_since: float | None = None
-        self.track: Track | None = None
+        self.track: PathProgress | None = None
         self._speeds: PathSpeeds | None = None
         self.waiting = False
         self.idle_since: float | None = None
@@ -91,7 +91,7 @@ class Follower:
     def set_path(self, path: Path) -> None:
         """Follow another path from now on."""
         p = self._tools.parameters
-        self.track = Track(path, cusps_of(path) if self._tools.has_legs else ())
+        self.track = PathProgress(path, cusps_of(path) if self._tools.has_legs else ())
         self._speeds = PathSpeeds(path, self._tools.deceleration)
         self._goal = GoalChecker(path.goal, self._tolerance, p.goal_heading, p.goal_settle)
         self._tools.controller.set_path(path)
@@ -104,13 +104,13 @@ class Follower:
             return inf
         return self._speeds.posted(self.track.travelled)
 
-    def off_heading(self, moment: Moment) -> str:
+    def off_heading(self, state: NavigationState) -> str:
         """What is wrong where a car has stood at the goal's position for a moment; else nothing."""
         idle = self.idle_since
-        stands = idle is not None and moment.time - idle >= IDLE_BEFORE_REPLAN
+        stands = idle is not None and state.time - idle >= IDLE_BEFORE_REPLAN
         if self._tools.turns_in_place or self._goal is None or not (stands and self.at_position):
             return ""
-        goal, pose = self._goal.goal, moment.estimate.pose
+        goal, pose = self._goal.goal, state.estimate.pose
         off = abs(wrap_angle(goal.heading - pose.heading))
         if off <= self._tools.parameters.goal_heading:
             return ""
@@ -119,42 +119,42 @@ class Follower:
             "heading, and this robot cannot turn in place"
         )
 
-    def reached(self, moment: Moment) -> bool:
+    def reached(self, state: NavigationState) -> bool:
         """Whether the end of the path is reached."""
         if self._goal is None:
             return False
-        still = self._last == STANDSTILL and standing(moment.odometry.twist)
-        return self._goal.reached(moment.time, moment.estimate.pose, standing=still)
+        still = self._last == STANDSTILL and standing(state.odometry.twist)
+        return self._goal.reached(state.time, state.estimate.pose, standing=still)
 
-    def advance(self, moment: Moment) -> Twist:
+    def advance(self, state: NavigationState) -> Twist:
         """The velocity for this step.
 
         Raises:
             NavigationError: NO_PROGRESS, or COLLISION_AHEAD for longer than is patient.
         """
         p = self._tools.parameters
-        if self._progress.stuck(moment.time, moment.estimate.pose):
+        if self._progress.stuck(state.time, state.estimate.pose):
             raise NavigationError(
                 FailureCode.NO_PROGRESS,
                 f"moved less than {p.progress_distance:g} m in {p.progress_time:g} s",
             )
-        self._last = self._command(moment)
+        self._last = self._command(state)
         if self._last != STANDSTILL:
             self.idle_since = None
         elif self.idle_since is None:
-            self.idle_since = moment.time
+            self.idle_since = state.time
         return self._last
 
-    def _command(self, moment: Moment) -> Twist:
-        state = ControlState(
-            moment.time, moment.estimate.pose, moment.odometry.twist, self._tools.local.grid,
-            moment.tracks,
-            self._points(moment),
+    def _command(self, state: NavigationState) -> Twist:
+        control_state = ControlState(
+            state.time, state.estimate.pose, state.odometry.twist, self._tools.local.grid,
+            state.tracks,
+            self._points(state),
         )  # fmt: skip
         try:
-            twist = self._tools.controller.command(state)
+            twist = self._tools.controller.command(control_state)
         except NavigationError as error:
-            self._hold(error, moment.time)
+            self._hold(error, state.time)
             return STANDSTILL
         self.waiting = False
         if twist != STANDSTILL:
@@ -163,12 +163,12 @@ class Follower:
             return twist
         return slower(twist, self._speeds.at(self.track.travelled))
 
-    def _points(self, moment: Moment) -> FloatArray | None:
+    def _points(self, state: NavigationState) -> FloatArray | None:
         """What the newest scan met, in the base frame of now."""
         monitor = self._tools.monitor
-        if monitor is None or moment.scan is None:
+        if monitor is None or state.scan is None:
             return None
-        return monitor.points(moment.scan, moment.time, moment.odometry.twist)
+        return monitor.points(state.scan, state.time, state.odometry.twist)
 
     def _hold(self, error: NavigationError, time: float) -> None:
         """Stand before something in the way, or pass the error on when patience is over."""
@@ -188,37 +188,37 @@ class PathDrive:
         self.task, self.path, self.goal = task, path, path.goal
         self._follower = Follower(tools, None)
         self._follower.set_path(path)
-        self._lost = LostChecker(tools.parameters.lost_quality, tools.parameters.lost_time)
+        self._lost = LostChecker(tools.parameters.lost_health, tools.parameters.lost_time)
         task.path = path
 
-    def advance(self, moment: Moment) -> Twist:
+    def advance(self, state: NavigationState) -> Twist:
         """The velocity for this step."""
         follower, task = self._follower, self.task
         try:
-            check_not_lost(self._lost, moment)
+            check_not_lost(self._lost, state)
             if self._lost.doubted:
                 return STANDSTILL
             if follower.track is not None:
-                follower.track.advance(moment.estimate.pose)
+                follower.track.advance(state.estimate.pose)
                 task.report(drive_feedback(follower), follower.track.remaining)
-            if follower.reached(moment):
+            if follower.reached(state):
                 task.succeed("at the end of the path")
                 return STANDSTILL
-            if off := follower.off_heading(moment):
+            if off := follower.off_heading(state):
                 raise NavigationError(FailureCode.NO_PROGRESS, off)
-            return follower.advance(moment)
+            return follower.advance(state)
         except NavigationError as error:
             task.fail(error.failure.code, error.failure.sentence)
             return STANDSTILL
 
 
-def check_not_lost(checker: LostChecker, moment: Moment) -> None:
+def check_not_lost(checker: LostChecker, state: NavigationState) -> None:
     """Raise NavigationError LOST when the localisation has been in doubt for too long."""
-    quality = moment.estimate.quality
-    if checker.lost(moment.time, quality):
+    health = state.estimate.health
+    if checker.lost(state.time, health):
         raise NavigationError(
             FailureCode.LOST,
-            f"localisation quality {quality:.2f}, below {checker.quality:g} for "
+            f"localisation health {health:.2f}, below {checker.health:g} for "
             f"{checker.seconds:g} s: the scans do not fit the map here",
         )
 

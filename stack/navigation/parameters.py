@@ -45,8 +45,8 @@ class NavigationParameters:
     collision_patience: float = parameter(
         5.0, "s", at_least=0.0, help="waits this long before something in the way is a failure"
     )
-    lost_quality: float = parameter(
-        0.3, at_least=0.0, at_most=1.0, help="localisation quality below which the pose is doubted"
+    lost_health: float = parameter(
+        0.3, at_least=0.0, at_most=1.0, help="localisation health below which the pose is doubted"
     )
     lost_time: float = parameter(1.5, "s", at_least=0.0, help="doubt this long is a failure")
     spin_speed: float = parameter(1.0, "rad/s", above=0.0, help="turning speed of spins")

@@ -10,10 +10,10 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from math import atan2, copysign, cos, degrees, inf, sin, sqrt
 
-from stack.description import DriveKind, Limits, RobotDescription
+from stack.drivetrain.description import DriveKind, Limits, RobotDescription
 from stack.navigation.following import standing
 from stack.navigation.parameters import NavigationParameters
-from stack.navigation.tasks import Moment, MotionTask
+from stack.navigation.tasks import MotionTask, NavigationState
 from stack.safety.monitor import CollisionMonitor
 from stack.types import STANDSTILL, FailureCode, Odometry, Pose2D, Twist, wrap_angle
 
@@ -37,7 +37,7 @@ class RecoveryTools:
 
 
 @dataclass(frozen=True, slots=True)
-class Stroke:
+class MotionProfile:
     """How a recovery moves in its one degree of freedom.
 
     Attributes:
@@ -73,9 +73,9 @@ class Recovery(ABC):
     Subclasses say how odometry measures it and which twist makes it.
     """
 
-    def __init__(self, task: MotionTask, stroke: Stroke, tools: RecoveryTools) -> None:
+    def __init__(self, task: MotionTask, profile: MotionProfile, tools: RecoveryTools) -> None:
         self.task = task
-        self._stroke, self._tools, self._rate = stroke, tools, 0.0
+        self._stroke, self._tools, self._rate = profile, tools, 0.0
         self._began: float | None = None
         self._done = self._best = 0.0
         self._best_at = 0.0
@@ -90,49 +90,49 @@ class Recovery(ABC):
     def _twist(self, rate: float) -> Twist:
         """The twist that makes it at this rate."""
 
-    def advance(self, moment: Moment) -> Twist:
+    def advance(self, state: NavigationState) -> Twist:
         """The velocity for this step."""
-        self._done = self._measure(moment.odometry)
+        self._done = self._measure(state.odometry)
         if self._began is None:
-            self._began = self._best_at = moment.time
+            self._began = self._best_at = state.time
         remaining = self._stroke.total - self._done
         self.task.report(f"{max(0.0, remaining):.2f} {self._stroke.unit} to go", remaining)
         if remaining <= DONE:
-            return self._finish(moment)
-        if self._ended_early(moment):
+            return self._finish(state)
+        if self._ended_early(state):
             return STANDSTILL
-        if self._blocked(moment, remaining):
+        if self._blocked(state, remaining):
             self._rate = 0.0
             return STANDSTILL
         self._rate = self._stroke.next_rate(self._rate, remaining, self._tools.period)
         return self._twist(self._rate)
 
-    def _finish(self, moment: Moment) -> Twist:
-        if standing(moment.odometry.twist):
+    def _finish(self, state: NavigationState) -> Twist:
+        if standing(state.odometry.twist):
             self.task.succeed(f"done, {self._done:.2f} {self._stroke.unit}")
         return STANDSTILL
 
-    def _ended_early(self, moment: Moment) -> bool:
+    def _ended_early(self, state: NavigationState) -> bool:
         """Fail when it has stalled or its time is over."""
         if self._done > self._best + DONE:
-            self._best, self._best_at = self._done, moment.time
+            self._best, self._best_at = self._done, state.time
         came = f"came {self._done:.2f} of {self._stroke.total:.2f} {self._stroke.unit}"
-        if moment.time - self._best_at >= self._tools.parameters.stall_time:
+        if state.time - self._best_at >= self._tools.parameters.stall_time:
             self.task.fail(
                 FailureCode.NO_PROGRESS,
                 f"did not move for {self._tools.parameters.stall_time:g} s; {came}",
             )
-        elif self._began is not None and moment.time - self._began >= self._stroke.deadline:
+        elif self._began is not None and state.time - self._began >= self._stroke.deadline:
             self.task.fail(
                 FailureCode.TIMED_OUT, f"not done after {self._stroke.deadline:.1f} s; {came}"
             )
         return not self.task.running
 
-    def _blocked(self, moment: Moment, remaining: float) -> bool:
+    def _blocked(self, state: NavigationState, remaining: float) -> bool:
         """Whether something stands in its way; fails once patience is over."""
-        if moment.scan is None:
+        if state.scan is None:
             return False
-        points = self._tools.monitor.points(moment.scan, moment.time, moment.odometry.twist)
+        points = self._tools.monitor.points(state.scan, state.time, state.odometry.twist)
         ahead = min(remaining, self._stroke.look_ahead)
         contact = self._tools.monitor.contact(
             self._twist(1.0), points, ahead, self._tools.parameters.recovery_padding
@@ -142,8 +142,8 @@ class Recovery(ABC):
                 self._blocked_since = None
             return False
         if self._blocked_since is None:
-            self._blocked_since, self._blocked_at = moment.time, self._done
-        if moment.time - self._blocked_since >= self._tools.parameters.recovery_patience:
+            self._blocked_since, self._blocked_at = state.time, self._done
+        if state.time - self._blocked_since >= self._tools.parameters.recovery_patience:
             self.task.fail(
                 FailureCode.COLLISION_AHEAD,
                 f"something {contact.time:.2f} {self._stroke.unit} on is in the way; came "
@@ -162,8 +162,8 @@ class Spin(Recovery):
     def __init__(self, task: MotionTask, angle: float, speed: float, tools: RecoveryTools) -> None:
         limits = tools.limits
         top = min(speed, limits.angular_speed)
-        stroke = Stroke(abs(angle), top, 0.5 * limits.angular_acceleration, 0.35, "rad")
-        super().__init__(task, stroke, tools)
+        profile = MotionProfile(abs(angle), top, 0.5 * limits.angular_acceleration, 0.35, "rad")
+        super().__init__(task, profile, tools)
         self._sign = copysign(1.0, angle)
         self._heading: float | None = None
 
@@ -197,8 +197,8 @@ class BackUp(Recovery):
     ) -> None:
         limits = tools.limits
         top = min(speed, limits.reverse_speed)
-        stroke = Stroke(distance, top, 0.5 * limits.linear_acceleration, 0.25, "m")
-        super().__init__(task, stroke, tools)
+        profile = MotionProfile(distance, top, 0.5 * limits.linear_acceleration, 0.25, "m")
+        super().__init__(task, profile, tools)
         self._start: Pose2D | None = None
 
     def _measure(self, odometry: Odometry) -> float:
@@ -271,8 +271,10 @@ class DriveOnHeading(Recovery):
     def __init__(self, task: MotionTask, way: StraightWay, tools: RecoveryTools) -> None:
         limits, robot = tools.limits, tools.robot
         speed = way.top_speed(limits)
-        stroke = Stroke(abs(way.distance), speed, 0.5 * limits.linear_acceleration, 0.25, "m")
-        super().__init__(task, stroke, tools)
+        profile = MotionProfile(
+            abs(way.distance), speed, 0.5 * limits.linear_acceleration, 0.25, "m"
+        )
+        super().__init__(task, profile, tools)
         self._unit, self._start, self._off = way.unit, Pose2D(0.0, 0.0), 0.0
         self._sideways = robot.drive is DriveKind.OMNI
         radius = robot.turning_radius
@@ -305,9 +307,9 @@ class DriveFor:
         """Drive another velocity, until another time."""
         self._twist, self._until = twist, until
 
-    def advance(self, moment: Moment) -> Twist:
+    def advance(self, state: NavigationState) -> Twist:
         """The velocity, until its time is over."""
-        if moment.time >= self._until - 1e-9:
+        if state.time >= self._until - 1e-9:
             self.task.succeed("its time is over")
             return STANDSTILL
         self.task.report("driving on command", 0.0)

@@ -7,7 +7,7 @@ from typing import Protocol
 
 from stack.errors import NavigationError
 from stack.navigation.following import standing
-from stack.navigation.tasks import Moment, MotionTask
+from stack.navigation.tasks import MotionTask, NavigationState
 from stack.types import STANDSTILL, FailureCode, Pose2D, PoseEstimate, Scan, Twist
 
 SCANS = 3
@@ -36,7 +36,7 @@ class Estimator(Protocol):
 
     @property
     def estimate(self) -> PoseEstimate:
-        """Pose, covariance and quality now, map frame."""
+        """Pose, covariance and health now, map frame."""
         ...
 
     def start(self, pose: Pose2D, position_deviation: float, heading_deviation: float) -> None:
@@ -44,7 +44,7 @@ class Estimator(Protocol):
         ...
 
     def fit_at(self, pose: Pose2D, scan: Scan) -> float:
-        """Quality that a scan would have at another pose, in [0, 1]."""
+        """Health that a scan would have at another pose, in [0, 1]."""
         ...
 
     def relocalise_globally(self, scan: Scan, earlier: Sequence[tuple[Pose2D, Scan]] = ()) -> Match:
@@ -72,16 +72,16 @@ class Relocalisation:
         self._deadline: float | None = None
         self._standing_since: float | None = None
 
-    def advance(self, moment: Moment) -> Twist:
+    def advance(self, state: NavigationState) -> Twist:
         """Standstill; ends the task once there are scans enough."""
         if self._deadline is None:
-            self._deadline = moment.time + SCAN_PATIENCE
-        if standing(moment.odometry.twist):
-            self._gather(moment)
+            self._deadline = state.time + SCAN_PATIENCE
+        if standing(state.odometry.twist):
+            self._gather(state)
         self.task.report(f"scan {len(self._views)} of {SCANS}", 0.0)
         if len(self._views) == SCANS:
-            self._match(moment.odometry.pose)
-        elif moment.time >= self._deadline:
+            self._match(state.odometry.pose)
+        elif state.time >= self._deadline:
             self.task.fail(
                 FailureCode.LOST,
                 f"{len(self._views)} of {SCANS} lidar scans came in within {SCAN_PATIENCE:g} s "
@@ -89,13 +89,13 @@ class Relocalisation:
             )
         return STANDSTILL
 
-    def _gather(self, moment: Moment) -> None:
+    def _gather(self, state: NavigationState) -> None:
         """Keep a scan taken wholly while standing, once."""
         if self._standing_since is None:
-            self._standing_since = moment.time
+            self._standing_since = state.time
         newest = self._views[-1][1].stamp if self._views else self._standing_since - 1e-9
-        if moment.scan is not None and moment.scan.stamp > newest:
-            self._views.append((moment.odometry.pose, moment.scan))
+        if state.scan is not None and state.scan.stamp > newest:
+            self._views.append((state.odometry.pose, state.scan))
 
     def _match(self, now: Pose2D) -> None:
         *earlier, (_, newest) = self._views

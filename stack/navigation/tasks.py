@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
-from stack.navigation.planning import Ticket
+from stack.navigation.planner_worker import PlanFuture
 from stack.types import (
     CostGrid,
     Failure,
@@ -17,7 +17,7 @@ from stack.types import (
     PoseEstimate,
     Scan,
     TaskStatus,
-    Track,
+    TrackedObject,
     Twist,
 )
 
@@ -26,7 +26,7 @@ Emit = Callable[..., None]
 
 
 @dataclass(frozen=True, slots=True)
-class Moment:
+class NavigationState:
     """What navigation knows in one control step.
 
     Attributes:
@@ -41,7 +41,7 @@ class Moment:
     estimate: PoseEstimate
     odometry: Odometry
     scan: Scan | None = None
-    tracks: tuple[Track, ...] = ()
+    tracks: tuple[TrackedObject, ...] = ()
 
 
 class CostmapLike(Protocol):
@@ -79,14 +79,14 @@ class MotionTask:
         feedback: progress in a few words.
         distance_remaining: metres left (radians for a spin); 0 when over.
         path: in force, or the answer of a plan.
-        ticket: the plan that it waits for; dropped when the task ends first.
+        future: the plan that it waits for; dropped when the task ends first.
     """
 
     def __init__(self, what: str, ended: Callable[[MotionTask], None]) -> None:
         self.what, self.feedback = what, "begins"
         self.distance_remaining = 0.0
         self.path: Path | None = None
-        self.ticket: Ticket | None = None
+        self.future: PlanFuture | None = None
         self._status = TaskStatus.RUNNING
         self._failure: Failure | None = None
         self._ended = ended
@@ -127,17 +127,17 @@ class MotionTask:
         if not self.running:
             return
         self._status, self._failure = status, failure
-        if self.ticket is not None:
-            self.ticket.drop()
+        if self.future is not None:
+            self.future.drop()
         self.feedback, self.distance_remaining = feedback, 0.0
         self._ended(self)
 
 
-class Activity(Protocol):
+class MotionExecutor(Protocol):
     """A motion task at work: one of the drives and recoveries."""
 
     task: MotionTask
 
-    def advance(self, moment: Moment) -> Twist:
+    def advance(self, state: NavigationState) -> Twist:
         """The velocity for this control step; ends its task when there is nothing left to do."""
         ...

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stack.navigation.tasks import Moment, MotionTask
+from stack.navigation.tasks import MotionTask, NavigationState
 from stack.types import STANDSTILL, FailureCode, Twist
 
 TIME_TO_LIVE = 0.5
@@ -41,13 +41,13 @@ class Teleoperation:
         """The operator is done: the mission goes on."""
         self.task.succeed("released by the operator")
 
-    def advance(self, moment: Moment) -> Twist:
+    def advance(self, state: NavigationState) -> Twist:
         """The operator's velocity while it lives."""
-        self._now = moment.time
+        self._now = state.time
         if self._began is None:
-            self._began = self._heard_at = moment.time
-        left = self._seconds - (moment.time - self._began)
-        unheard = moment.time - self._heard_at
+            self._began = self._heard_at = state.time
+        left = self._seconds - (state.time - self._began)
+        unheard = state.time - self._heard_at
         if left <= 1e-9:
             self.task.fail(
                 FailureCode.TIMED_OUT, f"the operator was not done after {self._seconds:g} s"

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from stack.perception.clusters import Disc, clusters, disc_of, spread_of
 from stack.perception.tracker_parameters import TrackerParameters
-from stack.types import OCCUPIED, FloatArray, OccupancyGrid, Pose2D, Scan, Track
+from stack.types import OCCUPIED, FloatArray, OccupancyGrid, Pose2D, Scan, TrackedObject
 
 _HIDDEN_NOISE = 4.0
 """Factor of the deviation of a disc that something hides a part of."""
@@ -69,7 +69,7 @@ class Tracker:
         """Follow nothing any more, as after a jump of the robot's pose."""
         self._followers = []
 
-    def update(self, pose: Pose2D, scan: Scan, time: float) -> tuple[Track, ...]:
+    def update(self, pose: Pose2D, scan: Scan, time: float) -> tuple[TrackedObject, ...]:
         """Take in a scan.
 
         Args:
@@ -200,9 +200,9 @@ class Tracker:
         )  # fmt: skip
         self._next_id += 1
 
-    def _track(self, item: _Follower) -> Track:
+    def _track(self, item: _Follower) -> TrackedObject:
         x, y, speed_x, speed_y = map(float, item.state)
-        return Track(
+        return TrackedObject(
             item.id, self._time, (x, y), (speed_x, speed_y), item.radius, item.covariance.copy()
         )
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from stack.components import USUAL_TERMS, Terms
-from stack.description import RobotDescription
+from stack.components import DEFAULT_PLAN_OPTIONS, PlanOptions
+from stack.drivetrain.description import RobotDescription
 from stack.parameters import parameter
 from stack.planning.endpoints import Cell, Endpoints, cell_on_map, number, straight, through_centres
 from stack.planning.parameters import PlannerParameters
@@ -58,7 +58,11 @@ class Astar:
         self._workspace = Workspace(0, 0, self._tables)
 
     def plan(
-        self, costs: CostGrid, start: Pose2D, goal: Pose2D, terms: Terms = USUAL_TERMS
+        self,
+        costs: CostGrid,
+        start: Pose2D,
+        goal: Pose2D,
+        options: PlanOptions = DEFAULT_PLAN_OPTIONS,
     ) -> Path:
         """A path of poses 5 cm apart from start to goal, both exactly, in the map frame.
 
@@ -70,11 +74,11 @@ class Astar:
             NavigationError: NO_VALID_PATH, START_OCCUPIED, GOAL_OCCUPIED, START_OUTSIDE_MAP,
                 GOAL_OUTSIDE_MAP, TIMED_OUT after max_expansions, or CANCELLED.
         """
-        ends = self._endpoints.on(terms)
+        ends = self._endpoints.on(options)
         start_cell = ends.start_cell(costs, start)
         goal_cell = cell_on_map(costs, goal, "goal", FailureCode.GOAL_OUTSIDE_MAP)
         query = _Query(start, start_cell, goal, ends.goal_cell(costs, goal))
-        target = self._search(costs, query, ends, Effort(self._most, terms.stop))
+        target = self._search(costs, query, ends, Effort(self._most, options.cancel))
         end = goal
         if target != goal_cell:
             end = Pose2D(*costs.centre_of(*target), goal.heading)

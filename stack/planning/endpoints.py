@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.components import Terms
+from stack.components import PlanOptions
 from stack.errors import NavigationError
 from stack.planning.parameters import PlannerParameters
 from stack.types import (
@@ -52,9 +52,9 @@ class Endpoints:
         escape = max(parameters.escape_distance, 1.3 * footprint.inscribed_radius)
         return Endpoints(traverse, parameters.tolerance, escape, parameters.allow_partial)
 
-    def on(self, terms: Terms) -> Endpoints:
+    def on(self, options: PlanOptions) -> Endpoints:
         """The same where a plan is asked for on terms of its own."""
-        return replace(self, partial=True) if terms.partial and not self.partial else self
+        return replace(self, partial=True) if options.partial and not self.partial else self
 
     def marked(self, path: Path, goal: Pose2D) -> Path:
         """The path, said to be partial where it ends farther from the goal than is tolerated."""

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.components import Stop
+from stack.components import CancelToken
 from stack.types import INSCRIBED_COST, LETHAL_COST, UNKNOWN_COST, CostGrid, Pose2D
 
 _FREE_STEP = 100  # what a straight step over a free cell costs: whole numbers within 0.5 %
@@ -54,11 +54,11 @@ class Effort:
 
     Attributes:
         most: expansions.
-        stop: wished for when nobody wants the answer any more.
+        cancel: wished for when nobody wants the answer any more.
     """
 
     most: int = 2**62
-    stop: Stop = field(default_factory=Stop)
+    cancel: CancelToken = field(default_factory=CancelToken)
 
 
 UNLIMITED = Effort()
@@ -110,10 +110,10 @@ class Workspace:
             status, _, self.expanded = kernels.search(
                 costs.cells, tables.traverse, tables.diagonal, tables.escape, escape_reach,
                 self.reached, self.parents, self.base, self.limit,
-                self._heads, self._queue, self._links, start, goal, effort.most, effort.stop.flag,
+                self._heads, self._queue, self._links, start, goal, effort.most, effort.cancel.flag,
             )  # fmt: skip
             self.limited = status == kernels.LIMIT
-            effort.stop.check()
+            effort.cancel.check()
             if status == kernels.QUEUE_FULL:
                 self._set_queue(2 * self._links.size)
             elif status == kernels.RANGE_FULL:  # an endless maze: 64 bits hold any path's cost

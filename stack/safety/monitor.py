@@ -7,8 +7,8 @@ from math import inf
 
 import numpy as np
 
-from stack.description import RobotDescription
-from stack.kinematics import moved
+from stack.drivetrain.description import RobotDescription
+from stack.drivetrain.kinematics import moved
 from stack.types import FloatArray, Scan, Twist
 
 NO_POINTS: FloatArray = np.empty((0, 2))

@@ -14,8 +14,8 @@ from math import atan2, hypot, inf, isfinite, pi
 
 import numpy as np
 
-from stack.description import DriveKind, RobotDescription
-from stack.kinematics import drivable, scaled
+from stack.drivetrain.description import DriveKind, RobotDescription
+from stack.drivetrain.kinematics import drivable, scaled
 from stack.safety.monitor import CollisionMonitor, Contact
 from stack.safety.parameters import SafetyParameters
 from stack.safety.smoother import (

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from math import atan, copysign, hypot, tan
 
-from stack.description import DriveKind, RobotDescription, SteeredWheels
-from stack.kinematics import drivable, scaled, share_within_limits
+from stack.drivetrain.description import DriveKind, RobotDescription, SteeredWheels
+from stack.drivetrain.kinematics import drivable, scaled, share_within_limits
 from stack.types import STANDSTILL, Twist
 
 STEERED_FROM = 1e-3

@@ -7,7 +7,7 @@ from math import copysign, hypot, inf
 
 import numpy as np
 
-from stack.kinematics import moved, scaled
+from stack.drivetrain.kinematics import moved, scaled
 from stack.safety.zones import SafetyZone
 from stack.types import STANDSTILL, FloatArray, Footprint, Twist
 

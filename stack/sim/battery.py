@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from math import hypot
 
-from stack.description import BatteryDescription, Limits
-from stack.sim.physics import GroundTruth
-from stack.sim.world import Dock
+from stack.drivetrain.description import BatteryDescription, Limits
+from stack.sim.physics.physics_world import GroundTruth
+from stack.sim.worlds.world import Dock
 from stack.types import Battery as BatteryReading
 
 STANDING = 0.05

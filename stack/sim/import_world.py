@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from stack.documents import read_file
-from stack.sim.world import World
-from stack.sim.world_file import read_world
+from stack.sim.worlds.world import World
+from stack.sim.worlds.world_file import read_world
 
 GAZEBO = (".world", ".sdf")
 
@@ -18,11 +18,11 @@ def read_any_world(path: Path) -> World:
         InputError: every finding, each with its position.
     """
     if path.suffix in GAZEBO:
-        from stack.sim.sdf_world import read_sdf_world
+        from stack.sim.sdf.world import read_sdf_world
 
         return read_sdf_world(path)
     if is_ros_map(path):
-        from stack.sim.map_world import read_map_world
+        from stack.sim.worlds.map_world import read_map_world
 
         return read_map_world(path)
     return read_world(path)

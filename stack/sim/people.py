@@ -6,7 +6,7 @@ from math import hypot
 
 import numpy as np
 
-from stack.sim.world import Person
+from stack.sim.worlds.world import Person
 from stack.types import FloatArray, Pose2D
 
 YIELD_GAP = 0.5

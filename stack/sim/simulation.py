@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-from stack.description import RobotDescription
+from stack.drivetrain.description import RobotDescription
 from stack.sim.battery import Battery
-from stack.sim.contacts import ContactCounter, ContactTally
-from stack.sim.drive import drive_of
-from stack.sim.friction import FrictionZones
-from stack.sim.imu import Imu
-from stack.sim.lidar import Lidar
-from stack.sim.odometry import Encoders, Odometry
 from stack.sim.people import People
-from stack.sim.physics import GroundTruth, Physics
-from stack.sim.rendering import Shot
-from stack.sim.settings import SimulationSettings
-from stack.sim.sonar import Sonar
+from stack.sim.physics.contacts import ContactCounter, ContactTally
+from stack.sim.physics.friction import FrictionZones
+from stack.sim.physics.physics_world import GroundTruth, Physics
+from stack.sim.physics.settings import SimulationSettings
+from stack.sim.sensors.imu import Imu
+from stack.sim.sensors.lidar import Lidar
+from stack.sim.sensors.odometry import Encoders, Odometry
+from stack.sim.sensors.rendering import RenderRequest
+from stack.sim.sensors.sonar import Sonar
 from stack.sim.timeline import Timeline
-from stack.sim.world import Happening, World
+from stack.sim.wheel_controller import wheel_controller_of
+from stack.sim.worlds.world import World, WorldEvent
 from stack.types import Image, Observation, Pose2D, RangeReading, Scan
 
 CLEARANCE_REACH = 1.0
@@ -46,7 +46,7 @@ class Simulation:
         self._scan: Scan | None = None
         self._bumped = False
 
-        self.drive = drive_of(description, self._period)
+        self.drive = wheel_controller_of(description, self._period)
         self._odometry = Odometry(description, seed)
         self._lidar = Lidar(description.lidar, world, seed) if description.lidar else None
         self._lidars = {
@@ -123,10 +123,12 @@ class Simulation:
             readings=readings,
         )
 
-    def shot(self) -> Shot:
+    def render_request(self) -> RenderRequest:
         """What a camera would need to know to take a picture now."""
         position, orientation = self._physics.base_pose()
-        return Shot(self._step, position, orientation, self.people.places, dict(self.doors))
+        return RenderRequest(
+            self._step, position, orientation, self.people.places, dict(self.doors)
+        )
 
     def take_news(self) -> list[tuple[str, str]]:
         """(kind, sentence) of what happened since the last call."""
@@ -205,19 +207,19 @@ class Simulation:
         self.clearance = self._physics.distance(self.clearance)
 
     def _let_things_happen(self) -> None:
-        for happening in self._timeline.due(self.time, self.truth.pose):
-            self._act(happening)
+        for event in self._timeline.due(self.time, self.truth.pose):
+            self._act(event)
 
-    def _act(self, happening: Happening) -> None:
-        if happening.open_door is not None:
-            self._move_door(happening.open_door, closed=False)
-        if happening.close_door is not None:
-            self._move_door(happening.close_door, closed=True)
-        if happening.move_robot is not None:
-            self._lift_robot(happening.move_robot)
-        if happening.battery is not None:
-            self._battery.charge = happening.battery
-            self._tell("battery", f"the battery is at {happening.battery:.0%}")
+    def _act(self, event: WorldEvent) -> None:
+        if event.open_door is not None:
+            self._move_door(event.open_door, closed=False)
+        if event.close_door is not None:
+            self._move_door(event.close_door, closed=True)
+        if event.move_robot is not None:
+            self._lift_robot(event.move_robot)
+        if event.battery is not None:
+            self._battery.charge = event.battery
+            self._tell("battery", f"the battery is at {event.battery:.0%}")
 
     def _move_door(self, name: str, *, closed: bool) -> None:
         self._physics.scene.place_door(name, closed)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import hypot
 
-from stack.sim.world import Happening, Trigger
+from stack.sim.worlds.world import Trigger, WorldEvent
 from stack.types import Pose2D
 
 _ROUNDING = 1e-9
@@ -13,23 +13,23 @@ _ROUNDING = 1e-9
 class Timeline:
     """Says which happenings are due; each is due once."""
 
-    def __init__(self, happenings: tuple[Happening, ...]) -> None:
-        self._waiting = list(happenings)
-        self._triggered: list[tuple[float, Happening]] = []
+    def __init__(self, world_events: tuple[WorldEvent, ...]) -> None:
+        self._waiting = list(world_events)
+        self._triggered: list[tuple[float, WorldEvent]] = []
 
-    def due(self, time: float, robot: Pose2D) -> list[Happening]:
+    def due(self, time: float, robot: Pose2D) -> list[WorldEvent]:
         """What happens now, in the order of the world file."""
-        still: list[Happening] = []
-        for happening in self._waiting:
-            if _triggers(happening.trigger, time, robot):
-                self._triggered.append((time + happening.trigger.after, happening))
+        still: list[WorldEvent] = []
+        for event in self._waiting:
+            if _triggers(event.trigger, time, robot):
+                self._triggered.append((time + event.trigger.after, event))
             else:
-                still.append(happening)
+                still.append(event)
         self._waiting = still
         now = [entry for entry in self._triggered if entry[0] <= time + _ROUNDING]
         if now:
             self._triggered = [entry for entry in self._triggered if entry not in now]
-        return [happening for _, happening in now]
+        return [event for _, event in now]
 
 
 def _triggers(trigger: Trigger, time: float, robot: Pose2D) -> bool:

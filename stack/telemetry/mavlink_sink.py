@@ -47,7 +47,7 @@ _POSITION = ("LASER_POSITION", "VISION_POSITION")
 """How MAVLink calls a position found by matching scans; there is no GPS, and none is claimed."""
 
 LOST_BELOW = 0.3
-"""Localisation quality below which the position is reported as unhealthy."""
+"""Localisation health below which the position is reported as unhealthy."""
 
 LOW_CHARGE, CRITICAL_CHARGE = 0.2, 0.1
 _UNKNOWN_TEMPERATURE, _UNKNOWN_CELL = 32767, 65535
@@ -237,7 +237,7 @@ class MavlinkSink:
         hardware = self._bits(_HARDWARE) | self._dialect.MAV_SYS_STATUS_GEOFENCE
         position = self._bits(_POSITION) | self._dialect.MAV_SYS_STATUS_PREARM_CHECK
         present = hardware | position
-        healthy = present if snapshot.quality >= LOST_BELOW else hardware
+        healthy = present if snapshot.health >= LOST_BELOW else hardware
         battery = snapshot.battery
         self._connection.mav.sys_status_send(
             present, present, healthy, 0, _millivolts(battery), -1, _percent(battery),

@@ -19,7 +19,7 @@ from stack.types import (
     Path,
     Pose2D,
     Scan,
-    Track,
+    TrackedObject,
     Twist,
 )
 
@@ -189,7 +189,7 @@ class Snapshot:
         state: the mission in one word; `reason` says why (the path to the first failure, the
             breakpoint).
         tree: rows in drawing order.
-        pose: estimate, map frame; covariance (3, 3); quality in [0, 1].
+        pose: estimate, map frame; covariance (3, 3); health in [0, 1].
         odometry: pose in the odom frame.
         particles: (n, 3) float32 x, y, heading of at most 500 particles, map frame.
         scan: newest scan (base frame through its mount; draw it at `pose`).
@@ -218,7 +218,7 @@ class Snapshot:
     tree: tuple[TreeRow, ...]
     pose: Pose2D
     covariance: FloatArray
-    quality: float
+    health: float
     battery: Battery
     odometry: Pose2D = Pose2D(0.0, 0.0)
     particles: FloatArray | None = None
@@ -241,7 +241,7 @@ class Snapshot:
     teleop: bool = False
     safety: str = ""
     events: tuple[Event, ...] = ()
-    tracks: tuple[Track, ...] = ()
+    tracks: tuple[TrackedObject, ...] = ()
     debugging: Debugging = Debugging()
 
 

@@ -38,7 +38,7 @@ def layout(snapshot: Snapshot) -> rrb.Blueprint:
     curves = rrb.Horizontal(
         _curves("speed", "Speed m/s"),
         _curves("error", "Localisation error m"),
-        _curves("quality", "Localisation quality, battery", (0.0, 1.02)),
+        _curves("health", "Localisation health, battery", (0.0, 1.02)),
         rrb.TextLogView(origin="log", name="Log"),
         column_shares=[2, 2, 2, 3],
     )

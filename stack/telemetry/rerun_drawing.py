@@ -22,7 +22,7 @@ from stack.telemetry.rerun_place import (
 )
 from stack.telemetry.rerun_recording import BASE, MAP, OPTICAL, PICTURE, UP, Recording
 from stack.telemetry.tree_text import NOTHING, tree_markdown
-from stack.types import CameraModel, FloatArray, Footprint, Image, Path, Pose2D, Track
+from stack.types import CameraModel, FloatArray, Footprint, Image, Path, Pose2D, TrackedObject
 
 ROBOT_COLOUR = (94, 200, 255)
 TRUTH_COLOUR = (150, 158, 170)
@@ -92,7 +92,7 @@ class RerunDrawing:
         self._legend("speed", motion)
         self._legend("turning", motion)
         self._legend("error", {"error": SCAN_COLOUR, "standard deviation": ROBOT_COLOUR})
-        self._legend("quality", {"localisation": ROBOT_COLOUR, "battery": PATH_COLOUR})
+        self._legend("health", {"localisation": ROBOT_COLOUR, "battery": PATH_COLOUR})
         states = {str(state): MISSION_COLOURS[state] for state in MissionState}
         self._states("mission", states)
 
@@ -171,7 +171,7 @@ class RerunDrawing:
             "speed": (commanded.linear, measured.linear),
             "turning": (commanded.angular, measured.angular),
             "error": (error, max(0.0, worst_variance) ** 0.5),
-            "quality": (snapshot.quality, snapshot.battery.charge),
+            "health": (snapshot.health, snapshot.battery.charge),
         }
         for name, values in curves.items():
             self._recording.stream.log(f"plots/{name}", rr.Scalars(values))
@@ -266,7 +266,7 @@ class RerunDrawing:
         )
         self._recording.show("world/people", capsules)
 
-    def _tracks(self, tracks: Sequence[Track]) -> None:
+    def _tracks(self, tracks: Sequence[TrackedObject]) -> None:
         """Where the robot believes things to move: how sure it is, and a second of their way."""
         if not tracks:
             self._recording.hide("world/tracks")

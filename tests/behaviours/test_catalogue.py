@@ -238,7 +238,7 @@ def test_a_plain_py_trees_leaf_by_its_dotted_name():
     assert not kind.bindable
     counter = build(kind, "three ticks", {"duration": 2, "completion_status": "success"})
     assert isinstance(counter, Behaviour) and not isinstance(counter, RobotBehaviour)
-    counter.tick_once()
+    counter.execute_tick()
     assert counter.name == "three ticks"
     with pytest.raises(ParameterError, match="expected a whole number, got '2'"):
         build(kind, "", {"duration": "2", "completion_status": "success"})

@@ -8,8 +8,8 @@ from py_trees.common import Status
 
 from behaviours.catalogue import find_behaviours
 from behaviours.testing import ScriptedRobot, tick
-from missions.assembly import RunOptions, prepare
 from missions.editor.mission_schema import mission_schema
+from missions.execution.prepare import RunOptions, prepare
 from missions.trees.compiler import compile_mission
 from stack.documents import read_text
 from stack.errors import InputError

@@ -120,7 +120,7 @@ def test_a_marker_that_was_moved_is_not_believed():
         return MarkerSighting(stamp, marker, seen.distance, shifted)
 
     robot._sighting = mistaken
-    assert tick(Relocalise(min_fit=0.5, min_quality=0.5), robot, 60.0) is Status.FAILURE
+    assert tick(Relocalise(min_fit=0.5, min_health=0.5), robot, 60.0) is Status.FAILURE
 
 
 def test_a_robot_that_is_not_lost_may_be_left_alone():

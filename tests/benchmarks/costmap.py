@@ -11,7 +11,16 @@ from stack.costmap.costmap import Costmap
 from stack.costmap.parameters import CostmapParameters
 from stack.perception.tracker import Tracker
 from stack.perception.tracker_parameters import TrackerParameters
-from stack.types import FREE, OCCUPIED, FloatArray, Footprint, OccupancyGrid, Pose2D, Scan, Track
+from stack.types import (
+    FREE,
+    OCCUPIED,
+    FloatArray,
+    Footprint,
+    OccupancyGrid,
+    Pose2D,
+    Scan,
+    TrackedObject,
+)
 from tests.benchmarks.table import Rows
 
 BEAMS, UPDATES, WARM = 720, 220, 20
@@ -81,10 +90,12 @@ def _updates(layers: list[object], window: float | None, stride: float) -> Float
     return np.array(taken[WARM:])
 
 
-def _walkers(pose: Pose2D, time: float) -> list[Track]:
+def _walkers(pose: Pose2D, time: float) -> list[TrackedObject]:
     """Five people around the robot."""
     return [
-        Track(number, time, (pose.x + number - 2.0, pose.y + 1.0), (1.0, 0.2), 0.25, np.eye(4))
+        TrackedObject(
+            number, time, (pose.x + number - 2.0, pose.y + 1.0), (1.0, 0.2), 0.25, np.eye(4)
+        )
         for number in range(5)
     ]
 

@@ -1,4 +1,4 @@
-"""Driving quality: narrow passages and a field of moving cylinders, a small share of the benches.
+"""Driving health: narrow passages and a field of moving cylinders, a small share of the benches.
 
 `treepilot bench courses` and `treepilot bench dyna` measure all of it.
 """

@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from missions.assembly import RunOptions
 from missions.bench.mission_table import measured, mission_entries, rows_of
 from missions.bench.resumable import TableOptions
-from missions.resources import MISSIONS, load_world
-from missions.runner import run_mission
+from missions.execution.prepare import RunOptions
+from missions.execution.resources import MISSIONS, load_world
+from missions.execution.runner import run_mission
 from stack.telemetry.records import Event, RunInfo, Snapshot
 from stack.types import FloatArray, Pose2D
 from tests.benchmarks.table import Rows
@@ -46,11 +46,11 @@ class Trace:
         return time >= self._next
 
     def snapshot(self, snapshot: Snapshot) -> None:
-        """Keep the error and the quality."""
+        """Keep the error and the health."""
         self._next = snapshot.time + 0.1
         if snapshot.truth is not None:
             error = snapshot.pose.distance_to(snapshot.truth)
-            self.errors.append((snapshot.time, error, snapshot.quality))
+            self.errors.append((snapshot.time, error, snapshot.health))
             self.truths.append(snapshot.truth)
 
     def close(self, report: Mapping[str, Any] | None) -> None:
@@ -92,7 +92,7 @@ def kidnapped_once(seed: int) -> dict[str, Any]:
     row = {"seed": seed, "status": report.status, "by": report.relocalised_by}
     if lifted is None:
         return {**row, "noticed": None, "mended": None}
-    noticed = next((t for t, _, quality in trace.errors if t > lifted and quality < 0.3), None)
+    noticed = next((t for t, _, health in trace.errors if t > lifted and health < 0.3), None)
     bad = [t for t, error, _ in trace.errors if t > lifted and error > GOOD_AGAIN]
     after = max(bad, default=lifted)
     over = trace.errors[-1][0]

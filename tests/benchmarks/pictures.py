@@ -18,8 +18,8 @@ import tempfile
 from dataclasses import asdict
 from pathlib import Path
 
-from missions.assembly import RunOptions
-from missions.runner import run_mission
+from missions.execution.prepare import RunOptions
+from missions.execution.runner import run_mission
 from stack.telemetry.client import TelemetryClient
 from stack.telemetry.rendezvous import live_runs
 from tui.app import Dashboard
@@ -75,7 +75,7 @@ def watch(mission: str, moment: float, folder: Path, svg: Path) -> None:
     """Run a mission in an engine and draw the dashboard at a moment of robot time."""
     options = {**asdict(RunOptions(speed=4.0)), "out": str(folder)}
     message = json.dumps({"mission": mission, "options": options})
-    engine = subprocess.Popen([sys.executable, "-m", "missions.engine", message])
+    engine = subprocess.Popen([sys.executable, "-m", "missions.execution.engine", message])
     address = None
     while address is None:
         assert engine.poll() is None, "the engine ended before it was watched"

@@ -13,7 +13,7 @@ from stack.costmap.costmap import Costmap
 from stack.costmap.footprint import footprint_cost
 from stack.costmap.parameters import CostmapParameters
 from stack.costmap.route_costs import route_cost
-from stack.description import RobotDescription
+from stack.drivetrain.description import RobotDescription
 from stack.errors import NavigationError
 from stack.planning.astar import Astar, AstarParameters
 from stack.streams import stream

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from stack.costmap.route_costs import route_cost
-from stack.description import RobotDescription, Wheels
+from stack.drivetrain.description import RobotDescription, Wheels
 from stack.errors import NavigationError
 from stack.planning import kernels
 from stack.planning.astar import Astar, AstarParameters

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robots.load import find_robot, read_robot, robot_names
-from stack.description import RobotDescription, SteeredWheels
-from stack.sim import bullet as loader
-from stack.sim.physics import load_robot
+from stack.drivetrain.description import RobotDescription, SteeredWheels
+from stack.sim.physics.physics_world import bullet as loader
+from stack.sim.physics.physics_world import load_robot
 
 SIZE = (560, 460)
 SIGHT = (1.15, -28.0, 130.0)

@@ -8,13 +8,13 @@ import argparse
 import cv2
 import numpy as np
 
-from missions.resources import MISSIONS, load_robot, load_world
+from missions.execution.resources import MISSIONS, load_robot, load_world
 from stack.costmap.choosing import usual_layers
 from stack.costmap.costmap import Costmap
 from stack.costmap.parameters import CostmapParameters
 from stack.planning.routes.parameters import RouteParameters
 from stack.planning.routes.planner import Route
-from stack.sim.rasterise import rasterise
+from stack.sim.worlds.rasterise import rasterise
 
 SCALE = 3
 LANE, CLOSED, SLOW = (200, 160, 60), (60, 60, 220), (0, 130, 255)

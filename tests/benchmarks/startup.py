@@ -12,7 +12,7 @@ from statistics import median
 from time import perf_counter
 from typing import Any
 
-from missions.checking import check_files
+from missions.inspection.check import check_files
 from tests.benchmarks.large_mission import large_mission
 from tests.benchmarks.table import Rows
 
@@ -107,7 +107,7 @@ def _timed(command: list[str]) -> tuple[float, float]:
 
 
 def _treepilot(*words: str) -> list[str]:
-    return [sys.executable, "-m", "missions.cli", *words]
+    return [sys.executable, "-m", "missions.cli.app", *words]
 
 
 def _one_core() -> list[str]:

@@ -12,8 +12,8 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import ParallelPolicy, Status
 
 from missions.trees import composites
-from missions.trees.execution import Execution, Record
-from missions.trees.leaves import LeafGuard
+from missions.trees.context import Execution, Record
+from missions.trees.leaves import LeafNode
 from missions.trees.mission_tree import MissionTree
 from stack.documents import Mark
 from tests.benchmarks.table import Rows
@@ -81,7 +81,7 @@ def _ours(shape: Shape, execution: Execution) -> Behaviour:
     kind = shape if isinstance(shape, str) else shape[0]
     if isinstance(shape, str):
         node: Any = Leaf(shape, Status[shape.upper()])
-        LeafGuard(node, execution)
+        LeafNode(node, execution)
     else:
         children = [_ours(child, execution) for child in shape[1]]
         if kind == "parallel":

@@ -11,7 +11,7 @@ from py_trees.common import Status
 from behaviours.base import RobotBehaviour, output, port
 from behaviours.catalogue import BehaviourKind
 from missions.language.model import Resources
-from missions.language.reading import read_mission
+from missions.language.reading.mission import read_mission
 from missions.trees.compiler import compile_mission
 from stack.parameters import Declaration
 from stack.types import Assignments, Battery, Expression, Pose2D, PoseEstimate, Twist
@@ -24,14 +24,14 @@ class ScriptedRobot:
     time: float = 0.0
     battery: Battery = field(default_factory=lambda: Battery(1.0))
     speed: Twist = Twist()
-    localisation_quality: float = 1.0
+    localisation_health: float = 1.0
     pose: Pose2D = Pose2D(0.0, 0.0)
     log: list = field(default_factory=list)
     answers: dict = field(default_factory=dict)
 
     @property
     def estimate(self):
-        return PoseEstimate(self.pose, np.diag([0.04, 0.01, 0.0]), self.localisation_quality)
+        return PoseEstimate(self.pose, np.diag([0.04, 0.01, 0.0]), self.localisation_health)
 
 
 class Check(RobotBehaviour):

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from missions.assembly import RunOptions
-from missions.runner import run_mission
+from missions.execution.prepare import RunOptions
+from missions.execution.runner import run_mission
 from stack.types import FailureCode
 
 HEAD = "mission: a\nrobot: {robot}\nworld: {world}\n"
@@ -31,7 +31,7 @@ class FallOver(RobotBehaviour):
         return Status.RUNNING
 """
 
-TRUSTING = "navigation: {navigator: {lost_quality: 0}}\n"
+TRUSTING = "navigation: {navigator: {lost_health: 0}}\n"
 
 CASES: dict[FailureCode, tuple[str, str]] = {
     FailureCode.NO_VALID_PATH: (

@@ -138,23 +138,23 @@ def straight_way(
 
 
 def driven(path: Path) -> list[tuple[float, float, float]]:
-    from missions.assembly import RunOptions, prepare
-    from missions.wiring import run_info, wire
+    from missions.execution.build import build, run_info
+    from missions.execution.prepare import RunOptions, prepare
     from stack.telemetry.hub import Telemetry
 
     options = RunOptions(serve=False)
     plan = prepare(path, options)
-    wiring = wire(plan, options, Telemetry(run_info(plan, "a", 0)), None)
+    engine = build(plan, options, Telemetry(run_info(plan, "a", 0)), None)
     poses = []
     try:
-        while not wiring.runtime.state.is_over:
-            wiring.runtime.step()
-            pose = wiring.body.truth.pose
+        while not engine.runtime.state.is_over:
+            engine.runtime.step()
+            pose = engine.body.truth.pose
             poses.append((pose.x, pose.y, pose.heading))
     finally:
-        wiring.runtime.parts.navigation.close()
-        wiring.body.close()
-    assert wiring.runtime.state == "success", wiring.runtime.reason
+        engine.runtime.parts.navigation.close()
+        engine.body.close()
+    assert engine.runtime.state == "success", engine.runtime.reason
     return poses
 
 

@@ -7,9 +7,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from missions.assembly import RunOptions, prepare
-from missions.runner import run_mission
-from missions.wiring import run_info, wire
+from missions.execution.build import build, run_info
+from missions.execution.prepare import RunOptions, prepare
+from missions.execution.runner import run_mission
 from stack.errors import InputError
 from stack.mapping.ros_map import write_ros_map
 from stack.telemetry.hub import Telemetry
@@ -46,7 +46,7 @@ RUN = """run:
 
 def wired(plan):
     telemetry = Telemetry(run_info(plan, "test", 0), [], lambda text: None)
-    return wire(plan, RunOptions(serve=False), telemetry, None)
+    return build(plan, RunOptions(serve=False), telemetry, None)
 
 
 @pytest.fixture
@@ -66,24 +66,24 @@ def mission(tmp_path):
 
 def test_each_costmap_gets_the_layers_that_are_meant_for_it(mission):
     plan = prepare(mission(), RunOptions(serve=False))
-    wiring = wired(plan)
+    engine = wired(plan)
     try:
-        parts = wiring.runtime.parts
+        parts = engine.runtime.parts
         lanes = "preferred_lanes"
         assert lanes in parts.global_costmap.layers and lanes not in parts.local_costmap.layers
         assert parts.global_costmap.explain(6.5, 4.8).source == "stairs"
         assert parts.global_costmap.explain(8.25, 4.75).layer == "painted"
         assert parts.tracker is not None
     finally:
-        wiring.body.close()
+        engine.body.close()
 
 
 def test_without_the_social_layer_nobody_follows_people():
     plan = prepare("01_drive_to_a_point", RunOptions(serve=False))
-    wiring = wired(plan)
-    assert wiring.runtime.parts.tracker is None
-    assert wiring.runtime.parts.local_costmap.layers == ("static", "obstacle", "inflation")
-    wiring.body.close()
+    engine = wired(plan)
+    assert engine.runtime.parts.tracker is None
+    assert engine.runtime.parts.local_costmap.layers == ("static", "obstacle", "inflation")
+    engine.body.close()
 
 
 @pytest.mark.parametrize(

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from missions.assembly import RunOptions, prepare
-from missions.runner import run_mission
-from missions.wiring import run_info, wire
+from missions.execution.build import build, run_info
+from missions.execution.prepare import RunOptions, prepare
+from missions.execution.runner import run_mission
 from stack.errors import InputError
 from stack.telemetry.hub import Telemetry
 
@@ -51,9 +51,9 @@ def mission(tmp_path):
 def test_a_controller_that_asks_for_tracks_gets_a_tracker_as_the_mission_sets_it(mission):
     plan = prepare(mission(), RunOptions(serve=False))
     telemetry = Telemetry(run_info(plan, "test", 0), [], lambda text: None)
-    wiring = wire(plan, RunOptions(serve=False), telemetry, None)
-    tracker = wiring.runtime.parts.tracker
-    wiring.body.close()
+    engine = build(plan, RunOptions(serve=False), telemetry, None)
+    tracker = engine.runtime.parts.tracker
+    engine.body.close()
     assert tracker is not None
     assert tracker.parameters.confirm == 3
 

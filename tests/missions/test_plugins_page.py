@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 import typer.main
 
-from missions.assembly import RunOptions, prepare
-from missions.cli import app
-from missions.scaffold import new_component
+from missions.cli.app import app
+from missions.execution.prepare import RunOptions, prepare
+from missions.inspection.scaffold import new_component
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGE = (DOCS / "plugins.md").read_text("utf-8")

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from missions.assembly import RunOptions, prepare
-from missions.choices import DEFAULTS
-from missions.resources import mission_files
-from missions.wiring import run_info, wire
+from missions.execution.build import build, run_info
+from missions.execution.component_choices import DEFAULTS
+from missions.execution.prepare import RunOptions, prepare
+from missions.execution.resources import mission_files
 from stack.components import BUILT_IN
 from stack.telemetry.hub import Telemetry
 from stack.telemetry.records import MissionState
@@ -41,20 +41,20 @@ def test_a_mission_that_is_cancelled_lets_go_of_its_goal_and_stands(name: str) -
     """A cancelled goal must never be driven to (nav2#3090), wherever the tree was."""
     options = RunOptions(serve=False)
     plan = prepare(name, options)
-    wiring = wire(plan, options, Telemetry(run_info(plan, "a", 0)), None)
-    runtime = wiring.runtime
+    engine = build(plan, options, Telemetry(run_info(plan, "a", 0)), None)
+    runtime = engine.runtime
     try:
         for _ in range(90):
             runtime.step()
         runtime.end(MissionState.ABORTED, "somebody changed their mind")
         assert runtime.parts.navigation.goal is None
-        assert not any(row.status == "running" for row in wiring.tree.rows())
+        assert not any(row.status == "running" for row in engine.tree.rows())
         runtime.stand_still()
-        where = wiring.body.truth.pose
+        where = engine.body.truth.pose
         for _ in range(20):
             runtime.step()
-        assert wiring.body.truth.pose.distance_to(where) < 0.005
-        assert wiring.body.tally.by_robot == 0
+        assert engine.body.truth.pose.distance_to(where) < 0.005
+        assert engine.body.tally.by_robot == 0
     finally:
         runtime.parts.navigation.close()
-        wiring.body.close()
+        engine.body.close()

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from missions.assembly import RunOptions, prepare
-from missions.wiring import run_info, wire
+from missions.execution.build import build, run_info
+from missions.execution.prepare import RunOptions, prepare
 from stack.telemetry.client import TelemetryClient
 from stack.telemetry.hub import Telemetry
 from stack.telemetry.records import Command, MissionState
@@ -36,8 +36,8 @@ class Station:
         self.events = []
         emit = self.telemetry.emit
         self.telemetry.emit = lambda *a, **k: self.events.append(emit(*a, **k))
-        self.wiring = wire(plan, RunOptions(serve=False), self.telemetry, None)
-        self.runtime = self.wiring.runtime
+        self.engine = build(plan, RunOptions(serve=False), self.telemetry, None)
+        self.runtime = self.engine.runtime
         assert self.server.handle is not None
         self.client = TelemetryClient(self.server.handle.address)
         self._sent = 0
@@ -64,7 +64,7 @@ class Station:
         self.client.close()
         self.runtime.parts.navigation.close()
         self.telemetry.close(None)
-        self.wiring.body.close()
+        self.engine.body.close()
 
 
 @pytest.fixture
@@ -89,9 +89,9 @@ def test_the_operator_drives_into_everything_and_touches_nothing(station):
     station.run(0.7)
     parts = station.runtime.parts
     assert station.order("teleop", linear=0.3).done
-    before = parts.witness.truth
+    before = parts.scorer.truth
     station.run(0.4)
-    assert parts.witness.truth.distance_to(before) > 0.05
+    assert parts.scorer.truth.distance_to(before) > 0.05
     assert station.order("pause").done
     assert station.order("teleop", linear=0.3).reason == "the mission is paused"
     assert station.order("resume").done
@@ -100,8 +100,8 @@ def test_the_operator_drives_into_everything_and_touches_nothing(station):
         for _ in range(25):
             assert station.order("teleop", linear=0.8, angular=turn).done
             station.run(0.2)
-    assert parts.witness.counters()["collisions"] == 0
-    assert parts.witness.truth.distance_to(before) > 1.0
+    assert parts.scorer.counters()["collisions"] == 0
+    assert parts.scorer.truth.distance_to(before) > 1.0
     assert station.snapshot.teleop
     assert station.order("teleop_done").done
     station.run(5.0)

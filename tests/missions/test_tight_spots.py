@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import missions
-from missions.assembly import RunOptions
-from missions.runner import run_mission
+from missions.execution.prepare import RunOptions
+from missions.execution.runner import run_mission
 from stack.mapping.ros_map import write_ros_map
 from stack.streams import stream
 from stack.types import OCCUPIED, OccupancyGrid, Pose2D

@@ -7,7 +7,7 @@ import pytest
 
 from robots.load import find_robot, read_robot, robot_names
 from stack.errors import InputError
-from stack.sim.running_gear import driven_joints
+from stack.sim.physics.drivetrain import driven_joints
 
 URDF = """\
 <robot name="r"><link name="base"/><link name="w"/><link name="v"/>

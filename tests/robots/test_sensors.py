@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import missions
-from missions.resources import find_mission
+from missions.execution.resources import find_mission
 from robots.load import find_robot, read_robot
 from robots.simulated import SimulatedBody
-from stack.description import LidarDescription
+from stack.drivetrain.description import LidarDescription
 from stack.errors import InputError
 from stack.safety.parameters import SafetyParameters
 from stack.safety.safety import Safety

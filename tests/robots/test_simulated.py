@@ -8,7 +8,7 @@ import robots.simulated
 from robots.simulated import SimulatedBody, SimulationSettings
 from stack.body import Body
 from stack.errors import ParameterError
-from stack.sim.world import FrictionZone, World
+from stack.sim.worlds.world import FrictionZone, World
 from stack.types import Pose2D, Twist
 from tests.stack.sim.sim_rover import CAMERA, EMPTY, EQUIPPED, LIDAR, ROVER, drive, square_room
 

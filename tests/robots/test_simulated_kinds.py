@@ -10,7 +10,7 @@ import pytest
 from robots.load import find_robot, read_robot
 from robots.simulated import SimulatedBody
 from stack.localisation.odometry import OdometryFusion
-from stack.sim.world import Box, FrictionZone
+from stack.sim.worlds.world import Box, FrictionZone
 from stack.types import Pose2D, Twist
 from tests.stack.sim.sim_rover import EMPTY, drive
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from robots.simulated import SimulatedBody
-from stack.sim.contacts import ContactTally
-from stack.sim.world import Box, Dock, Door, Happening, Person, Trigger
+from stack.sim.physics.contacts import ContactTally
+from stack.sim.worlds.world import Box, Dock, Door, Person, Trigger, WorldEvent
 from stack.types import Pose2D, Twist
 from tests.stack.sim.sim_rover import EMPTY, EQUIPPED, LIDAR, ROVER, drive, square_room
 
@@ -87,7 +87,7 @@ def test_a_door_closing_on_a_standing_robot_is_not_its_contact(build):
     world = replace(
         EMPTY,
         doors=(Door("gate", (0.15, -1.0), (0.15, 1.0)),),
-        timeline=(Happening(Trigger(time=0.5), close_door="gate"),),
+        timeline=(WorldEvent(Trigger(time=0.5), close_door="gate"),),
     )
     body = build(world)
     drive(body, Twist(), 0.8)
@@ -99,8 +99,8 @@ def test_doors_move_on_time_and_the_lidar_sees_it(build):
         EMPTY,
         doors=(Door("gate", (2.0, -1.0), (2.0, 1.0), closed=True),),
         timeline=(
-            Happening(Trigger(time=0.32), open_door="gate"),
-            Happening(Trigger(time=0.5, after=0.2), close_door="gate"),
+            WorldEvent(Trigger(time=0.32), open_door="gate"),
+            WorldEvent(Trigger(time=0.5, after=0.2), close_door="gate"),
         ),
     )
     body = build(world, replace(ROVER, lidar=LIDAR))
@@ -118,7 +118,7 @@ def test_the_battery_is_set_and_charges_on_the_dock(build):
     world = replace(
         EMPTY,
         docks=(Dock(0.2, 0.0),),
-        timeline=(Happening(Trigger(near=(0.0, 0.0, 0.1)), battery=0.2),),
+        timeline=(WorldEvent(Trigger(near=(0.0, 0.0, 0.1)), battery=0.2),),
     )
     body = build(world)
     assert body.sense().battery.charge == pytest.approx(0.2)
@@ -133,7 +133,7 @@ def test_the_battery_is_set_and_charges_on_the_dock(build):
 
 def test_a_lifted_robot_stands_elsewhere_and_its_odometry_knows_nothing(build):
     there = Pose2D(4.0, -3.0, 2.0)
-    world = replace(EMPTY, timeline=(Happening(Trigger(time=1.0), move_robot=there),))
+    world = replace(EMPTY, timeline=(WorldEvent(Trigger(time=1.0), move_robot=there),))
     body = build(world, EQUIPPED)
     drive(body, Twist(0.5), 1.0)
     before = body.sense().odometry.pose

@@ -11,11 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from robots.load import find_robot, read_robot
-from stack.description import DriveKind, OmniWheels, SteeredWheels
+from stack.drivetrain.description import DriveKind, OmniWheels, SteeredWheels
 from stack.errors import InputError
-from stack.sim.physics import Physics
-from stack.sim.settings import SimulationSettings
-from stack.sim.world import World
+from stack.sim.physics.physics_world import Physics
+from stack.sim.physics.settings import SimulationSettings
+from stack.sim.worlds.world import World
 from stack.types import Pose2D
 
 JOINTS = [

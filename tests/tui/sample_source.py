@@ -70,7 +70,7 @@ TREE = (
     (12, "spin", "spin", "failure", "COLLISION_AHEAD: something stands 0.31 m ahead", 28.3),
     (12, "back up", "back_up", "success", "0.30 m", 31.1),
     (0, "watch the fit", "while", "running", "", 0.0),
-    (16, "fit below 0.3", "check", "failure", "localisation.quality (0.83) < 0.3", 0.0),
+    (16, "fit below 0.3", "check", "failure", "localisation.health (0.83) < 0.3", 0.0),
     (16, "find itself", "retry", "idle", "", 0.0),
     (18, "relocalise", "relocalise", "idle", "", 0.0),
     (18, "turn once", "spin", "idle", "", 0.0),
@@ -157,7 +157,7 @@ class SampleSource:
         return Snapshot(
             time=tick * PERIOD, step=tick * 2, state=MissionState.RUNNING, reason="",
             tree=_tree(tick * PERIOD), pose=pose, covariance=np.diag([9e-4, 4e-4, 1e-3]),
-            quality=float(0.83 + 0.06 * np.sin(tick / 23)), battery=Battery(0.90 - tick * 2.8e-4),
+            health=float(0.83 + 0.06 * np.sin(tick / 23)), battery=Battery(0.90 - tick * 2.8e-4),
             particles=np.array([pose.x, pose.y, pose.heading]) + spread,
             scan=look_around(self._office.grid, pose, people),
             path=Path(np.column_stack([ahead, np.zeros(len(ahead))])),

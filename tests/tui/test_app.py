@@ -10,7 +10,7 @@ from textual.widgets import OptionList
 
 from stack.errors import TelemetryError
 from stack.telemetry.records import MissionState
-from stack.types import Battery, Pose2D, Track
+from stack.types import Battery, Pose2D, TrackedObject
 from tests.tui.sample_source import SampleSource, finished
 from tui import palette
 from tui.app import PANES, Dashboard
@@ -375,7 +375,7 @@ async def test_what_moves_is_drawn_with_its_way(pilot):
         rows = pilot.app.query_one(MapPane)._strips
         return sum(person in str(part.style) for row in rows for part in row if part.text.strip())
 
-    someone = Track(1, 0.0, (14.0, 5.0), (2.0, 0.0), 0.3, np.eye(4))
+    someone = TrackedObject(1, 0.0, (14.0, 5.0), (2.0, 0.0), 0.3, np.eye(4))
     refresh(pilot, people=None, tracks=())
     assert cells() == 0
     refresh(pilot, tracks=(replace(someone, velocity=(0.0, 0.0)),))

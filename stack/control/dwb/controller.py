@@ -17,10 +17,10 @@ from stack.components import ControlState
 from stack.control.dwb.critics import Sampling, Speeds, judge
 from stack.control.dwb.parameters import DwbParameters
 from stack.control.path_controller import PathController
+from stack.control.path_progress import PathProgress
 from stack.control.ramps import stopping_speed
 from stack.control.swept import BoolArray
-from stack.control.track import Track
-from stack.description import DriveKind, RobotDescription
+from stack.drivetrain.description import DriveKind, RobotDescription
 from stack.types import FloatArray, Pose2D, Twist, wrap_angle
 
 SPACING = 0.05
@@ -60,7 +60,7 @@ class Dwb(PathController[DwbParameters]):
         super().__init__(parameters, robot, period)
         self._direction = _Direction()
 
-    def _along(self, track: Track, state: ControlState) -> Twist | None:
+    def _along(self, track: PathProgress, state: ControlState) -> Twist | None:
         """The best speeds; slower and less far ahead, then a turn to the path, if none will do."""
         turn = self._ends.realigned(state) if self._ends.held else None
         if turn is not None:
@@ -73,7 +73,7 @@ class Dwb(PathController[DwbParameters]):
         self._local_plan, self._direction = None, _Direction()
         return self._ends.realigned(state)
 
-    def _best(self, track: Track, state: ControlState, share: float) -> Twist | None:
+    def _best(self, track: PathProgress, state: ControlState, share: float) -> Twist | None:
         """The best of the speeds that collide with nothing; None when all do, or it is to stand."""
         last = self._ends.last
         p, top = self._before_goal(state, share)

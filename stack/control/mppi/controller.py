@@ -12,8 +12,8 @@ from stack.control.mppi.optimiser import Optimiser
 from stack.control.mppi.parameters import MppiParameters
 from stack.control.mppi.scene import Array32, LocalPath, Obstacles, Outline, room_beside
 from stack.control.path_controller import PathController
-from stack.control.track import Track
-from stack.description import RobotDescription
+from stack.control.path_progress import PathProgress
+from stack.drivetrain.description import RobotDescription
 from stack.types import FloatArray, Twist
 
 SLOWER = (1.0, 0.5, 0.25)
@@ -67,7 +67,7 @@ class Mppi(PathController[MppiParameters]):
             for track in state.tracks
         )
 
-    def _along(self, track: Track, state: ControlState) -> Twist | None:
+    def _along(self, track: PathProgress, state: ControlState) -> Twist | None:
         """The first step of the improved plan, or of what of it is safe; None: nothing is."""
         optimiser, p, costs = self._optimiser, self.parameters, state.costs
         reach = optimiser.top_speed * p.steps * p.time_step + p.path_follow_ahead

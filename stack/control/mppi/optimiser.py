@@ -10,7 +10,7 @@ from stack.control.mppi.critics.critics import CRITICS, Judgement, look_around
 from stack.control.mppi.noise import NoiseTable
 from stack.control.mppi.parameters import MppiParameters
 from stack.control.mppi.scene import Array32, LocalPath, Obstacles, Outline, Rollouts
-from stack.description import DriveKind, RobotDescription
+from stack.drivetrain.description import DriveKind, RobotDescription
 from stack.types import FloatArray, Pose2D, Twist
 
 HISTORY = 4

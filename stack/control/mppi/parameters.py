@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from stack.control.ends import EndsParameters
+from stack.control.goal_alignment import EndsParameters
 from stack.parameters import parameter
 
 

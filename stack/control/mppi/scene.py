@@ -9,8 +9,8 @@ from math import ceil, hypot
 import numpy as np
 from numpy.typing import NDArray
 
+from stack.control.path_progress import PathProgress
 from stack.control.swept import fill, outline
-from stack.control.track import Track as PathTrack
 from stack.types import (
     INSCRIBED_COST,
     LETHAL_COST,
@@ -18,7 +18,7 @@ from stack.types import (
     FloatArray,
     Footprint,
     Pose2D,
-    Track,
+    TrackedObject,
 )
 
 Array32 = NDArray[np.float32]
@@ -53,7 +53,7 @@ class Obstacles:
 
     @staticmethod
     def of(
-        costs: CostGrid, pose: Pose2D, body: FloatArray, tracks: Sequence[Track] = ()
+        costs: CostGrid, pose: Pose2D, body: FloatArray, tracks: Sequence[TrackedObject] = ()
     ) -> Obstacles:
         """Around a pose; `body` (m, 2) fills the footprint, base frame; tracks as of now."""
         import cv2
@@ -128,7 +128,9 @@ class Outline:
         )
 
 
-def room_beside(outline: Outline, poses: FloatArray, times: FloatArray, track: Track) -> FloatArray:
+def room_beside(
+    outline: Outline, poses: FloatArray, times: FloatArray, track: TrackedObject
+) -> FloatArray:
     """(k,) metres between the discs of a robot and somebody who walks on; below 0 in contact.
 
     Args:
@@ -184,7 +186,7 @@ class LocalPath:
 
     @staticmethod
     def of(
-        track: PathTrack, pose: Pose2D, costs: CostGrid, reach: float, spacing: float
+        track: PathProgress, pose: Pose2D, costs: CostGrid, reach: float, spacing: float
     ) -> LocalPath:
         """The next `reach` metres of a track."""
         points = track.sampled(reach, spacing)

@@ -13,7 +13,7 @@ from math import copysign, cos, hypot, pi, radians, sin
 
 import numpy as np
 
-from stack.description import DriveKind, RobotDescription
+from stack.drivetrain.description import DriveKind, RobotDescription
 from stack.types import FloatArray, Pose2D, Twist
 
 SPACING = 0.02
@@ -35,7 +35,7 @@ DIRECTIONS = 24
 
 
 @dataclass(frozen=True, slots=True)
-class Leg:
+class EscapeSegment:
     """One twist driven for a while.
 
     Attributes:
@@ -78,7 +78,7 @@ class Rollout:
     turned: FloatArray
 
 
-def roll_out(start: Pose2D, legs: Sequence[Leg], radius: float) -> Rollout:
+def roll_out(start: Pose2D, legs: Sequence[EscapeSegment], radius: float) -> Rollout:
     """Sample the legs from a pose on.
 
     Args:
@@ -116,7 +116,9 @@ def _along(start: Pose2D, twist: Twist, amounts: FloatArray) -> FloatArray:
     )
 
 
-def motions(robot: RobotDescription, length: float, fine: bool = False) -> list[tuple[Leg, ...]]:
+def motions(
+    robot: RobotDescription, length: float, fine: bool = False
+) -> list[tuple[EscapeSegment, ...]]:
     """The set to choose from; each may be ended early.
 
     Args:
@@ -127,8 +129,8 @@ def motions(robot: RobotDescription, length: float, fine: bool = False) -> list[
     if robot.turning_radius:
         return [] if fine else list(_car(robot, length))
     turns = _turns(robot, TURN_STEPS[fine])
-    straight: list[tuple[Leg, ...]] = [
-        (_turn(a), Leg(Twist(sign), length)) for a in turns for sign in _signs(robot)
+    straight: list[tuple[EscapeSegment, ...]] = [
+        (_turn(a), EscapeSegment(Twist(sign), length)) for a in turns for sign in _signs(robot)
     ]
     if fine:
         return straight
@@ -146,23 +148,27 @@ def _turns(robot: RobotDescription, step: int) -> list[int]:
     return [sign * degrees for degrees in range(step, most + 1, step) for sign in (1, -1)]
 
 
-def _arc(sign: float, curvature: float, length: float) -> Leg:
+def _arc(sign: float, curvature: float, length: float) -> EscapeSegment:
     """An arc of at most half a turn, forward or backward; curvature is to the left of its way."""
     longest = min(length, pi / abs(curvature)) if curvature else length
-    return Leg(Twist(sign, curvature), longest)
+    return EscapeSegment(Twist(sign, curvature), longest)
 
 
-def _differential(robot: RobotDescription, length: float) -> Iterator[tuple[Leg, ...]]:
+def _differential(robot: RobotDescription, length: float) -> Iterator[tuple[EscapeSegment, ...]]:
     for sign in _signs(robot):
         for curvature in CURVATURES:
             yield (_arc(sign, curvature, length),)
     for first in _signs(robot):
         for nudge in NUDGES:
             for degrees in (45, -45, 90, -90, 135, -135):
-                yield Leg(Twist(first), nudge), _turn(degrees), Leg(Twist(1.0), length)
+                yield (
+                    EscapeSegment(Twist(first), nudge),
+                    _turn(degrees),
+                    EscapeSegment(Twist(1.0), length),
+                )
 
 
-def _car(robot: RobotDescription, length: float) -> Iterator[tuple[Leg, ...]]:
+def _car(robot: RobotDescription, length: float) -> Iterator[tuple[EscapeSegment, ...]]:
     tightest = 1.0 / robot.turning_radius
     curvatures = (0.0, 0.5 * tightest, -0.5 * tightest, tightest, -tightest)
     for sign in _signs(robot):
@@ -175,12 +181,12 @@ def _car(robot: RobotDescription, length: float) -> Iterator[tuple[Leg, ...]]:
                     yield _arc(sign, curvature, nudge), _arc(-sign, second, length)
 
 
-def _omnidirectional(robot: RobotDescription, length: float) -> Iterator[tuple[Leg, ...]]:
+def _omnidirectional(robot: RobotDescription, length: float) -> Iterator[tuple[EscapeSegment, ...]]:
     for number in range(DIRECTIONS):
         angle = number * 2.0 * pi / DIRECTIONS
         if robot.limits.reverse_speed > 0.0 or cos(angle) > -1e-9:
-            yield (Leg(Twist(cos(angle), 0.0, sin(angle)), length),)
+            yield (EscapeSegment(Twist(cos(angle), 0.0, sin(angle)), length),)
 
 
-def _turn(degrees: float) -> Leg:
-    return Leg(Twist(angular=copysign(1.0, degrees)), radians(abs(degrees)))
+def _turn(degrees: float) -> EscapeSegment:
+    return EscapeSegment(Twist(angular=copysign(1.0, degrees)), radians(abs(degrees)))

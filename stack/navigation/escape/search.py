@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stack.description import RobotDescription
-from stack.navigation.escape.primitives import Leg, Rollout, motions, roll_out
+from stack.drivetrain.description import RobotDescription
+from stack.navigation.escape.primitives import EscapeSegment, Rollout, motions, roll_out
 from stack.navigation.escape.surroundings import Surroundings
 from stack.types import FloatArray, Pose2D
 
@@ -35,7 +35,7 @@ SLACK = 0.005
 
 
 @dataclass(frozen=True, slots=True)
-class Wish:
+class EscapeCriteria:
     """What is looked for.
 
     Attributes:
@@ -63,7 +63,7 @@ class Way:
     """
 
     motion: Motion
-    legs: tuple[Leg, ...]
+    legs: tuple[EscapeSegment, ...]
     clearance: float
     floor: float
 
@@ -95,30 +95,32 @@ class Search:
         points = self._surroundings.points(pose, self._radius + reach)
         return float(self._clearances(here, points, reach)[0])
 
-    def best(self, start: Pose2D, wish: Wish, banned: Collection[Motion] = ()) -> Way | None:
+    def best(
+        self, start: Pose2D, criteria: EscapeCriteria, banned: Collection[Motion] = ()
+    ) -> Way | None:
         """The motion to the most room; None when none leads to more than there is here.
 
         Args:
             start: odom frame.
-            wish: what is looked for.
+            criteria: what is looked for.
             banned: motions that have turned out not to go.
         """
-        coarse = self._best(start, wish, banned, fine=False)
-        return coarse or self._best(start, wish, banned, fine=True)
+        coarse = self._best(start, criteria, banned, fine=False)
+        return coarse or self._best(start, criteria, banned, fine=True)
 
     def _best(
-        self, start: Pose2D, wish: Wish, banned: Collection[Motion], *, fine: bool
+        self, start: Pose2D, criteria: EscapeCriteria, banned: Collection[Motion], *, fine: bool
     ) -> Way | None:
-        points = self._surroundings.points(start, wish.length + 2.0 * self._radius)
-        now = self.clearance(start, wish.clearance)
-        floor = min(wish.padding, now - SLACK)
+        points = self._surroundings.points(start, criteria.length + 2.0 * self._radius)
+        now = self.clearance(start, criteria.clearance)
+        floor = min(criteria.padding, now - SLACK)
         best, found = -np.inf, None
-        for number, legs in enumerate(motions(self._robot, wish.length, fine)):
+        for number, legs in enumerate(motions(self._robot, criteria.length, fine)):
             if (fine, number) in banned:
                 continue
             rollout = roll_out(start, legs, self._radius)
-            clear = self._clearances(rollout.poses, points, wish.clearance, floor)
-            score = _scores(rollout, clear, wish, now)
+            clear = self._clearances(rollout.poses, points, criteria.clearance, floor)
+            score = _scores(rollout, clear, criteria, now)
             if score.max(initial=-np.inf) <= best:
                 continue
             score = score[: self._known_until(rollout.poses[: len(score)])]
@@ -145,7 +147,7 @@ class Search:
                     return True
         return False
 
-    def clear(self, start: Pose2D, way: Way, legs: tuple[Leg, ...]) -> bool:
+    def clear(self, start: Pose2D, way: Way, legs: tuple[EscapeSegment, ...]) -> bool:
         """Whether what is left of a way is still as clear as it was chosen for.
 
         Args:
@@ -185,7 +187,9 @@ class Search:
         )  # fmt: skip
 
 
-def _scores(rollout: Rollout, clear: FloatArray, wish: Wish, now: float) -> FloatArray:
+def _scores(
+    rollout: Rollout, clear: FloatArray, criteria: EscapeCriteria, now: float
+) -> FloatArray:
     """(n,) worth of ending at each of the first n poses; -inf where it gains too little.
 
     Clearance gained at the end counts most, then the least on the way, then a short way.
@@ -193,15 +197,15 @@ def _scores(rollout: Rollout, clear: FloatArray, wish: Wish, now: float) -> Floa
     least, count = np.minimum.accumulate(clear), len(clear)
     scores: FloatArray = (
         clear
-        + LEAST_WEIGHT * np.minimum(least, wish.padding)
+        + LEAST_WEIGHT * np.minimum(least, criteria.padding)
         - LENGTH_WEIGHT * rollout.length[:count]
         - TURN_WEIGHT * rollout.turned[:count]
     )
-    scores[clear < min(now + wish.gain, wish.clearance)] = -np.inf
+    scores[clear < min(now + criteria.gain, criteria.clearance)] = -np.inf
     return scores
 
 
-def _cut(legs: tuple[Leg, ...], rollout: Rollout, end: int) -> tuple[Leg, ...]:
+def _cut(legs: tuple[EscapeSegment, ...], rollout: Rollout, end: int) -> tuple[EscapeSegment, ...]:
     """The legs up to a pose of the roll-out."""
     last = int(rollout.leg[end])
     return *legs[:last], replace(legs[last], amount=float(rollout.amount[end]))

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.kinematics import moved
-from stack.navigation.tasks import Moment
+from stack.drivetrain.kinematics import moved
+from stack.navigation.tasks import NavigationState
 from stack.types import FloatArray, Pose2D, Scan, wrap_angle
 
 STANDING, STANDING_TURN = 0.01, 0.01
@@ -80,16 +80,16 @@ class Surroundings:
         self._seen: Scan | None = None
         self._cloud: FloatArray | None = None
 
-    def look(self, moment: Moment) -> None:
+    def look(self, state: NavigationState) -> None:
         """Take in the newest scan and the way since; called once a control step."""
-        pose = moment.odometry.pose
+        pose = state.odometry.pose
         if not self._trail or not _close(self._trail[-1], pose, TRAIL_STEP, TRAIL_TURN):
             self._trail.append(pose)
-        scan = moment.scan
+        scan = state.scan
         if scan is None or scan is self._seen:
             return
         self._seen = scan
-        since = moved(moment.odometry.twist, max(0.0, moment.time - scan.stamp))
+        since = moved(state.odometry.twist, max(0.0, state.time - scan.stamp))
         self._take(View(pose.compose(since.inverse()), scan))
 
     @property

@@ -7,8 +7,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from stack.components import USUAL_TERMS, Terms
-from stack.description import RobotDescription
+from stack.components import DEFAULT_PLAN_OPTIONS, PlanOptions
+from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError
 from stack.parameters import parameter
 from stack.planning.endpoints import Endpoints
@@ -93,7 +93,11 @@ class Lattice:
         )
 
     def plan(
-        self, costs: CostGrid, start: Pose2D, goal: Pose2D, terms: Terms = USUAL_TERMS
+        self,
+        costs: CostGrid,
+        start: Pose2D,
+        goal: Pose2D,
+        options: PlanOptions = DEFAULT_PLAN_OPTIONS,
     ) -> Path:
         """Poses at most a cell apart from start to goal, both exactly, in the map frame.
 
@@ -104,7 +108,7 @@ class Lattice:
             NavigationError: NO_VALID_PATH, START_OCCUPIED, GOAL_OCCUPIED, START_OUTSIDE_MAP,
                 GOAL_OUTSIDE_MAP, TIMED_OUT after max_expansions, or CANCELLED.
         """
-        return self._planning.plan(costs, start, goal, terms)
+        return self._planning.plan(costs, start, goal, options)
 
     def _method(self, resolution: float) -> Method:
         if resolution not in self._methods:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from stack.description import RobotDescription
+from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError
 from stack.parameters import parameter
 from stack.planning.parameters import PlannerParameters

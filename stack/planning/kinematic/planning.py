@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.components import Stop, Terms
+from stack.components import CancelToken, PlanOptions
 from stack.errors import NavigationError
 from stack.planning.endpoints import (
     Cell,
@@ -51,32 +51,34 @@ class PosePlanning:
     method: Callable[[float], Method]
     seeds: Callable[[Ground, Pose2D], list[Drive]]
 
-    def plan(self, costs: CostGrid, start: Pose2D, goal: Pose2D, terms: Terms) -> Path:
+    def plan(self, costs: CostGrid, start: Pose2D, goal: Pose2D, options: PlanOptions) -> Path:
         """Poses from start to goal that the footprint can be driven over.
 
         Raises:
             NavigationError: as `Planner.plan`.
         """
-        return replace(self, endpoints=self.endpoints.on(terms))._plan(costs, start, goal, terms)
+        return replace(self, endpoints=self.endpoints.on(options))._plan(
+            costs, start, goal, options
+        )
 
-    def _plan(self, costs: CostGrid, start: Pose2D, goal: Pose2D, terms: Terms) -> Path:
+    def _plan(self, costs: CostGrid, start: Pose2D, goal: Pose2D, options: PlanOptions) -> Path:
         cell_on_map(costs, start, "start", FailureCode.START_OUTSIDE_MAP)
         cell_on_map(costs, goal, "goal", FailureCode.GOAL_OUTSIDE_MAP)
         ground = Ground.of(costs, self.footprint, self.tables)
-        terms.stop.check()
+        options.cancel.check()
         begin = self._begin(ground, start)
         end = self._clear_goal(ground, goal)
-        field, horizon = self._field(costs, end, begin, terms.stop)
+        field, horizon = self._field(costs, end, begin, options.cancel)
         if field[begin] >= self._unreached:
-            end = self._reachable(ground, start, goal, begin, terms.stop)
-            field, horizon = self._field(costs, end, begin, terms.stop)
+            end = self._reachable(ground, start, goal, begin, options.cancel)
+            field, horizon = self._field(costs, end, begin, options.cancel)
         contacts = ground.allowed(start)
         escape = self.endpoints.escape_distance if contacts else 0.0
         query = Query(
             start, self.seeds(ground, start), end, field, horizon,
-            escape, float(field[begin]), contacts, terms.way,
+            escape, float(field[begin]), contacts, options.direction,
         )  # fmt: skip
-        outcome = PoseSearch(self.method(costs.resolution), ground, query).run(terms.stop)
+        outcome = PoseSearch(self.method(costs.resolution), ground, query).run(options.cancel)
         drive = outcome.drive or self._nearest(outcome, start, goal)
         if len(drive.poses) < 2:
             drive = Drive(np.vstack([drive.poses, drive.poses]), np.zeros(2, np.int64), 0.0)
@@ -125,7 +127,7 @@ class PosePlanning:
         )
 
     def _field(
-        self, costs: CostGrid, goal: Pose2D, begin: Cell, stop: Stop
+        self, costs: CostGrid, goal: Pose2D, begin: Cell, cancel: CancelToken
     ) -> tuple[NDArray[np.float32], float]:
         from stack.planning.cost_to_go import kernels
 
@@ -133,17 +135,17 @@ class PosePlanning:
         scale = costs.resolution / float(self.tables.traverse[0])
         field, horizon = flood(
             costs.cells, self.tables.traverse, self.tables.diagonal,
-            costs.cell_at(goal.x, goal.y), begin, _FLOOD_MARGIN, scale, stop.flag,
+            costs.cell_at(goal.x, goal.y), begin, _FLOOD_MARGIN, scale, cancel.flag,
         )  # fmt: skip
-        stop.check()
+        cancel.check()
         return field, float(horizon)
 
     def _reachable(
-        self, ground: Ground, start: Pose2D, goal: Pose2D, begin: Cell, stop: Stop
+        self, ground: Ground, start: Pose2D, goal: Pose2D, begin: Cell, cancel: CancelToken
     ) -> Pose2D:
         """The nearest clear pose to the goal that a point can get to from the start."""
         costs = ground.costs
-        field, _ = self._field(costs, Pose2D(*costs.centre_of(*begin)), (-1, -1), stop)
+        field, _ = self._field(costs, Pose2D(*costs.centre_of(*begin)), (-1, -1), cancel)
         cells = np.argwhere(field < self._unreached)
         middles = (cells[:, ::-1] + 0.5) * costs.resolution + np.array(costs.origin)
         away = np.hypot(middles[:, 0] - goal.x, middles[:, 1] - goal.y)

@@ -8,7 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.components import Stop
+from stack.components import CancelToken
 from stack.costmap.footprint import samples
 from stack.planning.search import StepCosts
 from stack.types import LETHAL_COST, UNKNOWN_COST, CostGrid, FloatArray, Footprint, Pose2D
@@ -135,7 +135,7 @@ class Query:
         escape: metres around the start in which the footprint may be in contact.
         escape_cost: cost to the goal from where that ends.
         contacts: how much of it may be.
-        way: +1 or -1 when the robot comes driving forward or backward, 0 when it stands.
+        direction: +1 or -1 when the robot comes driving forward or backward, 0 when it stands.
     """
 
     start: Pose2D
@@ -146,7 +146,7 @@ class Query:
     escape: float
     escape_cost: float
     contacts: int
-    way: int = 0
+    direction: int = 0
 
 
 @dataclass
@@ -192,7 +192,7 @@ class PoseSearch:
         for seed in query.seeds:
             self._seed(seed)
 
-    def run(self, stop: Stop) -> Outcome:
+    def run(self, cancel: CancelToken) -> Outcome:
         """Search until the goal is reached and a little beyond, or nothing is left.
 
         Raises:
@@ -204,9 +204,9 @@ class PoseSearch:
         while True:
             status, node = kernels.expand(
                 self._ground.place, self._method.moves, self._aim, self._nodes, state, most, bound,
-                stop.flag,
+                cancel.flag,
             )  # fmt: skip
-            stop.check()
+            cancel.check()
             if status == kernels.GROW:
                 self._grow()
                 continue
@@ -245,7 +245,7 @@ class PoseSearch:
     def _arriving(self) -> int:
         """The move by which the robot comes to the start: straight on, or none."""
         kinds = {1: 0, -1: 3}  # straight forward and backward
-        moves = np.flatnonzero(self._method.moves.kinds == kinds.get(self._query.way, -99))
+        moves = np.flatnonzero(self._method.moves.kinds == kinds.get(self._query.direction, -99))
         return int(moves[0]) if moves.size else -1
 
     def _attempt(self, node: int) -> Drive | None:

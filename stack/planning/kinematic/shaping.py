@@ -52,8 +52,8 @@ class Shaping:
         steps = np.hypot(*np.diff(found[:, :2], axis=0).T)
         return Path(found[np.append(steps > _SAME_PLACE, True)])
 
-    def _stretch(self, ground: Ground, poses: FloatArray, way: int) -> FloatArray:
-        even = evenly(poses, way)
+    def _stretch(self, ground: Ground, poses: FloatArray, direction: int) -> FloatArray:
+        even = evenly(poses, direction)
         if len(even) <= 2 * _PINNED + 1:
             return poses
         points = even[:, :2]
@@ -62,8 +62,11 @@ class Shaping:
         else:
             shaped = shape(self.smoother, ground.costs, points, self.radius, _PINNED)
         for share in _SHARES:
-            moved = _with_headings(points + share * (shaped - points), even, way)
-            if bends_within(moved, way, self.radius / _ROUNDING) and ground.weight(moved) > 0.0:
+            moved = _with_headings(points + share * (shaped - points), even, direction)
+            if (
+                bends_within(moved, direction, self.radius / _ROUNDING)
+                and ground.weight(moved) > 0.0
+            ):
                 return moved
         return poses
 
@@ -80,7 +83,7 @@ class Shaping:
         return shaped
 
 
-def evenly(poses: FloatArray, way: int) -> FloatArray:
+def evenly(poses: FloatArray, direction: int) -> FloatArray:
     """Poses along the same curve, evenly spaced: cubics through (n, 3) with their headings."""
     steps = np.hypot(*np.diff(poses[:, :2], axis=0).T)
     keep = np.append(True, steps > _SAME_PLACE)
@@ -91,7 +94,7 @@ def evenly(poses: FloatArray, way: int) -> FloatArray:
     if not len(steps):
         return poses
     t = ((at - along[before]) / steps[before])[:, None]
-    tangents = way * np.column_stack([np.cos(poses[:, 2]), np.sin(poses[:, 2])])
+    tangents = direction * np.column_stack([np.cos(poses[:, 2]), np.sin(poses[:, 2])])
     begin, end = poses[before, :2], poses[before + 1, :2]
     leave, arrive = (tangents[index] * steps[before, None] for index in (before, before + 1))
     points = (
@@ -104,13 +107,13 @@ def evenly(poses: FloatArray, way: int) -> FloatArray:
     return even
 
 
-def bends_within(poses: FloatArray, way: int, radius: float) -> bool:
+def bends_within(poses: FloatArray, direction: int, radius: float) -> bool:
     """Whether a vehicle of a turning radius can follow poses (n, 3) driven in one direction.
 
     On an arc chords turn by step / radius from one to the next, and leave the heading at its ends
     by half of that.
     """
-    runs, rises = np.diff(poses[:, :2], axis=0).T * way
+    runs, rises = np.diff(poses[:, :2], axis=0).T * direction
     lengths, directions = np.hypot(runs, rises), np.arctan2(rises, runs)
     if np.any(lengths < _SAME_PLACE):
         return False
@@ -121,11 +124,11 @@ def bends_within(poses: FloatArray, way: int, radius: float) -> bool:
     return bool(np.all(ends <= 0.5 * lengths[[0, -1]] / radius + 1e-3))
 
 
-def _with_headings(points: FloatArray, poses: FloatArray, way: int) -> FloatArray:
+def _with_headings(points: FloatArray, poses: FloatArray, direction: int) -> FloatArray:
     """Poses along points (n, 2) driven forward or backward; the headings at the ends stay."""
     moved = poses.copy()
     moved[:, :2] = points
-    runs, rises = (points[2:] - points[:-2]).T * way
+    runs, rises = (points[2:] - points[:-2]).T * direction
     moved[1:-1, 2] = np.arctan2(rises, runs)
     return moved
 

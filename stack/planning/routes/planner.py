@@ -12,8 +12,15 @@ from typing import ClassVar
 
 import numpy as np
 
-from stack.components import USUAL_TERMS, Planner, Stop, Terms, choose, plan_on_terms
-from stack.description import RobotDescription
+from stack.components import (
+    DEFAULT_PLAN_OPTIONS,
+    CancelToken,
+    Planner,
+    PlanOptions,
+    choose,
+    plan_with_options,
+)
+from stack.drivetrain.description import RobotDescription
 from stack.errors import NavigationError, ParameterError
 from stack.planning.routes.geojson import read_route_graph
 from stack.planning.routes.graph import RouteGraph
@@ -86,18 +93,22 @@ class Route:
         return changed
 
     def plan(
-        self, costs: CostGrid, start: Pose2D, goal: Pose2D, terms: Terms = USUAL_TERMS
+        self,
+        costs: CostGrid,
+        start: Pose2D,
+        goal: Pose2D,
+        options: PlanOptions = DEFAULT_PLAN_OPTIONS,
     ) -> Path:
         """A path of poses 5 cm apart from start to goal, with the speed limits of its lanes.
 
-        Of the terms only `stop` counts: half a way is none where lanes are the rule.
+        Of the terms only `cancel` counts: half a way is none where lanes are the rule.
 
         Raises:
             NavigationError: NO_VALID_PATH where the lanes do not lead there; else as the planner of
                 the ways on to them and off them.
         """
         network = Network(self.graph, costs, self._rates, (start, goal))
-        look = partial(self._look, network, costs, (start, goal), terms.stop)
+        look = partial(self._look, network, costs, (start, goal), options.cancel)
         self._limit(network, look)
         arcs = cheapest_looked_at(network.arcs, 0, 1, look)
         if arcs is None:
@@ -131,14 +142,21 @@ class Route:
         network.straight_on.longest = sum(shortest) + SLACK
 
     def _look(
-        self, network: Network, costs: CostGrid, ends: tuple[Pose2D, Pose2D], stop: Stop, arc: Arc
+        self,
+        network: Network,
+        costs: CostGrid,
+        ends: tuple[Pose2D, Pose2D],
+        cancel: CancelToken,
+        arc: Arc,
     ) -> None:
         """Find out what a way through free space costs."""
-        stop.check()
+        cancel.check()
         arc.looked_at, arc.cost = True, inf
         start, goal = self._poses(network, ends, arc)
         try:
-            path = plan_on_terms(self._connect, costs, (start, goal), Terms(stop=stop))
+            path = plan_with_options(
+                self._connect, costs, (start, goal), PlanOptions(cancel=cancel)
+            )
         except NavigationError as error:
             code = error.failure.code
             if code == FailureCode.CANCELLED:

@@ -8,8 +8,8 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.components import USUAL_TERMS, Terms
-from stack.description import RobotDescription
+from stack.components import DEFAULT_PLAN_OPTIONS, PlanOptions
+from stack.drivetrain.description import RobotDescription
 from stack.parameters import parameter
 from stack.planning.endpoints import (
     Cell,
@@ -67,7 +67,11 @@ class ThetaStar:
         self._smoother = point_smoother(parameters.smoother, self._tables.traverse)
 
     def plan(
-        self, costs: CostGrid, start: Pose2D, goal: Pose2D, terms: Terms = USUAL_TERMS
+        self,
+        costs: CostGrid,
+        start: Pose2D,
+        goal: Pose2D,
+        options: PlanOptions = DEFAULT_PLAN_OPTIONS,
     ) -> Path:
         """A path of poses 5 cm apart from start to goal, both exactly, in the map frame.
 
@@ -79,8 +83,8 @@ class ThetaStar:
             NavigationError: NO_VALID_PATH, START_OCCUPIED, GOAL_OCCUPIED, START_OUTSIDE_MAP,
                 GOAL_OUTSIDE_MAP, TIMED_OUT after max_expansions, or CANCELLED.
         """
-        ends = self._endpoints.on(terms)
-        effort = Effort(self._parameters.max_expansions, terms.stop)
+        ends = self._endpoints.on(options)
+        effort = Effort(self._parameters.max_expansions, options.cancel)
         start_cell = ends.start_cell(costs, start)
         goal_cell = cell_on_map(costs, goal, "goal", FailureCode.GOAL_OUTSIDE_MAP)
         target = ends.goal_cell(costs, goal)
@@ -159,9 +163,9 @@ class _Search:
         parents, closed = np.empty(size, np.int32), np.zeros(size, np.bool_)
         status, expanded = search(
             costs.cells, weights, float(weights[0]), so_far, parents, closed,
-            number(costs, ends[0]), number(costs, ends[1]), effort.most, effort.stop.flag,
+            number(costs, ends[0]), number(costs, ends[1]), effort.most, effort.cancel.flag,
         )  # fmt: skip
-        effort.stop.check()
+        effort.cancel.check()
         found, limited = status == kernels.FOUND, status == kernels.LIMIT
         return _Search(found, limited, int(expanded), parents, closed)
 

@@ -10,11 +10,11 @@ import pytest
 from missions.bench.barn import barn_entries, report
 from missions.bench.barn_score import RULES, score_of
 from missions.bench.barn_worlds import find_worlds
-from missions.bench.running import carry_out
 from missions.bench.runs import Entry, Setup
 from missions.bench.shortest import shortest_way
 from missions.bench.table import TableOptions, fill_table
-from missions.resources import MISSIONS, load_robot
+from missions.bench.trial import run_trial
+from missions.execution.resources import MISSIONS, load_robot
 from stack.errors import InputError
 from stack.types import Pose2D
 from tests.stack.sim.gazebo_text import (
@@ -87,9 +87,9 @@ def test_a_slalom_is_crossed_and_the_table_resumes(tmp_path):
 def test_the_same_trial_drives_the_same_way(tmp_path):
     (case,) = find_worlds(grids(tmp_path / "w.json", [*COURT, *SLALOM[:8]]))
     setup = Setup(MISSION, RULES)
-    first, second = (carry_out(Entry(setup, case, 3)) for _ in range(2))
+    first, second = (run_trial(Entry(setup, case, 3)) for _ in range(2))
     assert first.trace == second.trace and first.run.time == second.run.time
-    assert carry_out(Entry(setup, case, 4)).trace != first.trace
+    assert run_trial(Entry(setup, case, 4)).trace != first.trace
 
 
 def test_a_failure_has_a_cause_and_a_picture(tmp_path):

@@ -13,9 +13,9 @@ from missions.bench.course_bench import CourseOptions, course_entries, report
 from missions.bench.courses import COURSES, Size
 from missions.bench.shortest import shortest_way
 from missions.bench.table import TableOptions, fill_table
-from missions.resources import MISSIONS, load_robot
+from missions.execution.resources import MISSIONS, load_robot
 from stack.errors import InputError
-from stack.sim.world_file import read_world
+from stack.sim.worlds.world_file import read_world
 
 ROBOTS = {name: load_robot(name, MISSIONS) for name in ("scout", "jackal")}
 

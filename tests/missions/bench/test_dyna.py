@@ -10,11 +10,11 @@ import pytest
 from missions.bench.dyna_bench import RULES, dyna_entries, report
 from missions.bench.dyna_worlds import GOAL, HIGHEST, LOWEST, START, dyna_text
 from missions.bench.layout import Layout, written
-from missions.bench.running import carry_out
 from missions.bench.runs import Entry, Setup
-from missions.resources import MISSIONS
+from missions.bench.trial import run_trial
+from missions.execution.resources import MISSIONS
 from stack.errors import InputError
-from stack.sim.world_file import read_world
+from stack.sim.worlds.world_file import read_world
 from stack.types import Pose2D
 
 MISSION = MISSIONS / "bench" / "dyna.yaml"
@@ -64,7 +64,7 @@ def story(tmp_path, do, way):
         {"name": "it", "waypoints": way, "speed": 1.0, "radius": 0.5, "yields": False}
     )
     case = written(layout.text("one cylinder", "for a test"), "0", tmp_path / "world.yaml")
-    return carry_out(Entry(Setup(str(mission), RULES, robot="jackal"), case, 0))
+    return run_trial(Entry(Setup(str(mission), RULES, robot="jackal"), case, 0))
 
 
 def test_a_robot_that_stands_is_struck(tmp_path):

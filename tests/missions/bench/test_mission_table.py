@@ -7,8 +7,8 @@ from typer.testing import CliRunner
 
 from missions.bench.mission_runs import MissionRun
 from missions.bench.mission_table import mission_entries, rows_of, table_lines
-from missions.cli import app
-from missions.resources import mission_files
+from missions.cli.app import app
+from missions.execution.resources import mission_files
 from stack.errors import InputError
 
 

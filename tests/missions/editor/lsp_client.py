@@ -17,7 +17,7 @@ class Client:
 
     def __init__(self, folder: Path) -> None:
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "missions.cli", "lsp"], stdin=subprocess.PIPE,
+            [sys.executable, "-m", "missions.cli.app", "lsp"], stdin=subprocess.PIPE,
             stdout=subprocess.PIPE, stderr=subprocess.PIPE, cwd=folder,
             env={**os.environ, "PYTHONPATH": str(ROOT)},
         )  # fmt: skip

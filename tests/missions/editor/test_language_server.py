@@ -8,12 +8,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from missions.editor.asking import definition, explanation
-from missions.editor.completing import candidates
-from missions.editor.reading import findings_in, read, read_at_cursor
+from missions.editor.completion import candidates
+from missions.editor.document import findings_in, read, read_at_cursor
+from missions.editor.hover import definition, explanation
 from missions.editor.serving import serve
+from missions.execution.resources import mission_files
 from missions.language.codes import CODES
-from missions.resources import mission_files
 from stack.errors import InputError
 from tests.missions.editor.lsp_client import ROOT, Client
 
@@ -353,7 +353,7 @@ def test_without_pygls_it_says_what_to_install(monkeypatch):
 
 def test_checking_and_schemas_do_not_import_pygls():
     code = (
-        "import sys, missions.cli; from missions.editor.schemas import schema_text;"
+        "import sys, missions.cli.app; from missions.editor.schemas import schema_text;"
         "schema_text('mission'); schema_text('world'); schema_text('robot');"
         "heavy = {'pygls', 'lsprotocol', 'numba', 'pybullet', 'cv2', 'rerun', 'textual'};"
         "assert not heavy & sys.modules.keys(), heavy & sys.modules.keys()"

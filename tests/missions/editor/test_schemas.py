@@ -12,11 +12,11 @@ from missions.editor.mission_schema import mission_schema
 from missions.editor.robot_schema import robot_schema
 from missions.editor.schemas import schema_text
 from missions.editor.world_schema import world_schema
-from missions.resources import MISSIONS, catalogue_of, mission_files, world_files
+from missions.execution.resources import MISSIONS, catalogue_of, mission_files, world_files
 from robots.load import read_robot
 from stack.documents import Findings, read_file, read_text
 from stack.errors import InputError
-from stack.sim.world_file import read_world
+from stack.sim.worlds.world_file import read_world
 
 ROOT = Path(__file__).parents[3]
 ROBOTS = sorted((ROOT / "robots").glob("*/robot.yaml"))

@@ -6,10 +6,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from missions.language.expressions import Surroundings, check_expression
-from missions.language.scope import UNSET, NotSet, Role, Scope, Symbol
-from missions.language.value_types import ANYTHING, BOOL, INT, NUMBER, POSE, TEXT, ValueType
-from missions.trees.execution import Execution
+from missions.language.expressions.expression import Surroundings, check_expression
+from missions.language.expressions.scope import UNSET, NotSet, Role, Scope, Symbol
+from missions.language.expressions.value_types import (
+    ANYTHING,
+    BOOL,
+    INT,
+    NUMBER,
+    POSE,
+    TEXT,
+    ValueType,
+)
+from missions.trees.context import Execution
 from missions.trees.slots import Frame, Slot
 from stack.documents import Mark
 from stack.types import Battery, Pose2D, Twist
@@ -66,7 +74,7 @@ def bound(source, wanted=ANYTHING):
         ("not battery.charging", True),
         ("robot.speed == 0.25 m/s", True),
         ("robot.turning", 0.5),
-        ("localisation.quality >= 1", True),
+        ("localisation.health >= 1", True),
         ("localisation.deviation", 0.2),
         ("time > 1 min", True),
         ("pose.distance_to($dock)", 5.0),

@@ -6,11 +6,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from missions.editor.describing import TOP_KEYS as DESCRIBED
+from missions.editor.markdown import TOP_KEYS as DESCRIBED
 from missions.language.codes import CODES
-from missions.language.header import RESERVED, TOP_KEYS
 from missions.language.model import Resources
-from missions.language.reading import read_mission
+from missions.language.reading.header import RESERVED, TOP_KEYS
+from missions.language.reading.mission import read_mission
 from stack.errors import InputError, ParameterError
 from tests.missions.mission_fakes import PLACES, FakeCatalogue, read_text
 
@@ -358,7 +358,7 @@ WARNINGS = [
     ("run: {reactive: [{for_each: {n: []}, do: {wait: 1 s}}, {act: b}]}",),
     ("run: {act: a, when: battery.charge >= 0}", "W107 1:21"),
     ("run: {act: a, while: 'battery.charge < 20 % and battery.charge > 50 %'}", "W107 1:22"),
-    ("run: {act: a, while: localisation.quality + 1 > 0.5}", "W107 1:22"),
+    ("run: {act: a, while: localisation.health + 1 > 0.5}", "W107 1:22"),
     ("run: {act: a, when: not 2 > 1}", "W107 1:21"),
     ("arguments: {n: {type: bool, default: false}}\nrun: {act: a, when: $n}",),
     ("run: {act: a, when: robot.speed > 1 or robot.speed < 0.5}",),

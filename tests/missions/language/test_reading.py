@@ -174,7 +174,8 @@ def test_forty_nodes_are_read_and_compiled_in_a_blink(tmp_path):
 
 def test_reading_and_compiling_import_nothing_heavy():
     program = (
-        "import sys, missions.language.reading, missions.trees.compiler, missions.trees.show\n"
+        "import sys, missions.language.reading.mission\n"
+        "import missions.trees.compiler, missions.trees.show\n"
         "heavy = {'numba', 'pybullet', 'cv2', 'rerun', 'textual', 'zmq', 'pymavlink'}\n"
         "print(sorted(heavy & set(sys.modules)))"
     )

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from behaviours.catalogue import BehaviourKind
-from missions.language.expressions import CheckedExpression
-from missions.language.scope import Symbol
+from missions.language.expressions.expression import CheckedExpression
+from missions.language.expressions.scope import Symbol
 from stack.documents import Mark
 
 COMPOSITES = ("sequence", "reactive", "fallback", "reactive_fallback", "round_robin", "parallel")

@@ -15,11 +15,17 @@ from typing import Any
 import pytest
 
 from behaviours import catalogue
-from missions.checking import check_files
+from missions.execution.resources import (
+    MISSIONS,
+    catalogue_of,
+    load_world,
+    mission_files,
+    resources,
+)
+from missions.inspection.check import check_files
 from missions.language.codes import CODES
 from missions.language.model import Mission
-from missions.language.reading import read_mission
-from missions.resources import MISSIONS, catalogue_of, load_world, mission_files, resources
+from missions.language.reading.mission import read_mission
 from missions.trees.compiler import compile_mission
 from stack.documents import Finding, read_text
 from tests.missions.mutated import oracle

@@ -10,11 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
-from missions.assembly import RunOptions, prepare
-from missions.cli import app
+from missions.cli.app import app
+from missions.execution.prepare import RunOptions, prepare
+from missions.execution.resources import MISSIONS
 from missions.nav2.reading import Nav2Settings, read_nav2
 from missions.nav2.reporting import lines_of, parameter_file, warnings_of
-from missions.resources import MISSIONS
 from stack.errors import InputError
 
 SHIPPED = MISSIONS / "parameters" / "nav2_params.yaml"

@@ -7,7 +7,7 @@ from textwrap import dedent
 import pytest
 
 from missions.language.model import Resources
-from missions.language.reading import read_mission
+from missions.language.reading.mission import read_mission
 from missions.testing.session import Wanted, run_file, run_files
 from tests.missions.mission_fakes import HEAD, FakeCatalogue
 

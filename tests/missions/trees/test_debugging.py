@@ -137,9 +137,9 @@ def test_halting_a_held_tree_calls_nothing(tmp_path):
 def test_clearing_takes_the_gate_away(tmp_path):
     it, debugger = debugged(tmp_path, TWO, "second")
     record = it.tree.records[2]
-    own = record.node.once
+    own = record.node.execute_tick
     debugger.clear_breakpoint("second")
-    assert record.node.once != own
+    assert record.node.execute_tick != own
     with pytest.raises(InputError, match="no breakpoint at 'second'"):
         debugger.clear_breakpoint("second")
     assert debugger.clear_breakpoint() == "there was none"

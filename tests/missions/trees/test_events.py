@@ -147,7 +147,7 @@ def test_an_event_whose_condition_still_holds_comes_again_after_its_hold(run):
 
 TWO = """
     events:
-      - lost: {when: localisation.quality < 0.3, do: {drive: look}}
+      - lost: {when: localisation.health < 0.3, do: {drive: look}}
       - low: {when: battery.charge < 0.3, do: {sequence: [{act: say}, {drive: dock}, {act: x}]}}
     run: {drive: a}
     """
@@ -159,9 +159,9 @@ def test_only_an_earlier_event_pre_empts_one_and_then_it_goes_on_where_it_was(ru
     it.ticks()
     low(it)
     it.ticks()
-    it.robot.localisation_quality = 0.1
+    it.robot.localisation_health = 0.1
     it.ticks()
-    it.robot.localisation_quality = 0.9
+    it.robot.localisation_health = 0.9
     low(it, 0.9)
     it.ticks(3)
     assert it.robot.log == [
@@ -173,11 +173,11 @@ def test_only_an_earlier_event_pre_empts_one_and_then_it_goes_on_where_it_was(ru
 def test_a_later_event_waits_for_an_earlier_one(run):
     it = run(TWO)
     it.robot.answers.update(a="r", look="rrs")
-    it.robot.localisation_quality = 0.1
+    it.robot.localisation_health = 0.1
     it.ticks()
     low(it)
     it.ticks()
-    it.robot.localisation_quality = 0.9
+    it.robot.localisation_health = 0.9
     it.tree.tick()
     assert it.robot.log == ["look starts", "look done", "a starts"]
     it.ticks()

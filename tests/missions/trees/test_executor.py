@@ -14,9 +14,9 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import ParallelPolicy, Status
 
 from missions.trees import attempts, composites, decorators
-from missions.trees.execution import WORDS as WORD_OF
-from missions.trees.execution import Execution, Record
-from missions.trees.leaves import LeafGuard
+from missions.trees.context import WORDS as WORD_OF
+from missions.trees.context import Execution, Record
+from missions.trees.leaves import LeafNode
 from missions.trees.mission_tree import MissionTree
 from stack.documents import Mark
 
@@ -95,7 +95,7 @@ class Builder:
         if isinstance(shape, str):
             node = Scripted(name, shape, self.log)
             if self.execution is not None:
-                LeafGuard(node, self.execution)
+                LeafNode(node, self.execution)
         else:
             children = [self.build(child) for child in shape[1]]
             make = self.theirs if self.execution is None else self.ours
@@ -154,7 +154,7 @@ class Clock:
 def answers(node, execution):
     """What each node answered in a tick, in order, also where it was halted later in that tick."""
     visited = execution.visited = []
-    node.once()
+    node.execute_tick()
     execution.visited = None
     return [(node.name, status) for node, status in visited]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from missions.assembly import RunOptions, prepare
+from missions.execution.prepare import RunOptions, prepare
 from missions.tuning.ranges import Range, read_ranges
 from stack.errors import InputError
 

@@ -8,11 +8,11 @@ from dataclasses import replace
 import pytest
 from typer.testing import CliRunner
 
-from missions.assembly import RunOptions, prepare
 from missions.bench.mission_runs import MISSION_WORK, MissionEntry
 from missions.bench.resumable import rows_in
-from missions.cli import app
-from missions.resources import MISSIONS
+from missions.cli.app import app
+from missions.execution.prepare import RunOptions, prepare
+from missions.execution.resources import MISSIONS
 from missions.tuning.findings import parameter_file, table_lines, write_findings
 from missions.tuning.scoring import Score
 from missions.tuning.tuning import Tuned, TuneOptions, Tuning
@@ -147,7 +147,7 @@ def test_an_interrupted_tuning_keeps_its_table(tmp_path, monkeypatch):
         if line.startswith("   2/3"):
             raise KeyboardInterrupt
 
-    monkeypatch.setattr("missions.cli_tune._tell", stop)
+    monkeypatch.setattr("missions.cli.tune._tell", stop)
     words = ["tune", MISSION, "--samples", "2", "--seeds", "1", "--out", str(tmp_path)]
     words += [f"--try={name}={text}" for name, text in RANGES.items()]
     done = CliRunner().invoke(app, words)

@@ -7,7 +7,7 @@ from itertools import pairwise
 from math import pi
 
 from stack.components import component
-from stack.control.legs import controller_for
+from stack.control.cusp_splitter import controller_for
 from stack.planning.astar import Astar, AstarParameters
 from stack.planning.kinematic.hybrid_astar import HybridAstar, HybridAstarParameters
 from stack.types import Footprint, Pose2D

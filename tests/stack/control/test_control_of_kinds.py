@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from stack.components import ControlState
-from stack.control.legs import LEG_END, cusps_of, legs_of, turned_about
-from stack.control.track import Track
+from stack.control.cusp_splitter import LEG_END, cusps_of, legs_of, turned_about
+from stack.control.path_progress import PathProgress
 from stack.errors import NavigationError
 from stack.types import STANDSTILL, FailureCode, Path, Pose2D, TaskStatus
 from tests.stack.control.courses import controller, toy_drive
@@ -135,7 +135,7 @@ def test_a_car_does_not_spin():
 
 def test_progress_on_a_path_that_folds_back_is_made_in_order():
     path = there_and_back(1.5, 1.2)
-    track = Track(path, cusps_of(path))
+    track = PathProgress(path, cusps_of(path))
     for x in np.arange(1.0, 2.41, 0.05):
         track.advance(Pose2D(float(x), 3.01))
     assert track.travelled == pytest.approx(1.4, abs=0.01)

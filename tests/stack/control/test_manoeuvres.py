@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 
 from stack.components import ControlState
-from stack.control.manoeuvre import REACH, Leg, Manoeuvres
+from stack.control.manoeuvre import REACH, ArcPrimitive, Manoeuvres
+from stack.control.path_progress import PathProgress
 from stack.control.pure_pursuit import PurePursuit, PurePursuitParameters
 from stack.control.swept import SweptFootprint
-from stack.control.track import Track
 from stack.types import STANDSTILL, CostGrid, Pose2D, Twist
 from tests.stack.control.test_pure_pursuit import polyline
 from tests.stack.navigation.toy_world import RECTANGLE, moving, robot
 
 CELL = 0.05
-AHEAD = Track(polyline((3, 3), (5, 3)))
+AHEAD = PathProgress(polyline((3, 3), (5, 3)))
 
 
 def lane(width):
@@ -61,10 +61,10 @@ def test_arcs_keep_the_padding_from_what_the_scan_shows():
 
 
 def test_a_leg_knows_what_is_left_of_it():
-    arc = Leg.of(Pose2D(1.0, 1.0, pi / 2), Twist(-1.0, 0.5), 0.25)
+    arc = ArcPrimitive.of(Pose2D(1.0, 1.0, pi / 2), Twist(-1.0, 0.5), 0.25)
     assert arc.left(Pose2D(1.0, 1.0, pi / 2)) == pytest.approx(0.25, abs=0.01)
     assert arc.left(arc.end) == pytest.approx(0.0)
-    turn = Leg.of(Pose2D(0.0, 0.0, 3.0), Twist(angular=1.0), 0.5)
+    turn = ArcPrimitive.of(Pose2D(0.0, 0.0, 3.0), Twist(angular=1.0), 0.5)
     assert turn.left(Pose2D(0.0, 0.0, -3.0)) == pytest.approx(0.5 + 3.0 - (2 * pi - 3.0))
 
 

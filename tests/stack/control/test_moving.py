@@ -9,7 +9,7 @@ from stack.control.mppi.critics import kernels as critic_kernels
 from stack.control.mppi.parameters import MppiParameters
 from stack.control.mppi.scene import Obstacles, Outline
 from stack.errors import NavigationError
-from stack.types import STANDSTILL, CostGrid, Footprint, Pose2D, Track
+from stack.types import STANDSTILL, CostGrid, Footprint, Pose2D, TrackedObject
 from tests.stack.control.courses import controller
 from tests.stack.control.test_mppi import judged, placed
 from tests.stack.control.test_pure_pursuit import polyline
@@ -25,7 +25,7 @@ WALKS = {
 
 
 def track(position, velocity, radius=RADIUS):
-    return Track(1, 0.0, position, velocity, radius, np.eye(4))
+    return TrackedObject(1, 0.0, position, velocity, radius, np.eye(4))
 
 
 def passed(walk, *, follows):

@@ -18,9 +18,9 @@ from stack.control.mppi.noise import NoiseTable
 from stack.control.mppi.optimiser import bounds, savitzky_golay
 from stack.control.mppi.parameters import MppiParameters
 from stack.control.mppi.scene import LocalPath, Obstacles, Outline, Rollouts
+from stack.control.path_progress import PathProgress
 from stack.control.swept import fill
-from stack.control.track import Track
-from stack.description import DriveKind
+from stack.drivetrain.description import DriveKind
 from stack.types import STANDSTILL, CostGrid, Footprint, Path, Pose2D
 from tests.stack.control.courses import controller, toy_drive
 from tests.stack.control.test_pure_pursuit import polyline
@@ -353,7 +353,7 @@ def test_discs_cover_a_footprint_and_its_core_lies_within():
 
 
 def test_the_local_path_begins_at_the_robot_and_ends_at_the_goal():
-    track = Track(polyline((0, 0), (2, 0)))
+    track = PathProgress(polyline((0, 0), (2, 0)))
     pose = Pose2D(1.0, 0.1)
     track.advance(pose)
     cells = np.zeros((10, 100), np.uint8)

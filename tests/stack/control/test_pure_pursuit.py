@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stack.components import ControlState
-from stack.control.manoeuvre import Leg
+from stack.control.manoeuvre import ArcPrimitive
+from stack.control.path_progress import PathProgress
 from stack.control.pure_pursuit import PurePursuit, PurePursuitParameters
-from stack.control.track import Track
 from stack.errors import NavigationError
 from stack.navigation.tuning import Tunable
 from stack.types import STANDSTILL, Footprint, Path, Pose2D, Twist, wrap_angle
@@ -185,7 +185,7 @@ def test_a_loop_is_driven_all_the_way_round():
 
 
 def test_the_track_counts_what_is_left():
-    track = Track(polyline((0, 0), (2, 0), (2, 1)))
+    track = PathProgress(polyline((0, 0), (2, 0), (2, 1)))
     track.advance(Pose2D(1.5, 0.1))
     assert (track.length, track.remaining) == (pytest.approx(3.0), pytest.approx(1.5))
     assert track.offset == pytest.approx(0.1)
@@ -215,7 +215,7 @@ def test_padding_tuned_live_is_kept_from_the_next_command_on():
     for padding, passes in ((0.02, True), (0.1, False), (0.02, True)):
         Tunable.of(controller).apply(replace(controller.parameters, padding=padding))
         state = ControlState(world.time, world.pose, world.twist, costs.grid, points=beside)
-        track = Track(polyline((1, 2), (7, 2)))
+        track = PathProgress(polyline((1, 2), (7, 2)))
         controller.command(state)
         arc = controller._arc(track, state, (2.0, 2.0))
         assert (arc.free == np.inf) == passes
@@ -228,7 +228,7 @@ def test_a_motion_begun_long_ago_is_not_gone_on_with():
     costs.update()
     controller.set_path(polyline((4, 2), (7, 2)))
     controller.command(ControlState(0.0, world.pose, STANDSTILL, costs.grid))
-    controller._legs = (Leg.of(Pose2D(4.5, 2.0, 0.0), Twist(-1.0), 0.25),)
+    controller._legs = (ArcPrimitive.of(Pose2D(4.5, 2.0, 0.0), Twist(-1.0), 0.25),)
     controller.set_path(polyline((6, 2), (8, 2)))
     later = ControlState(30.0, Pose2D(6.0, 2.0), STANDSTILL, costs.grid)
     assert controller.command(later).linear > 0.0  # not 1.75 m back to where that was to end

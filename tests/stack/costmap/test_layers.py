@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from stack.components import available, component
 from stack.costmap.choosing import read_layers, usual_layers
 from stack.costmap.costmap import Costmap
-from stack.costmap.layer import CellOrigin, edges
+from stack.costmap.layer import CellProvenance, edges
 from stack.costmap.parameters import CostmapParameters
 from stack.errors import InputError, ParameterError
 from stack.mapping.ros_map import write_ros_map
@@ -26,7 +26,7 @@ from stack.types import (
     Pose2D,
     RangeReading,
     Scan,
-    Track,
+    TrackedObject,
 )
 
 ROUND, TINY = Footprint.circle(0.22), Footprint.circle(0.02)
@@ -55,7 +55,7 @@ def made(*layers, parameters=ONLY_CELLS, footprint=TINY, static=None, window=Non
 
 
 def walker(x, y, speed_x, speed_y=0.0, radius=0.25, stamp=0.0):
-    return Track(1, stamp, (x, y), (speed_x, speed_y), radius, np.eye(4))
+    return TrackedObject(1, stamp, (x, y), (speed_x, speed_y), radius, np.eye(4))
 
 
 def sonar(distance, opening=pi / 6):
@@ -81,13 +81,13 @@ def test_a_lethal_cell_says_which_layer_and_source_marked_it_and_when():
     zone = {"use": "keepout", "zones": [{"name": "stairs", "corners": SQUARE}]}
     costmap = made("static", "obstacle", zone, "inflation", static=static)
     costmap.update(Pose2D(0.025, -0.975), scan([1.0]), 4.25)
-    assert costmap.explain(1.025, -0.975) == CellOrigin("obstacle", "lidar", 4.25)
-    assert costmap.explain(2.025, 0.025) == CellOrigin("static", "map")
-    assert costmap.explain(1.5, 0.5) == CellOrigin("keepout", "stairs")
+    assert costmap.explain(1.025, -0.975) == CellProvenance("obstacle", "lidar", 4.25)
+    assert costmap.explain(2.025, 0.025) == CellProvenance("static", "map")
+    assert costmap.explain(1.5, 0.5) == CellProvenance("keepout", "stairs")
     assert costmap.explain(0.5, -0.975) is None
     assert costmap.explain(99.0, 0.0) is None
     costmap.update(Pose2D(0.025, -0.975), scan([1.0]), 5.5)
-    assert costmap.explain(1.025, -0.975) == CellOrigin("obstacle", "lidar", 5.5)
+    assert costmap.explain(1.025, -0.975) == CellProvenance("obstacle", "lidar", 5.5)
 
 
 @given(st.lists(st.tuples(st.floats(0.3, 2.4), st.floats(-2, 2)), min_size=1, max_size=8))
@@ -117,7 +117,7 @@ def test_each_lidar_marks_and_clears_for_itself():
     costmap.update(pose, scan([1.5]), 0.0)
     costmap.update_from("low_lidar", pose, scan([1.0]), 0.1)
     costmap.update(pose, scan([1.5]), 0.2)  # looks over what the low one sees
-    assert costmap.explain(1.025, 0.025) == CellOrigin("low", "low_lidar", pytest.approx(0.1))
+    assert costmap.explain(1.025, 0.025) == CellProvenance("low", "low_lidar", pytest.approx(0.1))
     assert costmap.explain(1.525, 0.025).source == "lidar"
     costmap.update_from("low_lidar", pose, scan([2.0]), 0.3)
     assert at(costmap, 1.025, 0.025) == FREE_COST
@@ -186,7 +186,7 @@ def test_a_sonar_reading_gives_the_probabilities_of_nav2s_sensor_model():
     costmap.update(Pose2D(0.0, 0.0), None, 0.1, readings=[sonar(1.0)])
     # twice: p² / (p² + (1 - p)²) = 0.915
     assert at(costmap, 0.975, 0.0) == LETHAL_COST
-    assert costmap.explain(0.975, 0.0) == CellOrigin("range", "front_sonar", pytest.approx(0.1))
+    assert costmap.explain(0.975, 0.0) == CellProvenance("range", "front_sonar", pytest.approx(0.1))
     assert at(costmap, 0.975, 0.5) == FREE_COST  # 27 degrees off, the cone ends at 15
 
 
@@ -258,7 +258,7 @@ def test_a_mask_picture_is_a_zone(tmp_path):
     (choice,) = read_layers([{"use": "keepout", "mask": "keepout.yaml"}], ONLY_CELLS)
     costmap = Costmap(ONLY_CELLS, TINY, room(), layers=[choice.located(tmp_path)])
     assert np.count_nonzero(costmap.grid.cells == LETHAL_COST) == 50
-    assert costmap.explain(0.5, 0.3) == CellOrigin("keepout", "mask")
+    assert costmap.explain(0.5, 0.3) == CellProvenance("keepout", "mask")
     with pytest.raises(InputError, match=r"there is no mask keepout.yaml"):
         choice.located(tmp_path / "elsewhere")
 

@@ -20,7 +20,7 @@ def test_the_map_frame_is_the_odom_frame_laid_at_the_start():
     estimator.update(Pose2D(7.0, 1.0, 0.0), SCAN)  # two metres forward, which is north
     pose = estimator.estimate.pose
     assert (pose.x, pose.y, pose.heading) == pytest.approx((-2.25, 5.0, pi / 2))
-    assert estimator.estimate.quality == 1.0
+    assert estimator.estimate.health == 1.0
     assert estimator.particles.shape == (0, 3)
 
 

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stack.localisation import kernels
-from stack.localisation.field import TRUNCATION, surface_field
+from stack.localisation.distance_field import TRUNCATION, surface_field
 from stack.types import OccupancyGrid
 
 RESOLUTION = 0.05

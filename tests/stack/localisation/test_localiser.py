@@ -5,9 +5,9 @@ from math import cos, pi, sin
 import numpy as np
 import pytest
 
-from stack.localisation.cloud import kld_bound
 from stack.localisation.localiser import Localiser
 from stack.localisation.parameters import LocaliserParameters
+from stack.localisation.particles import kld_bound
 from stack.types import Pose2D, wrap_angle
 from tests.stack.localisation.drawn_office import Drifting, along, office, twin_rooms
 
@@ -48,7 +48,7 @@ class Drive:
             estimate = self.localiser.estimate
             self.errors.append(estimate.pose.distance_to(pose))
             self.turned.append(abs(wrap_angle(estimate.pose.heading - pose.heading)))
-            self.qualities.append(estimate.quality)
+            self.qualities.append(estimate.health)
 
 
 @pytest.mark.parametrize("crowd", [False, True])

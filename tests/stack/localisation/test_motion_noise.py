@@ -5,9 +5,9 @@ from math import pi
 import numpy as np
 import pytest
 
-from stack.description import ImuDescription
-from stack.localisation.cloud import MotionNoise, OmniMotionNoise, move
+from stack.drivetrain.description import ImuDescription
 from stack.localisation.odometry import OdometryFusion
+from stack.localisation.particles import MotionNoise, OmniMotionNoise, move
 from stack.types import Battery, Imu, Observation, Odometry, Pose2D, Twist
 
 ALPHAS = 0.01, 0.01, 0.02, 0.001

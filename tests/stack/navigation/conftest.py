@@ -17,4 +17,4 @@ def make():
 
     yield build
     for drive in made:
-        drive.navigation.close()
+        drive.navigator.close()

@@ -5,7 +5,7 @@ import pytest
 from stack.control.checkers import LostChecker
 
 
-def test_doubt_begins_with_the_first_low_quality_and_ends_with_a_good_one():
+def test_doubt_begins_with_the_first_low_health_and_ends_with_a_good_one():
     checker = LostChecker(0.3, 1.5)
     assert not checker.doubted
     assert not checker.lost(0.0, 0.29)

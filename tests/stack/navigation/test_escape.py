@@ -9,11 +9,11 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from stack.description import OmniWheels, SteeredWheels
+from stack.drivetrain.description import OmniWheels, SteeredWheels
 from stack.errors import ParameterError
 from stack.navigation.escape.primitives import motions, roll_out
 from stack.navigation.escape.surroundings import Surroundings
-from stack.navigation.tasks import Moment
+from stack.navigation.tasks import NavigationState
 from stack.types import (
     STANDSTILL,
     FailureCode,
@@ -80,9 +80,9 @@ def noisy(world, seed=1, deviation=0.01, blind=lambda angle: False):
 def test_five_centimetres_on_three_sides_are_enough_to_get_out(make, who, free):
     world = noisy(ToyWorld(room(6, 6) + wedge(who, 0.05, [free]), who, MIDDLE, beams=360))
     toy = make(world)
-    toy.quality = 0.0  # lost, and the costmap is not asked
+    toy.health = 0.0  # lost, and the costmap is not asked
     toy.local.grid.cells[:] = toy.globe.grid.cells[:] = 254
-    task = toy.navigation.escape()
+    task = toy.navigator.escape()
     assert toy.finish(task, 90) is TaskStatus.SUCCEEDED
     assert world.clearance() > 0.12
     assert world.nearest > 0.03
@@ -101,9 +101,9 @@ def test_wherever_it_stands_it_ends_and_touches_nothing(circles, who, heading):
     assume(world.clearance() > 0.01)
     assume(all(hypot(x - 2.0, y - 2.0) > 0.25 + r for x, y, r in circles))
     toy = ToyDrive(world)
-    task = toy.navigation.escape()
+    task = toy.navigator.escape()
     toy.finish(task, 120)
-    toy.navigation.close()
+    toy.navigator.close()
     assert task.status is not TaskStatus.RUNNING
     assert world.nearest > 0.0
     if task.status is TaskStatus.FAILED:
@@ -113,7 +113,7 @@ def test_wherever_it_stands_it_ends_and_touches_nothing(circles, who, heading):
 @pytest.mark.parametrize("who", [DIFFERENTIAL, ROUND, CAR, OMNI])
 def test_shut_in_it_fails_once_patience_is_over(make, who):
     toy = make(ToyWorld(room(6, 6) + wedge(who, 0.03), who, MIDDLE, beams=360))
-    task = toy.navigation.escape()
+    task = toy.navigator.escape()
     toy.finish(task)
     assert task.failure.code == FailureCode.COLLISION_AHEAD
     assert "on every side that the lidar has seen" in task.failure.sentence
@@ -125,7 +125,7 @@ def test_who_steps_aside_in_time_lets_it_out(make):
     world = ToyWorld(room(6, 6) + wedge(ROUND, 0.05, ["behind"]), ROUND, MIDDLE, beams=360)
     world.circles.append((2.55, 3.0, 0.2))
     toy = make(world)
-    task = toy.navigation.escape()
+    task = toy.navigator.escape()
     toy.run(1.0)
     world.circles.clear()
     assert toy.finish(task) is TaskStatus.SUCCEEDED
@@ -133,7 +133,7 @@ def test_who_steps_aside_in_time_lets_it_out(make):
 
 def test_where_it_is_nowhere_roomier_it_says_so(make):
     toy = make(ToyWorld(room(1.5, 1.5), ROUND, Pose2D(0.75, 0.75), beams=360))
-    task = toy.navigation.escape(clearance=1.0)
+    task = toy.navigator.escape(clearance=1.0)
     toy.finish(task)
     assert task.failure.code == FailureCode.NO_PROGRESS
     assert "more room than the 0.5" in task.failure.sentence  # 0.75 m less the radius
@@ -143,14 +143,14 @@ def test_it_goes_no_farther_than_allowed(make):
     lane = [(0, 2.7, 6, 2.7), (0, 3.3, 6, 3.3)]  # 0.6 m wide, and far to its end
     wall = box(3.4, 3.0, 0.2, 0.5)
     toy = make(ToyWorld(room(6, 6) + lane + wall, ROUND, MIDDLE, beams=360))
-    task = toy.navigation.escape(distance=0.4)
+    task = toy.navigator.escape(distance=0.4)
     toy.finish(task)
-    assert toy.navigation.counters["distance"] < 0.45
+    assert toy.navigator.counters["distance"] < 0.45
 
 
 def test_enough_room_is_a_success_at_once(make):
     toy = make(ToyWorld(room(6, 6), ROUND, MIDDLE))
-    assert toy.finish(toy.navigation.escape()) is TaskStatus.SUCCEEDED
+    assert toy.finish(toy.navigator.escape()) is TaskStatus.SUCCEEDED
     assert toy.world.pose == MIDDLE
 
 
@@ -158,7 +158,7 @@ def test_a_stalled_robot_gives_up(make):
     toy = make(ToyWorld(room(6, 6) + wedge(ROUND, 0.05, ["left"]), ROUND, MIDDLE, beams=360))
     drive = toy.world.drive
     toy.world.drive = lambda twist: drive(STANDSTILL)
-    task = toy.navigation.escape()
+    task = toy.navigator.escape()
     toy.finish(task)
     assert task.failure.code == FailureCode.NO_PROGRESS
     assert toy.world.time == pytest.approx(3.0, abs=0.3)
@@ -168,7 +168,7 @@ def test_a_robot_that_crawls_runs_out_of_time(make):
     toy = make(ToyWorld(room(6, 6) + wedge(ROUND, 0.05, ["behind"]), ROUND, MIDDLE, beams=360))
     drive = toy.world.drive
     toy.world.drive = lambda twist: drive(Twist(0.06 * twist.linear, 0.06 * twist.angular))
-    task = toy.navigation.escape(distance=0.5)
+    task = toy.navigator.escape(distance=0.5)
     toy.finish(task, 300)
     assert task.failure.code == FailureCode.TIMED_OUT
     # three times 0.5 m at 0.15 m/s and two turns at 1 rad/s, and 5 s
@@ -179,7 +179,7 @@ def test_without_a_lidar_it_says_what_is_missing(make):
     world = ToyWorld(room(6, 6), robot(lidar=False), MIDDLE)
     world.scan, world.frozen_scan = None, True
     toy = make(world)
-    task = toy.navigation.escape()
+    task = toy.navigator.escape()
     toy.finish(task)
     assert task.failure.code == FailureCode.FAILED
     assert "no lidar scan came" in task.failure.sentence
@@ -189,7 +189,7 @@ def test_a_direction_never_seen_is_not_free(make):
     who = DIFFERENTIAL
     world = ToyWorld(room(6, 6) + wedge(who, 0.05, ["behind"]), who, MIDDLE, beams=360)
     toy = make(noisy(world, deviation=0.0, blind=lambda angle: cos(angle) < cos(2.4)))
-    task = toy.navigation.escape()
+    task = toy.navigator.escape()
     toy.finish(task)
     assert task.failure.code == FailureCode.COLLISION_AHEAD
     assert world.pose == MIDDLE
@@ -201,17 +201,17 @@ def test_the_way_just_driven_is_free_though_unseen(make):
         room(6, 6) + wedge(who, 0.05, ["behind"]), who, Pose2D(2.0, 3.0), beams=360
     )  # fmt: skip
     toy = make(noisy(world, deviation=0.0, blind=lambda angle: cos(angle) < cos(2.4)))
-    toy.navigation.drive_for(Twist(0.25), 3.7)
+    toy.navigator.drive_for(Twist(0.25), 3.7)
     toy.run(5.0)
     assert world.pose.x > 2.85
     assert world.clearance() < 0.08
-    assert toy.finish(toy.navigation.escape()) is TaskStatus.SUCCEEDED
+    assert toy.finish(toy.navigator.escape()) is TaskStatus.SUCCEEDED
     assert world.nearest > 0.02
 
 
 def test_escapes_by_nothing_are_refused(make):
     with pytest.raises(ParameterError, match="clearance: 0 must be above 0"):
-        make().navigation.escape(clearance=0.0)
+        make().navigator.escape(clearance=0.0)
 
 
 def test_motions_keep_to_what_the_drive_can_do():
@@ -248,7 +248,7 @@ def looked(surroundings, ranges, pose=Pose2D(0.0, 0.0), time=0.0):
     """A scan of four beams: ahead, left, behind, right."""
     scan = Scan(time, np.array(ranges, dtype=np.float32), 0.0, pi / 2, 0.05, 10.0)
     estimate = PoseEstimate(pose, np.eye(3), 1.0)
-    surroundings.look(Moment(time, estimate, Odometry(time, pose, STANDSTILL), scan))
+    surroundings.look(NavigationState(time, estimate, Odometry(time, pose, STANDSTILL), scan))
 
 
 def points(surroundings, pose=Pose2D(0.0, 0.0)):

@@ -10,7 +10,7 @@ from stack.costmap.costmap import Costmap
 from stack.costmap.footprint import first_blocked, footprint_cost
 from stack.costmap.parameters import CostmapParameters
 from stack.errors import NavigationError
-from stack.navigation.planning import PlanRequest, plan_through
+from stack.navigation.planner_worker import PlanRequest, plan_through
 from stack.types import LETHAL_COST, CostGrid, Pose2D, TaskStatus, wrap_angle
 from tests.stack.navigation.toy_world import ToyWorld, robot, room
 from tests.stack.planning.office_maps import office
@@ -97,7 +97,7 @@ def test_a_leg_goes_on_in_the_direction_in_which_the_one_before_ends():
 def test_a_drive_through_poses_never_stops_on_the_way(make, name):
     world = ToyWorld(room(8, 6), ROBOT, Pose2D(1.0, 1.0, 0.0))
     toy = make(world, planner=planner(name))
-    task = toy.navigation.navigate_through([*VIAS, END])
+    task = toy.navigator.navigate_through([*VIAS, END])
     nearest, speeds = [np.inf] * len(VIAS), []
     while task.running and world.time < 90.0:
         toy.step()

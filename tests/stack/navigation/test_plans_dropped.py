@@ -4,7 +4,7 @@ from math import inf
 
 import pytest
 
-from stack.components import Stop, choose
+from stack.components import CancelToken, choose
 from stack.types import FailureCode, Pose2D, TaskStatus
 from tests.stack.navigation.toy_world import ToyWorld, robot, room
 
@@ -14,53 +14,53 @@ GOAL = Pose2D(7.0, 3.0, 0.0)
 class Endless:
     """A planner that plans until it is told to stop (or gives up, where that never comes)."""
 
-    def plan(self, costs, start, goal, terms):
+    def plan(self, costs, start, goal, options):
         for _ in range(20_000_000):
-            terms.stop.check()
+            options.cancel.check()
         raise AssertionError("nobody stopped it")
 
 
-def plan_only(navigation):
-    return navigation.plan(GOAL)
+def plan_only(navigator):
+    return navigator.plan(GOAL)
 
 
-def drive(navigation):
-    return navigation.navigate_to(GOAL)
+def drive(navigator):
+    return navigator.navigate_to(GOAL)
 
 
 @pytest.mark.parametrize("ask", [plan_only, drive])
 @pytest.mark.parametrize("end", ["cancel", "cancel_all", "newer"])
 def test_a_task_that_ends_takes_its_plan_with_it(make, ask, end):
     toy = make(planner=Endless(), wait_for_plan=False)
-    task = ask(toy.navigation)
+    task = ask(toy.navigator)
     toy.step()
-    ticket = task.ticket
-    assert ticket is not None and not ticket.over
+    future = task.future
+    assert future is not None and not future.over
     if end == "cancel":
         task.cancel()
     elif end == "cancel_all" or ask is plan_only:  # a newer goal leaves plans without a drive
-        toy.navigation.cancel_all()
+        toy.navigator.cancel_all()
     else:
-        toy.navigation.navigate_to(Pose2D(2.0, 2.0))
-    assert ticket._future.exception() is not None  # it comes back at once
-    assert ticket.result(inf).code == FailureCode.CANCELLED
+        toy.navigator.navigate_to(Pose2D(2.0, 2.0))
+    assert future._future.exception() is not None  # it comes back at once
+    assert future.result(inf).code == FailureCode.CANCELLED
 
 
 def test_what_is_set_aside_is_dropped_when_the_run_is_over(make):
     toy = make(planner=Endless(), wait_for_plan=False)
-    task = toy.navigation.navigate_to(GOAL)
+    task = toy.navigator.navigate_to(GOAL)
     toy.step()
-    toy.navigation.set_aside()
-    toy.navigation.close()
-    assert task.ticket.result(inf).code == FailureCode.CANCELLED
+    toy.navigator.set_aside()
+    toy.navigator.close()
+    assert task.future.result(inf).code == FailureCode.CANCELLED
 
 
 def test_a_stop_is_seen_by_whoever_asks():
-    stop = Stop()
-    stop.check()
-    stop.request()
+    cancel = CancelToken()
+    cancel.check()
+    cancel.request()
     with pytest.raises(Exception, match="CANCELLED: nobody wants the plan any more"):
-        stop.check()
+        cancel.check()
 
 
 def shut(make, **planner):
@@ -72,7 +72,7 @@ def shut(make, **planner):
 
 def test_with_partial_it_comes_as_near_as_it_can_and_that_is_success(make):
     toy = shut(make)
-    task = toy.navigation.navigate_to(GOAL, partial=True)
+    task = toy.navigator.navigate_to(GOAL, partial=True)
     assert toy.finish(task) is TaskStatus.SUCCEEDED, task.failure
     # inscribed cells begin 0.2 m before the wall's; it counts as there within 0.15 m of that
     assert toy.world.pose.x == pytest.approx(3.68, abs=0.08)
@@ -83,7 +83,7 @@ def test_with_partial_it_comes_as_near_as_it_can_and_that_is_success(make):
 
 def test_a_tolerance_does_not_forbid_what_partial_allows(make):
     toy = shut(make)
-    task = toy.navigation.navigate_to(GOAL, tolerance=0.1, partial=True)
+    task = toy.navigator.navigate_to(GOAL, tolerance=0.1, partial=True)
     # 0.1 m from the end of the path its nose, 0.25 m before its middle, would touch the wall
     assert toy.finish(task) is TaskStatus.SUCCEEDED, task.failure
     assert toy.world.nearest > 0.0
@@ -91,7 +91,7 @@ def test_a_tolerance_does_not_forbid_what_partial_allows(make):
 
 def test_a_planner_of_partial_plans_comes_near_and_then_says_that_there_is_no_way(make):
     toy = shut(make, allow_partial=True)
-    task = toy.navigation.navigate_to(GOAL)
+    task = toy.navigator.navigate_to(GOAL)
     assert toy.finish(task) is TaskStatus.FAILED
     assert toy.world.pose.x == pytest.approx(3.68, abs=0.08)
     assert task.failure.code == FailureCode.NO_VALID_PATH
@@ -102,7 +102,7 @@ def test_a_planner_of_partial_plans_comes_near_and_then_says_that_there_is_no_wa
 
 def test_otherwise_it_stays_where_it_is(make):
     toy = shut(make)
-    task = toy.navigation.navigate_to(GOAL)
+    task = toy.navigator.navigate_to(GOAL)
     assert toy.finish(task) is TaskStatus.FAILED
     assert task.failure.code == FailureCode.NO_VALID_PATH
     assert toy.world.pose == Pose2D(1.0, 3.0)
@@ -110,7 +110,7 @@ def test_otherwise_it_stays_where_it_is(make):
 
 def test_a_goal_that_can_be_reached_is_reached_with_partial_as_well(make):
     toy = shut(make)
-    task = toy.navigation.navigate_to(Pose2D(2.0, 1.0, 0.0), partial=True)
+    task = toy.navigator.navigate_to(Pose2D(2.0, 1.0, 0.0), partial=True)
     assert toy.finish(task) is TaskStatus.SUCCEEDED
     assert task.feedback.startswith("there, 0.0")
 
@@ -120,9 +120,9 @@ def test_what_blocks_the_end_of_a_partial_path_does_not_send_it_round_to_the_oth
     world = ToyWorld(room(8, 6), robot(), Pose2D(1.0, 3.0), circles=[(4.0, 3.0, 0.5)])
     choice = choose("planner", "astar", {})
     toy = make(world, planner=choice.component(choice.parameters, world.robot))
-    task = toy.navigation.navigate_to(Pose2D(3.98, 3.0, 0.0), partial=True)
+    task = toy.navigator.navigate_to(Pose2D(3.98, 3.0, 0.0), partial=True)
     toy.run(30.0, lambda: world.pose.x > 2.5)
     world.circles[0] = (3.9, 3.0, 0.5)
     assert toy.finish(task) is TaskStatus.SUCCEEDED, task.failure
-    assert world.pose.x < 3.3 and toy.navigation.counters["distance"] < 2.5
+    assert world.pose.x < 3.3 and toy.navigator.counters["distance"] < 2.5
     assert world.nearest > 0.0

@@ -8,9 +8,9 @@ from tests.stack.navigation.toy_world import ToyWorld, robot, room
 
 def test_a_velocity_lives_for_half_a_second(make):
     toy = make()
-    toy.navigation.assisted_teleop(20.0)
+    toy.navigator.assisted_teleop(20.0)
     toy.run(1.0)
-    toy.navigation.teleoperation.steer(Twist(0.3, 0.1))
+    toy.navigator.teleoperation.steer(Twist(0.3, 0.1))
     toy.run(0.5)
     # It counts from the step before, the last that knew the time: nine steps of 0.05 s.
     assert toy.commands[-10:] == [Twist(0.3, 0.1)] * 9 + [STANDSTILL]
@@ -18,30 +18,30 @@ def test_a_velocity_lives_for_half_a_second(make):
 
 def test_velocities_that_keep_coming_drive_on(make):
     toy = make()
-    toy.navigation.assisted_teleop(20.0)
+    toy.navigator.assisted_teleop(20.0)
     toy.step()
     for _ in range(10):
-        toy.navigation.teleoperation.steer(Twist(0.3))
+        toy.navigator.teleoperation.steer(Twist(0.3))
         toy.run(0.2)
     assert toy.world.pose.x == pytest.approx(1.0 + 0.3 * 2.0, abs=0.06)
 
 
 def test_it_succeeds_when_the_operator_is_done(make):
     toy = make()
-    task = toy.navigation.assisted_teleop(20.0)
+    task = toy.navigator.assisted_teleop(20.0)
     toy.step()
-    toy.navigation.teleoperation.steer(Twist(0.3))
+    toy.navigator.teleoperation.steer(Twist(0.3))
     toy.run(0.2)
-    toy.navigation.teleoperation.release()
+    toy.navigator.teleoperation.release()
     assert task.status is TaskStatus.SUCCEEDED
-    assert toy.navigation.teleoperation is None
+    assert toy.navigator.teleoperation is None
     toy.step()
     assert toy.commands[-1] == STANDSTILL
 
 
 def test_it_fails_when_its_time_is_over(make):
     toy = make()
-    task = toy.navigation.assisted_teleop(5.0, silence=99.0)
+    task = toy.navigator.assisted_teleop(5.0, silence=99.0)
     toy.finish(task)
     assert task.failure.code == FailureCode.TIMED_OUT
     assert toy.world.time == pytest.approx(5.0, abs=0.11)
@@ -49,9 +49,9 @@ def test_it_fails_when_its_time_is_over(make):
 
 def test_it_fails_when_nobody_is_there(make):
     toy = make()
-    task = toy.navigation.assisted_teleop(60.0, silence=3.0)
+    task = toy.navigator.assisted_teleop(60.0, silence=3.0)
     toy.run(2.0)
-    toy.navigation.teleoperation.steer(STANDSTILL)
+    toy.navigator.teleoperation.steer(STANDSTILL)
     toy.finish(task)
     assert task.failure.code == FailureCode.NO_PROGRESS
     assert "sent no velocity for 3 s" in task.failure.sentence
@@ -60,7 +60,7 @@ def test_it_fails_when_nobody_is_there(make):
 
 def test_a_pause_takes_nothing_of_its_time(make):
     toy = make()
-    task = toy.navigation.assisted_teleop(5.0)
+    task = toy.navigator.assisted_teleop(5.0)
     toy.run(2.0)
     toy.world.time += 100.0
     toy.run(2.0)
@@ -69,32 +69,32 @@ def test_a_pause_takes_nothing_of_its_time(make):
 
 def test_another_task_ends_it(make):
     toy = make()
-    task = toy.navigation.assisted_teleop(20.0)
+    task = toy.navigator.assisted_teleop(20.0)
     toy.step()
-    toy.navigation.spin(1.0)
+    toy.navigator.spin(1.0)
     assert task.status is TaskStatus.CANCELLED
-    assert toy.navigation.teleoperation is None
+    assert toy.navigator.teleoperation is None
 
 
 @pytest.mark.parametrize("twist", [Twist(2.0), Twist(-2.0), Twist(1.0, 1.0), Twist(0.5, -2.0)])
 def test_whatever_the_operator_does_nothing_is_touched(make, twist):
     circles = [(2.0, 2.0, 0.2), (1.0, 3.0, 0.15), (3.0, 1.2, 0.2)]
     toy = make(ToyWorld(room(4, 4), robot(), Pose2D(2.0, 3.0, 0.7), circles=circles, beams=360))
-    toy.navigation.assisted_teleop(60.0)
+    toy.navigator.assisted_teleop(60.0)
     toy.step()
     for _ in range(60):
-        toy.navigation.teleoperation.steer(twist)
+        toy.navigator.teleoperation.steer(twist)
         toy.run(0.2)
     assert toy.world.nearest > 0.0
 
 
 def test_a_velocity_from_before_a_pause_is_not_driven_after_it(make):
     toy = make()
-    task = toy.navigation.assisted_teleop(20.0)
+    task = toy.navigator.assisted_teleop(20.0)
     toy.run(1.0)
-    toy.navigation.teleoperation.steer(Twist(0.3))
+    toy.navigator.teleoperation.steer(Twist(0.3))
     toy.run(0.1)
-    toy.navigation.teleoperation.let_go()
+    toy.navigator.teleoperation.let_go()
     toy.world.time += 100.0
     toy.run(0.3)
     assert toy.commands[-6:] == [STANDSTILL] * 6

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 from stack.control.pure_pursuit import PurePursuit, PurePursuitParameters
-from stack.navigation.navigation import Navigation
+from stack.navigation.navigator import Navigator
 from stack.navigation.parameters import NavigationParameters
-from stack.navigation.tasks import Moment
+from stack.navigation.tasks import NavigationState
 from stack.safety.parameters import SafetyParameters
 from stack.safety.safety import Safety
 from tests.stack.navigation.toy_world import ToyCostmap, ToyPlanner, ToyWorld
@@ -17,19 +17,19 @@ class ToyDrive:
     """World, costmaps, planner, controller, navigation and safety, stepped together.
 
     Attributes:
-        quality: of the localisation, as the estimate says it.
+        health: of the localisation, as the estimate says it.
         follow_changes: whether the costmaps see what changes in the world.
     """
 
     def __init__(self, world: ToyWorld, *, planner=None, controller=None, **settings) -> None:
-        self.world, self.quality, self.follow_changes = world, 0.9, True
+        self.world, self.health, self.follow_changes = world, 0.9, True
         self.events: list[tuple[str, str, dict]] = []
         self.planner = planner or ToyPlanner()
         self.local, self.globe = ToyCostmap(world), ToyCostmap(world)
         self.controller = controller or PurePursuit(
             PurePursuitParameters(), world.robot, world.period
         )
-        self.navigation = Navigation(
+        self.navigator = Navigator(
             world.robot, self.planner, self.controller,
             replace(NavigationParameters(), **settings), self.local, self.globe, self.emit,
             world.period,
@@ -48,9 +48,9 @@ class ToyDrive:
         if self.follow_changes:
             self.local.update()
             self.globe.update()
-        estimate = replace(world.estimate, quality=self.quality)
-        moment = Moment(world.time, estimate, world.odometry, world.scan)
-        twist = self.navigation.advance(moment)
+        estimate = replace(world.estimate, health=self.health)
+        state = NavigationState(world.time, estimate, world.odometry, world.scan)
+        twist = self.navigator.advance(state)
         self.commands.append(twist)
         world.drive(
             self.safety.limit(twist, scan=world.scan, time=world.time, measured=world.twist)

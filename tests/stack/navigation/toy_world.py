@@ -15,7 +15,7 @@ from pathlib import Path as FilePath
 import cv2
 import numpy as np
 
-from stack.description import (
+from stack.drivetrain.description import (
     DriveKind,
     LidarDescription,
     Limits,
@@ -24,8 +24,8 @@ from stack.description import (
     SteeredWheels,
     Wheels,
 )
+from stack.drivetrain.kinematics import within_turning_radius
 from stack.errors import NavigationError
-from stack.kinematics import within_turning_radius
 from stack.types import (
     STANDSTILL,
     CostGrid,

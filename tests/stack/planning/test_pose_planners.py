@@ -14,7 +14,7 @@ from stack.components import choose
 from stack.costmap.costmap import Costmap
 from stack.costmap.footprint import first_blocked, footprint_cost
 from stack.costmap.parameters import CostmapParameters
-from stack.description import RobotDescription, Wheels
+from stack.drivetrain.description import RobotDescription, Wheels
 from stack.errors import NavigationError
 from stack.planning.astar import Astar, AstarParameters
 from stack.planning.kinematic.hybrid_astar import HybridAstar, HybridAstarParameters

@@ -7,12 +7,12 @@ from pathlib import Path as FilePath
 import numpy as np
 import pytest
 
-from missions.assembly import RunOptions, prepare
+from missions.execution.prepare import RunOptions, prepare
 from stack.components import choose
 from stack.costmap.costmap import Costmap
 from stack.costmap.footprint import first_blocked
 from stack.costmap.parameters import CostmapParameters
-from stack.description import Limits, RobotDescription, SteeredWheels, Wheels
+from stack.drivetrain.description import Limits, RobotDescription, SteeredWheels, Wheels
 from stack.errors import InputError
 from stack.types import FREE, OCCUPIED, CostGrid, Footprint, OccupancyGrid, Pose2D
 from tests.stack.planning.test_pose_planners import assert_drivable, ways

@@ -9,12 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stack.components import Stop, Terms, choose
+from stack.components import CancelToken, PlanOptions, choose
 from stack.costmap.costmap import Costmap
 from stack.costmap.parameters import CostmapParameters
-from stack.description import RobotDescription, Wheels
+from stack.drivetrain.description import RobotDescription, Wheels
 from stack.errors import NavigationError
-from stack.navigation.planning import PlanningDesk, PlanRequest
+from stack.navigation.planner_worker import PlannerWorker, PlanRequest
 from stack.planning import kernels
 from stack.planning.search import Effort, StepCosts, Workspace
 from stack.types import (
@@ -41,9 +41,9 @@ def planner(name, **values):
     return choice.component(choice.parameters, ROBOT)
 
 
-def plan_failure(made, costs, start, goal, terms):
+def plan_failure(made, costs, start, goal, options):
     with pytest.raises(NavigationError) as caught:
-        made.plan(costs, start, goal, terms)
+        made.plan(costs, start, goal, options)
     return caught.value.failure
 
 
@@ -53,10 +53,10 @@ def open_floor(side=400):
 
 @pytest.mark.parametrize("name", PLANNERS)
 def test_a_plan_that_nobody_wants_is_not_made_and_leaves_no_trace_in_the_next(name):
-    made, stop = planner(name), Stop()
+    made, cancel = planner(name), CancelToken()
     fresh = planner(name).plan(open_floor(), START, GOAL)
-    stop.request()
-    failure = plan_failure(made, open_floor(), START, GOAL, Terms(stop=stop))
+    cancel.request()
+    failure = plan_failure(made, open_floor(), START, GOAL, PlanOptions(cancel=cancel))
     assert failure.code == FailureCode.CANCELLED
     assert np.array_equal(made.plan(open_floor(), START, GOAL).points, fresh.points)
 
@@ -67,24 +67,24 @@ def test_out_of_expansions_is_a_failure_that_quotes_them(name):
     grid.cells[50:, 190:210] = INSCRIBED_COST  # a way round, so that no straight line will do
     grid.cells[:50, 190:210] = 200
     made = planner(name, max_expansions=25, tolerance=0.0)
-    failure = plan_failure(made, grid, START, GOAL, Terms())
+    failure = plan_failure(made, grid, START, GOAL, PlanOptions())
     assert failure.code == FailureCode.TIMED_OUT
     assert "no way from (1.00, 1.00) to (19.00, 19.00) found within 25 expansions" in (
         failure.sentence
     )
     again = planner(name, max_expansions=25, tolerance=0.0)
-    assert plan_failure(again, grid, START, GOAL, Terms()) == failure
+    assert plan_failure(again, grid, START, GOAL, PlanOptions()) == failure
 
 
 def test_the_search_looks_at_the_wish_every_1024_expansions():
-    class Wishing(Stop):
+    class Wishing(CancelToken):
         """A flag that is up from the start, as another thread would have put it there."""
 
-    stop, grid = Wishing(), open_floor()
-    stop.request()
+    cancel, grid = Wishing(), open_floor()
+    cancel.request()
     workspace = Workspace(400, 400, StepCosts.of(3.0, True))
     with pytest.raises(NavigationError, match="CANCELLED"):
-        workspace.run(grid, 0, 399 * 400, 0, Effort(stop=stop))
+        workspace.run(grid, 0, 399 * 400, 0, Effort(cancel=cancel))
     assert workspace.expanded == 0
     assert kernels.CHECKED == 1024  # 0.1 ms of work
 
@@ -104,32 +104,32 @@ def test_a_dropped_plan_stops_in_the_middle_and_the_next_one_does_not_wait_for_i
     made = planner(name, max_expansions=1_000_000_000)
 
     class Announcing:
-        def plan(self, costs, start, goal, terms):
+        def plan(self, costs, start, goal, options):
             begun.set()
-            return made.plan(costs, start, goal, terms)
+            return made.plan(costs, start, goal, options)
 
-    desk, grid = PlanningDesk(Announcing()), maze()
+    worker, grid = PlannerWorker(Announcing()), maze()
     far = PlanRequest(grid, Pose2D(1.0, 0.1), (Pose2D(99.0, 99.9),))
     near = PlanRequest(open_floor(100), START, (Pose2D(3.0, 3.0),))
     try:
-        first = desk.ask(far, 0.0, wait=True)
+        first = worker.ask(far, 0.0, wait=True)
         assert begun.wait(60.0)
-        second = desk.ask(near, 0.0, wait=True)
+        second = worker.ask(near, 0.0, wait=True)
         first.drop()
         assert second.result(0.0).path.length == pytest.approx(8**0.5, rel=0.01)
         answer = first.result(0.0)
         assert isinstance(answer, Failure) and answer.code == FailureCode.CANCELLED
     finally:
-        desk.close()
+        worker.close()
 
 
 def test_a_desk_that_closes_drops_what_it_was_asked_for():
-    desk = PlanningDesk(planner("theta_star"))
+    worker = PlannerWorker(planner("theta_star"))
     tickets = [
-        desk.ask(PlanRequest(maze(), Pose2D(1.0, 0.1), (Pose2D(99.0, 99.9),)), 0.0, wait=True)
+        worker.ask(PlanRequest(maze(), Pose2D(1.0, 0.1), (Pose2D(99.0, 99.9),)), 0.0, wait=True)
         for _ in range(3)
     ]
-    desk.close()
+    worker.close()
     assert [ticket.result(0.0).code for ticket in tickets] == [FailureCode.CANCELLED] * 3
 
 
@@ -138,10 +138,10 @@ def test_a_planner_that_knows_no_terms_is_asked_without():
         def plan(self, costs, start, goal):
             return planner("astar").plan(costs, start, goal)
 
-    desk = PlanningDesk(Plain())
-    ticket = desk.ask(PlanRequest(open_floor(100), START, (Pose2D(3.0, 3.0),)), 0.0, wait=True)
+    worker = PlannerWorker(Plain())
+    ticket = worker.ask(PlanRequest(open_floor(100), START, (Pose2D(3.0, 3.0),)), 0.0, wait=True)
     assert ticket.result(0.0).path.length == pytest.approx(8**0.5, rel=0.01)
-    desk.close()
+    worker.close()
 
 
 @st.composite
@@ -183,11 +183,11 @@ def test_a_partial_plan_ends_in_the_nearest_cell_that_can_be_reached(name, case)
     grid = CostGrid(cells, 0.05)
     ends = [Pose2D(*grid.centre_of(*cell), 0.4) for cell in (start, goal)]
     made = planner(name, tolerance=0.0)
-    path = made.plan(grid, *ends, Terms(partial=True))
+    path = made.plan(grid, *ends, PlanOptions(partial=True))
     away = np.hypot(*(flooded(cells, start) - np.array(goal)).T).min()
     assert path.partial
     assert path.goal.distance_to(ends[1]) == pytest.approx(0.05 * away, abs=1e-9)
-    assert plan_failure(made, grid, *ends, Terms()).code == FailureCode.NO_VALID_PATH
+    assert plan_failure(made, grid, *ends, PlanOptions()).code == FailureCode.NO_VALID_PATH
 
 
 @pytest.mark.parametrize("name", PLANNERS)
@@ -196,10 +196,10 @@ def test_partial_plans_say_that_they_are_and_others_that_they_are_not(name):
     cells[49:51] = OCCUPIED
     grid = Costmap(CostmapParameters(), ROBOT.footprint, OccupancyGrid(cells, 0.05)).grid
     start, beyond, here = Pose2D(1.0, 1.0), Pose2D(3.0, 4.0), Pose2D(3.0, 1.0)
-    partial = planner(name).plan(grid, start, beyond, Terms(partial=True))
+    partial = planner(name).plan(grid, start, beyond, PlanOptions(partial=True))
     # 0.22 m below the wall's lower face at y = 2.45, in a cell's middle
     assert partial.partial and partial.goal.y == pytest.approx(2.22, abs=0.06)
     assert planner(name, allow_partial=True).plan(grid, start, beyond).partial
-    assert not planner(name).plan(grid, start, here, Terms(partial=True)).partial
+    assert not planner(name).plan(grid, start, here, PlanOptions(partial=True)).partial
     blocked = Pose2D(3.0, 2.32)  # too near to the wall, by less than the tolerance of 0.2 m
-    assert not planner(name).plan(grid, start, blocked, Terms(partial=True)).partial
+    assert not planner(name).plan(grid, start, blocked, PlanOptions(partial=True)).partial

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stack.description import RobotDescription, Wheels
+from stack.drivetrain.description import RobotDescription, Wheels
 from stack.errors import NavigationError
 from stack.planning.smoothers.choice import SMOOTHERS
 from stack.planning.theta_star import kernels

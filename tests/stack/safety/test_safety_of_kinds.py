@@ -7,7 +7,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from stack.kinematics import drivable, share_within_limits, speed_towards
+from stack.drivetrain.kinematics import drivable, share_within_limits, speed_towards
 from stack.safety.parameters import SafetyParameters
 from stack.safety.safety import Safety
 from stack.safety.smoother import VelocitySmoother, within_limits

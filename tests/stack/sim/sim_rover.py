@@ -6,14 +6,14 @@ from pathlib import Path as FilePath
 
 import numpy as np
 
-from stack.description import (
+from stack.drivetrain.description import (
     CameraDescription,
     ImuDescription,
     LidarDescription,
     RobotDescription,
     Wheels,
 )
-from stack.sim.world import Wall, World
+from stack.sim.worlds.world import Wall, World
 from stack.types import CameraModel, Footprint, Pose2D
 
 URDF = FilePath(__file__).with_name("rover.urdf")

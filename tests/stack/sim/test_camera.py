@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from stack.errors import BodyError
-from stack.sim.camera import Camera
-from stack.sim.rendering import Renderer, Shot, Studio
-from stack.sim.world import Box, Door, Person
+from stack.sim.sensors.camera import Camera
+from stack.sim.sensors.rendering import CameraRenderer, RenderRequest, RenderSetup
+from stack.sim.worlds.world import Box, Door, Person
 from stack.types import Marker, Pose2D
 from tests.stack.sim.sim_rover import CAMERA, EMPTY, EQUIPPED, ROVER
 
@@ -24,17 +24,19 @@ WORLD = replace(
     doors=(Door("gate", (1.2, -1.0), (1.2, -0.3)),),
     people=(Person("p", np.array([[2.0, 1.0], [2.0, 2.0]])),),
 )
-SHOT = Shot(0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), np.array([[4.0, 1.5, 0.2]]), {"gate": False})
+SHOT = RenderRequest(
+    0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), np.array([[4.0, 1.5, 0.2]]), {"gate": False}
+)
 
 
-def studio(camera=CAMERA, world=WORLD, seed=1):
-    return Studio(world, ROVER.urdf, camera, seed)
+def setup(camera=CAMERA, world=WORLD, seed=1):
+    return RenderSetup(world, ROVER.urdf, camera, seed)
 
 
-def picture(shot=SHOT, **choices):
-    renderer = Renderer(studio(**choices))
+def picture(request=SHOT, **choices):
+    renderer = CameraRenderer(setup(**choices))
     try:
-        return renderer.render(shot)
+        return renderer.render(request)
     finally:
         renderer.close()
 
@@ -98,7 +100,7 @@ def test_what_moves_is_drawn_where_it_is():
 
 
 def test_the_lens_goes_with_the_robot():
-    turned = Shot(0, (1.0, 0.0, 0.0), (0.0, 0.0, np.sin(pi / 2), np.cos(pi / 2)),
+    turned = RenderRequest(0, (1.0, 0.0, 0.0), (0.0, 0.0, np.sin(pi / 2), np.cos(pi / 2)),
                   np.array([[4.0, 1.5, 0.2]]), {"gate": False})  # fmt: skip
     assert MARKER.number in corners_in(picture(), MARKER)
     assert MARKER.number not in corners_in(picture(turned), MARKER)
@@ -115,7 +117,7 @@ def test_noise_has_the_stated_deviation_and_belongs_to_the_step():
 
 
 def test_another_process_renders_the_same_picture_and_delivers_on_time():
-    chosen = studio(EQUIPPED.camera)
+    chosen = setup(EQUIPPED.camera)
     camera = Camera(chosen)
     try:
         assert camera.is_ready(1.0)
@@ -134,7 +136,7 @@ def test_another_process_renders_the_same_picture_and_delivers_on_time():
 
 
 def test_an_unknown_marker_is_told_when_its_picture_is_due():
-    camera = Camera(studio(world=replace(EMPTY, markers=(replace(MARKER, number=50),))))
+    camera = Camera(setup(world=replace(EMPTY, markers=(replace(MARKER, number=50),))))
     try:
         camera.expose(0.0, SHOT)
         with pytest.raises(BodyError, match="DICT_4X4_50 holds markers 0 to 49, got 50"):
@@ -144,7 +146,7 @@ def test_an_unknown_marker_is_told_when_its_picture_is_due():
 
 
 def test_a_lost_renderer_is_an_error_and_not_a_hang():
-    camera = Camera(studio())
+    camera = Camera(setup())
     try:
         camera.expose(0.0, SHOT)
         camera._renderer._process.kill()
@@ -156,8 +158,8 @@ def test_a_lost_renderer_is_an_error_and_not_a_hang():
 
 ORPHAN = """
 import os, sys
-from tests.stack.sim.test_camera import SHOT, Camera, studio
-camera = Camera(studio())
+from tests.stack.sim.test_camera import SHOT, Camera, setup
+camera = Camera(setup())
 camera.expose(0.0, SHOT)
 camera.take(0.1)
 print(camera._renderer._process.pid, flush=True)

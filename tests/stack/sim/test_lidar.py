@@ -4,11 +4,11 @@ from math import pi
 import numpy as np
 import pytest
 
-from stack.description import LidarDescription
-from stack.sim.lidar import Lidar
-from stack.sim.physics import Physics
-from stack.sim.settings import SimulationSettings
-from stack.sim.world import Box, Cylinder, Door, Wall
+from stack.drivetrain.description import LidarDescription
+from stack.sim.physics.physics_world import Physics
+from stack.sim.physics.settings import SimulationSettings
+from stack.sim.sensors.lidar import Lidar
+from stack.sim.worlds.world import Box, Cylinder, Door, Wall
 from stack.streams import stream
 from stack.types import Pose2D
 from tests.stack.sim.sim_rover import EMPTY, LIDAR, ROVER, square_range, square_room

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stack.sim.meshes import box_prism, file_name, merged, static_meshes
-from stack.sim.world import Box, Cylinder, Wall, World
+from stack.sim.physics.meshes import box_prism, file_name, merged, static_meshes
+from stack.sim.worlds.world import Box, Cylinder, Wall, World
 from stack.types import Pose2D
 
 

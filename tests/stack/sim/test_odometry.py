@@ -4,8 +4,8 @@ from math import atan, cos, pi, sin
 import numpy as np
 import pytest
 
-from stack.description import OdometryNoise, OmniWheels, SteeredWheels, Wheels
-from stack.sim.odometry import Encoders, Odometry
+from stack.drivetrain.description import OdometryNoise, OmniWheels, SteeredWheels, Wheels
+from stack.sim.sensors.odometry import Encoders, Odometry
 from stack.types import Pose2D
 from tests.stack.sim.sim_rover import ROVER
 

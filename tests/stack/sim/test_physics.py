@@ -4,11 +4,11 @@ from math import pi
 import numpy as np
 import pytest
 
-from stack.description import Wheels
+from stack.drivetrain.description import Wheels
 from stack.errors import BodyError
-from stack.sim.physics import Physics
-from stack.sim.settings import SimulationSettings
-from stack.sim.world import Box
+from stack.sim.physics.physics_world import Physics
+from stack.sim.physics.settings import SimulationSettings
+from stack.sim.worlds.world import Box
 from stack.types import Pose2D
 from tests.stack.sim.sim_rover import EMPTY, ROVER
 

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stack.errors import ParameterError
-from stack.sim.rasterise import rasterise
-from stack.sim.world import Box, Cylinder, Door, Wall, World
+from stack.sim.worlds.rasterise import rasterise
+from stack.sim.worlds.world import Box, Cylinder, Door, Wall, World
 from stack.types import FREE, OCCUPIED, UNKNOWN, Marker, Pose2D
 
 SYMBOLS = {FREE: ".", OCCUPIED: "#", UNKNOWN: "?"}

@@ -10,7 +10,7 @@ import pytest
 
 from stack.errors import InputError
 from stack.sim.import_world import read_any_world
-from stack.sim.world import World
+from stack.sim.worlds.world import World
 from tests.stack.sim.gazebo_text import collision_model, gazebo_world
 
 trimesh = pytest.importorskip("trimesh")

@@ -6,9 +6,9 @@ from math import inf, isnan, sin
 import numpy as np
 import pytest
 
-from stack.description import SonarDescription
-from stack.sim.sonar import Sonar
-from stack.sim.world import Box
+from stack.drivetrain.description import SonarDescription
+from stack.sim.sensors.sonar import Sonar
+from stack.sim.worlds.world import Box
 from stack.types import Pose2D
 from tests.stack.sim.sim_rover import EMPTY, square_room
 

@@ -12,9 +12,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stack.errors import InputError
-from stack.sim.rasterise import rasterise
-from stack.sim.world import Happening, Trigger, Wall
-from stack.sim.world_file import find_world, read_world
+from stack.sim.worlds.rasterise import rasterise
+from stack.sim.worlds.world import Trigger, Wall, WorldEvent
+from stack.sim.worlds.world_file import find_world, read_world
 from stack.types import FREE, OCCUPIED, Pose2D
 
 ROOT = Path(__file__).parents[3]
@@ -93,9 +93,9 @@ timeline:
     assert world.friction_zones[0].bounds == (1, 1, 2, 2)
     assert world.people[0].waypoints.shape == (2, 2) and world.people[0].start == 0.5
     assert world.timeline == (
-        Happening(Trigger(time=20.0), close_door="front"),
-        Happening(Trigger(60.0, (3.0, 2.0, 0.5), 2.0), move_robot=Pose2D(1.0, 1.0)),
-        Happening(Trigger(time=5.0), battery=0.2),
+        WorldEvent(Trigger(time=20.0), close_door="front"),
+        WorldEvent(Trigger(60.0, (3.0, 2.0, 0.5), 2.0), move_robot=Pose2D(1.0, 1.0)),
+        WorldEvent(Trigger(time=5.0), battery=0.2),
     )
 
 

@@ -23,7 +23,7 @@ from stack.types import (
     Path,
     Pose2D,
     Scan,
-    Track,
+    TrackedObject,
     Twist,
 )
 
@@ -75,7 +75,7 @@ def make_snapshot(time=1.0, step=20, map_version=1, **changes):
             TreeRow(1, 0, "to the dock", "navigate_to_pose", "running", "3.2 m to go", 0.5),
         ),
         "pose": Pose2D(1.0, 2.0, 0.25), "covariance": np.diag([0.01, 0.02, 0.03]),
-        "quality": 0.9, "battery": Battery(0.8),
+        "health": 0.9, "battery": Battery(0.8),
         "particles": np.arange(30, dtype=np.float32).reshape(10, 3),
         "scan": Scan(time, np.array([1.0, np.inf, np.nan], np.float32), -1.0, 1.0, 0.1, 12.0),
         "path": Path(np.arange(9.0).reshape(3, 3)), "goal": Pose2D(3.0, 4.0),
@@ -85,7 +85,11 @@ def make_snapshot(time=1.0, step=20, map_version=1, **changes):
         "image": Image(time, np.full((6, 8, 3), 7, np.uint8), camera),
         "truth": Pose2D(1.01, 2.0, 0.25), "people": np.array([[3.0, 3.0, 0.2]]),
         "blackboard": {"round": "3"}, "counters": {"replans": 2.0},
-        "tracks": (Track(4, time, (3.0, 3.0), (0.5, -0.2), 0.2, np.diag([0.01, 0.02, 0.1, 0.1])),),
+        "tracks": (
+            TrackedObject(
+                4, time, (3.0, 3.0), (0.5, -0.2), 0.2, np.diag([0.01, 0.02, 0.1, 0.1])
+            ),
+        ),
     }  # fmt: skip
     return Snapshot(**(values | changes))
 

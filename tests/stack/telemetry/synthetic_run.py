@@ -221,7 +221,7 @@ class SyntheticRun:
         return Snapshot(
             time=time, step=round(time * 20), state=MissionState.RUNNING, reason="",
             tree=self.tree_at(time), pose=pose, covariance=np.diag([0.005, 0.0025, 0.004]),
-            quality=0.92 + 0.05 * sin(0.7 * time), battery=Battery(0.83 - 0.002 * time),
+            health=0.92 + 0.05 * sin(0.7 * time), battery=Battery(0.83 - 0.002 * time),
             odometry=truth, particles=particles, scan=self.scan_from(truth, time),
             path=Path(self.route[index:]) if index < len(self.route) - 2 else None,
             local_plan=Path(ahead) if len(ahead) > 2 else None,

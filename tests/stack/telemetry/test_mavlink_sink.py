@@ -101,7 +101,7 @@ def test_north_east_down(station, telemetry, clock, snapshot_at):
 
 
 def test_battery_and_health(station, telemetry, clock, snapshot_at):
-    lost = {"battery": Battery(0.15, voltage=23.5), "quality": 0.1}
+    lost = {"battery": Battery(0.15, voltage=23.5), "health": 0.1}
     drive(telemetry, clock, snapshot_at, 0.05, **lost)
     messages = received(station)
     status, battery = messages["SYS_STATUS"][0], messages["BATTERY_STATUS"][0]

@@ -16,7 +16,7 @@ import numpy as np
 
 from stack.control.mppi.parameters import MppiParameters
 from stack.control.mppi.scene import Array32, LocalPath, Obstacles, Outline, Rollouts
-from stack.description import DriveKind
+from stack.drivetrain.description import DriveKind
 from stack.types import wrap_angle
 
 ALIGN_STRIDE = 4

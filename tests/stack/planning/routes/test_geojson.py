@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from missions.resources import MISSIONS
+from missions.execution.resources import MISSIONS
 from stack.errors import InputError, ParameterError
 from stack.planning.routes.geojson import parse_route_graph, read_route_graph
 

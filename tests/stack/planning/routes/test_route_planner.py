@@ -8,8 +8,8 @@ from pathlib import Path as FilePath
 import numpy as np
 import pytest
 
-from stack.components import Stop, Terms
-from stack.description import Limits, RobotDescription, SteeredWheels, Wheels
+from stack.components import CancelToken, PlanOptions
+from stack.drivetrain.description import Limits, RobotDescription, SteeredWheels, Wheels
 from stack.errors import NavigationError, ParameterError
 from stack.planning.routes.parameters import RouteParameters
 from stack.planning.routes.planner import Route
@@ -217,10 +217,10 @@ def test_goals_and_starts_that_cannot_be_are_told_by_their_own_codes(planner):
 
 
 def test_a_plan_that_nobody_wants_is_given_up(planner):
-    stop = Stop()
-    stop.request()
+    cancel = CancelToken()
+    cancel.request()
     with pytest.raises(NavigationError) as error:
-        planner().plan(floor(), Pose2D(2.0, 2.0), Pose2D(10.0, 6.0), Terms(stop=stop))
+        planner().plan(floor(), Pose2D(2.0, 2.0), Pose2D(10.0, 6.0), PlanOptions(cancel=cancel))
     assert error.value.failure.code == FailureCode.CANCELLED
 
 

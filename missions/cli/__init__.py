@@ -1,0 +1,1 @@
+"""The `treepilot` command: one module per command, each with its printer."""

@@ -1,0 +1,1 @@
+"""Runs missions: prepare (read and check), build (connect the parts), run, report, reload."""

@@ -1,0 +1,251 @@
+"""Wires a checked mission to a robot, a world and the stack: the one place where parts meet."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from missions.execution.component_choices import DEFAULTS, SETTINGS, all_chosen
+from missions.execution.resources import (
+    catalogue_of,
+    find_mission,
+    load_robot,
+    load_world,
+    resources,
+)
+from missions.execution.route_graphs import located_planner
+from missions.language.model import Mission
+from missions.language.reading.mission import read_mission
+from stack.components import Choice
+from stack.documents import Finding, Mark, read_file, value_of
+from stack.drivetrain.description import RobotDescription
+from stack.errors import InputError, ParameterError
+from stack.parameters import read_quantity, suggestion
+from stack.sim.worlds.outlines import outlines
+from stack.sim.worlds.world import World
+from stack.telemetry.records import Command
+from stack.types import Pose2D
+
+__all__ = ["PreparedMission", "RunOptions", "prepare"]
+
+
+NOWHERE = Pose2D(0.0, 0.0)
+"""Where the map frame begins when the robot has neither a map nor an idea where it is."""
+
+
+@dataclass(frozen=True)
+class RunOptions:
+    """How a mission is run; what `treepilot run` takes.
+
+    Attributes:
+        speed: simulated seconds per wall second; 0 is as fast as the machine can.
+        out: the run's folder; None keeps no records.
+        serve: let dashboards attach.
+        mavlink: address to send MAVLink telemetry to, or None.
+        parameters: `controller.cruise_speed` -> value as text; over everything in files.
+        camera: "asked" renders when the mission looks; "off" is a robot whose camera is dead;
+            "on" keeps it running for the recording.
+        watch: take the mission anew whenever its file is saved.
+        breakpoints: nodes that the mission stops before.
+        forced: node -> outcome, from the beginning.
+    """
+
+    seed: int = 0
+    arguments: dict[str, str] | None = None
+    robot: str | None = None
+    world: str | None = None
+    start: str | None = None
+    out: Path | None = None
+    speed: float = 0.0
+    rerun: bool = False
+    serve: bool = True
+    mavlink: str | None = None
+    camera: str = "asked"
+    parameters: Mapping[str, str] | None = None
+    watch: bool = False
+    breakpoints: tuple[str, ...] = ()
+    forced: dict[str, str] | None = None
+
+    def first_commands(self) -> list[Command]:
+        """What an operator would have to command before the first step."""
+        stops = [Command("start", "break", {"node": node}) for node in self.breakpoints]
+        forced = (self.forced or {}).items()
+        return stops + [
+            Command("start", "force", {"node": node, "status": outcome}) for node, outcome in forced
+        ]
+
+
+@dataclass(frozen=True)
+class PreparedMission:
+    """A mission that was read and checked with everything it names. Nothing has moved.
+
+    Attributes:
+        belief: where the robot believes it starts, map frame; None when it has no idea.
+        warnings: about the files that components name.
+    """
+
+    mission: Mission
+    robot: RobotDescription
+    world: World
+    start: Pose2D
+    belief: Pose2D | None
+    choices: dict[str, Choice]
+    text: str
+    warnings: tuple[Finding, ...] = ()
+
+    @property
+    def is_mapped(self) -> bool:
+        """Whether there is a map to be localised on."""
+        return self.mission.map != "none"
+
+
+def prepare(name: str | Path, options: RunOptions) -> PreparedMission:
+    """Read and check a mission and everything it names.
+
+    Raises:
+        InputError: with every finding; nothing has been started.
+    """
+    path = find_mission(name)
+    mission = read_mission(path, catalogue_of, resources(options.world), options.arguments or {})
+    beside = path.parent
+    robot = load_robot(options.robot or mission.robot, _beside(options.robot, beside))
+    world = load_world(options.world or mission.world, _beside(options.world, beside))
+    if options.camera == "off":
+        robot = replace(robot, camera=None)
+    start = _start_pose(options.start, mission, world)
+    _check_start(start, options, mission, world, robot)
+    belief = _belief(mission, start)
+    wanted = {kind: (part.use, part.values) for kind, part in mission.navigation.items()}
+    wanted = _with_parameters(wanted, options.parameters or {})
+    try:
+        choices = all_chosen(robot, wanted, mapped=mission.map != "none")
+    except ParameterError as error:  # what files say was checked when they were read
+        given = [name for name in options.parameters or {} if name.endswith(f".{error.name}")]
+        hint = f"; {error.hint}" if error.hint else ""
+        raise InputError(f"--parameter {', '.join(given)}: {error.sentence}{hint}") from None
+    _check_fit(choices, mission, robot)
+    layers = tuple(layer.located(beside) for layer in choices["costmap"].parts)
+    choices["costmap"] = replace(choices["costmap"], parts=layers)
+    choices["planner"], warnings = located_planner(choices["planner"], mission, robot, world)
+    plan = PreparedMission(
+        mission=mission,
+        robot=robot,
+        world=world,
+        start=start,
+        belief=belief,
+        choices=choices,
+        text=path.read_text("utf-8"),
+        warnings=warnings,
+    )
+    if options.breakpoints or options.forced:
+        _check_nodes(plan, options)
+    return plan
+
+
+def _check_nodes(plan: PreparedMission, options: RunOptions) -> None:
+    """Refuse breakpoints and forced outcomes on nodes that there are not."""
+    from missions.trees.compiler import compile_mission
+    from missions.trees.debugging import TreeDebugger
+
+    debugger = TreeDebugger(compile_mission(plan.mission))
+    for node in options.breakpoints:
+        debugger.set_breakpoint(node)
+    for node, outcome in (options.forced or {}).items():
+        debugger.force(node, outcome)
+
+
+def _check_fit(choices: dict[str, Choice], mission: Mission, robot: RobotDescription) -> None:
+    """Refuse components that are set to what this robot cannot do."""
+    for choice in choices.values():
+        check = getattr(choice.component, "check", None)
+        if check is None:
+            continue
+        try:
+            check(choice.parameters, robot)
+        except InputError as error:
+            mark = _mark_of(mission.source, "navigation")
+            raise InputError([Finding(mark, "E111", str(error))]) from None
+
+
+Wanted = dict[str, tuple[str | None, Mapping[str, Any]]]
+
+
+def _with_parameters(wanted: Wanted, given: Mapping[str, str]) -> Wanted:
+    """Parameters from the command line over those of files; `controller.use` chooses another."""
+    wanted = dict(wanted)
+    for name, text in given.items():
+        kind, dot, parameter = name.partition(".")
+        if not dot or not parameter:
+            raise InputError(f"--parameter {name}: expected controller.cruise_speed or the like")
+        use, values = wanted.get(kind, (None, {}))
+        if parameter == "use":
+            wanted[kind] = (text, values if text == use else {})
+        else:
+            wanted[kind] = (use, {**values, parameter: value_of(text)})
+    for kind in {name.partition(".")[0]: None for name in given}:
+        if kind not in (*DEFAULTS, *SETTINGS):
+            hint = suggestion(kind, [*DEFAULTS, *SETTINGS])
+            raise InputError(f"--parameter: navigation has no {kind!r}; {hint}")
+    return wanted
+
+
+def _beside(given: str | None, mission_folder: Path) -> Path:
+    """Paths on the command line are relative to the current folder, others to the mission's."""
+    return Path.cwd() if given else mission_folder
+
+
+def _start_pose(given: str | None, mission: Mission, world: World) -> Pose2D:
+    if given is None:
+        return mission.start if mission.start is not None else world.start
+    places = {**world.places, **mission.places}
+    if given in places:
+        return places[given]
+    parts = given.split(",")
+    if len(parts) not in (2, 3):
+        raise InputError(f"--start {given}: expected x,y,heading or one of {', '.join(places)}")
+    try:
+        units = ("m", "m", "rad")
+        numbers = [read_quantity(part, unit) for part, unit in zip(parts, units, strict=False)]
+    except ParameterError as error:
+        raise InputError(f"--start {given}: {error.sentence}") from None
+    return Pose2D(*numbers)
+
+
+def _check_start(
+    start: Pose2D, options: RunOptions, mission: Mission, world: World, robot: RobotDescription
+) -> None:
+    """Refuse a start outside the world or inside something that stands there."""
+    x_min, y_min, x_max, y_max = world.bounds
+    where = f"the start ({start.x:g}, {start.y:g})"
+    sentence = ""
+    if not (x_min <= start.x <= x_max and y_min <= start.y <= y_max):
+        sentence = f"{where} lies outside {world.name}, which ends at {world.bounds}"
+    point = np.array([[start.x, start.y]])
+    for outline in outlines(world):
+        depth = float(outline.depth_at(point)[0])
+        if depth > -robot.footprint.inscribed_radius:
+            thing = outline.name or "a wall"
+            sentence = sentence or f"{where} puts the robot into {thing} of {world.name}"
+    if sentence:
+        places = ", ".join(world.places) or "none"
+        hint = f"its places are: {places}"
+        if options.start is not None or options.world is not None:
+            raise InputError(f"{sentence}; {hint}")
+        raise InputError([Finding(_mark_of(mission.source, "start"), "E412", sentence, hint)])
+
+
+def _mark_of(path: Path, key: str) -> Mark:
+    """Where a top-level key's value stands, or the beginning of the file."""
+    node = read_file(path, "mission").get(key)
+    return node.mark if node is not None else Mark(str(path))
+
+
+def _belief(mission: Mission, start: Pose2D) -> Pose2D | None:
+    """Where the robot believes it begins; None when it has no idea."""
+    if mission.initial_pose == "start":
+        return start
+    return mission.initial_pose if isinstance(mission.initial_pose, Pose2D) else None

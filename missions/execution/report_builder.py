@@ -1,0 +1,90 @@
+"""Composes the report of a finished run from its parts."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from missions.execution.build import Engine
+from missions.execution.prepare import PreparedMission, RunOptions
+from missions.execution.report import Report
+from missions.execution.resources import versions
+from stack.telemetry.recorder import RunFolder
+from stack.telemetry.records import StageTiming
+from stack.types import Pose2D
+
+
+def compose_report(  # noqa: PLR0913 - the measured figures, by keyword
+    plan: PreparedMission, options: RunOptions, engine: Engine, *, wall_seconds: float,
+    first_tick: float, peak_memory_mb: float, folder: RunFolder | None,
+    relocalisations: list[dict[str, Any]],
+) -> Report:  # fmt: skip
+    """The report. `wall_seconds` is first to last step, `first_tick` from start to first tick."""
+    runtime, scorer = engine.runtime, engine.scorer
+    counters = runtime.counters()
+    facade = runtime.parts.facade
+    simulated = engine.body.time
+    return Report(
+        mission=plan.mission.name,
+        status=str(runtime.state),
+        reason=runtime.reason,
+        seed=options.seed,
+        robot=plan.robot.name,
+        world=plan.world.name,
+        versions=versions(),
+        cpu_features=cpu_features(),
+        simulated_seconds=round(simulated, 6),
+        wall_seconds=wall_seconds,
+        real_time_factor=simulated / max(wall_seconds, 1e-9),
+        time_to_first_tick=first_tick,
+        ticks=engine.tree.ticks,
+        distance_m=runtime.distance,
+        recoveries=engine.tree.recoveries,
+        replans=int(counters.get("replans", 0)),
+        collisions=engine.body.tally.by_robot,
+        pushed_into=engine.body.tally.against_standing,
+        min_clearance_m=engine.body.clearance,
+        localisation_error={
+            "mean": scorer.mean_error,
+            "max": counters["localisation_error_max"],
+        },
+        relocalised_by=_confirmed(relocalisations, runtime.parts.localiser.estimate.health),
+        relocalisations=relocalisations,
+        battery=facade.battery.charge,
+        stages={name: _timing(stage) for name, stage in runtime.stages.timings().items()},
+        final_pose={
+            "estimate": _pose(runtime.parts.localiser.estimate.pose),
+            "truth": _pose(scorer.truth),
+        },
+        blackboard=engine.tree.blackboard(),
+        peak_memory_mb=peak_memory_mb,
+        log_sha256=engine.telemetry.log_sha256,
+        folder=str(folder.path) if folder is not None else "",
+        arguments=dict(options.arguments or {}),
+    )
+
+
+def _confirmed(relocalisations: list[dict[str, Any]], health: float) -> str:
+    """What found the pose again, if the scans still fit the map at the end."""
+    return str(relocalisations[-1]["by"]) if relocalisations and health >= 0.3 else ""
+
+
+def cpu_features() -> str:
+    """The instruction sets numpy dispatches to: results are bit-identical per such set."""
+    import numpy as np
+
+    shown: Any = np.show_config(mode="dicts") or {}
+    extensions = shown.get("SIMD Extensions", {})
+    return " ".join([*extensions.get("baseline", ()), *extensions.get("found", ())])
+
+
+def _pose(pose: Pose2D) -> dict[str, float]:
+    return {"x": pose.x, "y": pose.y, "heading": pose.heading}
+
+
+def _timing(stage: StageTiming) -> dict[str, Any]:
+    return {
+        "mean_ms": stage.mean * 1e3,
+        "worst_ms": stage.worst * 1e3,
+        "count": stage.count,
+        "overruns": stage.overruns,
+    }

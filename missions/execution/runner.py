@@ -1,0 +1,160 @@
+"""Runs a prepared mission to its end and writes the report. Used by every way to run one."""
+
+from __future__ import annotations
+
+import resource
+import traceback
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from datetime import datetime
+from pathlib import Path
+from time import perf_counter
+
+from missions.execution.build import Engine, build, run_info
+from missions.execution.milestones import Milestones
+from missions.execution.prepare import PreparedMission, RunOptions, prepare
+from missions.execution.report import Report
+from missions.execution.report_builder import compose_report
+from stack.errors import BodyError
+from stack.runtime.snapshots import compose_snapshot
+from stack.telemetry.hub import Telemetry
+from stack.telemetry.recorder import Recorder, RunFolder
+from stack.telemetry.records import MissionState, Sink
+
+MAX_SIMULATED_SECONDS = 24 * 3600.0
+"""A mission that runs longer is taken for one that never ends."""
+
+
+def run_mission(
+    mission: str | Path,
+    options: RunOptions,
+    sinks: Sequence[Sink] = (),
+    interrupted: Callable[[], bool] = lambda: False,
+) -> Report:
+    """Prepare a mission and run it to its end in this process.
+
+    Args:
+        mission: a path, or a shipped mission's name.
+        options: seed, arguments, folder…
+        sinks: further consumers of events and snapshots, beside those the options ask for.
+        interrupted: looked at between steps; True ends the run as interrupted.
+
+    Raises:
+        InputError: the mission or something it names is wrong; nothing has moved.
+    """
+    return execute(prepare(mission, options), options, sinks, interrupted)
+
+
+def execute(
+    plan: PreparedMission,
+    options: RunOptions,
+    sinks: Sequence[Sink] = (),
+    interrupted: Callable[[], bool] = lambda: False,
+) -> Report:
+    """Run a plan to its end. Whatever happens, the robot stands and the records are closed."""
+    began = perf_counter()
+    outside = _outside_sinks(options)  # refuses a bad address before anything is written
+    folder = RunFolder.create(options.out, plan.text) if options.out is not None else None
+    run_id = folder.path.name if folder is not None else default_run_name(plan)
+    info = run_info(plan, run_id, options.seed)
+    milestones = Milestones()
+    own = [milestones] if folder is None else [milestones, Recorder(folder)]
+    log = folder.log if folder is not None else _nowhere
+    log(f"{info.title}: {info.robot} in {info.world}, seed {info.seed}")
+    telemetry = Telemetry(info, [*own, *sinks, *outside], log)
+    report: Report | None = None
+    engine: Engine | None = None
+    try:
+        engine = build(plan, options, telemetry, folder)
+        if options.watch:
+            from missions.execution.reload import Reloader
+
+            engine.between_steps = Reloader(engine, plan, options, folder).look
+        first_tick, loop_began = _run(engine, options, folder, interrupted, log)
+        report = compose_report(
+            plan, options, engine,
+            wall_seconds=perf_counter() - loop_began, first_tick=first_tick - began,
+            peak_memory_mb=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
+            folder=folder, relocalisations=milestones.relocalisations,
+        )  # fmt: skip
+        log(report.summary())
+        return report
+    finally:
+        _close(telemetry, engine, report)
+
+
+def _close(telemetry: Telemetry, engine: Engine | None, report: Report | None) -> None:
+    """The last snapshot and the report to every sink, then let go of the robot."""
+    if engine is None:
+        telemetry.close(None)
+        return
+    try:
+        final = report.plain() if report is not None else None
+        telemetry.close(final, lambda: compose_snapshot(engine.runtime))
+    finally:
+        engine.runtime.parts.navigator.close()
+        engine.body.close()
+
+
+def default_run_name(plan: PreparedMission) -> str:
+    """`<mission>-<date>-<time>`, for folders and for `watch`."""
+    now = datetime.now().strftime("%Y%m%d-%H%M%S")
+    return f"{plan.mission.source.stem}-{now}"
+
+
+def _run(
+    engine: Engine,
+    options: RunOptions,
+    folder: RunFolder | None,
+    interrupted: Callable[[], bool],
+    log: Callable[[str], None],
+) -> tuple[float, float]:
+    """Step until the mission is over; wall times of the first tick and of the loop's beginning."""
+    runtime = engine.runtime
+    loop_began = perf_counter()
+    first_tick = 0.0
+    try:
+        while not runtime.state.is_over:
+            engine.between_steps()
+            runtime.step()
+            if not first_tick:
+                first_tick = perf_counter()
+                _add_late_sinks(engine, options, folder)
+            if interrupted():
+                runtime.end(MissionState.INTERRUPTED, "by a signal")
+            elif engine.body.time > MAX_SIMULATED_SECONDS:
+                runtime.end(MissionState.FAILURE, "TIMED_OUT: ran for 24 hours of robot time")
+        runtime.stand_still()
+    except BodyError as error:
+        runtime.end(MissionState.ERROR, f"the robot gave up: {error}")
+    except Exception as error:
+        log(traceback.format_exc())
+        runtime.end(MissionState.ERROR, f"{type(error).__name__}: {error}")
+        with suppress(Exception):
+            runtime.stand_still()
+    return first_tick or perf_counter(), loop_began
+
+
+def _outside_sinks(options: RunOptions) -> list[Sink]:
+    sinks: list[Sink] = []
+    if options.mavlink:
+        from stack.telemetry.mavlink_sink import MavlinkSink
+
+        sinks.append(MavlinkSink(options.mavlink))
+    if options.serve:
+        from stack.telemetry.server import TelemetryServer
+
+        sinks.append(TelemetryServer())
+    return sinks
+
+
+def _add_late_sinks(engine: Engine, options: RunOptions, folder: RunFolder | None) -> None:
+    """Rerun takes half a second to import: after the first tick, so that the robot starts soon."""
+    if options.rerun and folder is not None:
+        from stack.telemetry.rerun_sink import RerunSink
+
+        engine.telemetry.attach(RerunSink(folder.path / "mission.rrd"))
+
+
+def _nowhere(text: str) -> None:
+    """Where log lines go without a run folder."""

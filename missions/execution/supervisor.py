@@ -1,0 +1,265 @@
+"""Starts runs: in this process without a dashboard, in an engine process with one."""
+
+from __future__ import annotations
+
+import json as json_format
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, field
+from datetime import datetime
+from pathlib import Path
+from time import monotonic, sleep  # noqa: TID251 - waiting for another process
+from typing import IO, TextIO
+
+from missions.execution.prepare import PreparedMission, RunOptions, prepare
+from missions.execution.progress import ProgressLines
+from missions.execution.report import Report
+from missions.execution.resources import find_mission
+from missions.execution.runner import execute
+from stack.errors import InputError, TelemetryError
+from stack.telemetry.rendezvous import RunHandle, live_runs
+
+WRONG_INPUT, ENGINE_LOST = 2, 3
+START_PATIENCE, STOP_PATIENCE = 60.0, 20.0
+"""Wall seconds to wait for an engine to answer, and to stop after it was told to."""
+
+
+@dataclass(frozen=True)
+class LaunchOptions:
+    """What `treepilot run` was given."""
+
+    mission: str
+    headless: bool = True
+    json: bool = False
+    speed: str = ""
+    seed: int = 0
+    arguments: dict[str, str] = field(default_factory=dict)
+    robot: str | None = None
+    world: str | None = None
+    start: str | None = None
+    out: Path | None = None
+    rerun: bool = True
+    mavlink: str | None = None
+    camera: str = "asked"
+    watch: bool = False
+    breakpoints: tuple[str, ...] = ()
+    forced: dict[str, str] = field(default_factory=dict)
+    parameters: dict[str, str] = field(default_factory=dict)
+
+    def run_options(self) -> RunOptions:
+        """The engine's share, with the folder and speed decided."""
+        return RunOptions(
+            seed=self.seed, arguments=self.arguments, robot=self.robot, world=self.world,
+            start=self.start, out=self.out or default_folder(self.mission),
+            speed=_speed(self.speed or ("max" if self.headless else "1")), rerun=self.rerun,
+            mavlink=self.mavlink, camera=self.camera, watch=self.watch,
+            breakpoints=self.breakpoints, forced=self.forced,
+            parameters=self.parameters,
+        )  # fmt: skip
+
+
+def launch(options: LaunchOptions) -> int:
+    """Run a mission as asked; the exit code."""
+    return _run_here(options) if options.headless else _run_with_dashboard(options)
+
+
+def default_folder(mission: str) -> Path:
+    """`runs/<mission>-<date>-<time>` in the current folder."""
+    stamp = datetime.now().strftime("%Y%m%d-%H%M%S")
+    base = Path("runs") / f"{find_mission(mission).stem}-{stamp}"
+    folder, count = base, 1
+    while folder.exists():
+        count += 1
+        folder = base.with_name(f"{base.name}-{count}")
+    return folder
+
+
+def find_run(name: str) -> RunHandle:
+    """A live run by name or folder; the newest when the name is empty.
+
+    Raises:
+        TelemetryError: there is none; the message names those there are.
+    """
+    runs = live_runs()
+    wanted = Path(name).name
+    matching = [run for run in runs if not name or run.run_id == wanted]
+    if not matching:
+        live = ", ".join(run.run_id for run in runs) or "none is"
+        raise TelemetryError(
+            f"no run {name!r} is live; live runs: {live}" if name else "no mission is running"
+        )
+    return matching[-1]
+
+
+def watch_run(name: str) -> int:
+    """Attach the dashboard to a live run; the newest when no name is given."""
+    run = find_run(name)
+    outcome = _dashboard(run)
+    if outcome == "abort":
+        print(f"aborted {run.run_id}", file=sys.stderr)
+    return 0
+
+
+def _speed(text: str) -> float:
+    """0 for max, else the factor."""
+    if text == "max":
+        return 0.0
+    try:
+        factor = float(text)
+    except ValueError:
+        factor = -1.0
+    if not 0.0 < factor <= 1000.0:
+        raise InputError(f"--speed {text}: expected max, or a number above 0 up to 1000")
+    return factor
+
+
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+
+@contextmanager
+def _interrupts(pass_on: Callable[[], None] = lambda: None) -> Iterator[list[int]]:
+    """Signals noted in the list instead of raised, and passed on; a second one raises as usual."""
+    caught: list[int] = []
+
+    def note(number: int, _: object) -> None:
+        caught.append(number)
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        pass_on()
+
+    before = {number: signal.signal(number, note) for number in SIGNALS}
+    try:
+        yield caught
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _run_here(options: LaunchOptions) -> int:
+    run_options = options.run_options()
+    with _stdout_kept_clean(options.json) as out:
+        plan = prepare(options.mission, run_options)
+        _say_when_kernels_compile(plan)
+        for warning in plan.mission.warnings:
+            print(warning, file=sys.stderr)
+        lines = ProgressLines(lambda line: print(line, file=sys.stderr))
+        with _interrupts() as caught:
+            report = execute(
+                plan, run_options, [] if options.json else [lines], lambda: bool(caught)
+            )
+        print(report.to_json() if options.json else report.summary(), file=out)
+    return report.exit_code
+
+
+@contextmanager
+def _stdout_kept_clean(wanted: bool) -> Iterator[TextIO]:
+    """Where the report goes; meanwhile anybody's prints, libraries' as well, go to stderr."""
+    if not wanted:
+        yield sys.stdout
+        return
+    sys.stdout.flush()
+    kept = os.dup(1)
+    os.dup2(2, 1)
+    try:
+        with os.fdopen(os.dup(kept), "w", encoding="utf-8") as out:
+            yield out
+    finally:
+        sys.stdout.flush()
+        os.dup2(kept, 1)
+        os.close(kept)
+
+
+def _say_when_kernels_compile(plan: PreparedMission) -> None:
+    from missions.execution.kernels_cache import first_run_notice
+
+    notice = first_run_notice(choice.component for choice in plan.choices.values())
+    if notice:
+        print(notice, file=sys.stderr, flush=True)
+
+
+def _run_with_dashboard(options: LaunchOptions) -> int:
+    """Engine in its own session; this process shows it, passes signals on and waits."""
+    run_options = options.run_options()
+    plan = prepare(options.mission, run_options)  # findings belong here, before the screen changes
+    _say_when_kernels_compile(plan)
+    assert run_options.out is not None
+    with tempfile.TemporaryFile() as errors:
+        engine = _spawn_engine(options.mission, run_options, errors)
+        with _interrupts(lambda: _interrupt(engine)) as caught:
+            run = _await_engine(engine, run_options.out.name, caught)
+            outcome = _dashboard(run, lambda: bool(caught)) if run is not None else "over"
+            if outcome == "leave" and engine.poll() is None:
+                print(f"the mission goes on; treepilot watch {run_options.out.name}")
+                return 0
+            if outcome == "interrupt":
+                _interrupt(engine)
+            return _await_end(engine, run_options.out, errors)
+
+
+def _interrupt(engine: subprocess.Popen[bytes]) -> None:
+    if engine.poll() is None:
+        engine.send_signal(signal.SIGINT)
+
+
+def _spawn_engine(mission: str, options: RunOptions, errors: IO[bytes]) -> subprocess.Popen[bytes]:
+    """The engine in a session of its own. Its stderr is a file: a pipe could fill and block it."""
+    settings = {**asdict(options), "out": str(options.out)}
+    message = json_format.dumps({"mission": mission, "options": settings})
+    return subprocess.Popen(
+        [sys.executable, "-m", "missions.execution.engine", message],
+        stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=errors,
+        start_new_session=True, env={**os.environ, "PYTHONUNBUFFERED": "1"},
+    )  # fmt: skip
+
+
+def _await_engine(
+    engine: subprocess.Popen[bytes], run_id: str, caught: list[int]
+) -> RunHandle | None:
+    deadline = monotonic() + START_PATIENCE
+    while monotonic() < deadline and engine.poll() is None and not caught:
+        for run in live_runs():
+            if run.run_id == run_id:
+                return run
+        sleep(0.02)
+    return None
+
+
+def _dashboard(run: RunHandle, interrupted: Callable[[], bool] | None = None) -> str:
+    """Show a run until the operator leaves: over | leave | abort | interrupt | lost.
+
+    Args:
+        run: the run to watch.
+        interrupted: whether a signal came; given where the run was begun, so that ctrl+c ends it.
+    """
+    from stack.telemetry.client import TelemetryClient
+    from tui.app import Dashboard
+
+    client = TelemetryClient(run.address)
+    try:
+        return Dashboard(client, interrupted=interrupted).run() or "over"
+    finally:
+        client.close()
+
+
+def _await_end(engine: subprocess.Popen[bytes], folder: Path, errors: IO[bytes]) -> int:
+    try:
+        engine.wait(timeout=STOP_PATIENCE)
+    except subprocess.TimeoutExpired:
+        engine.kill()
+        engine.wait()
+    report_file = folder / "report.json"
+    if report_file.exists():
+        report = Report(**json_format.loads(report_file.read_text("utf-8")))
+        print(report.summary())
+        return report.exit_code
+    errors.seek(0)
+    said = errors.read().decode(errors="replace").strip() or "it left no message"
+    if engine.returncode == WRONG_INPUT:
+        print(said, file=sys.stderr)
+        return WRONG_INPUT
+    print(f"the engine was lost: {said}\nrecords so far are in {folder}", file=sys.stderr)
+    return ENGINE_LOST

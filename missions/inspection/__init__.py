@@ -1,0 +1,1 @@
+"""Answers about missions, components, places and finished runs, without running anything."""

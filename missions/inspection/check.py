@@ -1,0 +1,117 @@
+"""`treepilot check` and `treepilot show`: everything about a mission but running it."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from importlib.metadata import packages_distributions
+from pathlib import Path
+
+from missions.execution.prepare import RunOptions, prepare
+from missions.execution.resources import catalogue_of, find_mission, resources
+from missions.language.reading.mission import read_mission
+from missions.language.rendering import render_each
+from missions.trees import show
+from missions.trees.compiler import compile_mission
+from stack.documents import Finding, Mark, read_file
+from stack.errors import InputError
+from stack.sim.import_world import GAZEBO, read_any_world
+
+OUR_PACKAGES = ("missions", "behaviours", "stack", "tui", "robots")
+
+
+@dataclass(frozen=True)
+class CheckLine:
+    """One finding as text to print."""
+
+    text: str
+    is_error: bool
+    finding: Finding | None = None
+
+
+def check_files(names: list[str]) -> list[CheckLine]:
+    """The findings of every mission or world file, errors and warnings."""
+    return [line for name in names for line in _check(name)]
+
+
+def _check(name: str) -> list[CheckLine]:
+    try:
+        path = find_mission(name)
+        if _is_world(path):
+            return _lines(read_any_world(path).warnings)
+        plan = prepare(path, RunOptions())
+    except InputError as error:
+        if not error.findings:
+            return [CheckLine(f"{name}: {error}", True)]
+        return _lines(error.findings)
+    return _lines([*plan.mission.warnings, *plan.world.warnings, *plan.warnings])
+
+
+def _is_world(path: Path) -> bool:
+    """Whether the file's ending or its keys say that it is a world."""
+    if path.suffix in GAZEBO:
+        return True
+    if _MISSION.search(_text(path)):
+        return False
+    keys = [key.value for key, _ in read_file(path, "mission").entries]
+    if "image" in keys and "world" not in keys:
+        return True  # a ROS map
+    return "world" in keys and "mission" not in keys and "run" not in keys
+
+
+_MISSION = re.compile(r"^mission\s*:", re.MULTILINE)
+"""A key at the top of a file: reading a large mission twice would take its time."""
+
+
+def _lines(findings: Iterable[Finding]) -> list[CheckLine]:
+    found = list(findings)
+    sources = {file: _text(Path(file)) for file in sorted({item.mark.file for item in found})}
+    texts = render_each(found, sources)
+    return [
+        CheckLine(text, item.severity == "error", item)
+        for text, item in zip(texts, found, strict=True)
+    ]
+
+
+def as_json(lines: Iterable[CheckLine]) -> str:
+    """The findings for editors: a list with file, line, column, code, severity, sentence, hint."""
+    return json.dumps([_plain(line) for line in lines], indent=2, ensure_ascii=False)
+
+
+def _plain(line: CheckLine) -> dict[str, str | int]:
+    severity = "error" if line.is_error else "warning"
+    item = line.finding
+    if item is None:
+        mark, code, sentence, hint = Mark(""), "E001", line.text, ""
+    else:
+        mark, code, sentence, hint = item.mark, item.code, item.sentence, item.hint
+    return {
+        "file": mark.file, "line": mark.line, "column": mark.column, "code": code,
+        "severity": severity, "sentence": sentence, "hint": hint,
+    }  # fmt: skip
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text("utf-8", errors="replace")
+    except OSError:
+        return ""
+
+
+def check_install() -> list[CheckLine]:
+    """Other distributions that ship one of our package names: one would hide the other."""
+    owners = packages_distributions()
+    return [
+        CheckLine(f"the package {package!r} is also shipped by {other}; uninstall it", True)
+        for package in OUR_PACKAGES
+        for other in sorted(set(owners.get(package, ())) - {"treepilot"})
+    ]
+
+
+def drawing(name: str, style: str, *, colours: bool) -> str:
+    """The compiled tree of a mission as text, Graphviz or Mermaid."""
+    mission = read_mission(find_mission(name), catalogue_of, resources(), {})
+    draw = {"text": show.text, "dot": show.dot, "mermaid": show.mermaid}[style]
+    return draw(compile_mission(mission), colour=colours)

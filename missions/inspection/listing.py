@@ -1,0 +1,206 @@
+"""`treepilot list` and `treepilot describe`: what missions may name, from its own declarations."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from math import degrees
+from pathlib import Path
+
+from behaviours.catalogue import Catalogue, find_behaviours
+from missions.execution.plugin_components import plugged_components
+from missions.execution.resources import (
+    MISSIONS,
+    find_mission,
+    load_robot,
+    load_world,
+    mission_files,
+    world_files,
+)
+from robots.load import robot_names
+from stack.components import available, component
+from stack.documents import read_file
+from stack.drivetrain.description import DriveKind
+from stack.errors import InputError
+from stack.parameters import Declaration, declarations, suggestion
+
+HERE = Path()
+COMPONENTS = {"planners": "planner", "controllers": "controller", "layers": "costmap_layer"}
+"""What `list` calls the kinds of components."""
+
+
+@dataclass(frozen=True, slots=True)
+class Installed:
+    """What can be named: built in, installed, and in the plugins of a mission.
+
+    Attributes:
+        components: kind -> name -> where it is.
+    """
+
+    catalogue: Catalogue
+    components: Mapping[str, Mapping[str, str]]
+
+    @property
+    def problems(self) -> list[str]:
+        """What cannot be used: its file and why."""
+        return [f"{item.file}: {item.sentence}" for item in self.catalogue.problems]
+
+
+def installed(mission: str | None = None) -> Installed:
+    """What missions may name; a mission's plugins are looked through as well.
+
+    Raises:
+        InputError: the mission cannot be read, or a component of a plugin has a name that is taken.
+    """
+    plugins: list[str] = []
+    beside: Path | None = None
+    if mission is not None:
+        path = find_mission(mission)
+        named = read_file(path, "mission").get("plugins")
+        plugins = [str(item.value) for item in (named.items if named else []) if item.value]
+        beside = path.parent
+    plugged = plugged_components(plugins, beside)
+    components = {
+        kind: {**available(kind), **plugged.get(kind, {})} for kind in COMPONENTS.values()
+    }
+    return Installed(find_behaviours(plugins, beside), components)
+
+
+def rows_of(kind: str, known: Installed) -> list[tuple[str, str]]:
+    """Name and one sentence of everything of a kind."""
+    if kind == "behaviours":
+        catalogue = known.catalogue
+        return [(name, _kind_summary(catalogue, name)) for name in catalogue.names()]
+    if kind == "robots":
+        return [(name, _robot_sentence(name)) for name in robot_names()]
+    if kind in COMPONENTS:
+        single = COMPONENTS[kind]
+        found = known.components[single]
+        return [(name, _first_line(component(single, where))) for name, where in found.items()]
+    files = world_files() if kind == "worlds" else mission_files()
+    return [(file.stem, _doc_of(file)) for file in files]
+
+
+def description_of(name: str, known: Installed) -> str:
+    """Everything that can be set about one named thing.
+
+    Raises:
+        InputError: nothing has that name; the message names the nearest.
+    """
+    kind = known.catalogue.get(name)
+    if kind is not None:
+        parts = [f"{name}: {kind.doc}", _table("ports", kind.ports.values())]
+        return "\n".join(filter(None, [*parts, _table("outputs", kind.outputs.values())]))
+    for single, found in known.components.items():
+        if name in found:
+            cls = component(single, found[name])
+            fields = declarations(cls.Parameters)  # type: ignore[attr-defined]
+            return f"{name}: {(cls.__doc__ or '').strip()}\n{_table('parameters', fields.values())}"
+    if name in robot_names():
+        return _describe_robot(name)
+    for file in world_files():
+        if file.stem == name:
+            return _describe_world(name)
+    names = [other for found in known.components.values() for other in found]
+    names += [*known.catalogue.names(), *robot_names(), *(file.stem for file in world_files())]
+    raise InputError(f"nothing is called {name!r}; {suggestion(name, names)}")
+
+
+def _table(title: str, declared: Iterable[Declaration]) -> str:
+    rows = [
+        (
+            item.name,
+            item.type_name(),
+            "required" if item.required else f"default {_shown(item)}",
+            item.range_text(),
+            item.help,
+        )
+        for item in declared
+    ]
+    if not rows:
+        return ""
+    widths = [max(len(row[column]) for row in rows) for column in range(4)]
+    lines = [
+        "  " + "  ".join(f"{cell:<{width}}" for cell, width in zip(row, [*widths, 0], strict=True))
+        for row in rows
+    ]
+    return "\n".join([f"{title}:", *(line.rstrip() for line in lines)])
+
+
+def _shown(item: Declaration) -> str:
+    if isinstance(item.default, float):
+        return f"{item.default:g}{' ' + item.unit if item.unit else ''}"
+    plain = item.default is None or isinstance(item.default, bool)
+    return str(item.default).lower() if plain else str(item.default)
+
+
+def _kind_summary(catalogue: Catalogue, name: str) -> str:
+    kind = catalogue.get(name)
+    return str(kind.summary) if kind is not None else ""
+
+
+def _first_line(cls: type) -> str:
+    return (cls.__doc__ or "").strip().partition("\n")[0]
+
+
+def _doc_of(file: Path) -> str:
+    try:
+        doc = read_file(file).get("doc")
+    except InputError as error:
+        return f"cannot be read: {error}"
+    return " ".join(str(doc.value).split()) if doc is not None else ""
+
+
+def _robot_sentence(name: str) -> str:
+    robot = load_robot(name, HERE)
+    limits, kind = robot.limits, str(robot.drive)
+    if robot.drive is DriveKind.ACKERMANN:
+        kind += f", turning radius {robot.turning_radius:.2f} m"
+    return (
+        f"radius {robot.footprint.circumscribed_radius:.2f} m, {kind}, {limits.linear_speed:g} m/s,"
+        f" {limits.angular_speed:g} rad/s"
+    )
+
+
+def _describe_world(name: str) -> str:
+    world = load_world(name, HERE)
+    x_min, y_min, x_max, y_max = world.bounds
+    rows = [
+        ("size", f"{x_max - x_min:g} x {y_max - y_min:g} m"),
+        ("doors", ", ".join(door.name for door in world.doors)),
+        ("people", ", ".join(person.name for person in world.people)),
+        ("markers", ", ".join(str(marker.number) for marker in world.markers)),
+        ("timeline", f"{len(world.timeline)} happenings" if world.timeline else ""),
+    ]
+    lines = [f"{name}: {_doc_of(MISSIONS / 'worlds' / f'{name}.yaml')}"]
+    lines += [f"  {title:<9} {text}" for title, text in rows if text]
+    lines += ["places:"]
+    lines += [
+        f"  {place:<12} [{pose.x:g}, {pose.y:g}, {degrees(pose.heading):.0f} deg]"
+        for place, pose in world.places.items()
+    ]
+    return "\n".join(lines)
+
+
+def _declared(part: object) -> list[Declaration]:
+    cls: type = type(part)
+    return list(declarations(cls).values())
+
+
+def _describe_robot(name: str) -> str:
+    robot = load_robot(name, HERE)
+    lines = [f"{name}: {_robot_sentence(name)}"]
+    for title, part in (
+        ("limits", robot.limits), ("lidar", robot.lidar), ("camera", robot.camera),
+        ("imu", robot.imu), ("odometry", robot.odometry), ("battery", robot.battery),
+    ):  # fmt: skip
+        if part is None:
+            lines.append(f"{title}: none")
+            continue
+        values = ((item, getattr(part, item.name)) for item in _declared(part))
+        lines.append(f"{title}:")
+        lines += [
+            f"  {item.name} = {value:g} {item.unit}".rstrip() + f"  ({item.help})"
+            for item, value in values
+        ]
+    return "\n".join(lines)

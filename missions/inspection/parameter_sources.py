@@ -1,0 +1,113 @@
+"""`treepilot parameters`: every value in force, and which file and line it comes from."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, cast
+
+from missions.execution.component_choices import WITHOUT_A_MAP
+from missions.execution.prepare import PreparedMission, RunOptions, prepare
+from stack.components import Choice
+from stack.parameters import Declaration, declarations
+
+DEFAULT, GIVEN = "default", "--parameter"
+
+
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """One parameter in force.
+
+    Attributes:
+        name: `controller.cruise_speed`.
+        value: with its unit.
+        source: `default`, or the file that sets it, with the line where it has one.
+        help: what it does.
+    """
+
+    name: str
+    value: str
+    source: str
+    help: str
+
+    @property
+    def is_set(self) -> bool:
+        """Whether somebody set it."""
+        return self.source != DEFAULT
+
+
+def parameters_of(mission: str, options: RunOptions | None = None) -> list[Origin]:
+    """Every parameter of a mission's navigation.
+
+    Raises:
+        InputError: the mission or something it names will not do.
+    """
+    options = options or RunOptions()
+    plan = prepare(mission, options)
+    found = [origin for kind, choice in plan.choices.items() for origin in _of(plan, kind, choice)]
+    given = options.parameters or {}
+    return [replace(item, source=GIVEN) if item.name in given else item for item in found]
+
+
+def lines_of(origins: list[Origin]) -> list[str]:
+    """A table: name, value, source, sentence."""
+    widths = [
+        max((len(getattr(origin, column)) for origin in origins), default=0)
+        for column in ("name", "value", "source")
+    ]
+    return [
+        "  ".join(
+            f"{cell:<{width}}"
+            for cell, width in zip((item.name, item.value, item.source), widths, strict=True)
+        )
+        + f"  {item.help}"
+        for item in origins
+    ]
+
+
+def _of(plan: PreparedMission, kind: str, choice: Choice) -> Iterator[Origin]:
+    named = plan.mission.navigation.get(kind)
+    if named is not None and (named.use or choice.name) != choice.name:
+        named = None  # another component was asked for than these parameters are for
+    robot: Mapping[str, Any] = plan.robot.navigation.get(kind) or {}
+    if choice.name != kind:
+        yield Origin(f"{kind}.use", choice.name, _source_of_use(plan, kind), "which one")
+    # The robot's parameters are for the robot's choice: another component drops them.
+    kept = robot if choice.name == robot.get("use", choice.name) else {}
+    for name, declared in declarations(cast("type", type(choice.parameters))).items():
+        value = _shown(declared, getattr(choice.parameters, name))
+        if named is not None and name in named.values:
+            mark = named.marks.get(name, named.mark)
+            source = f"{_short(plan, mark.file)}:{mark.line}"
+        elif name in kept:
+            source = _short(plan, str(plan.robot.source or plan.robot.name))
+        elif not plan.is_mapped and name in WITHOUT_A_MAP.get(kind, {}):
+            source = f"{DEFAULT} without a map"
+        else:
+            source = DEFAULT
+        yield Origin(f"{kind}.{name}", value, source, declared.help)
+
+
+def _source_of_use(plan: PreparedMission, kind: str) -> str:
+    named = plan.mission.navigation.get(kind)
+    if named is not None and named.use is not None:
+        return f"{_short(plan, named.mark.file)}:{named.mark.line}"
+    if "use" in (plan.robot.navigation.get(kind) or {}):
+        return _short(plan, str(plan.robot.source or plan.robot.name))
+    return DEFAULT
+
+
+def _short(plan: PreparedMission, file: str) -> str:
+    """A file by its name, with the folder where that is not the mission's."""
+    path = Path(file)
+    if path.parent == plan.mission.source.parent:
+        return path.name
+    return f"{path.parent.name}/{path.name}"
+
+
+def _shown(declared: Declaration, value: Any) -> str:
+    if isinstance(value, bool) or value is None:
+        return str(value).lower()
+    text = f"{value:g}" if isinstance(value, float) else str(value)
+    return f"{text} {declared.unit}" if declared.unit else text

@@ -1,0 +1,1 @@
+"""Static analysis of a checked mission: data flow, outcomes, value intervals."""

@@ -1,0 +1,249 @@
+"""In which order keys are written and read, who uses whom, and what is never used."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+from missions.language.expressions.expression import CheckedExpression
+from missions.language.expressions.scope import UNSET, Role, Scope, Symbol
+from missions.language.model import (
+    AssignmentList,
+    Composite,
+    Constant,
+    Event,
+    ExpressionValue,
+    FollowWaypoints,
+    ForEach,
+    Leaf,
+    ListValue,
+    Reference,
+    Step,
+    Template,
+    Tree,
+    Use,
+    Value,
+)
+from stack.documents import Findings, Mark
+
+MAX_STEPS = 3000
+Written = dict[Symbol, None]
+
+
+def children_of(step: Step) -> tuple[Step, ...]:
+    """The steps directly below a step, recoveries last; a used tree is not entered."""
+    below: tuple[Step, ...] = ()
+    if isinstance(step, Composite):
+        below = step.children
+    elif isinstance(step, ForEach):
+        below = (step.child,)
+    recover = step.modifiers.recover
+    return below + (recover.recoveries if recover else ())
+
+
+def uses_of(step: Step) -> Iterator[Use]:
+    """Every `use` in a step, in order."""
+    if isinstance(step, Use):
+        yield step
+    for child in children_of(step):
+        yield from uses_of(child)
+
+
+def check_recursion(
+    trees: Mapping[str, Tree], roots: Sequence[Step], findings: Findings
+) -> list[str]:
+    """Report trees that use themselves and missions that grow too large; returns what is used.
+
+    The returned names are in the order of their first use.
+    """
+    order: list[str] = []
+    sizes: dict[str, int] = {}
+
+    def size(step: Step, path: tuple[str, ...]) -> int:
+        total = 1 + sum(size(child, path) for child in children_of(step))
+        return total + (tree_size(step, path) if isinstance(step, Use) else 0)
+
+    def tree_size(use: Use, path: tuple[str, ...]) -> int:
+        name = use.tree
+        if name in path:
+            chain = " > ".join((*path[path.index(name) :], name))
+            findings.error("E125", use.mark, f"the tree uses itself: {chain}")
+            return 0
+        if name not in order:
+            order.append(name)
+        if name not in sizes:
+            body = trees[name].root
+            sizes[name] = size(body, (*path, name)) if body else 0
+        return sizes[name]
+
+    total = sum(size(root, ()) for root in roots)
+    if total > MAX_STEPS:
+        sentence = f"{total} nodes once all trees are put in; at most {MAX_STEPS}"
+        findings.error("E126", roots[0].mark, sentence)
+    for name, tree in trees.items():
+        if name not in sizes and tree.root:
+            size(tree.root, (name,))
+    return order
+
+
+class OrderCheck:
+    """Walks the tree in the order of its first tick and reports keys that cannot have a value.
+
+    `written` grows along the way with what may have been written. A key that some expression asked
+    `is set` of counts as looked after from there on.
+    """
+
+    def __init__(self, trees: Mapping[str, Tree], findings: Findings) -> None:
+        self.trees, self.findings = trees, findings
+
+    def mission(self, root: Step, events: Sequence[Event]) -> None:
+        """The mission and its events, which may come at any time and read what any other writes."""
+        by_events: Written = {}
+        for event in events:
+            by_events.update(self.writes(event.step))
+        everything = {**by_events, **self.writes(root)}
+        self.step(root, by_events)
+        for event in events:
+            written = dict(everything)
+            self.expression(event.when, event.mark, written)
+            self.value(event.hold, event.mark, written)
+            self.step(event.step, written)
+
+    def step(self, step: Step, written: Written) -> None:
+        """One step with its modifiers."""
+        modifiers = step.modifiers
+        for condition in (modifiers.when, modifiers.while_):
+            self.expression(condition, step.mark, written)
+        attempts = modifiers.retry.attempts if modifiers.retry else None
+        for value in (modifiers.repeat, modifiers.timeout, modifiers.every, attempts):
+            self.value(value, step.mark, written)
+        self.body(step, written)
+        if modifiers.recover:
+            self.expression(modifiers.recover.unless, step.mark, written)
+            for recovery in modifiers.recover.recoveries:
+                self.step(recovery, written)
+
+    def body(self, step: Step, written: Written) -> None:
+        """One step without its modifiers."""
+        if isinstance(step, Leaf):
+            for value in step.ports.values():
+                self.value(value, step.mark, written)
+            written.update(dict.fromkeys(step.outputs.values()))
+        elif isinstance(step, Use):
+            self.use(step, written)
+        elif isinstance(step, ForEach):
+            self.value(step.items, step.mark, written)
+            if isinstance(step, FollowWaypoints):
+                written.update(dict.fromkeys(step.outputs.values()))
+            self.step(step.child, written)
+        elif isinstance(step, Composite):
+            self.composite(step, written)
+
+    def composite(self, step: Composite, written: Written) -> None:
+        """Children in turn; in a parallel each may read what any other writes."""
+        if step.kind == "parallel":
+            for child in step.children:
+                written.update(self.writes(child))
+        for child in step.children:
+            self.step(child, written)
+
+    def use(self, step: Use, written: Written) -> None:
+        """A tree, as if it stood here: its `out` are the keys they are bound to."""
+        for value in step.inputs.values():
+            self.value(value, step.mark, written)
+        tree = self.trees[step.tree]
+        inside = dict(written)
+        for name, symbol in tree.outputs.items():
+            target = step.outputs.get(name)
+            inside.pop(symbol, None)
+            if target is not None and _has_value(target, written):
+                inside[symbol] = None
+        if tree.root:
+            self.step(tree.root, inside)
+        for name, symbol in tree.outputs.items():
+            if inside.pop(symbol, symbol) is None and name in step.outputs:
+                inside[step.outputs[name]] = None
+        written.update(inside)
+
+    def writes(self, step: Step) -> Written:
+        """Every key that a step may write."""
+        found: Written = {}
+        if isinstance(step, Leaf | Use | FollowWaypoints):
+            found.update(dict.fromkeys(step.outputs.values()))
+        if isinstance(step, Leaf):
+            for value in step.ports.values():
+                if isinstance(value, AssignmentList):
+                    found.update((symbol, None) for symbol, _ in value.assignments)
+        root = self.trees[step.tree].root if isinstance(step, Use) else None
+        for child in (*children_of(step), *((root,) if root else ())):
+            found.update(self.writes(child))
+        return found
+
+    def value(self, value: Value | None, mark: Mark, written: Written) -> None:
+        """What a port reads, and what `set` writes."""
+        if isinstance(value, Reference):
+            self.read(value.symbol, mark, written)
+        elif isinstance(value, ListValue):
+            for item in value.items:
+                self.value(item, mark, written)
+        elif isinstance(value, ExpressionValue):
+            self.expression(value.expression, mark, written)
+        elif isinstance(value, Template):
+            for expression in value.expressions:
+                self.expression(expression, mark, written)
+        elif isinstance(value, AssignmentList):
+            for symbol, expression in value.assignments:
+                self.expression(expression, mark, written)
+                written[symbol] = None
+
+    def expression(
+        self, expression: CheckedExpression | None, mark: Mark, written: Written
+    ) -> None:
+        """What an expression reads; what it asks `is set` of needs no value."""
+        if expression is None:
+            return
+        written.update(dict.fromkeys(expression.tested.values()))
+        for symbol in expression.read.values():
+            self.read(symbol, mark, written)
+
+    def read(self, symbol: Symbol, mark: Mark, written: Written) -> None:
+        """One symbol being read."""
+        if not _has_value(symbol, written):
+            sentence = f"${symbol.name} is read here, but nothing can have written it before"
+            hint = "give it an initial value, or ask `is set` first"
+            self.findings.error("E143", mark, sentence, hint)
+
+
+def _has_value(symbol: Symbol, written: Written) -> bool:
+    if symbol.role is Role.KEY:
+        return symbol.value is not UNSET or symbol in written
+    return symbol.role is not Role.OUTPUT or symbol in written
+
+
+def moves(step: Step, trees: Mapping[str, Tree]) -> bool:
+    """Whether a step, with the trees it uses, may move the robot."""
+    if isinstance(step, Leaf):
+        return bool(getattr(step.behaviour.cls, "uses_wheels", False))
+    if isinstance(step, Use):
+        root = trees[step.tree].root
+        if root is not None and moves(root, trees):
+            return True
+    return any(moves(child, trees) for child in children_of(step))
+
+
+def warn_of_other_meaning(use: Use, tree: Tree, scope: Scope, findings: Findings) -> None:
+    """Report `in` and `out` that hide a name of the mission and mean something else here.
+
+    `dwell: $dwell` hands a name through; then both mean the same.
+    """
+    for symbol in (*tree.inputs.values(), *tree.outputs.values()):
+        hidden = scope.lookup(symbol.name)
+        given = use.inputs.get(symbol.name)
+        same = use.outputs.get(symbol.name) is hidden
+        if isinstance(given, Reference):
+            same = given.symbol is hidden
+        elif isinstance(given, Constant):
+            handed_on = hidden is not None and hidden.is_constant and hidden.value == given.value
+            same = given.text == f"${symbol.name}" or handed_on
+        if hidden is not None and not same:
+            sentence = f"the {symbol.role} {symbol.name!r} hides the {hidden.role}"
+            findings.warning("W101", symbol.mark, sentence, "use another name for it")

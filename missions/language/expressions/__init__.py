@@ -1,0 +1,1 @@
+"""Expressions and values: tokens, grammar, types, and the names in scope."""

@@ -1,0 +1,168 @@
+"""The grammar of expressions: precedence climbing (Pratt 1973), nothing is ever evaluated here.
+
+or < and < not < == != < <= > >= < is set < + - < * / < unary minus < .field
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from missions.language.expressions.robot_values import DISTANCE
+from missions.language.expressions.terms import (
+    Binary,
+    Distance,
+    Field,
+    IsSet,
+    Literal,
+    Named,
+    Reference,
+    Term,
+    Unary,
+)
+from missions.language.expressions.tokens import ExpressionError, Token, tokens
+from missions.language.expressions.value_types import BOOL, INT, TEXT, ValueType
+from stack.errors import ParameterError
+from stack.parameters import read_quantity, units
+
+MAX_DEPTH = 40
+_POWER = {
+    "or": 1, "and": 2, "==": 4, "!=": 4, "<": 4, "<=": 4, ">": 4, ">=": 4, "is": 5,
+    "+": 6, "-": 6, "*": 7, "/": 7, ".": 9,
+}  # fmt: skip
+_NOT, _COMPARISON, _IS, _MINUS = 3, 4, 5, 8
+_CONSTANTS = {"true": True, "false": False}
+
+
+def parse(source: str) -> Term:
+    """The term that an expression's text means.
+
+    Raises:
+        ExpressionError: with the offset at which the text stops being an expression.
+    """
+    parser = _Parser(tokens(source))
+    term = parser.expression(0)
+    rest = parser.next
+    if rest.kind != "end":
+        raise ExpressionError(rest.at, f"{rest.text!r} does not go on the expression", _glue(rest))
+    return term
+
+
+def _glue(token: Token) -> str:
+    if token.text == "set":
+        return "write `$key is set`"
+    if token.kind in ("name", "reference", "number", "text"):
+        return "an operator is missing before it"
+    return "a bracket too many" if token.text == ")" else ""
+
+
+class _Parser:
+    def __init__(self, words: list[Token]) -> None:
+        self.words, self.position, self.depth = words, 0, 0
+
+    @property
+    def next(self) -> Token:
+        return self.words[self.position]
+
+    def take(self) -> Token:
+        token = self.next
+        self.position += token.kind != "end"
+        return token
+
+    def expect(self, text: str, hint: str = "") -> Token:
+        token = self.take()
+        if token.text != text or token.kind == "text":
+            found = repr(token.text) if token.kind != "end" else "the end"
+            raise ExpressionError(token.at, f"expected {text!r}, got {found}", hint)
+        return token
+
+    def expression(self, power: int) -> Term:
+        self.depth += 1
+        if self.depth > MAX_DEPTH:
+            raise ExpressionError(self.next.at, f"nested more than {MAX_DEPTH} deep")
+        term = self.prefix()
+        while self.next.kind in ("operator", "name"):
+            strength = _POWER.get(self.next.text, 0)
+            if strength <= power:
+                break
+            term = self.infix(term, strength)
+            if strength == _COMPARISON and _POWER.get(self.next.text) == _COMPARISON:
+                raise ExpressionError(
+                    self.next.at, "comparisons do not chain", "join two comparisons with `and`"
+                )
+        self.depth -= 1
+        return term
+
+    def infix(self, left: Term, strength: int) -> Term:
+        token = self.take()
+        if token.text == "is":
+            return self.is_set(left)
+        if token.text == ".":
+            name = self.take()
+            if name.kind != "name":
+                raise ExpressionError(name.at, "a field's name follows the dot")
+            return Field(token.at, name.end, left, name.text)
+        return Binary(token.at, token.text, left, self.expression(strength))
+
+    def is_set(self, left: Term) -> Term:
+        negated = self.next.text == "not"
+        if negated:
+            self.take()
+        end = self.expect("set", "`is` goes with `set`: compare with ==")
+        if not isinstance(left, Reference):
+            raise ExpressionError(left.at, "`is set` follows a $name")
+        return IsSet(left.at, end.end, left.name, not negated)
+
+    def prefix(self) -> Term:
+        token = self.take()
+        if token.kind == "name":
+            return self.word(token)
+        if token.kind == "number":
+            return Literal(token.at, *_number(token))
+        if token.kind == "text":
+            return Literal(token.at, token.text, TEXT)
+        if token.kind == "reference":
+            return Reference(token.at, token.end, token.text)
+        if token.text == "-":
+            return Unary(token.at, "-", self.expression(_MINUS))
+        if token.text == "(":
+            inner = self.expression(0)
+            self.expect(")")
+            return inner
+        found = repr(token.text) if token.kind == "operator" else "the end"
+        raise ExpressionError(token.at, f"expected a value, got {found}")
+
+    def word(self, token: Token) -> Term:
+        if token.text == "not":
+            return Unary(token.at, "not", self.expression(_NOT))
+        if token.text in _CONSTANTS:
+            return Literal(token.at, _CONSTANTS[token.text], BOOL)
+        if token.text in _POWER:
+            raise ExpressionError(token.at, f"expected a value, got {token.text!r}")
+        if self.next.text == "(" and self.next.kind == "operator":
+            return self.call(token)
+        return Named(token.at, token.end, token.text)
+
+    def call(self, token: Token) -> Term:
+        if token.text != DISTANCE:
+            raise ExpressionError(
+                token.at, f"there is no function {token.text!r}", f"there is: {DISTANCE}($place)"
+            )
+        self.take()
+        target = self.expression(0)
+        return Distance(token.at, self.expect(")").end, target)
+
+
+def _number(token: Token) -> tuple[Any, ValueType]:
+    if not token.unit:
+        if token.text.isdigit():
+            return int(token.text[:18]), INT
+        return _quantity(token, token.text, ""), ValueType(float)
+    dimension = units()[token.unit][0]
+    return _quantity(token, f"{token.text} {token.unit}", dimension), ValueType(float, dimension)
+
+
+def _quantity(token: Token, text: str, unit: str) -> float:
+    try:
+        return read_quantity(text, unit)
+    except ParameterError as error:
+        raise ExpressionError(token.at, error.sentence, error.hint) from None

@@ -1,0 +1,86 @@
+"""What `$name` means where: loop variables, a tree's in and out, places, blackboard, arguments."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any
+
+from missions.language.expressions.value_types import ValueType
+from stack.documents import Mark
+
+
+class Role(StrEnum):
+    """What kind of name a name is."""
+
+    PLACE = "place"
+    ARGUMENT = "argument"
+    KEY = "blackboard key"
+    VARIABLE = "loop variable"
+    INPUT = "`in` of the tree"
+    OUTPUT = "`out` of the tree"
+
+
+class _Unset:
+    """Stands for the value of a key that nothing has written."""
+
+    def __repr__(self) -> str:
+        return "not set"
+
+
+UNSET: Any = _Unset()
+"""The value of a key that nothing has written yet."""
+
+
+class NotSet(LookupError):
+    """A blackboard key is read that nothing has written yet."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Symbol:
+    """One declared name. Two symbols are the same only if they are one declaration.
+
+    Attributes:
+        value: of a place or argument what it stands for; of a key its initial value, or UNSET.
+    """
+
+    name: str
+    role: Role
+    type: ValueType
+    mark: Mark
+    value: Any = UNSET
+
+    @property
+    def is_constant(self) -> bool:
+        """Whether its value is known before the mission runs."""
+        return self.role in (Role.PLACE, Role.ARGUMENT)
+
+    @property
+    def is_writable(self) -> bool:
+        """Whether a node may write it."""
+        return self.role in (Role.KEY, Role.OUTPUT)
+
+
+@dataclass(frozen=True, slots=True)
+class Scope:
+    """Layers of names, innermost first."""
+
+    layers: tuple[Mapping[str, Symbol], ...]
+
+    def lookup(self, name: str) -> Symbol | None:
+        """What a name means here."""
+        return next((layer[name] for layer in self.layers if name in layer), None)
+
+    def inside(self, layer: Mapping[str, Symbol]) -> Scope:
+        """The scope with one more layer in front."""
+        return Scope((layer, *self.layers))
+
+    def names(self) -> list[str]:
+        """Every name known here, for suggestions."""
+        return [name for layer in self.layers for name in layer]
+
+    def symbols(self) -> Iterator[Symbol]:
+        """Every symbol, innermost layer first, hidden ones too."""
+        for layer in self.layers:
+            yield from layer.values()

@@ -1,0 +1,355 @@
+"""The parts of an expression: each knows its type, and how to become a function of no arguments."""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+from missions.language.expressions.robot_values import DISTANCE, ROBOT_VALUES, EvaluationContext
+from missions.language.expressions.scope import NotSet, Scope, Symbol
+from missions.language.expressions.tokens import ExpressionError
+from missions.language.expressions.value_types import ANYTHING, BOOL, INT, POSE, TEXT, ValueType
+from stack.parameters import suggestion
+from stack.types import FailureCode, Pose2D
+
+Evaluate = Callable[[], Any]
+
+
+class Names(Protocol):
+    """What the names of one expression stand for in a running tree."""
+
+    @property
+    def sight(self) -> EvaluationContext:
+        """The robot, and the failure being dealt with."""
+        ...
+
+    def reader(self, name: str) -> Evaluate:
+        """A function that reads the value of `$name`; it raises NotSet when there is none."""
+        ...
+
+    def attempt(self) -> int:
+        """The attempt under way in the nearest retry or recover."""
+        ...
+
+
+@dataclass
+class Check:
+    """One expression being checked: what it may use, what it reads and what is wrong with it."""
+
+    scope: Scope
+    knows_error: bool = False
+    knows_attempt: bool = False
+    read: dict[str, Symbol] = field(default_factory=dict)
+    tested: dict[str, Symbol] = field(default_factory=dict)
+    problems: list[ExpressionError] = field(default_factory=list)
+
+    def problem(self, code: str, at: int, sentence: str, hint: str = "") -> ValueType:
+        """Note what is wrong and go on as if anything fitted."""
+        self.problems.append(ExpressionError(at, sentence, hint, code))
+        return ANYTHING
+
+    def symbol(self, name: str, at: int) -> Symbol | None:
+        """The symbol of a `$name`; notes when there is none."""
+        found = self.scope.lookup(name)
+        if found is None:
+            self.problem("E140", at, f"there is no ${name}", suggestion(name, self.scope.names()))
+        return found
+
+
+class Term(Protocol):
+    """A part of an expression."""
+
+    @property
+    def at(self) -> int:
+        """Offset in the source."""
+        ...
+
+    def check(self, check: Check) -> ValueType:
+        """Its type; notes in `check` what is wrong."""
+        ...
+
+    def bind(self, names: Names) -> Evaluate:
+        """A function that gives its value."""
+        ...
+
+    def named(self) -> Iterator[tuple[int, Term]]:
+        """Terms whose values an explanation shows, each with the offset behind it."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Literal:
+    """A number, a text, true, false or a failure code."""
+
+    at: int
+    value: Any
+    type: ValueType
+
+    def check(self, check: Check) -> ValueType:
+        return self.type
+
+    def bind(self, names: Names) -> Evaluate:
+        value = self.value
+        return lambda: value
+
+    def named(self) -> Iterator[tuple[int, Term]]:
+        return iter(())
+
+
+@dataclass(frozen=True, slots=True)
+class Reference:
+    """`$name`."""
+
+    at: int
+    end: int
+    name: str
+
+    def check(self, check: Check) -> ValueType:
+        symbol = check.symbol(self.name, self.at)
+        if symbol is None:
+            return ANYTHING
+        check.read[self.name] = symbol
+        return symbol.type
+
+    def bind(self, names: Names) -> Evaluate:
+        return names.reader(self.name)
+
+    def named(self) -> Iterator[tuple[int, Term]]:
+        yield self.end, self
+
+
+@dataclass(frozen=True, slots=True)
+class Named:
+    """A value of the robot: `battery.charge`, or a failure code in capitals."""
+
+    at: int
+    end: int
+    name: str
+
+    def check(self, check: Check) -> ValueType:
+        if self.name in FailureCode.__members__:
+            return TEXT
+        found = ROBOT_VALUES.get(self.name)
+        if found is None:
+            return check.problem(
+                "E151", self.at, f"there is no value {self.name!r}", self._hint(check)
+            )
+        if self.name == "error" and not check.knows_error:
+            check.problem(
+                "E154", self.at, "`error` is not known here",
+                "it is in `unless`, in recoveries and in the later children of a fallback",
+            )  # fmt: skip
+        if self.name == "attempt" and not check.knows_attempt:
+            check.problem(
+                "E154", self.at, "`attempt` is not known here",
+                "it is in what a retry or recover runs, and in `unless`",
+            )  # fmt: skip
+        return found.type
+
+    def _hint(self, check: Check) -> str:
+        if check.scope.lookup(self.name):
+            return f"write ${self.name}"
+        if self.name.isupper():
+            return suggestion(self.name, FailureCode.__members__) + "; others stand in quotes"
+        if self.name == DISTANCE:
+            return f"write {DISTANCE}($place)"
+        return suggestion(self.name, ROBOT_VALUES)
+
+    def bind(self, names: Names) -> Evaluate:
+        if self.name in FailureCode.__members__:
+            code = str(FailureCode[self.name])
+            return lambda: code
+        if self.name == "attempt":
+            return names.attempt
+        read, sight = ROBOT_VALUES[self.name].read, names.sight
+        return lambda: read(sight)
+
+    def named(self) -> Iterator[tuple[int, Term]]:
+        if self.name not in FailureCode.__members__:
+            yield self.end, self
+
+
+@dataclass(frozen=True, slots=True)
+class Distance:
+    """`pose.distance_to(...)`."""
+
+    at: int
+    end: int
+    target: Term
+
+    def check(self, check: Check) -> ValueType:
+        found = self.target.check(check)
+        if not POSE.accepts(found):
+            check.problem("E152", self.target.at, f"{DISTANCE} takes a Pose, got {found}")
+        return ValueType(float, "m")
+
+    def bind(self, names: Names) -> Evaluate:
+        target, sight = self.target.bind(names), names.sight
+        return lambda: sight.robot.pose.distance_to(target())
+
+    def named(self) -> Iterator[tuple[int, Term]]:
+        yield self.end, self
+
+
+_FIELDS = {
+    "x": ValueType(float, "m"),
+    "y": ValueType(float, "m"),
+    "heading": ValueType(float, "rad"),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """`$pose.x`, `.y` or `.heading`."""
+
+    at: int
+    end: int
+    target: Term
+    name: str
+
+    def check(self, check: Check) -> ValueType:
+        found = self.target.check(check)
+        if self.name not in _FIELDS or not POSE.accepts(found):
+            return check.problem(
+                "E152", self.at, f"{found} has no {self.name!r}", "a Pose has x, y and heading"
+            )
+        return _FIELDS[self.name]
+
+    def bind(self, names: Names) -> Evaluate:
+        target, read = self.target.bind(names), operator.attrgetter(self.name)
+        return lambda: read(target())
+
+    def named(self) -> Iterator[tuple[int, Term]]:
+        yield self.end, self
+
+
+@dataclass(frozen=True, slots=True)
+class IsSet:
+    """`$key is set`, `$key is not set`."""
+
+    at: int
+    end: int
+    name: str
+    wanted: bool
+
+    def check(self, check: Check) -> ValueType:
+        symbol = check.symbol(self.name, self.at)
+        if symbol is not None:
+            check.tested[self.name] = symbol
+        return BOOL
+
+    def bind(self, names: Names) -> Evaluate:
+        read, wanted = names.reader(self.name), self.wanted
+
+        def evaluate() -> bool:
+            try:
+                read()
+            except NotSet:
+                return not wanted
+            return wanted
+
+        return evaluate
+
+    def named(self) -> Iterator[tuple[int, Term]]:
+        yield self.end, Reference(self.at, self.end, self.name)
+
+
+@dataclass(frozen=True, slots=True)
+class Unary:
+    """`not a` or `-a`."""
+
+    at: int
+    word: str
+    operand: Term
+
+    def check(self, check: Check) -> ValueType:
+        found = self.operand.check(check)
+        if self.word == "not":
+            return _require_bool(check, self.operand, found, "not")
+        if not found.is_number:
+            return check.problem("E152", self.operand.at, f"`-` takes a number, got {found}")
+        return found
+
+    def bind(self, names: Names) -> Evaluate:
+        value = self.operand.bind(names)
+        return (lambda: not value()) if self.word == "not" else (lambda: -value())
+
+    def named(self) -> Iterator[tuple[int, Term]]:
+        return self.operand.named()
+
+
+_FUNCTIONS: dict[str, Callable[[Any, Any], Any]] = {
+    "==": operator.eq, "!=": operator.ne, "<": operator.lt, "<=": operator.le, ">": operator.gt,
+    ">=": operator.ge, "+": operator.add, "-": operator.sub, "*": operator.mul,
+    "/": operator.truediv,
+}  # fmt: skip
+_LOGIC, _EQUALITY, _ORDER = ("and", "or"), ("==", "!="), ("<", "<=", ">", ">=")
+
+
+@dataclass(frozen=True, slots=True)
+class Binary:
+    """`a < b`, `a and b`, `a + b`…"""
+
+    at: int
+    word: str
+    left: Term
+    right: Term
+
+    def check(self, check: Check) -> ValueType:
+        left, right = self.left.check(check), self.right.check(check)
+        if self.word in _LOGIC:
+            _require_bool(check, self.left, left, self.word)
+            return _require_bool(check, self.right, right, self.word)
+        if self.word in _EQUALITY:
+            if not (left.accepts(right) or right.accepts(left)):
+                check.problem("E152", self.at, f"cannot compare {left} with {right}")
+            return BOOL
+        for term, found in ((self.left, left), (self.right, right)):
+            if not found.is_number:
+                sentence = f"`{self.word}` takes numbers, got {found}"
+                return check.problem("E152", term.at, sentence)
+        if self.word not in ("*", "/") and not left.agrees_on_unit(right):
+            verb = "compare" if self.word in _ORDER else "add"
+            check.problem("E152", self.at, f"cannot {verb} {left} and {right}")
+        return BOOL if self.word in _ORDER else self._number(left, right)
+
+    def _number(self, left: ValueType, right: ValueType) -> ValueType:
+        if left.of is int and right.of is int and self.word != "/":
+            return INT
+        if self.word in ("*", "/") and left.unit and right.unit:
+            return ValueType(float)
+        return ValueType(float, left.unit or ("" if self.word == "/" else right.unit))
+
+    def bind(self, names: Names) -> Evaluate:
+        left, right = self.left.bind(names), self.right.bind(names)
+        if self.word == "and":
+            return lambda: left() and right()
+        if self.word == "or":
+            return lambda: left() or right()
+        apply = _FUNCTIONS[self.word]
+        return lambda: apply(left(), right())
+
+    def named(self) -> Iterator[tuple[int, Term]]:
+        yield from self.left.named()
+        yield from self.right.named()
+
+
+def shown(value: Any) -> str:
+    """A value in few words for people."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, float):
+        return f"{value:.3g}" if abs(value) < 1000 else f"{value:.0f}"
+    if isinstance(value, Pose2D):
+        return f"[{value.x:.2f}, {value.y:.2f}, {value.heading * 57.29577951308232:.0f} deg]"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(shown(item) for item in value)}]"
+    return str(value)
+
+
+def _require_bool(check: Check, term: Term, found: ValueType, word: str) -> ValueType:
+    if not BOOL.accepts(found):
+        check.problem("E152", term.at, f"`{word}` takes true or false, got {found}")
+    return BOOL

@@ -1,0 +1,96 @@
+"""Texts with values in them: `say: visited ${visited} of 3, ${battery.charge} left`.
+
+Between `${` and `}` stands a name, or an expression as in a condition. `$${` is a plain `${`.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from math import degrees
+from typing import Any
+
+from missions.language.expressions.scope import Scope
+from missions.language.expressions.terms import shown
+from missions.language.expressions.tokens import ExpressionError
+from missions.language.expressions.value_types import ValueType
+
+OPEN, ESCAPED = "${", "$${"
+_NAME = re.compile(r"[A-Za-z_]\w*")
+
+
+@dataclass(frozen=True, slots=True)
+class Piece:
+    """A part of a text: plain words, or the source of an expression and where it stands in it."""
+
+    text: str
+    at: int = 0
+    is_expression: bool = False
+
+
+def is_filled_in(text: str) -> bool:
+    """Whether values stand in a text, or an escaped `${`."""
+    return OPEN in text
+
+
+def pieces(text: str) -> Iterator[Piece]:
+    """The parts of a text in order; empty plain ones are left out.
+
+    Raises:
+        ExpressionError: a `${` is not closed.
+    """
+    plain, at = "", 0
+    while (start := text.find(OPEN, at)) >= 0:
+        if text[start - 1 : start + 2] == ESCAPED and start > at:
+            plain += text[at : start - 1] + OPEN
+            at = start + len(OPEN)
+            continue
+        if plain + text[at:start]:
+            yield Piece(plain + text[at:start])
+        end = _closing(text, start + len(OPEN))
+        if end < 0:
+            raise ExpressionError(start, "`${` is not closed", "write `}`; a plain `${` is `$${`")
+        yield Piece(text[start + len(OPEN) : end], start + len(OPEN), is_expression=True)
+        plain, at = "", end + 1
+    if plain + text[at:]:
+        yield Piece(plain + text[at:])
+
+
+def _closing(text: str, at: int) -> int:
+    """Where the `}` stands that is not inside quotes of the expression."""
+    quote = ""
+    for place in range(at, len(text)):
+        sign = text[place]
+        if quote:
+            quote = "" if sign == quote else quote
+        elif sign in "'\"":
+            quote = sign
+        elif sign == "}":
+            return place
+    return -1
+
+
+def source_of(piece: Piece, scope: Scope) -> tuple[str, int]:
+    """The expression of a piece, and by how much it was moved: a name alone may go without $."""
+    word = piece.text.strip()
+    if _NAME.fullmatch(word) and scope.lookup(word) is not None:
+        return f"${word}", len(piece.text) - len(piece.text.lstrip()) - 1
+    return piece.text, 0
+
+
+def formatter(kind: ValueType, describe: Callable[[Any], str]) -> Callable[[Any], str]:
+    """How a value of a type reads in a text: with its unit, numbers with three digits.
+
+    Args:
+        kind: the type of the expression.
+        describe: for what has no unit: places by name, poses, lists.
+    """
+    unit = kind.unit
+
+    def with_unit(value: Any) -> str:
+        if unit in ("rad", "rad/s"):
+            return f"{shown(degrees(value))} {unit.replace('rad', 'deg')}"
+        return f"{shown(float(value))} {unit}"
+
+    return with_unit if unit else describe

@@ -1,0 +1,315 @@
+"""`tests`: reads the cases of a mission file, checked against the mission."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from math import inf
+from typing import Any
+
+from missions.language.analysis.data_flow import children_of
+from missions.language.case_model import (
+    FAILURE,
+    RUNNING,
+    SUCCESS,
+    Case,
+    Change,
+    Expectation,
+    Mock,
+)
+from missions.language.expressions.expression import Surroundings
+from missions.language.expressions.robot_values import ROBOT_VALUES
+from missions.language.expressions.scope import Scope
+from missions.language.expressions.value_types import type_of
+from missions.language.model import Constant, Event, Leaf, Step, Tree, Use
+from missions.language.reading.declarations import Layer
+from missions.language.reading.values import ValueReader
+from stack.documents import Findings, Node
+from stack.errors import ParameterError
+from stack.parameters import Declaration, suggestion
+from stack.types import FailureCode
+
+CASE_KEYS: dict[str, str] = {
+    "name": "what is tested, in a sentence",
+    "arguments": "values for the mission's arguments",
+    "mock": "name of a behaviour, tree or node -> what it does instead: `{returns, takes, sets}`, "
+    "or `real`",
+    "at": "time -> what happens then: `battery.charge: 0.1`, `$key: value`, `event: name`",
+    "expect": "what must come out",
+}
+EXPECT_KEYS: dict[str, str] = {
+    "status": "success, failure, or running (when time is up)",
+    "failure": "code of the first cause",
+    "ran": "name -> number of starts, or `[least, most]`",
+    "order": "names in the order in which they start, others in between",
+    "within": "time in which the mission ends; or name -> longest run",
+    "$key": "value of a blackboard key at the end; the $ may be left out",
+}
+_FIXED = ("time", "error", "attempt")
+_MOMENT = Declaration("at", float, unit="s", at_least=0.0)
+_TAKES = Declaration("takes", float, unit="s", at_least=0.0)
+_WITHIN = Declaration("within", float, unit="s", above=0.0)
+_COUNT = Declaration("ran", int, at_least=0)
+
+
+@dataclass(frozen=True)
+class Known:
+    """What cases may speak of."""
+
+    arguments: Mapping[str, Declaration]
+    places: Layer
+    keys: Layer
+    events: tuple[Event, ...]
+    trees: Mapping[str, Tree]
+    roots: tuple[Step, ...]
+
+
+class CaseReader:
+    """Reads the section `tests`."""
+
+    def __init__(self, known: Known, findings: Findings) -> None:
+        self.known, self.findings = known, findings
+        self.around = Surroundings(Scope((known.places,)))
+        self.outputs = _outputs_by_name(known)
+        self.names = [*self.outputs, *_other_names(known)]
+
+    def cases(self, node: Node | None) -> tuple[Case, ...]:
+        """The cases; everything wrong with them is reported."""
+        if node is None or (node.kind == "scalar" and node.value is None):
+            return ()
+        if not node.is_sequence:
+            self._wrong(node, f"tests is a list of cases, got {node.words()}")
+        return tuple(self._case(number, item) for number, item in enumerate(node.items, 1))
+
+    def _case(self, number: int, node: Node) -> Case:
+        self._only(node, CASE_KEYS, "a case")
+        title = node.get("name")
+        name = str(title.value) if title is not None else f"case {number}"
+        return Case(
+            name, node.mark, self._arguments(node.get("arguments")), self._mocks(node.get("mock")),
+            tuple(self._changes(node.get("at"))), self._expect(node.get("expect")),
+        )  # fmt: skip
+
+    def _arguments(self, node: Node | None) -> dict[str, Node]:
+        found = {}
+        for key, value in self._entries(node, "arguments"):
+            declared = self.known.arguments.get(str(key.value))
+            if declared is None:
+                self._unknown(key, "argument", self.known.arguments)
+                continue
+            self._value(declared, value)
+            found[declared.name] = value
+        return found
+
+    # Mocks
+
+    def _mocks(self, node: Node | None) -> dict[str, Mock]:
+        found = {}
+        for key, value in self._entries(node, "mock"):
+            name = str(key.value)
+            if name not in self.outputs:
+                self._unknown(key, "behaviour, tree or named leaf", self.outputs)
+                continue
+            found[name] = self._mock(value, self.outputs[name])
+        return found
+
+    def _mock(self, node: Node, outputs: Mapping[str, Declaration]) -> Mock:
+        if node.value == "real":
+            return Mock(is_real=True)
+        if not node.is_mapping:
+            return Mock(returns=self._outcomes(node))
+        self._only(node, ("returns", "takes", "sets"), "a mock")
+        returns, takes = node.get("returns"), node.get("takes")
+        sets = {}
+        for key, value in self._entries(node.get("sets"), "sets"):
+            if str(key.value) not in outputs:
+                self._unknown(key, "output", outputs)
+            else:
+                sets[str(key.value)] = self._value(outputs[str(key.value)], value)
+        times = [self._value(_TAKES, item) for item in _items(takes)]
+        return Mock(
+            self._outcomes(returns) if returns else (SUCCESS,),
+            tuple(time or 0.0 for time in times) or (0.0,), sets,
+        )  # fmt: skip
+
+    def _outcomes(self, node: Node) -> tuple[str, ...]:
+        words = (SUCCESS, FAILURE, RUNNING, *FailureCode.__members__)
+        for item in _items(node):
+            if not isinstance(item.value, str) or not (item.value in words or item.value.isupper()):
+                hint = suggestion(str(item.value), words)
+                self._wrong(item, f"an outcome is wanted, got {item.words()}", hint)
+        return tuple(str(item.value) for item in _items(node)) or (SUCCESS,)
+
+    # Moments
+
+    def _changes(self, node: Node | None) -> list[Change]:
+        changes = []
+        for key, happens in self._entries(node, "at"):
+            moment = self._value(_MOMENT, key) or 0.0
+            for name, value in self._entries(happens, "what happens"):
+                changes += self._change(moment, name, value)
+        return sorted(changes, key=lambda change: change.at)
+
+    def _change(self, at: float, key: Node, node: Node) -> list[Change]:
+        name = str(key.value)
+        if name == "event":
+            names = [event.name for event in self.known.events]
+            if node.value not in names:
+                self._unknown(node, "event", names)
+            return [Change(at, "event", str(node.value))]
+        if name.startswith("$"):
+            symbol = self.known.keys.get(name[1:])
+            if symbol is None:
+                self._unknown(key, "key", [f"${one}" for one in self.known.keys])
+                return []
+            value = self._value(symbol.type.declaration(symbol.name), node)
+            return [Change(at, "key", symbol.name, value)]
+        values = {one: item for one, item in ROBOT_VALUES.items() if one not in _FIXED}
+        if name not in values:
+            self._unknown(key, "value of the robot", values)
+            return []
+        known = values[name]
+        limits = {
+            "at_least": known.least if known.least > -inf else None,
+            "at_most": known.most if known.most < inf else None,
+        }
+        return [
+            Change(at, "value", name, self._value(known.type.declaration(name, **limits), node))
+        ]
+
+    # Expectations
+
+    def _expect(self, node: Node | None) -> Expectation:
+        if node is None:
+            return Expectation(status=SUCCESS)
+        found: dict[str, Any] = {"keys": {}, "ran": {}, "within_each": {}, "marks": {}}
+        for key, value in self._entries(node, "expect"):
+            word = str(key.value)
+            found["marks"][word] = value.mark
+            if word in ("status", "failure"):
+                found[word] = self._word(word, value)
+            elif word == "ran":
+                self._ran(value, found)
+            elif word == "order":
+                found["order"] = tuple(self._name(item) for item in _items(value))
+            elif word == "within":
+                self._within(value, found)
+            else:
+                self._key(key, value, found)
+        return Expectation(**found)
+
+    def _word(self, word: str, node: Node) -> str:
+        words: tuple[str, ...] = (SUCCESS, FAILURE, RUNNING)
+        if word == "failure":
+            words = tuple(FailureCode.__members__)
+            if isinstance(node.value, str) and node.value.isupper():
+                return node.value
+        if node.value not in words:
+            hint = suggestion(str(node.value), words)
+            self._wrong(node, f"{word} cannot be {node.words()}", hint)
+        return str(node.value)
+
+    def _key(self, key: Node, node: Node, found: dict[str, Any]) -> None:
+        name = str(key.value).removeprefix("$")
+        symbol = self.known.keys.get(name)
+        if symbol is None:
+            self._unknown(key, "expectation", [*EXPECT_KEYS, *self.known.keys])
+            return
+        found["marks"][f"${name}"] = node.mark
+        value = None
+        if node.value is not None:
+            value = self._value(symbol.type.declaration(name), node)
+        found["keys"][name] = value
+
+    def _ran(self, node: Node, found: dict[str, Any]) -> None:
+        for key, value in self._entries(node, "ran"):
+            counts = [self._value(_COUNT, item) or 0 for item in _items(value)]
+            if len(counts) not in (1, 2):
+                self._wrong(value, f"a number or [least, most] is wanted, got {value.words()}")
+                continue
+            name = self._name(key)
+            found["ran"][name] = (counts[0], counts[-1])
+            found["marks"][f"ran {name}"] = value.mark
+
+    def _within(self, node: Node, found: dict[str, Any]) -> None:
+        if not node.is_mapping:
+            found["within"] = self._value(_WITHIN, node)
+            return
+        for key, value in node.entries:
+            name = self._name(key)
+            found["within_each"][name] = self._value(_WITHIN, value) or inf
+            found["marks"][f"within {name}"] = value.mark
+
+    # What is wrong
+
+    def _name(self, node: Node) -> str:
+        if str(node.value) not in self.names:
+            self._unknown(node, "node, behaviour, tree or event", self.names)
+        return str(node.value)
+
+    def _value(self, declared: Declaration, node: Node) -> Any:
+        try:
+            if node.kind == "scalar" and type_of(declared).of is float:
+                return declared.read(node.plain())
+        except ParameterError as error:
+            self._wrong(node, str(error), error.hint)
+            return None
+        found = Findings()
+        value = ValueReader(found).value(declared, node, self.around)
+        for item in found.items:
+            self.findings.error("E115", item.mark, item.sentence, item.hint)
+        return value.value if isinstance(value, Constant) else None
+
+    def _entries(self, node: Node | None, what: str) -> list[tuple[Node, Node]]:
+        if node is not None and not node.is_mapping and node.value is not None:
+            self._wrong(node, f"{what}: a mapping is wanted, got {node.words()}")
+        return node.entries if node is not None else []
+
+    def _only(self, node: Node, known: Iterable[str], what: str) -> None:
+        if not node.is_mapping:
+            self._wrong(node, f"{what} is a mapping, got {node.words()}")
+        for key, _ in node.entries:
+            if key.value not in known:
+                hint = suggestion(str(key.value), known)
+                self._wrong(key, f"{what} has no {key.value!r}", hint)
+
+    def _unknown(self, node: Node, what: str, known: Iterable[str]) -> None:
+        self._wrong(node, f"there is no {what} {node.value!r}", suggestion(str(node.value), known))
+
+    def _wrong(self, node: Node, sentence: str, hint: str = "") -> None:
+        self.findings.error("E115", node.mark, sentence, hint)
+
+
+def _items(node: Node | None) -> list[Node]:
+    if node is None:
+        return []
+    return node.items if node.is_sequence else [node]
+
+
+def _steps(roots: Iterable[Step]) -> Iterable[Step]:
+    for step in roots:
+        yield step
+        yield from _steps(children_of(step))
+
+
+def _outputs_by_name(known: Known) -> dict[str, dict[str, Declaration]]:
+    """What can be mocked, by every name it has -> its outputs."""
+    found: dict[str, dict[str, Declaration]] = {}
+    for step in _steps(known.roots):
+        outputs: dict[str, Declaration] = {}
+        if isinstance(step, Leaf):
+            outputs = dict(step.behaviour.outputs)
+        elif isinstance(step, Use):
+            tree = known.trees[step.tree]
+            outputs = {name: symbol.type.declaration(name) for name, symbol in tree.outputs.items()}
+        else:
+            continue
+        for name in (step.name, step.tree if isinstance(step, Use) else step.kind):
+            if name:
+                found.setdefault(name, {}).update(outputs)
+    return found
+
+
+def _other_names(known: Known) -> list[str]:
+    named = [step.name for step in _steps(known.roots) if step.name]
+    return [*named, *(event.name for event in known.events)]

@@ -1,0 +1,232 @@
+"""What a mission declares: places, arguments, blackboard keys, and `in` and `out` of trees."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+from missions.language.expressions.expression import Surroundings
+from missions.language.expressions.scope import UNSET, Role, Scope, Symbol
+from missions.language.expressions.value_types import (
+    ANYTHING,
+    NUMBER,
+    POSE,
+    ValueType,
+    named_type,
+    type_of,
+)
+from missions.language.model import Constant, Tree
+from missions.language.reading.values import IDENTIFIER, ValueReader
+from stack.documents import Findings, Mark, Node, Section, read_text
+from stack.errors import InputError, ParameterError
+from stack.parameters import Declaration, suggestion, units
+from stack.types import Pose2D
+
+Layer = dict[str, Symbol]
+Overrides = Mapping[str, str | Node]
+"""Values of arguments: texts come from `--set`, nodes from a case under `tests`."""
+
+KEY_KEYS = ("type", "unit", "initial", "optional", "doc")
+ARGUMENT_KEYS = ("type", "unit", "default", "range", "one_of", "doc")
+INPUT_KEYS = ("type", "unit", "default", "doc")
+TREE_KEYS = ("in", "out", "do", "doc")
+
+
+class DeclarationReader:
+    """Reads the declaring sections of one file.
+
+    Attributes:
+        declared: the mission's arguments, once they have been read.
+    """
+
+    def __init__(self, values: ValueReader) -> None:
+        self.values, self.findings = values, values.findings
+        self.declared: dict[str, Declaration] = {}
+
+    def places(self, node: Node | None, world: Mapping[str, Pose2D], where: Mark) -> Layer:
+        """Places by name: the world's, and the mission's own in front of them."""
+        layer = {name: Symbol(name, Role.PLACE, POSE, where, pose) for name, pose in world.items()}
+        for key, entry in self._entries(node, "places"):
+            name = str(key.value)
+            try:
+                pose = Declaration(name, Pose2D).read(entry.plain())
+            except ParameterError as error:
+                self.findings.error("E106", entry.mark, str(error), error.hint)
+                pose = Pose2D(0.0, 0.0)
+            layer[name] = Symbol(name, Role.PLACE, POSE, key.mark, pose)
+        return layer
+
+    def blackboard(self, node: Node | None, scope: Scope) -> Layer:
+        """Blackboard keys: `visited: {type: int, initial: 0}`."""
+        layer: Layer = {}
+        for key, entry in self._entries(node, "blackboard"):
+            section = Section(entry, self.findings, f"the key {key.value!r}", "E101", KEY_KEYS)
+            kind = self._type(section)
+            initial = section.node_of("initial")
+            section.value(Declaration("optional", bool, default=False))
+            section.value(Declaration("doc", str, default=""))
+            section.done()
+            value = UNSET
+            if initial is not None:
+                value = self._literal(kind.declaration(str(key.value)), initial, scope)
+            layer[str(key.value)] = Symbol(str(key.value), Role.KEY, kind, key.mark, value)
+        return layer
+
+    def arguments(self, node: Node | None, scope: Scope, overrides: Overrides) -> Layer:
+        """Arguments with the values in force: `dwell: {type: duration, default: 3 s}`."""
+        layer: Layer = {}
+        for key, entry in self._entries(node, "arguments"):
+            name = str(key.value)
+            section = Section(entry, self.findings, f"the argument {name!r}", "E101", ARGUMENT_KEYS)
+            declared = self.declared[name] = self._argument(name, section)
+            default = section.node_of("default")
+            section.done()
+            value = UNSET if default is None else self._literal(declared, default, scope)
+            if name in overrides:
+                given = self._set(declared, overrides[name], scope)
+                value = value if given is UNSET else given  # one finding for one mistake
+            elif default is None:
+                hint = f"--set {name}=…, or give it a default"
+                self.findings.error("E108", key.mark, f"the argument {name!r} has no value", hint)
+            kind = ANYTHING if value is UNSET else type_of(declared)
+            layer[name] = Symbol(name, Role.ARGUMENT, kind, key.mark, value)
+        for name in overrides:
+            if name not in layer:
+                sentence = f"the mission has no argument {name!r}"
+                self._wrong_override(name, overrides[name], sentence, suggestion(name, layer))
+        return layer
+
+    def tree(self, key: Node, node: Node, scope: Scope) -> Tree:
+        """A tree's name, `in` and `out`; its nodes are read once all trees are known.
+
+        Defaults of `in` may refer to what is in the scope.
+        """
+        section = Section(node, self.findings, f"the tree {key.value!r}", "E101", TREE_KEYS)
+        inputs = self._inputs(section.node_of("in"), scope)
+        outputs = self._outputs(section.node_of("out"))
+        section.node_of("doc")
+        section.node_of("do", required=True)
+        section.done()
+        for name in inputs:
+            if name in outputs:
+                mark = outputs[name].mark
+                self.findings.error("E144", mark, f"{name!r} is in `in` and in `out`")
+        return Tree(str(key.value), key.mark, inputs, outputs)
+
+    def _inputs(self, node: Node | None, scope: Scope) -> Layer:
+        """What goes in: a type, or `{type: duration, default: 3 s}`."""
+        layer: Layer = {}
+        for key, entry in self._entries(node, "`in`"):
+            name, value = str(key.value), UNSET
+            if entry.is_mapping:
+                section = Section(entry, self.findings, f"the input {name!r}", "E101", INPUT_KEYS)
+                kind, default = self._type(section), section.node_of("default")
+                section.value(Declaration("doc", str, default=""))
+                section.done()
+                if default is not None:
+                    value = self._literal(kind.declaration(name), default, scope)
+                if default is not None and value is UNSET:
+                    kind, value = ANYTHING, None  # one finding for one mistake
+            else:
+                kind = self._type_word(entry)
+            layer[name] = Symbol(name, Role.INPUT, kind, key.mark, value)
+        return layer
+
+    def _outputs(self, node: Node | None) -> Layer:
+        return {
+            str(key.value): Symbol(str(key.value), Role.OUTPUT, self._type_word(entry), key.mark)
+            for key, entry in self._entries(node, "`out`")
+        }
+
+    def _argument(self, name: str, section: Section) -> Declaration:
+        kind = self._type(section)
+        declared = kind.declaration(name, help=section.value(Declaration("doc", str, default="")))
+        limits, options = section.node_of("range"), section.node_of("one_of")
+        if limits is not None:
+            try:
+                plain = limits.plain() if limits.is_sequence else []
+                least, most = (declared_item(kind, name).read(item) for item in plain)
+                return replace(declared, at_least=least, at_most=most)
+            except (ParameterError, ValueError):
+                sentence = f"range is [least, most] of type {kind}, got {limits.words()}"
+                self.findings.error("E108", limits.mark, sentence)
+        if options is not None:
+            words = tuple(str(item.value) for item in options.items)
+            return replace(declared, one_of=words)
+        return declared
+
+    def _type(self, section: Section) -> ValueType:
+        node, unit = section.node_of("type", required=True), section.node_of("unit")
+        kind = ANYTHING if node is None else self._type_word(node)
+        if unit is None:
+            return kind
+        dimension, factor = units().get(str(unit.value), ("", 0.0))
+        if factor != 1.0 or kind not in (NUMBER, ANYTHING):
+            hint = "write an SI unit, e.g. m; `type: duration` and the like have theirs"
+            sentence = f"unit goes with `type: float` and is an SI unit, got {unit.words()}"
+            self.findings.error("E107", unit.mark, sentence, hint)
+        return replace(kind, unit=dimension)
+
+    def _type_word(self, node: Node) -> ValueType:
+        kind = named_type(node.value) if isinstance(node.value, str) else "write a type's name"
+        if isinstance(kind, str):
+            self.findings.error("E107", node.mark, f"there is no type {node.words()}", kind)
+            return ANYTHING
+        return kind
+
+    def _literal(self, declared: Declaration, node: Node, scope: Scope) -> Any:
+        """The constant that a node stands for; UNSET after a finding."""
+        found = Findings()
+        reader = ValueReader(found)
+        value = reader.value(declared, node, Surroundings(scope))
+        self.values.used.update(reader.used)
+        for item in found.items:
+            code = "E108" if item.code in ("E132", "E141") else item.code
+            self.findings.items.append(replace(item, code=code))
+        if value is not None and not isinstance(value, Constant):
+            sentence = f"{declared.name}: wanted is a value that is known before the mission runs"
+            self.findings.error("E108", node.mark, sentence)
+        return value.value if isinstance(value, Constant) else UNSET
+
+    def _set(self, declared: Declaration, given: str | Node, scope: Scope) -> Any:
+        found = Findings()
+        value: Any = None
+        try:
+            node: Node | None = given if isinstance(given, Node) else None
+            if isinstance(given, str):
+                node = read_text(f"value: {given}", "--set").get("value")
+            if node is not None:
+                value = ValueReader(found).value(declared, node, Surroundings(scope))
+        except InputError as error:
+            found.items += error.findings
+        for item in found.items:
+            self._wrong_override(declared.name, given, item.sentence, item.hint)
+        return value.value if isinstance(value, Constant) else UNSET
+
+    def _wrong_override(self, name: str, given: str | Node, sentence: str, hint: str) -> None:
+        if isinstance(given, Node):
+            self.findings.error("E115", given.mark, sentence, hint)
+        else:
+            self.findings.error("E109", Mark(f"--set {name}"), sentence, hint)
+
+    def _entries(self, node: Node | None, what: str) -> list[tuple[Node, Node]]:
+        """Entries of a section whose keys are names."""
+        if node is None or (node.kind == "scalar" and node.value is None):
+            return []
+        if not node.is_mapping:
+            self.findings.error("E101", node.mark, f"{what} is a mapping, got {node.words()}")
+        good = []
+        for key, value in node.entries:
+            if isinstance(key.value, str) and IDENTIFIER.fullmatch(key.value):
+                good.append((key, value))
+            else:
+                sentence = f"{key.words()} is not a name"
+                hint = "a name is letters, digits and _, and begins with a letter"
+                self.findings.error("E144", key.mark, sentence, hint)
+        return good
+
+
+def declared_item(kind: ValueType, name: str) -> Declaration:
+    """What a range's ends are read as: the type itself, or the items' of a list."""
+    return (kind.item or kind).declaration(name)

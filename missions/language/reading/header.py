@@ -1,0 +1,241 @@
+"""The top of a mission: what it is called, where it plays, with which robot and components."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, TypeVar
+
+from missions.language.expressions.scope import Symbol
+from missions.language.model import Component, Resources
+from missions.language.reading.values import reference_name
+from stack.documents import Findings, Mark, Node, Section, read_file
+from stack.errors import InputError, ParameterError
+from stack.parameters import Declaration, suggestion
+from stack.types import Pose2D
+
+FORMAT = 1
+TOP_KEYS = (
+    "mission", "format", "doc", "robot", "world", "start", "initial_pose", "map", "places",
+    "parameters", "navigation", "plugins", "arguments", "blackboard", "events", "run", "trees",
+    "include", "tests",
+)  # fmt: skip
+NAV2 = "nav2_params"
+RESERVED = ("localisation", "mapping", "sensors", "perception", "safety", "faults")
+
+T = TypeVar("T")
+
+
+class HeaderReader:
+    """Reads single keys of the mission's top level."""
+
+    def __init__(self, top: Section, folder: Path, resources: Resources) -> None:
+        self.top, self.folder, self.resources = top, folder, resources
+        self.findings: Findings = top.findings
+
+    def text(self, key: str, default: str | None = None) -> str:
+        """A key that holds a text; without a default it is required."""
+        declared = (
+            Declaration(key, str) if default is None else Declaration(key, str, default=default)
+        )
+        return self.top.value(declared) or ""
+
+    def unsupported(self) -> None:
+        """Report reserved keys, and another format."""
+        for word in RESERVED:
+            if self.top.node_of(word) is not None:
+                key = next(key for key, _ in self.top.node.entries if key.value == word)
+                sentence = f"`{word}` is not supported yet: it comes with a later version"
+                self.findings.error("E104", key.mark, sentence)
+        node = self.top.node_of("format")
+        if node is not None and (node.value != FORMAT or isinstance(node.value, bool)):
+            sentence = f"this version reads format {FORMAT}, got {node.words()}"
+            self.findings.error("E105", node.mark, sentence)
+
+    def world_places(self, world: str) -> Mapping[str, Pose2D]:
+        """The named poses of the world."""
+        if not world:
+            return {}
+        return self._outside("world", lambda: self.resources.world_places(world, self.folder), {})
+
+    def check_robot(self, robot: str) -> None:
+        """Ask whether there is such a robot."""
+        if robot:
+            self._outside("robot", lambda: self.resources.check_robot(robot, self.folder), None)
+
+    def map(self) -> str:
+        """`from_world`, `none` or a file."""
+        name = self.text("map", "from_world")
+        if name not in ("from_world", "none"):
+            self._outside("map", lambda: self.resources.check_map(name, self.folder), None)
+        return name
+
+    def pose(
+        self, key: str, places: Mapping[str, Symbol], words: tuple[str, ...]
+    ) -> Pose2D | str | None:
+        """A place, a pose or one of some words; None when absent or wrong."""
+        node = self.top.node_of(key)
+        if node is None or node.value in words:
+            return node.value if node else None
+        if isinstance(node.value, str):
+            name = reference_name(node) or node.value
+            if name not in places:
+                hint = suggestion(name, [*places, *words])
+                self.findings.error("E106", node.mark, f"{key}: there is no place {name!r}", hint)
+                return None
+            pose: Pose2D = places[name].value
+            return pose
+        try:
+            read: Pose2D = Declaration(key, Pose2D).read(node.plain())
+        except ParameterError as error:
+            self.findings.error("E106", node.mark, str(error), error.hint)
+            return None
+        return read
+
+    def texts(self, key: str) -> list[Node]:
+        """Items of a list of texts."""
+        good = []
+        for item in self.top.sequence(key):
+            if isinstance(item.value, str) and item.value:
+                good.append(item)
+            else:
+                sentence = f"{key} is a list of texts, got {item.words()}"
+                self.findings.error("E101", item.mark, sentence)
+        return good
+
+    def navigation(self, files: list[Node]) -> dict[str, Component]:
+        """Components by kind: parameter files in turn, then the mission's own; all checked."""
+        merged: dict[str, Component] = {}
+        located: dict[str, Component] = {}
+        layers = [self._parameter_file(item) for item in files]
+        plugged: Mapping[str, Mapping[str, str]] | None = None
+        for node in (*layers, self.top.node_of("navigation")):
+            for found in (self._from_nav2(node), self._components(node)):
+                for kind, component in found.items():
+                    merged[kind] = _merge(merged.get(kind), component)
+                    if plugged is None:
+                        plugged = self._plugged_components()
+                    located[kind] = _located(merged[kind], plugged)
+                    # Each file by itself: a later one may hide what is wrong in it.
+                    self._check(located[kind])
+        return located
+
+    def _plugged_components(self) -> Mapping[str, Mapping[str, str]]:
+        """The components that the mission's plugins bring."""
+        plugins = [item.value for item in self.texts("plugins")]
+        ask = self.resources.plugged_components
+        return self._outside("plugins", lambda: ask(plugins, self.folder), {}) if plugins else {}
+
+    def _parameter_file(self, item: Node) -> Node | None:
+        try:
+            return read_file(self.folder / item.value, "parameter file")
+        except InputError as error:
+            self._add(error, item.mark, "E110")
+            return None
+
+    def _components(self, node: Node | None) -> dict[str, Component]:
+        if node is None or node.value is None:
+            return {}
+        if not node.is_mapping:
+            sentence = f"components are a mapping {{kind: name}}, got {node.words()}"
+            self.findings.error("E101", node.mark, sentence)
+        found: dict[str, Component] = {}
+        for key, value in node.entries:
+            if key.value == NAV2:
+                continue
+            component = self._component(str(key.value), value)
+            if component is not None:
+                found[component.kind] = component
+        return found
+
+    def _from_nav2(self, node: Node | None) -> Mapping[str, Component]:
+        """What the parameter file of Nav2 says that a section refers to."""
+        file = node.get(NAV2) if node is not None else None
+        if file is None:
+            return {}
+        if not isinstance(file.value, str) or not file.value:
+            sentence = f"{NAV2} is the name of a file, got {file.words()}"
+            self.findings.error("E101", file.mark, sentence)
+            return {}
+        try:
+            components, warnings = self.resources.nav2_components(file.value, self.folder)
+        except InputError as error:
+            self._add(error, file.mark, "E110")
+            return {}
+        self.findings.items.extend(warnings)
+        return components
+
+    def _component(self, kind: str, node: Node) -> Component | None:
+        if isinstance(node.value, str):
+            return Component(kind, node.value, node.mark)
+        use = node.get("use")
+        if not node.is_mapping or (use is not None and not isinstance(use.value, str)):
+            where = use or node
+            sentence = f"{kind} is a name or {{use: name, parameter: value}}, got {where.words()}"
+            self.findings.error("E101", where.mark, sentence)
+            return None
+        rest = [(key, value) for key, value in node.entries if key.value != "use"]
+        return Component(
+            kind, use.value if use else None, use.mark if use else node.mark,
+            {str(key.value): value.plain() for key, value in rest},
+            {str(key.value): value.mark for key, value in rest},
+        )  # fmt: skip
+
+    def _check(self, component: Component) -> None:
+        try:
+            self.resources.check_component(component.kind, component.use, component.values)
+        except ParameterError as error:
+            mark = component.marks.get(error.name, component.mark)
+            self.findings.error("E111", mark, str(error), error.hint)
+        except InputError as error:
+            self._add(error, component.mark, "E111")
+
+    def _outside(self, key: str, ask: Callable[[], T], otherwise: T) -> T:
+        node = self.top.node.get(key)
+        mark = node.mark if node else self.top.node.mark
+        try:
+            return ask()
+        except InputError as error:
+            self._add(error, mark, "E110")
+        except ParameterError as error:
+            self.findings.error("E110", mark, str(error), error.hint)
+        return otherwise
+
+    def _add(self, error: InputError, mark: Mark, code: str) -> None:
+        """Take over another reader's findings; what is missing is reported where it is named."""
+        if not error.findings:
+            self.findings.error(code, mark, str(error))
+        for item in error.findings:
+            if item.code == "E001":
+                sentence = f"{item.mark.file}: {item.sentence}"
+                self.findings.error(code, mark, sentence, item.hint)
+            else:
+                self.findings.items.append(item)
+
+
+def _located(component: Component, plugged: Mapping[str, Mapping[str, str]]) -> Component:
+    """The component with where it is in place of its name, if a plugin brings it."""
+    known = plugged.get(component.kind, {})
+    layers = plugged.get("costmap_layer", {})
+    values = dict(component.values)
+    if layers and isinstance(values.get("layers"), list):
+        values["layers"] = [_located_layer(item, layers) for item in values["layers"]]
+    return replace(component, use=known.get(component.use or "", component.use), values=values)
+
+
+def _located_layer(item: Any, layers: Mapping[str, str]) -> Any:
+    if isinstance(item, dict):
+        name = str(item.get("use"))
+        return {"name": name, **item, "use": layers[name]} if name in layers else item
+    return {"name": item, "use": layers[item]} if item in layers else item
+
+
+def _merge(first: Component | None, then: Component) -> Component:
+    if first is None or (then.use and first.use and then.use != first.use):
+        return then
+    return replace(
+        then, use=then.use or first.use, mark=then.mark if then.use else first.mark,
+        values={**first.values, **then.values},
+        marks={**first.marks, **then.marks},
+    )  # fmt: skip

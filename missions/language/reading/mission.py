@@ -1,0 +1,215 @@
+"""Reads a mission file into a checked model; every finding comes in one go."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+from missions.language.analysis.data_flow import (
+    OrderCheck,
+    check_recursion,
+    uses_of,
+    warn_of_other_meaning,
+)
+from missions.language.analysis.outcomes import OutcomeCheck
+from missions.language.case_model import Case
+from missions.language.expressions.expression import Surroundings
+from missions.language.expressions.scope import Role, Scope, Symbol
+from missions.language.model import Catalogue, Event, Mission, Resources, Step, Tree
+from missions.language.reading.cases import CaseReader, Known
+from missions.language.reading.declarations import DeclarationReader, Layer, Overrides
+from missions.language.reading.events import EventReader
+from missions.language.reading.header import RESERVED, TOP_KEYS, HeaderReader
+from missions.language.reading.include import IncludeReader, TreeFile, tree_entries
+from missions.language.reading.nodes import NodeReader
+from missions.language.reading.values import ValueReader
+from stack.documents import Findings, Node, Section, read_document
+from stack.errors import InputError
+from stack.types import Pose2D
+
+CatalogueFor = Callable[[list[Node], Path, Findings], Catalogue]
+"""From the nodes under `plugins`, the mission's folder and where to report: the catalogue."""
+
+
+def read_mission(
+    path: Path, catalogue_for: CatalogueFor, resources: Resources | None = None,
+    overrides: Overrides | None = None, text: str | None = None,
+) -> Mission:  # fmt: skip
+    """The mission in a file, checked against what is installed.
+
+    Args:
+        path: the mission file; what it names is relative to its folder.
+        catalogue_for: makes the catalogue, plugins included.
+        resources: worlds, robots, maps and components; by default nothing outside is looked at.
+        overrides: argument -> value: as text from `--set`, as a node from a test case.
+        text: what is read instead of the file's, from an editor that has not saved it.
+
+    Raises:
+        InputError: with every error found.
+    """
+    document, keys = read_document(path, "mission", text), (*TOP_KEYS, *RESERVED)
+    top = Section(document, Findings(), "the mission", "E101", keys)
+    return _Reading(top, path, resources or Resources()).mission(catalogue_for, overrides or {})
+
+
+class _Reading:
+    def __init__(self, top: Section, path: Path, resources: Resources) -> None:
+        self.top, self.path, self.findings = top, path, top.findings
+        self.header = HeaderReader(top, path.parent, resources)
+        self.values = ValueReader(self.findings)
+        self.declarations = DeclarationReader(self.values)
+        self.includes = IncludeReader(self.declarations)
+
+    def mission(self, catalogue_for: CatalogueFor, overrides: Overrides) -> Mission:
+        header, top = self.header, self.top
+        name, doc = header.text("mission"), header.text("doc", "")
+        robot, world = header.text("robot"), header.text("world")
+        header.unsupported()
+        header.check_robot(robot)
+        included = self.includes.together(self.top.node_of("include"), self.path)
+        places, keys, arguments = self._names(world, included.places, overrides)
+        start = header.pose("start", places, ())
+        belief = header.pose("initial_pose", places, ("start", "unknown"))
+        files, plugins = header.texts("parameters"), header.texts("plugins")
+        navigation, chart = header.navigation(files), header.map()
+        scope = Scope((places, keys, arguments))
+        catalogue = self._catalogue(catalogue_for, plugins)
+        trees = self._trees(catalogue, scope, included)
+        nodes = NodeReader(self.values, catalogue, trees)
+        run = top.node_of("run", required=True)
+        root = nodes.read(run, Surroundings(scope)) if run else None
+        events = EventReader(nodes).events(top.node_of("events"), Surroundings(scope))
+        tests = top.node_of("tests")
+        top.done()
+        self._flow(root, events, trees, scope)
+        cases: tuple[Case, ...] = ()
+        if root is not None and not self.findings.errors:
+            roots = (*_starts(root, events), *_roots_of(trees))
+            known = Known(self.declarations.declared, places, keys, events, trees, roots)
+            cases = CaseReader(known, self.findings).cases(tests)
+        self.findings.raise_errors()
+        assert root is not None
+        warnings = sorted(
+            (item for item in self.findings.items if item.severity == "warning"),
+            key=lambda item: item.mark,
+        )
+        return Mission(
+            name=name, source=self.path, root=root, robot=robot, world=world, doc=doc,
+            start=start if isinstance(start, Pose2D) else None, map=chart,
+            initial_pose=belief or "start", navigation=navigation,
+            parameter_files=tuple(item.value for item in files),
+            plugins=tuple(item.value for item in plugins),
+            places={key: symbol.value for key, symbol in places.items()},
+            arguments={key: symbol.value for key, symbol in arguments.items()},
+            blackboard=keys, trees=trees, events=events, cases=cases, warnings=tuple(warnings),
+            includes=tuple(self.includes.files),
+        )  # fmt: skip
+
+    def _names(
+        self, world: str, included: Layer, overrides: Overrides
+    ) -> tuple[Layer, Layer, Layer]:
+        node = self.top.node
+        at = node.get("world")
+        where = at.mark if at else node.mark
+        places = self.declarations.places(None, self.header.world_places(world), where)
+        own = self.declarations.places(self.top.node_of("places"), {}, where)
+        self.includes.merge(dict(included), own, "place")
+        places.update({**included, **own})
+        given = Scope((places,))
+        keys = self.declarations.blackboard(self.top.node_of("blackboard"), given)
+        arguments = self.declarations.arguments(self.top.node_of("arguments"), given, overrides)
+        scope = Scope((places, keys, arguments))
+        for symbol in (*keys.values(), *arguments.values()):
+            front = scope.lookup(symbol.name)
+            if front is not None and front is not symbol:
+                sentence = f"the {front.role} {symbol.name!r} hides this {symbol.role}"
+                self.findings.warning("W101", symbol.mark, sentence)
+        return places, keys, arguments
+
+    def _catalogue(self, catalogue_for: CatalogueFor, plugins: list[Node]) -> Catalogue:
+        try:
+            return catalogue_for(plugins, self.path.parent, self.findings)
+        except InputError as error:
+            mark = plugins[0].mark if plugins else self.top.node.mark
+            if not error.findings:
+                self.findings.error("E110", mark, str(error))
+            self.findings.items += error.findings
+            # Without its plugins a mission's nodes cannot be judged.
+            raise InputError(self.findings.errors) from error
+
+    def _trees(self, catalogue: Catalogue, scope: Scope, included: TreeFile) -> dict[str, Tree]:
+        """Every tree with its nodes: the mission's own first."""
+        section = self.top.node_of("trees")
+        if section is not None and not section.is_mapping and section.value is not None:
+            self.findings.error("E101", section.mark, f"trees is a mapping, got {section.words()}")
+        own = tree_entries(section)
+        trees = {str(key.value): self.declarations.tree(key, node, scope) for key, node in own}
+        self.includes.merge_trees(dict(included.trees), trees)
+        trees = {**trees, **included.trees, **trees}
+        self._bodies(own, NodeReader(self.values, catalogue, trees), scope, trees)
+        for file in self.includes.files.values():
+            reader = NodeReader(self.values, catalogue, file.trees)
+            self._bodies(file.bodies, reader, Scope((file.places,)), trees)
+        return trees
+
+    def _bodies(
+        self, entries: list[tuple[Node, Node]], reader: NodeReader, scope: Scope,
+        trees: dict[str, Tree],
+    ) -> None:  # fmt: skip
+        for key, node in entries:
+            tree, body = trees[str(key.value)], node.get("do")
+            if body is None or tree.mark != key.mark:
+                continue
+            layer = {**tree.inputs, **tree.outputs}
+            root = reader.read(body, Surroundings(scope.inside(layer)))
+            trees[tree.name] = replace(tree, root=root)
+
+    def _flow(
+        self, root: Step | None, events: tuple[Event, ...], trees: dict[str, Tree], scope: Scope
+    ) -> None:
+        """What can be said only once every node is known to be right."""
+        if root is None or self.findings.errors:
+            return
+        starts = _starts(root, events)
+        reached = check_recursion(trees, starts, self.findings)
+        own = [tree for tree in trees.values() if tree.mark.file == self.top.node.mark.file]
+        for tree in own:
+            if tree.name not in reached:
+                self.findings.warning("W103", tree.mark, f"the tree {tree.name!r} is never used")
+        if self.findings.errors:
+            return
+        OrderCheck(trees, self.findings).mission(root, events)
+        roots = [*starts, *_roots_of(trees)]
+        for use in (use for step in roots for use in uses_of(step)):
+            if trees[use.tree] in own:
+                warn_of_other_meaning(use, trees[use.tree], scope, self.findings)
+        outcomes = OutcomeCheck(trees, self.findings)
+        for step in roots:
+            outcomes.step(step)
+        outcomes.events(events)
+        self._unused(trees, scope)
+
+    def _unused(self, trees: dict[str, Tree], scope: Scope) -> None:
+        declared: list[Symbol] = [
+            symbol for symbol in scope.symbols() if symbol.role is not Role.PLACE
+        ]
+        for tree in trees.values():
+            declared += [*tree.inputs.values(), *tree.outputs.values()]
+        for symbol in declared:
+            touched = self.values.used
+            if symbol.role is Role.OUTPUT:
+                touched = self.values.written
+            if symbol not in touched:
+                verb = "never written" if symbol.role is Role.OUTPUT else "never used"
+                sentence = f"the {symbol.role} {symbol.name!r} is {verb}"
+                self.findings.warning("W102", symbol.mark, sentence)
+
+
+def _starts(root: Step, events: tuple[Event, ...]) -> list[Step]:
+    """What runs by itself: the mission and its events."""
+    return [root, *(event.step for event in events)]
+
+
+def _roots_of(trees: dict[str, Tree]) -> list[Step]:
+    return [tree.root for tree in trees.values() if tree.root]

@@ -1,0 +1,119 @@
+"""Ports and outputs of one node, read against what its behaviour or tree declares."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from missions.language.expressions.expression import Surroundings
+from missions.language.expressions.scope import Symbol
+from missions.language.expressions.value_types import ASSIGNMENTS, EXPRESSION, ValueType, type_of
+from missions.language.model import Value
+from missions.language.reading.values import ValueReader
+from stack.documents import Mark, Node
+from stack.parameters import Declaration, suggestion
+
+
+@dataclass(frozen=True, slots=True)
+class Owner:
+    """Whose ports are read: a behaviour or a tree, and where its name stands."""
+
+    name: str
+    mark: Mark
+
+
+class PortReader:
+    """Reads what stands below a node's type, under `with` and under `out`."""
+
+    def __init__(self, values: ValueReader) -> None:
+        self.values, self.findings = values, values.findings
+
+    def of_behaviour(
+        self, ports: Mapping[str, Declaration], body: Node | None, owner: Owner,
+        around: Surroundings,
+    ) -> dict[str, Value]:  # fmt: skip
+        """Ports of a behaviour: by name, or one value alone."""
+        if body is None or (body.kind == "scalar" and body.value is None):
+            return self.by_name(ports, None, owner, around)
+        bare = bare_port(ports)
+        takes_keys = bare is not None and type_of(ports[bare]) == ASSIGNMENTS
+        if body.is_mapping and not takes_keys:
+            return self.by_name(ports, body, owner, around)
+        if bare is None:
+            sentence = f"{owner.name} cannot tell which port {body.words()} is for"
+            hint = f"its ports: {', '.join(ports)}" if ports else "it has no ports"
+            self.findings.error("E133", body.mark, sentence, hint)
+            return {}
+        value = self.values.value(ports[bare], body, around)
+        self._missing(ports, (bare,), owner)
+        return {bare: value} if value else {}
+
+    def by_name(
+        self, ports: Mapping[str, Declaration], body: Node | None, owner: Owner,
+        around: Surroundings,
+    ) -> dict[str, Value]:  # fmt: skip
+        """Ports from a mapping of names."""
+        values: dict[str, Value] = {}
+        if body is not None and not body.is_mapping and body.value is not None:
+            self.findings.error("E132", body.mark, f"`with` is a mapping, got {body.words()}")
+            return values
+        given = [] if body is None else body.entries
+        for key, node in given:
+            word = str(key.value)
+            if word not in ports:
+                sentence = f"{owner.name} has no port {word!r}"
+                self.findings.error("E130", key.mark, sentence, suggestion(word, ports))
+                continue
+            value = self.values.value(ports[word], node, around)
+            if value is not None:
+                values[word] = value
+        self._missing(ports, [str(key.value) for key, _ in given], owner)
+        return values
+
+    def outputs(
+        self, results: Mapping[str, ValueType], node: Node | None, owner: Owner,
+        around: Surroundings,
+    ) -> dict[str, Symbol]:  # fmt: skip
+        """Where outputs go: `out: {image: $photo}`."""
+        targets: dict[str, Symbol] = {}
+        if node is None:
+            return targets
+        if not node.is_mapping:
+            sentence = f"`out` is a mapping {{output: $key}}, got {node.words()}"
+            self.findings.error("E135", node.mark, sentence)
+        for key, target in node.entries:
+            word = str(key.value)
+            if word not in results:
+                sentence = f"{owner.name} has no output {word!r}"
+                self.findings.error("E134", key.mark, sentence, suggestion(word, results))
+                continue
+            symbol = self.values.target(target, around, results[word])
+            if symbol is not None:
+                targets[word] = symbol
+        return targets
+
+    def _missing(
+        self, ports: Mapping[str, Declaration], given: Iterable[str], owner: Owner
+    ) -> None:
+        names = list(given)
+        for name, declared in ports.items():
+            if declared.required and name not in names:
+                kind = type_of(declared)
+                words = "expression" if kind == EXPRESSION else str(kind)
+                sentence = f"{owner.name} needs the port {name!r} ({words})"
+                self.findings.error("E131", owner.mark, sentence, declared.help)
+
+
+def bare_port(ports: Mapping[str, Declaration]) -> str | None:
+    """The port that a value without a port's name is for.
+
+    The only expression or assignments; else the only required port; else the only port.
+    """
+    special = [
+        name for name, declared in ports.items() if type_of(declared) in (EXPRESSION, ASSIGNMENTS)
+    ]
+    required = [name for name, declared in ports.items() if declared.required]
+    for names in (special, required, list(ports)):
+        if len(names) == 1:
+            return names[0]
+    return None

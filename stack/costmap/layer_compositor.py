@@ -1,0 +1,135 @@
+"""The cells of a costmap as its layers paint them, one box at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from stack.costmap.layer import (
+    NO_BOX,
+    Box,
+    Canvas,
+    CostmapLayer,
+    Costs,
+    Frame,
+    Inflation,
+    edges,
+    is_some,
+    part,
+    shifted,
+)
+from stack.costmap.static_layer import StaticLayer
+from stack.types import UNKNOWN_COST
+
+
+class LayerCompositor:
+    """Three sheets of cells: what the layers mark, the same inflated, and costs added to that.
+
+    Attributes:
+        marking: layers whose marks are inflated, in order; may be replaced, then `repaint_all`.
+        cells: (rows, columns) uint8, the costs.
+    """
+
+    def __init__(
+        self, marking: Sequence[CostmapLayer], inflation: Inflation | None,
+        adding: Sequence[CostmapLayer],
+    ) -> None:  # fmt: skip
+        from stack.costmap import kernels
+
+        self._kernels: Any = kernels
+        self.marking, self._inflation, self._adding = marking, inflation, adding
+        self._static = next((x for x in marking if isinstance(x, StaticLayer)), None)
+        self._frame = Frame((0, 0), 1.0, (0.0, 0.0))
+        self._shift = (0, 0)
+        self._base = self._inflated = self.cells = np.empty((0, 0), dtype=np.uint8)
+
+    def lay_out(self, frame: Frame) -> None:
+        """Blank sheets; `repaint_all` has to follow."""
+        self._frame, self._shift = frame, (0, 0)
+        self._take([np.empty(frame.shape, dtype=np.uint8) for _ in range(3)])
+
+    def move(self, frame: Frame, shift: tuple[int, int]) -> None:
+        """Keep what stays in sight; `repaint` has to follow.
+
+        Args:
+            frame: of the same shape.
+            shift: (rows, columns) by which it moved.
+        """
+        self._frame, self._shift = frame, shift
+        sheets = (self._base, self._inflated, self.cells)
+        self._take([shifted(sheet, frame.shape, shift, UNKNOWN_COST) for sheet in sheets])
+
+    def repaint_all(self) -> None:
+        """Every cell anew."""
+        self._shift = (0, 0)
+        self._compose(self._frame.everywhere)
+        self._finish([self._frame.everywhere])
+
+    def repaint(self, marked: Box, added: Box) -> bool:
+        """Paint what has changed; whether any cell may be another one now.
+
+        Args:
+            marked: cells that a marking layer wants to paint anew.
+            added: cells that an adding one does.
+        """
+        shape, far = self._frame.shape, sum(layer.reach for layer in self.marking)
+        reach = 0 if self._inflation is None else self._inflation.reach
+        moved, self._shift = self._shift, (0, 0)
+        paint = [*edges(shape, moved, lead=far, trail=far), self._grown(marked, far)]
+        changed = [self._compose(box) for box in paint]
+        spread = edges(shape, moved, lead=reach, trail=reach)
+        spread += [self._grown(box, reach) for box in changed]
+        if added != NO_BOX or any(map(is_some, spread)):
+            self._finish([box for box in spread if is_some(box)], added)
+            return True
+        return False
+
+    def _take(self, sheets: list[Costs]) -> None:
+        self._base, self._inflated, self.cells = sheets
+        if not self._adding:
+            self.cells = self._inflated
+
+    def _compose(self, box: Box) -> Box:
+        """Let the marking layers paint a box; returns the box of the cells that changed."""
+        if not is_some(box):
+            return NO_BOX
+        far = sum(layer.reach for layer in self.marking)
+        around = self._frame.grown(box, far)
+        cells = np.full((around[1] - around[0], around[3] - around[2]), UNKNOWN_COST, np.uint8)
+        canvas = Canvas(cells, self._ground(around), around)
+        for layer in self.marking:
+            layer.paint(canvas)
+        changed: Box = self._kernels.write_changed(self._base, cells, around[0], around[2], *box)
+        return changed
+
+    def _finish(self, spread: list[Box], added: Box = NO_BOX) -> None:
+        """Inflate some boxes and add costs to them, and to another one."""
+        if sum(map(_area, spread)) >= _area(self._frame.everywhere):
+            spread = [self._frame.everywhere]
+        for box in spread:
+            if self._inflation is not None:
+                self._inflation.spread(self._inflated, self._base, box)
+            else:
+                part(self._inflated, box)[:] = part(self._base, box)
+        if not self._adding:
+            return
+        for box in (*spread, added):
+            cells = part(self.cells, box)
+            cells[:] = part(self._inflated, box)
+            canvas = Canvas(cells, self._ground(box), box)
+            for layer in self._adding:
+                layer.paint(canvas)
+
+    def _ground(self, box: Box) -> Costs:
+        if self._static is not None:
+            return part(self._static.cells, box)
+        return np.full((box[1] - box[0], box[3] - box[2]), UNKNOWN_COST, np.uint8)
+
+    def _grown(self, box: Box, by: int) -> Box:
+        return self._frame.grown(box, by) if is_some(box) else NO_BOX
+
+
+def _area(box: Box) -> int:
+    return (box[1] - box[0]) * (box[3] - box[2])

@@ -1,0 +1,257 @@
+"""YAML texts as nodes with positions, strictly.
+
+libyaml (through PyYAML) splits the text into events; where it is not there, PyYAML's own parser
+does, and that also says what is wrong with a text. Values are YAML 1.2 core scalars only (`on`,
+`yes`, `012` and `1:30` are text or what they look like), duplicate keys and tags are refused,
+aliases cannot explode.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import yaml
+
+from stack.documents.findings import Finding, Findings, Mark
+from stack.documents.yaml_problems import Trouble, in_plain_words
+from stack.errors import InputError
+
+MAX_NODES, MAX_DEPTH = 50_000, 60
+
+
+@dataclass(frozen=True, slots=True)
+class Node:
+    """A YAML value with its position.
+
+    Attributes:
+        value: None, bool, int, float or str of a scalar; list[Node] of a sequence; for a mapping a
+            list of (key Node, value Node), keys unique.
+        kind: "scalar", "sequence" or "mapping".
+        mark: where it begins.
+        quoted: a scalar written in quotes or as a block: always text.
+    """
+
+    value: Any
+    kind: str
+    mark: Mark
+    quoted: bool = False
+
+    @property
+    def is_mapping(self) -> bool:
+        """Whether this is a mapping."""
+        return self.kind == "mapping"
+
+    @property
+    def is_sequence(self) -> bool:
+        """Whether this is a sequence."""
+        return self.kind == "sequence"
+
+    @property
+    def entries(self) -> list[tuple[Node, Node]]:
+        """Key and value nodes of a mapping, in order; empty for anything else."""
+        return list(self.value) if self.kind == "mapping" else []
+
+    @property
+    def items(self) -> list[Node]:
+        """Items of a sequence; empty for anything else."""
+        return list(self.value) if self.kind == "sequence" else []
+
+    def get(self, key: str) -> Node | None:
+        """The value under a key of a mapping."""
+        return next((value for name, value in self.entries if name.value == key), None)
+
+    def plain(self) -> Any:
+        """The value without positions: dict, list, str, int, float, bool or None."""
+        if self.kind == "mapping":
+            return {key.value: value.plain() for key, value in self.value}
+        if self.kind == "sequence":
+            return [item.plain() for item in self.value]
+        return self.value
+
+    def words(self) -> str:
+        """What this is, for messages: `the number 3`, `a list`…"""
+        if self.kind != "scalar":
+            return {"mapping": "a mapping", "sequence": "a list"}[self.kind]
+        if self.value is None:
+            return "nothing"
+        if isinstance(self.value, bool):
+            return "true" if self.value else "false"
+        text = repr(self.value)
+        return text if len(text) <= 60 else text[:57] + "...'"
+
+
+def compose(text: str, name: str, findings: Findings) -> list[Node]:
+    """The documents in a YAML text; `name` stands for the file in positions.
+
+    Raises:
+        InputError: it is not YAML, nested too deep or too large; lesser faults go to `findings`.
+    """
+    try:
+        events: Iterator[Any] = yaml.parse(text, Loader=_Parser)
+        return _Composer(name, findings, events).documents()
+    except yaml.YAMLError as error:
+        raise InputError([_refusal(text, name, error)]) from None
+    except (RecursionError, ValueError) as error:
+        sentence = f"not YAML: {type(error).__name__} {error}".splitlines()[0]
+        raise InputError([Finding(Mark(name), "E004", sentence)]) from None
+
+
+_Parser: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+
+
+def _refusal(text: str, name: str, error: yaml.YAMLError) -> Finding:
+    """What is wrong in words: as PyYAML's own parser sees it, which says more than libyaml."""
+    try:
+        list(yaml.parse(text, Loader=yaml.SafeLoader))
+    except yaml.YAMLError as own:
+        error = own
+    if isinstance(error, yaml.reader.ReaderError):
+        before = text[: error.position]
+        mark = Mark(name, before.count("\n") + 1, error.position - before.rfind("\n"))
+        sentence = f"not a text file: character U+{ord(str(text[error.position])):04X}"
+        return Finding(mark, "E003", sentence)
+    if isinstance(error, yaml.MarkedYAMLError):
+        trouble = in_plain_words(error, text)
+    else:
+        trouble = Trouble(1, 1, f"not YAML: {error}".splitlines()[0])
+    mark = Mark(name, trouble.line, trouble.column)
+    return Finding(mark, "E004", trouble.sentence, trouble.hint)
+
+
+_INT = re.compile(r"[-+]?[0-9]+")
+_BASED = re.compile(r"0o[0-7]+|0x[0-9a-fA-F]+")
+_FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
+_WORDS: dict[str, Any] = {
+    "": None, "~": None, "null": None, "Null": None, "NULL": None,
+    "true": True, "True": True, "TRUE": True, "false": False, "False": False, "FALSE": False,
+}  # fmt: skip
+_SPECIAL = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
+
+
+class _Composer:
+    """Puts nodes together from events, counting them so that aliases cannot explode."""
+
+    def __init__(self, name: str, findings: Findings, events: Iterator[Any]) -> None:
+        self.name, self.findings, self.events = name, findings, events
+        self.count = 0
+        self.anchors: dict[str, tuple[Node, int] | None] = {}
+
+    def documents(self) -> list[Node]:
+        found = []
+        for event in self.events:
+            if isinstance(event, yaml.DocumentStartEvent):
+                self.anchors.clear()
+                found.append(self._node(next(self.events), 0))
+        return found
+
+    def _node(self, event: Any, depth: int) -> Node:
+        mark = self._mark(event)
+        if isinstance(event, yaml.AliasEvent):
+            return self._alias(event, mark)
+        self._counted(1, mark)
+        before = self.count
+        if depth > MAX_DEPTH:
+            raise yaml.MarkedYAMLError(
+                problem=f"nested more than {MAX_DEPTH} deep", problem_mark=event.start_mark
+            )
+        if event.tag is not None:
+            self.findings.error("E009", mark, f"tags are not used here, got {event.tag!r}")
+        if event.anchor is not None:
+            self.anchors[event.anchor] = None
+        if isinstance(event, yaml.ScalarEvent):
+            node = self._scalar(event, mark)
+        elif isinstance(event, yaml.SequenceStartEvent):
+            node = Node(list(self._items(yaml.SequenceEndEvent, depth)), "sequence", mark)
+        else:
+            node = Node(self._entries(depth), "mapping", mark)
+        if event.anchor is not None:
+            self.anchors[event.anchor] = node, self.count - before
+        return node
+
+    def _alias(self, event: Any, mark: Mark) -> Node:
+        name = event.anchor
+        if name not in self.anchors:
+            raise yaml.MarkedYAMLError(
+                problem=f"found undefined alias {name!r}", problem_mark=event.start_mark
+            )
+        meant = self.anchors[name]
+        if meant is None:
+            raise InputError([Finding(mark, "E008", "an alias contains itself")])
+        node, size = meant
+        self._counted(size + 1, mark)
+        return node
+
+    def _counted(self, number: int, mark: Mark) -> None:
+        self.count += number
+        if self.count > MAX_NODES:
+            sentence = f"more than {MAX_NODES} values once aliases are followed"
+            raise InputError([Finding(mark, "E008", sentence)])
+
+    def _items(self, end: type, depth: int) -> Iterator[Node]:
+        for event in self.events:
+            if isinstance(event, end):
+                return
+            yield self._node(event, depth + 1)
+
+    def _entries(self, depth: int) -> list[tuple[Node, Node]]:
+        entries: list[tuple[Node, Node]] = []
+        seen: dict[Any, Mark] = {}
+        for key in self._items(yaml.MappingEndEvent, depth):
+            value = self._node(next(self.events), depth + 1)
+            if key.kind != "scalar":
+                self.findings.error("E010", key.mark, f"a key is a word, got {key.words()}")
+            elif key.value in seen:
+                first = seen[key.value]
+                self.findings.error(
+                    "E011", key.mark, f"the key {key.value!r} stands twice",
+                    f"first in line {first.line}",
+                )  # fmt: skip
+            else:
+                seen[key.value] = key.mark
+                entries.append((key, value))
+        return entries
+
+    def _scalar(self, event: Any, mark: Mark) -> Node:
+        if event.style in ("'", '"', "|", ">"):
+            return Node(event.value, "scalar", mark, quoted=True)
+        return Node(self._core_value(event.value, mark), "scalar", mark)
+
+    def _core_value(self, text: str, mark: Mark) -> Any:
+        if text in _WORDS:
+            return _WORDS[text]
+        if _INT.fullmatch(text):
+            if len(text) > 18:
+                self.findings.error("E012", mark, f"the number {text[:20]}... is too large")
+                return 0
+            return int(text)
+        if _BASED.fullmatch(text):
+            return int(text, 0)
+        if _FLOAT.fullmatch(text):
+            return float(text)
+        if _SPECIAL.fullmatch(text):
+            self.findings.error("E012", mark, f"{text} is not a finite number")
+            return 0.0
+        return text
+
+    def _mark(self, event: Any) -> Mark:
+        mark = event.start_mark
+        return Mark(self.name, mark.line + 1, mark.column + 1)
+
+
+def as_yaml(value: Any) -> str:
+    """Plain values as a YAML text that `read_text` understands."""
+    text: str = yaml.safe_dump(value, sort_keys=False, allow_unicode=True, width=100)
+    return text
+
+
+def iter_scalars(node: Node) -> Iterator[Node]:
+    """Every scalar below a node, keys left out."""
+    if node.kind == "scalar":
+        yield node
+    for _, value in node.entries:
+        yield from iter_scalars(value)
+    for item in node.items:
+        yield from iter_scalars(item)

@@ -1,0 +1,82 @@
+"""Which velocities a drive can make, whoever asks for them."""
+
+from __future__ import annotations
+
+from math import cos, hypot, inf, sin
+
+from stack.drivetrain.description import DriveKind, Limits, RobotDescription
+from stack.types import Pose2D, Twist
+
+
+def drivable(twist: Twist, robot: RobotDescription) -> Twist:
+    """The part of a twist that the robot's drive can make, whatever its speed.
+
+    Nothing sideways but by omnidirectional wheels; no tighter arc than a car steers.
+    """
+    if robot.drive is DriveKind.OMNI:
+        return twist
+    ahead = Twist(twist.linear, twist.angular) if twist.lateral else twist
+    return within_turning_radius(ahead, robot.turning_radius)
+
+
+def within_turning_radius(twist: Twist, radius: float) -> Twist:
+    """The twist on no tighter an arc, at the same speed.
+
+    Args:
+        twist: base frame.
+        radius: of the tightest circle, metres; 0 where the robot turns in place.
+    """
+    if not radius:
+        return twist
+    most = abs(twist.linear) / radius
+    return Twist(twist.linear, min(max(twist.angular, -most), most))
+
+
+def share_within_limits(twist: Twist, limits: Limits, top_speed: float = inf) -> float:
+    """The greatest share, at most 1, of a twist that a robot's speeds allow.
+
+    Driving all of a twist slower by one share keeps its arc. Forward, sideways and the speed over
+    ground are each limited, and the turning speed.
+
+    Args:
+        twist: base frame.
+        limits: of the robot.
+        top_speed: over ground, m/s.
+    """
+    forward = min(limits.linear_speed if twist.linear >= 0.0 else limits.reverse_speed, top_speed)
+    speed, sideways = hypot(twist.linear, twist.lateral), abs(twist.lateral)
+    share = 1.0
+    if twist.lateral:
+        top = min(max(forward, limits.lateral_speed), top_speed)
+        share = min(1.0, top / speed, limits.lateral_speed / sideways)
+    if abs(twist.linear) * share > forward:
+        share = forward / abs(twist.linear)
+    if abs(twist.angular) * share > limits.angular_speed:
+        share = limits.angular_speed / abs(twist.angular)
+    return share
+
+
+def scaled(twist: Twist, share: float) -> Twist:
+    """The same arc at a share of the speed."""
+    return Twist(twist.linear * share, twist.angular * share, twist.lateral * share)
+
+
+def speed_towards(direction: float, limits: Limits) -> float:
+    """Top speed of an omnidirectional robot in a direction (radians, base frame), m/s."""
+    c, s = cos(direction), abs(sin(direction))
+    forward = limits.linear_speed if c >= 0.0 else limits.reverse_speed
+    along = forward / abs(c) if abs(c) > 1e-9 else inf
+    across = limits.lateral_speed / s if s > 1e-9 else inf
+    return min(along, across, max(forward, limits.lateral_speed))
+
+
+def moved(twist: Twist, seconds: float) -> Pose2D:
+    """Where a twist takes the robot in some seconds, seen from where it began."""
+    half = 0.5 * twist.angular * seconds
+    chord = seconds if abs(half) < 1e-9 else seconds * sin(half) / half
+    c, s = cos(half), sin(half)
+    return Pose2D(
+        chord * (c * twist.linear - s * twist.lateral),
+        chord * (s * twist.linear + c * twist.lateral),
+        2.0 * half,
+    )

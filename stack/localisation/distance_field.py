@@ -1,0 +1,105 @@
+"""The map as the localisation looks at it: surfaces, distances to them, and likelihoods."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stack.types import FloatArray, OccupancyGrid, Pose2D
+
+TRUNCATION = 1.0
+"""Metres beyond which distances to surfaces are all the same."""
+
+SURELY_FREE, SURELY_OCCUPIED = 25, 65
+"""Occupancies (of 0..100) up to and from which a cell is free or occupied; ROS' map_server."""
+
+
+@dataclass(frozen=True, slots=True)
+class SignedDistanceField:
+    """Signed distances to the surfaces between free and occupied cells.
+
+    Attributes:
+        distances: (rows, columns) float32 metres at the cells' centres: 0 on the edge between a
+            free and an occupied cell, negative inside, truncated at TRUNCATION.
+        occupancy: (rows, columns) uint8: 0 free, 1 occupied, 2 unknown.
+        resolution: side of a cell, metres.
+        origin: (x, y) of the outer corner of cell (0, 0), metres.
+    """
+
+    distances: NDArray[np.float32]
+    occupancy: NDArray[np.uint8]
+    resolution: float
+    origin: tuple[float, float]
+
+    @property
+    def placement(self) -> tuple[float, float, float]:
+        """Resolution and origin, as kernels take them."""
+        return (self.resolution, *self.origin)
+
+    def log_likelihoods(self, deviation: float, hit_share: float) -> NDArray[np.float32]:
+        """(rows, columns) float32: log of the likelihood field's mixture, 0 on a surface.
+
+        Probabilistic Robotics, 2005, section 6.4: hit_share of the returns are normally
+        distributed about a surface, the rest are anywhere. That rest is what caps the penalty for
+        a return that the map does not explain.
+        """
+        hit = np.exp(-0.5 * (self.distances.astype(np.float64) / deviation) ** 2)
+        mixture: NDArray[np.float32] = np.log(hit_share * hit + (1.0 - hit_share)).astype(
+            np.float32
+        )
+        return mixture
+
+    def free_cells(self, clearance: float) -> NDArray[np.int64]:
+        """(n, 2) rows and columns of free cells at least this far from any surface."""
+        cells: NDArray[np.int64] = np.argwhere(
+            (self.occupancy == 0) & (self.distances >= clearance)
+        )
+        return cells
+
+    def centres(self, cells: NDArray[np.int64]) -> FloatArray:
+        """(n, 2) x, y in metres of the middles of cells given as (n, 2) rows and columns."""
+        middles: FloatArray = cells[:, ::-1].astype(np.float64)
+        middles += 0.5
+        middles *= self.resolution
+        middles += self.origin
+        return middles
+
+
+def surface_field(grid: OccupancyGrid) -> SignedDistanceField:
+    """Distances to the surfaces of an occupancy grid, by an exact Euclidean transform.
+
+    P. F. Felzenszwalb, D. P. Huttenlocher, "Distance Transforms of Sampled Functions", Theory of
+    Computing 8, 2012, as in OpenCV.
+    """
+    import cv2
+
+    occupied = grid.cells >= SURELY_OCCUPIED
+    free = (grid.cells >= 0) & (grid.cells <= SURELY_FREE)
+
+    def to_nearest(goal: NDArray[np.bool_]) -> NDArray[np.float32]:
+        if not goal.any():
+            return np.full(goal.shape, TRUNCATION, dtype=np.float32)
+        rough = cv2.distanceTransform((~goal).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+        # Its last bit depends on where the memory lies; squares of distances are whole numbers.
+        cells = np.sqrt(np.rint(np.square(rough)))
+        metres = (cells - 0.5) * grid.resolution
+        nearest: NDArray[np.float32] = np.minimum(metres, TRUNCATION).astype(np.float32)
+        return nearest
+
+    distances = np.where(occupied, -to_nearest(free), to_nearest(occupied))
+    occupancy = np.where(occupied, 1, np.where(free, 0, 2)).astype(np.uint8)
+    return SignedDistanceField(
+        distances.astype(np.float32), occupancy, grid.resolution, grid.origin
+    )
+
+
+def as_row(pose: Pose2D) -> FloatArray:
+    """(3,) x, y, heading."""
+    return np.array([pose.x, pose.y, pose.heading])
+
+
+def as_pose(row: FloatArray) -> Pose2D:
+    """The pose of a row x, y, heading; the heading is wrapped."""
+    return Pose2D(0.0, 0.0).compose(Pose2D(float(row[0]), float(row[1]), float(row[2])))

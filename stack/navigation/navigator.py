@@ -1,0 +1,387 @@
+"""Navigation: takes tasks and turns the newest of them into a velocity, step by step."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from math import degrees
+
+from stack.components import Controller, Planner
+from stack.drivetrain.description import DriveKind, RobotDescription
+from stack.errors import ParameterError
+from stack.navigation.drive_to_goal import GoalDrive
+from stack.navigation.escape.escape import Escape, EscapeGoal
+from stack.navigation.escape.surroundings import Surroundings
+from stack.navigation.following import PathDrive, Tools
+from stack.navigation.parameters import NavigationParameters
+from stack.navigation.plan_queries import PlanQueries
+from stack.navigation.planner_worker import PlannerWorker
+from stack.navigation.recoveries import (
+    BackUp,
+    DriveFor,
+    DriveOnHeading,
+    RecoveryTools,
+    Spin,
+    StraightWay,
+)
+from stack.navigation.tasks import CostmapLike, Emit, MotionExecutor, MotionTask, NavigationState
+from stack.navigation.teleoperation import Teleoperation
+from stack.safety.monitor import CollisionMonitor
+from stack.types import STANDSTILL, FailureCode, Path, Pose2D, TaskStatus, Twist
+
+
+class Navigator:
+    """Plans, follows and recovers; one motion task at a time, a newer one cancels the older.
+
+    Called once per control step. Steps that are left out (a pause, an emergency stop) do not
+    count as time for its patience, progress and deadlines.
+
+    Args:
+        robot: outline and limits.
+        planner: global planner.
+        controller: path follower.
+        parameters: tolerances and patience.
+        local_costmap: around the robot, for the controller.
+        global_costmap: for planning.
+        emit: called with (kind, text, level="info", **fields) for each thing that happens.
+        period: seconds between control steps.
+    """
+
+    def __init__(  # noqa: PLR0913 - the composition root's one call
+        self, robot: RobotDescription, planner: Planner, controller: Controller,
+        parameters: NavigationParameters, local_costmap: CostmapLike, global_costmap: CostmapLike,
+        emit: Emit, period: float,
+    ) -> None:  # fmt: skip
+        self._robot, self._period, self._emit = robot, period, emit
+        self._monitor = CollisionMonitor(robot)
+        self._tools = Tools(
+            controller, PlannerWorker(planner), parameters, local_costmap, global_costmap, emit,
+            clear_of=robot.footprint.inscribed_radius, monitor=self._monitor,
+            deceleration=robot.limits.linear_deceleration,
+            turns_in_place=robot.drive is not DriveKind.ACKERMANN,
+            has_legs=robot.drive is not DriveKind.OMNI,
+            counters={"plans": 0.0, "replans": 0.0, "recoveries": 0.0, "distance": 0.0},
+        )  # fmt: skip
+        self._surroundings = Surroundings()
+        self._activity: MotionExecutor | None = None
+        self._queries = PlanQueries(self._tools)
+        self._moment: NavigationState | None = None
+        self._left_out, self._last_time = 0.0, 0.0
+
+    @property
+    def parameters(self) -> NavigationParameters:
+        """In force; tasks begun later use the tolerances set here."""
+        return self._tools.parameters
+
+    @parameters.setter
+    def parameters(self, parameters: NavigationParameters) -> None:
+        self._tools.parameters = parameters
+
+    @property
+    def planner(self) -> Planner:
+        """In use; another may be set between steps."""
+        return self._tools.planner_worker.planner
+
+    @planner.setter
+    def planner(self, planner: Planner) -> None:
+        self._tools.planner_worker.planner = planner
+
+    def set_edge(self, edge: str, *, closed: bool) -> None:
+        """Close or open an edge of the route graph; the drive under way plans anew.
+
+        Raises:
+            ParameterError: there is no such edge, or the planner has no graph.
+        """
+        change = getattr(self.planner, "with_edge", None)
+        if change is None:
+            raise ParameterError(
+                "edge", f"{edge!r}: the planner in use has no route graph",
+                "choose `planner: {use: route, graph: FILE}`",
+            )  # fmt: skip
+        self.planner = change(edge, closed=closed)
+        self._emit("route", f"edge {edge} is {'closed' if closed else 'open'} now", edge=edge)
+
+    @property
+    def controller(self) -> Controller:
+        """In use; another may be set between steps and takes over the path under way."""
+        return self._tools.controller
+
+    @controller.setter
+    def controller(self, controller: Controller) -> None:
+        self._tools.controller = controller
+        if self.path is not None:
+            controller.set_path(self.path)
+
+    @property
+    def goal(self) -> Pose2D | None:
+        """Where the task under way leads, map frame; None when it leads nowhere."""
+        drive = self._drive
+        return None if drive is None else drive.goal
+
+    @property
+    def path(self) -> Path | None:
+        """The path being driven, map frame."""
+        drive = self._drive
+        return None if drive is None else drive.path
+
+    @property
+    def local_plan(self) -> Path | None:
+        """What the controller means to do next, map frame."""
+        return None if self.path is None else self._tools.controller.local_plan
+
+    @property
+    def counters(self) -> dict[str, float]:
+        """plans, replans, recoveries, distance (metres driven): for the snapshot."""
+        return dict(self._tools.counters)
+
+    @property
+    def busy(self) -> bool:
+        """Whether a motion task is under way."""
+        return self._activity is not None and self._activity.task.running
+
+    def advance(self, state: NavigationState) -> Twist:
+        """The velocity to drive in this step; STANDSTILL when there is nothing to do."""
+        self._count_distance(state)
+        state = self._without_pauses(state)
+        self._moment = state
+        self._surroundings.look(state)
+        self._queries.advance(state)
+        activity = self._activity
+        if activity is None or not activity.task.running:
+            self._activity = None
+            return STANDSTILL
+        try:
+            twist = activity.advance(state)
+        except Exception as error:  # a controller may be anybody's plugin
+            activity.task.fail(FailureCode.EXCEPTION, f"{activity.task.what} broke: {error!r}")
+        return twist if activity.task.running else STANDSTILL
+
+    def navigate_to(
+        self, goal: Pose2D, *, tolerance: float | None = None, partial: bool = False
+    ) -> MotionTask:
+        """Plan and drive to a pose in the map frame, replanning as the world changes.
+
+        With `partial`, having come as near as there is a way to counts as success.
+        """
+        return self._drive_through([goal], tolerance, partial)
+
+    def navigate_through(
+        self, goals: Sequence[Pose2D], *, tolerance: float | None = None
+    ) -> MotionTask:
+        """Drive past poses in turn to the last one without stopping in between.
+
+        Raises:
+            ParameterError: no goals.
+        """
+        if not goals:
+            raise ParameterError("goals", "there is no pose to drive to")
+        return self._drive_through(goals, tolerance, False)
+
+    def _drive_through(
+        self, goals: Sequence[Pose2D], tolerance: float | None, partial: bool
+    ) -> MotionTask:
+        task = self._task(f"drive to {_text(goals[-1])}")
+        drive = GoalDrive(task, self._tools, goals, tolerance)
+        drive.partial = partial
+        vias = f" past {len(goals) - 1} poses" if len(goals) > 1 else ""
+        self.start(drive, "goal", f"goal {_text(goals[-1])} accepted{vias}")
+        return task
+
+    def follow_path(self, path: Path) -> MotionTask:
+        """Drive along a given path, without replanning.
+
+        Raises:
+            ParameterError: the path has fewer than two points.
+        """
+        if len(path.points) < 2:
+            raise ParameterError("path", f"{len(path.points)} points, expected two or more")
+        task = self._task(f"follow a path of {path.length:.1f} m")
+        self.start(
+            PathDrive(task, self._tools, path), "goal", f"path of {path.length:.1f} m accepted"
+        )
+        return task
+
+    def plan(self, goal: Pose2D, start: Pose2D | None = None) -> MotionTask:
+        """Plan without driving; the answer is the task's `path`."""
+        task = self._task(f"plan to {_text(goal)}")
+        self._queries.begin(task, goal, start)
+        return task
+
+    def spin(self, angle: float, *, speed: float | None = None) -> MotionTask:
+        """Turn in place by an angle, positive to the left; a car fails at once."""
+        task = self._task(f"spin {degrees(angle):.0f} deg")
+        rate = _positive("speed", self.parameters.spin_speed if speed is None else speed)
+        refusal = Spin.why_not(self._robot)
+        if refusal:
+            task.fail(FailureCode.UNSUPPORTED, refusal)
+            return task
+        return self._recover(Spin(task, angle, rate, self._recovery_tools()))
+
+    def back_up(self, distance: float, *, speed: float | None = None) -> MotionTask:
+        """Drive straight back by a distance.
+
+        Raises:
+            ParameterError: a distance or speed that is not above 0, or a robot that cannot reverse.
+        """
+        _positive("distance", distance)
+        _positive("reverse_speed", self._robot.limits.reverse_speed)
+        task = self._task(f"back up {distance:.2f} m")
+        rate = _positive("speed", self.parameters.back_up_speed if speed is None else speed)
+        return self._recover(BackUp(task, distance, rate, self._recovery_tools()))
+
+    def drive_on_heading(
+        self, distance: float, *, speed: float | None = None, direction: float = 0.0
+    ) -> MotionTask:
+        """Drive straight by a distance, negative is backward, and hold the heading by odometry.
+
+        Args:
+            distance: metres.
+            speed: m/s; the limits of the drive hold as well.
+            direction: radians in the base frame, for omnidirectional robots; others fail at once.
+
+        Raises:
+            ParameterError: a speed that is not above 0.
+        """
+        rate = _positive("speed", self.parameters.straight_speed if speed is None else speed)
+        way = StraightWay(distance, direction, rate)
+        task = self._task(f"drive {distance:.2f} m on its heading")
+        refusal = way.why_not(self._robot)
+        if refusal:
+            task.fail(FailureCode.UNSUPPORTED, refusal)
+            return task
+        return self._recover(DriveOnHeading(task, way, self._recovery_tools()))
+
+    def escape(
+        self, *, clearance: float | None = None, distance: float = 1.5, speed: float | None = None
+    ) -> MotionTask:
+        """Drive out of a tight spot by lidar and odometry alone.
+
+        Args:
+            clearance: metres wanted round the outline; None is room to turn, and 15 cm at least.
+            distance: metres to drive for it, at most.
+            speed: m/s.
+
+        Raises:
+            ParameterError: a value that is not above 0.
+        """
+        outline = self._robot.footprint
+        room = max(0.15, outline.circumscribed_radius - outline.inscribed_radius + 0.05)
+        escape_goal = EscapeGoal(
+            _positive("clearance", room if clearance is None else clearance),
+            _positive("distance", distance),
+            _positive("speed", self.parameters.escape_speed if speed is None else speed),
+        )
+        task = self._task("escape to free space")
+        return self._recover(Escape(task, escape_goal, self._surroundings, self._recovery_tools()))
+
+    def drive_for(self, twist: Twist, seconds: float) -> MotionTask:
+        """A velocity with a time to live; called again before it is over, it goes on."""
+        until = (self._moment.time if self._moment else 0.0) + seconds
+        if isinstance(self._activity, DriveFor) and self._activity.task.running:
+            self._activity.renew(twist, until)
+            return self._activity.task
+        task = self._task("drive on command")
+        self.start(DriveFor(task, twist, until), "goal", "driving on command")
+        return task
+
+    def assisted_teleop(self, seconds: float, *, silence: float = 30.0) -> MotionTask:
+        """Let the operator drive, through `teleoperation`.
+
+        Args:
+            seconds: for which, at most.
+            silence: seconds without a velocity after which it fails.
+        """
+        task = self._task("assisted teleoperation")
+        return self._recover(Teleoperation(task, seconds, silence))
+
+    @property
+    def teleoperation(self) -> Teleoperation | None:
+        """Takes the operator's velocities while one is under way."""
+        activity = self._activity
+        if isinstance(activity, Teleoperation) and activity.task.running:
+            return activity
+        return None
+
+    def start(self, activity: MotionExecutor, kind: str, text: str) -> None:
+        """Let an activity move the robot from the next step on; cancels the one under way."""
+        if self._activity is not None:
+            self._activity.task.cancel(f"replaced: {activity.task.what}")
+        self._activity = activity
+        self._emit(kind, text)
+
+    def set_aside(self) -> MotionExecutor | None:
+        """Take the activity under way off the wheels without ending it; `take_up` goes on."""
+        activity, self._activity = self._activity, None
+        return activity
+
+    def take_up(self, activity: MotionExecutor | None) -> None:
+        """Cancel what is under way and go on with an activity that was set aside."""
+        if self._activity is not None:
+            self._activity.task.cancel("the mission goes on")
+        self._activity = activity
+        if self.path is not None:  # the controller is shared, and follows the other's path
+            self.controller.set_path(self.path)
+
+    def new_task(self, what: str) -> MotionTask:
+        """A handle for an activity built elsewhere."""
+        return self._task(what)
+
+    def cancel_all(self, why: str = "cancelled") -> None:
+        """End every task; the robot stands from the next step on."""
+        self._queries.cancel(why)
+        if self._activity is not None:
+            self._activity.task.cancel(why)
+
+    def close(self) -> None:
+        """Cancel everything and let go of the planner's thread."""
+        self.cancel_all("the run is over")
+        self._tools.planner_worker.close()
+
+    @property
+    def _drive(self) -> GoalDrive | PathDrive | None:
+        activity = self._activity
+        if isinstance(activity, GoalDrive | PathDrive) and activity.task.running:
+            return activity
+        return None
+
+    def _recovery_tools(self) -> RecoveryTools:
+        return RecoveryTools(self._robot, self.parameters, self._monitor, self._period)
+
+    def _recover(self, activity: MotionExecutor) -> MotionTask:
+        self._tools.count("recoveries")
+        self.start(activity, "recovery", activity.task.what)
+        return activity.task
+
+    def _task(self, what: str) -> MotionTask:
+        return MotionTask(what, self._ended)
+
+    def _ended(self, task: MotionTask) -> None:
+        failure, status = task.failure, task.status
+        level = "warning" if status is TaskStatus.FAILED else "info"
+        word = status.name.lower()
+        why = f": {task.feedback}" if task.feedback else ""
+        code = "" if failure is None else str(failure.code)
+        self._emit("task", f"{task.what} {word}{why}", level, status=word, code=code)
+
+    def _without_pauses(self, state: NavigationState) -> NavigationState:
+        """The moment on a clock that stands while navigation is not called."""
+        gap = state.time - self._last_time
+        if self._moment is not None and gap > 3.0 * self._period:
+            self._left_out += gap - self._period
+        self._last_time = state.time
+        return replace(state, time=state.time - self._left_out) if self._left_out else state
+
+    def _count_distance(self, state: NavigationState) -> None:
+        if self._moment is not None:
+            before, now = self._moment.odometry.pose, state.odometry.pose
+            self._tools.counters["distance"] += before.distance_to(now)
+
+
+def _text(pose: Pose2D) -> str:
+    return f"({pose.x:.2f}, {pose.y:.2f}, {degrees(pose.heading):.0f} deg)"
+
+
+def _positive(name: str, value: float) -> float:
+    if not value > 0.0:
+        raise ParameterError(name, f"{value:g} must be above 0")
+    return value

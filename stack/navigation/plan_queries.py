@@ -1,0 +1,58 @@
+"""Plans that somebody asks for without driving them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from stack.navigation.following import Tools
+from stack.navigation.planner_worker import Plan, PlanRequest
+from stack.navigation.tasks import MotionTask, NavigationState
+from stack.types import Pose2D
+
+
+@dataclass
+class _Planning:
+    """A `plan` task; its future once the start is known."""
+
+    task: MotionTask
+    goal: Pose2D
+    start: Pose2D | None
+
+
+class PlanQueries:
+    """The `plan` tasks under way; they move nothing and do not disturb each other."""
+
+    def __init__(self, tools: Tools) -> None:
+        self._tools = tools
+        self._under_way: list[_Planning] = []
+
+    def begin(self, task: MotionTask, goal: Pose2D, start: Pose2D | None) -> None:
+        """Plan to a goal from the next step on; from where the robot is then without a start."""
+        self._under_way.append(_Planning(task, goal, start))
+
+    def cancel(self, why: str) -> None:
+        """End them all."""
+        for planning in self._under_way:
+            planning.task.cancel(why)
+
+    def advance(self, state: NavigationState) -> None:
+        """Ask for plans, and hand over those that have come."""
+        for planning in self._under_way:
+            if planning.task.running:
+                self._advance(planning, state)
+        self._under_way = [item for item in self._under_way if item.task.running]
+
+    def _advance(self, planning: _Planning, state: NavigationState) -> None:
+        tools, p, task = self._tools, self._tools.parameters, planning.task
+        if task.future is None:
+            start = planning.start or state.estimate.pose
+            request = PlanRequest(tools.world.grid, start, (planning.goal,))
+            due = state.time + p.planning_latency
+            task.future = tools.planner_worker.ask(request, due, wait=p.wait_for_plan)
+            task.report("planning", 0.0)
+        answer = task.future.result(state.time)
+        if isinstance(answer, Plan):
+            task.path = answer.path
+            task.succeed(f"plan found, {answer.path.length:.1f} m")
+        elif answer is not None:
+            task.fail(answer.code, answer.sentence)

@@ -1,0 +1,133 @@
+"""Orders for finding faults in a mission: breakpoints, single steps, forced outcomes.
+
+A tick that reaches a breakpoint is finished, then the mission pauses: the robot comes to a stand
+and its clock stands, as with `pause`. A step is one tick and the control periods up to the next
+one, so that the robot moves as far as it would have; then the mission pauses again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, Protocol
+
+from stack.errors import InputError
+from stack.runtime.interfaces import Debugger, Parts
+from stack.telemetry.records import MissionState
+
+MAX_TICKS = 1_000_000
+
+Arguments = Mapping[str, Any]
+
+
+class MissionControl(Protocol):
+    """The course of the mission as debugging changes it."""
+
+    state: MissionState
+    reason: str
+
+
+class DebugCommands:
+    """Carries out debugging orders, and pauses the mission where they say.
+
+    Attributes:
+        actions: by kind of command; each returns what was understood, in words, and raises
+            InputError with the reason when it refuses.
+    """
+
+    def __init__(
+        self, parts: Parts, control: MissionControl, resume: Callable[[], str | None]
+    ) -> None:
+        """Ready for orders.
+
+        Args:
+            parts: of the loop; the debugger among them, when there is one.
+            control: what is paused.
+            resume: ends a pause; why it cannot, or None.
+        """
+        self._parts, self._control, self._resume = parts, control, resume
+        self._ticks_left: int | None = None
+        self.actions: dict[str, Callable[[Arguments], str]] = {
+            "break": self._break,
+            "unbreak": self._unbreak,
+            "force": self._force,
+            "step": self._step,
+            "continue": self._continue,
+        }
+
+    def forget_steps(self) -> None:
+        """Somebody paused or resumed: nothing is left of an earlier `step`."""
+        self._ticks_left = None
+
+    def lets_tick(self) -> bool:
+        """Whether the tree may be ticked now; pauses the mission when its steps are done."""
+        if self._ticks_left is None:
+            return True
+        if self._ticks_left == 0:
+            self._ticks_left = None
+            self._pause("after the ticks that were ordered; step or continue")
+            return False
+        self._ticks_left -= 1
+        return True
+
+    def after_tick(self) -> None:
+        """Pause when the tick reached a breakpoint."""
+        stops = self._parts.debugger.take_stops() if self._parts.debugger is not None else ()
+        if not stops or self._control.state is not MissionState.RUNNING:
+            return
+        self._ticks_left = None
+        where = ", ".join(stops)
+        self._pause(f"stopped at breakpoint: before {where}")
+        self._parts.telemetry.emit(
+            "breakpoint", f"stopped before {where} starts; step or continue", source="tree",
+            level="warning", nodes=list(self._debugger.view().held),
+        )  # fmt: skip
+
+    def _pause(self, why: str) -> None:
+        self._control.state, self._control.reason = MissionState.PAUSED, why
+
+    def _break(self, arguments: Arguments) -> str:
+        return f"stops before {self._debugger.set_breakpoint(self._node(arguments))}"
+
+    def _unbreak(self, arguments: Arguments) -> str:
+        named = self._node(arguments) if "node" in arguments else ""
+        cleared = self._debugger.clear_breakpoint(named)
+        return f"no breakpoint any more: {cleared}"
+
+    def _force(self, arguments: Arguments) -> str:
+        node, status = self._node(arguments), str(arguments["status"])
+        found = self._debugger.force(node, status, str(arguments.get("code", "")))
+        return f"{found}: {'runs as ever' if status == 'off' else status}"
+
+    def _step(self, arguments: Arguments) -> str:
+        ticks = arguments.get("ticks", 1)
+        if type(ticks) is not int or not 1 <= ticks <= MAX_TICKS:
+            raise InputError(f"step takes a number of ticks from 1 to {MAX_TICKS}, got {ticks!r}")
+        state = self._control.state
+        if state is MissionState.PAUSED:
+            self._go_on()
+        elif state not in (MissionState.STARTING, MissionState.RUNNING):
+            raise InputError(f"nothing to step: the mission is {state}")
+        self._ticks_left = ticks
+        return f"{ticks} tick{'' if ticks == 1 else 's'}"
+
+    def _continue(self, _: Arguments) -> str:
+        self._go_on()
+        return "the mission goes on"
+
+    def _go_on(self) -> None:
+        refusal = self._resume()
+        if refusal:
+            raise InputError(refusal)
+
+    def _node(self, arguments: Arguments) -> str:
+        """The node that is named; a number read off an older tree means another node by now."""
+        of = arguments.get("generation")
+        if of is not None and of != self._debugger.view().generation:
+            raise InputError("the tree was replaced meanwhile; choose the node again")
+        return str(arguments["node"])
+
+    @property
+    def _debugger(self) -> Debugger:
+        if self._parts.debugger is None:
+            raise InputError("this run has no debugger")
+        return self._parts.debugger

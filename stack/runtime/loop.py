@@ -1,0 +1,237 @@
+"""The step loop: one thread owns the robot, everybody else gets copies.
+
+`Runtime.step` reads like the abstract of the paper. Each named stage is timed; in simulation a
+stage that would have overrun the control period on hardware is counted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import hypot
+from time import perf_counter
+
+from stack.runtime.commands import CommandHandler
+from stack.runtime.interfaces import MissionTree, Parts, Rates
+from stack.runtime.snapshots import compose_snapshot
+from stack.runtime.stage_times import Stages
+from stack.telemetry.records import Ack, Command, Layer, MissionState
+from stack.types import STANDSTILL, Image, Observation, Odometry, Pose2D, RangeReading, Twist
+
+STANDING_SPEED = 0.02
+"""Below this speed (m/s and rad/s) the robot counts as standing."""
+
+
+class Runtime:
+    """Runs a mission step by step. Nothing here reads a clock but the body's."""
+
+    def __init__(self, parts: Parts, rates: Rates, idle: Callable[[], None] = lambda: None) -> None:
+        """Ready to step.
+
+        Args:
+            parts: what to run.
+            rates: how often.
+            idle: called instead of a step while the robot is held and stands.
+        """
+        self.parts, self._idle = parts, idle
+        self.period = 1.0 / rates.control
+        self.steps = 0
+        self.state = MissionState.STARTING
+        self.reason = ""
+        self.stages = Stages(self.period)
+        self.odometry = Odometry(0.0, Pose2D(0.0, 0.0), STANDSTILL)
+        self.commanded = STANDSTILL
+        self.distance = 0.0
+        self._began = perf_counter()
+        self._image: Image | None = None
+        self._successor: Callable[[], MissionTree] | None = None
+        self._waiting_readings: tuple[RangeReading, ...] = ()
+        self._ticks_every = rates.every(rates.tree, "tree")
+        self._commands = CommandHandler(parts, self)
+
+    def step(self) -> None:
+        """One control period, or nothing but service to the operator while the robot is held."""
+        self.parts.telemetry.advance(self.steps, self.parts.body.time)
+        if self._held_and_standing():
+            self._idle()
+            self._take_up_successor()
+            self._commands.apply_commands(held=True)
+            self.parts.telemetry.publish(lambda: compose_snapshot(self))
+            return
+        measure = self.stages.measure
+        with measure("commands"):
+            self._commands.apply_commands()
+        with measure("sense"):
+            observation = self.parts.body.sense()
+            self._image = observation.image or self._image
+        with measure("estimate"):
+            self._estimate(observation)
+        with measure("costmap"):
+            self._update_costmaps(observation)
+        if self.steps % self._ticks_every == 0 and self._may_tick():
+            with measure("tree"):
+                self.parts.tree.tick()
+            self._conclude()
+            self._commands.debugging.after_tick()
+        with measure("navigate"):
+            moving = self._ticking() or self._commands.on_detour
+            wanted = self.parts.facade.advance() if moving else STANDSTILL
+        with measure("safety"):
+            self.commanded = self._limit(wanted)
+        self.parts.body.drive(self.commanded)
+        self._note_trajectory()
+        with measure("publish"):
+            self.parts.telemetry.publish(lambda: compose_snapshot(self))
+        with measure("body", self._asleep):
+            if self.parts.facade.camera_wanted or self.parts.keep_camera_on:
+                self.parts.body.ask_for_image()
+            self.parts.body.wait(self.period)
+        if not self._ticking():
+            self.parts.tree.leave_out(self.period)
+        self.steps += 1
+
+    def apply(self, command: Command) -> Ack:
+        """Carry out a command now, between two steps, as if an operator had sent it."""
+        return self._commands.apply(command)
+
+    def replace_tree(self, take_up: Callable[[], MissionTree]) -> None:
+        """Halt the tree now, and go on with another one from its root once the robot stands.
+
+        Args:
+            take_up: called at that moment; the tree to go on with. A newer one takes its place.
+        """
+        if self.parts.tree.outcome == "running":
+            self.parts.tree.halt()
+        self._successor = take_up
+
+    def end(self, state: MissionState, reason: str) -> None:
+        """Bring the mission to an end from outside: aborted, interrupted, error."""
+        if self.state.is_over:
+            return
+        self.state, self.reason = state, reason
+        if self.parts.tree.outcome == "running":  # a tree that has ended keeps its picture
+            self.parts.tree.halt()
+        self.parts.telemetry.emit(
+            "mission_ended", f"{state}: {reason}" if reason else str(state), source="mission",
+            level="info" if state is MissionState.SUCCESS else "warning",
+            state=str(state), reason=reason,
+        )  # fmt: skip
+
+    def stand_still(self, patience: float = 3.0) -> None:
+        """Keep stepping with a zero command until the robot stands; at most `patience` seconds."""
+        for _ in range(round(patience / self.period)):
+            if self._standing():
+                return
+            self.step()
+
+    @property
+    def real_time_factor(self) -> float:
+        """Simulated seconds per wall second since the run began; for the screen only."""
+        return self.parts.body.time / max(1e-6, perf_counter() - self._began)
+
+    def fresh_image(self) -> Image | None:
+        """The newest picture that no snapshot has shown yet."""
+        image, self._image = self._image, None
+        return image
+
+    def counters(self) -> dict[str, float]:
+        """Figures for the screen and the report."""
+        own = {
+            "distance": self.distance,
+            "recoveries": float(self.parts.tree.recoveries),
+            "replans": self.parts.navigator.counters["replans"],
+        }
+        return own if self.parts.scorer is None else {**own, **self.parts.scorer.counters()}
+
+    def layers(self) -> dict[str, Layer]:
+        """The large things by name: map, costmaps, scene."""
+        parts = self.parts
+        return {
+            "map": parts.map_layer,
+            "global_costmap": Layer(parts.global_costmap.version, parts.global_costmap.grid),
+            "local_costmap": Layer(parts.local_costmap.version, parts.local_costmap.grid),
+            **(parts.scorer.layers() if parts.scorer is not None else {}),
+        }
+
+    def _asleep(self) -> float:
+        """Wall seconds that the body has slept to keep its pace: not compute time."""
+        return float(getattr(self.parts.body, "slept", 0.0))
+
+    def _may_tick(self) -> bool:
+        """Whether the tree is to be ticked in this step; takes up a successor, pauses after steps.
+
+        A tree that was halted is not ticked again: the robot comes to a stand for its successor.
+        """
+        self._take_up_successor()
+        if self._successor is not None or not self._ticking():
+            return False
+        return self._commands.debugging.lets_tick()
+
+    def _take_up_successor(self) -> None:
+        if self._successor is not None and self._standing() and not self.state.is_over:
+            self.parts.tree, self._successor = self._successor(), None
+
+    def _ticking(self) -> bool:
+        return self.state in (MissionState.STARTING, MissionState.RUNNING)
+
+    def _held_and_standing(self) -> bool:
+        held = self.state in (MissionState.PAUSED, MissionState.EMERGENCY_STOP)
+        return held and self._standing() and not self._commands.on_detour
+
+    def _standing(self) -> bool:
+        twist = self.odometry.twist
+        speed = hypot(twist.linear, twist.lateral)
+        return speed < STANDING_SPEED and abs(twist.angular) < STANDING_SPEED
+
+    def _estimate(self, observation: Observation) -> None:
+        before = self.odometry.pose
+        self.odometry = self.parts.fusion.update(observation)
+        self.distance += before.distance_to(self.odometry.pose)
+        self.parts.localiser.update(self.odometry.pose, observation.scan)
+        self.parts.facade.update(observation, self.odometry)
+        if self.parts.scorer is not None:
+            self.parts.scorer.look(self.parts.localiser.estimate)
+            for kind, text in self.parts.scorer.news():
+                self.parts.telemetry.emit(kind, text, source="simulation")
+
+    def _update_costmaps(self, observation: Observation) -> None:
+        pose = self.parts.localiser.estimate.pose
+        for name, more in observation.scans.items():
+            self.parts.local_costmap.update_from(name, pose, more, observation.time)
+            self.parts.global_costmap.update_from(name, pose, more, observation.time)
+        self._waiting_readings += observation.readings
+        if observation.scan is None:
+            return
+        readings, self._waiting_readings = self._waiting_readings, ()
+        scan, time, tracker = observation.scan, observation.time, self.parts.tracker
+        tracks = None if tracker is None else tracker.update(pose, scan, time)
+        self.parts.facade.tracks = tracks or ()
+        self.parts.local_costmap.update(pose, scan, time, readings=readings, tracks=tracks)
+        self.parts.global_costmap.update(pose, scan, time, readings=readings, tracks=tracks)
+
+    def _limit(self, wanted: Twist) -> Twist:
+        parts, pose = self.parts, self.parts.localiser.estimate.pose
+        deceleration = parts.body.description.limits.linear_deceleration
+        return parts.safety.limit(
+            wanted, scan=parts.facade.scan, time=parts.body.time, measured=self.odometry.twist,
+            more=parts.facade.scans,
+            speed_limit=parts.global_costmap.speed_limit(pose, deceleration),
+        )  # fmt: skip
+
+    def _note_trajectory(self) -> None:
+        """Once a simulated second the exact pose goes into the hashed log."""
+        if self.steps % round(1.0 / self.period) == 0:
+            pose = self.parts.localiser.estimate.pose
+            self.parts.telemetry.emit(
+                "pose", f"at ({pose.x:.2f}, {pose.y:.2f})", source="localisation",
+                x=pose.x, y=pose.y, heading=pose.heading,
+                health=self.parts.localiser.estimate.health,
+                charge=self.parts.facade.battery.charge,
+            )  # fmt: skip
+
+    def _conclude(self) -> None:
+        if self.state is MissionState.STARTING:
+            self.state = MissionState.RUNNING
+        if self.parts.tree.outcome == "success":
+            self.end(MissionState.SUCCESS, "")
+        elif self.parts.tree.outcome == "failure":
+            self.end(MissionState.FAILURE, self.parts.tree.reason)

@@ -1,0 +1,88 @@
+"""Assembles the Snapshot of a moment from the parts of the loop."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+
+from stack.runtime.interfaces import Parts
+from stack.runtime.stage_times import Stages
+from stack.telemetry.records import Debugging, Layer, MissionState, Snapshot
+from stack.types import FloatArray, Image, Odometry, Twist
+
+SHOWN_PARTICLES, SHOWN_EVENTS = 300, 40
+
+
+class Loop(Protocol):
+    """What the step loop says of itself."""
+
+    parts: Parts
+    steps: int
+    state: MissionState
+    reason: str
+    odometry: Odometry
+    commanded: Twist
+    stages: Stages
+
+    @property
+    def real_time_factor(self) -> float:
+        """Simulated seconds per wall second since the run began."""
+        ...
+
+    def fresh_image(self) -> Image | None:
+        """The newest picture that no snapshot has shown yet."""
+        ...
+
+    def counters(self) -> dict[str, float]:
+        """Figures for the screen."""
+        ...
+
+    def layers(self) -> dict[str, Layer]:
+        """The large things by name."""
+        ...
+
+
+def compose_snapshot(runtime: Loop) -> Snapshot:
+    """What everybody else may know about this moment. Arrays are shared, never written to."""
+    parts = runtime.parts
+    facade, estimate = parts.facade, parts.localiser.estimate
+    return Snapshot(
+        time=parts.body.time,
+        step=runtime.steps,
+        state=runtime.state,
+        reason=runtime.reason,
+        tree=parts.tree.rows(),
+        pose=estimate.pose,
+        covariance=estimate.covariance,
+        health=estimate.health,
+        battery=facade.battery,
+        odometry=runtime.odometry.pose,
+        particles=_thinned(parts.localiser.particles),
+        scan=facade.scan,
+        path=parts.navigator.path,
+        local_plan=parts.navigator.local_plan,
+        goal=parts.navigator.goal,
+        layers=runtime.layers(),
+        commanded=runtime.commanded,
+        measured=runtime.odometry.twist,
+        stages=runtime.stages.timings(),
+        speed=runtime.real_time_factor,
+        pace=float(getattr(parts.body, "pace", 1.0)),
+        parameters=facade.parameters,
+        image=runtime.fresh_image(),
+        truth=parts.scorer.truth if parts.scorer else None,
+        people=parts.scorer.people if parts.scorer else None,
+        tracks=facade.tracks,
+        blackboard=parts.tree.blackboard(),
+        counters=runtime.counters(),
+        teleop=parts.navigator.teleoperation is not None,
+        safety=parts.safety.reason,
+        events=parts.telemetry.recent(SHOWN_EVENTS),
+        debugging=parts.debugger.view() if parts.debugger else Debugging(),
+    )
+
+
+def _thinned(particles: FloatArray) -> FloatArray:
+    step = max(1, -(-len(particles) // SHOWN_PARTICLES))
+    return np.asarray(particles[::step], dtype=np.float32)

@@ -1,0 +1,1 @@
+"""The PyBullet world: meshes, wheels, contacts, friction."""

@@ -1,0 +1,66 @@
+"""Fiducial boards: a textured square per marker, since box faces take no texture coordinates.
+
+The picture is drawn from OpenCV's dictionary with a white margin that makes the board 1.25 times
+the marker's size; markers need a light margin to be found (Garrido-Jurado et al., 2014).
+"""
+
+from __future__ import annotations
+
+from math import cos, sin
+from pathlib import Path as FilePath
+
+import numpy as np
+
+from stack.errors import BodyError
+from stack.sim.physics.meshes import file_name
+from stack.types import Marker
+
+BOARD_RATIO = 1.25
+PIXELS_PER_MARKER = 320
+STAND_OFF = 0.002
+"""Metres in front of the wall, so that wall and board do not fight for the same pixels."""
+
+
+def board_texture(marker: Marker, folder: FilePath) -> FilePath:
+    """Write a marker's picture with its white margin as a PNG file.
+
+    Raises:
+        BodyError: OpenCV has no such dictionary, or the dictionary no such marker.
+    """
+    import cv2
+
+    number = getattr(cv2.aruco, marker.dictionary, None)
+    if number is None or not marker.dictionary.startswith("DICT_"):
+        raise BodyError(f"OpenCV has no marker dictionary {marker.dictionary!r}")
+    dictionary = cv2.aruco.getPredefinedDictionary(number)
+    size = len(dictionary.bytesList)
+    if not 0 <= marker.number < size:
+        raise BodyError(f"{marker.dictionary} holds markers 0 to {size - 1}, got {marker.number}")
+    margin = round(PIXELS_PER_MARKER * (BOARD_RATIO - 1.0) / 2.0)
+    inner = cv2.aruco.generateImageMarker(dictionary, marker.number, PIXELS_PER_MARKER)
+    picture = np.pad(inner, margin, constant_values=255)
+    png = cv2.imencode(".png", cv2.cvtColor(picture, cv2.COLOR_GRAY2BGR))[1].tobytes()
+    path = folder / file_name(png, "png")
+    path.write_bytes(png)
+    return path
+
+
+def board_quad(marker: Marker, folder: FilePath) -> FilePath:
+    """Write a marker's board, in world coordinates, as an OBJ file with texture coordinates."""
+    half = marker.size * BOARD_RATIO / 2.0
+    forward = np.array([cos(marker.heading), sin(marker.heading), 0.0])
+    right = np.array([-sin(marker.heading), cos(marker.heading), 0.0])  # as its viewer sees it
+    up = np.array([0.0, 0.0, 1.0])
+    middle = np.array(marker.position) + STAND_OFF * forward
+    corners = [middle + half * (u * right + v * up) for u, v in _CORNERS]
+    lines = [f"v {x:.6f} {y:.6f} {z:.6f}" for x, y, z in corners]
+    lines += [f"vt {(u + 1) / 2:.1f} {(v + 1) / 2:.1f}" for u, v in _CORNERS]
+    lines += ["vn {:.6f} {:.6f} {:.6f}".format(*forward)]
+    lines += ["f 1/1/1 2/2/1 3/3/1", "f 1/1/1 3/3/1 4/4/1"]
+    text = "\n".join(lines) + "\n"
+    path = folder / file_name(text, "obj")
+    path.write_text(text)
+    return path
+
+
+_CORNERS = ((-1, -1), (1, -1), (1, 1), (-1, 1))

@@ -1,0 +1,129 @@
+"""Triangle meshes of everything in a world that never moves, one per colour.
+
+Upright prisms only: walls are slabs with a round pillar at every inner corner, so that joints of
+any angle are filled; cylinders are prisms of many sides.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from hashlib import sha256
+from itertools import pairwise
+from math import cos, pi, sin
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stack.sim.worlds.world import Colour, Cylinder, Wall, World
+from stack.types import FloatArray, Pose2D
+
+CYLINDER_SIDES = 32
+"""The flats lie at most radius x (1 - cos(pi / 32)) = 0.5 % of the radius inside the circle."""
+
+PILLAR_SIDES = 12
+
+
+@dataclass(frozen=True, slots=True)
+class Mesh:
+    """Triangles that share no corners, so that every face is shaded flat.
+
+    Attributes:
+        corners: (n, 3, 3) metres: triangle, corner, coordinate; anticlockwise from outside.
+    """
+
+    corners: FloatArray
+
+    def obj(self) -> str:
+        """The mesh as a Wavefront OBJ text."""
+        vertices = self.corners.reshape(-1, 3)
+        lines = [f"v {x:.6f} {y:.6f} {z:.6f}" for x, y, z in vertices]
+        lines += [f"f {n} {n + 1} {n + 2}" for n in range(1, len(vertices), 3)]
+        return "\n".join(lines) + "\n"
+
+
+def file_name(content: str | bytes, ending: str) -> str:
+    """A name for content, since PyBullet takes two files of one name for the same file."""
+    raw = content.encode() if isinstance(content, str) else content
+    return f"{sha256(raw).hexdigest()[:24]}.{ending}"
+
+
+def static_meshes(world: World) -> dict[Colour, Mesh]:
+    """What stands in a world and never moves, by colour in order of first appearance."""
+    parts: dict[Colour, list[FloatArray]] = {}
+    for wall in world.walls:
+        parts.setdefault(wall.colour, []).extend(_wall(wall))
+    for box in world.boxes:
+        parts.setdefault(box.colour, []).append(box_prism(box.pose, box.size))
+    for cylinder in world.cylinders:
+        parts.setdefault(cylinder.colour, []).append(_cylinder(cylinder))
+    return {colour: Mesh(np.concatenate(corners)) for colour, corners in parts.items()}
+
+
+def merged(meshes: dict[Colour, Mesh]) -> Mesh:
+    """All of them as one."""
+    return Mesh(np.concatenate([mesh.corners for mesh in meshes.values()]))
+
+
+def box_outline(pose: Pose2D, length: float, width: float) -> FloatArray:
+    """Corners (4, 2) of a rectangle about a pose, anticlockwise."""
+    half = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * (length / 2.0, width / 2.0)
+    return pose.transform(half)
+
+
+def box_prism(pose: Pose2D, size: tuple[float, float, float]) -> FloatArray:
+    """Triangles (12, 3, 3) of an upright box whose middle stands on the floor at a pose."""
+    return _prism(box_outline(pose, size[0], size[1]), size[2])
+
+
+def slab(start: FloatArray, end: FloatArray) -> tuple[Pose2D, float]:
+    """Pose of the middle of an upright slab from start to end, and its length, metres."""
+    along = end - start
+    middle = (start + end) / 2.0
+    heading = float(np.arctan2(along[1], along[0]))
+    return Pose2D(float(middle[0]), float(middle[1]), heading), float(np.hypot(*along))
+
+
+def wall_slabs(wall: Wall) -> list[tuple[Pose2D, float]]:
+    """Pose and length of each of a wall's slabs, in order; none of a corner given twice."""
+    slabs = [slab(start, end) for start, end in pairwise(np.asarray(wall.points, dtype=float))]
+    return [(pose, length) for pose, length in slabs if length > 0.0]
+
+
+def wall_pillars(wall: Wall) -> FloatArray:
+    """(n, 2) where slabs meet, the wall's own beginning included if it ends there."""
+    points = np.asarray(wall.points, dtype=np.float64)
+    closed = len(points) > 2 and bool(np.allclose(points[0], points[-1]))
+    return points[1:] if closed else points[1:-1]
+
+
+def _wall(wall: Wall) -> Iterator[FloatArray]:
+    for pose, length in wall_slabs(wall):
+        yield box_prism(pose, (length, wall.thickness, wall.height))
+    for x, y in wall_pillars(wall).tolist():
+        yield _prism(_circle(x, y, wall.thickness / 2.0, PILLAR_SIDES), wall.height)
+
+
+def _cylinder(cylinder: Cylinder) -> FloatArray:
+    outline = _circle(cylinder.x, cylinder.y, cylinder.radius, CYLINDER_SIDES)
+    return _prism(outline, cylinder.height)
+
+
+def _circle(x: float, y: float, radius: float, sides: int) -> FloatArray:
+    angles = [2.0 * pi * n / sides for n in range(sides)]
+    return np.array([[x + radius * cos(a), y + radius * sin(a)] for a in angles])
+
+
+def _prism(outline: FloatArray, height: float) -> FloatArray:
+    """Triangles (4n - 4, 3, 3) of the upright prism on a convex outline (n, 2), anticlockwise."""
+    n = len(outline)
+    low = np.column_stack([outline, np.zeros(n)])
+    high = np.column_stack([outline, np.full(n, height)])
+    following: NDArray[np.intp] = np.roll(np.arange(n), -1)
+    fan = np.arange(1, n - 1)
+    tops = np.stack([high[np.zeros_like(fan)], high[fan], high[fan + 1]], axis=1)
+    bottoms = np.stack([low[np.zeros_like(fan)], low[fan + 1], low[fan]], axis=1)
+    lower = np.stack([low, low[following], high[following]], axis=1)
+    upper = np.stack([low, high[following], high], axis=1)
+    triangles: FloatArray = np.concatenate([lower, upper, tops, bottoms])
+    return triangles

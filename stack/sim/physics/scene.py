@@ -1,0 +1,164 @@
+"""A world's bodies in a PyBullet client: the same for the physics and for the camera's renderer."""
+
+from __future__ import annotations
+
+from math import cos, sin
+from pathlib import Path as FilePath
+from typing import Any
+
+import numpy as np
+
+from stack.sim.physics.boards import board_quad, board_texture
+from stack.sim.physics.meshes import Mesh, file_name, merged, slab, static_meshes
+from stack.sim.worlds.world import Colour, Door, World
+from stack.types import FloatArray, Pose2D
+
+PERSON_HEIGHT = 1.7
+OUT_OF_SIGHT = -20.0
+"""Height at which an open door waits."""
+
+FLOOR_COLOUR: Colour = (0.42, 0.43, 0.44)
+PERSON_COLOUR: Colour = (0.20, 0.35, 0.60)
+
+
+class Scene:
+    """Everything of a world but the robot, as bodies of one PyBullet client.
+
+    Attributes:
+        floor: body number of the floor.
+        obstacles: what can be touched, body number -> words for it.
+    """
+
+    def __init__(self, bullet: Any, client: int, world: World, folder: FilePath) -> None:
+        self._bullet, self._client, self._folder = bullet, client, folder
+        self.floor = -1
+        self.obstacles: dict[int, str] = {}
+        self._doors: dict[str, tuple[int, Pose2D, float]] = {}
+        self._people: list[int] = []
+
+    @classmethod
+    def to_touch(cls, bullet: Any, client: int, world: World, folder: FilePath) -> Scene:
+        """With collision shapes: one concave mesh for all that stands still.
+
+        Args:
+            bullet: the pybullet module.
+            client: number of the physics client.
+            world: what to build.
+            folder: for generated files; not needed any more afterwards.
+        """
+        scene = cls(bullet, client, world, folder)
+        plane = bullet.createCollisionShape(bullet.GEOM_PLANE, physicsClientId=client)
+        scene.floor = scene._fixed(collision=plane)
+        # Bullet multiplies the two friction coefficients: the wheels carry the floor's.
+        bullet.changeDynamics(scene.floor, -1, lateralFriction=1.0, physicsClientId=client)
+        meshes = static_meshes(world)
+        if meshes:
+            shape = bullet.createCollisionShape(
+                bullet.GEOM_MESH,
+                fileName=str(scene._write(merged(meshes))),
+                flags=bullet.GEOM_FORCE_CONCAVE_TRIMESH,
+                physicsClientId=client,
+            )
+            scene.obstacles[scene._fixed(collision=shape)] = "something that stands there"
+        for door in world.doors:
+            body = scene._add_door(door, visible=False)
+            scene.obstacles[body] = f"the door {door.name}"
+        for person in world.people:
+            body = scene._add_person(person.radius, visible=False)
+            scene.obstacles[body] = person.name
+            scene._move(body, 0.0, 0.0, OUT_OF_SIGHT, 0.0)  # until somebody places the people
+        return scene
+
+    @classmethod
+    def to_see(cls, bullet: Any, client: int, world: World, folder: FilePath) -> Scene:
+        """With visual shapes: a mesh per colour, the floor and the fiducial boards.
+
+        Raises:
+            BodyError: a marker that OpenCV does not know.
+        """
+        scene = cls(bullet, client, world, folder)
+        scene.floor = scene._visible_floor(world)
+        for colour, mesh in static_meshes(world).items():
+            scene._visible_mesh(scene._write(mesh), colour)
+        for door in world.doors:
+            scene._add_door(door, visible=True)
+        for person in world.people:
+            scene._add_person(person.radius, visible=True)
+        for marker in world.markers:
+            body = scene._visible_mesh(board_quad(marker, folder), (1.0, 1.0, 1.0))
+            texture = bullet.loadTexture(str(board_texture(marker, folder)), physicsClientId=client)
+            bullet.changeVisualShape(body, -1, textureUniqueId=texture, physicsClientId=client)
+        return scene
+
+    def place_door(self, name: str, closed: bool) -> None:
+        """Put a door into its gap, or away."""
+        body, pose, height = self._doors[name]
+        z = height / 2.0 if closed else OUT_OF_SIGHT
+        self._move(body, pose.x, pose.y, z, pose.heading)
+
+    def place_people(self, people: FloatArray) -> None:
+        """Put the people, in the world's order, at the first two columns of (n, 2 or more)."""
+        for body, (x, y) in zip(self._people, people[:, :2].tolist(), strict=True):
+            self._move(body, x, y, PERSON_HEIGHT / 2.0, 0.0)
+
+    def _move(self, body: int, x: float, y: float, z: float, heading: float) -> None:
+        turn = (0.0, 0.0, sin(heading / 2.0), cos(heading / 2.0))
+        self._bullet.resetBasePositionAndOrientation(
+            body, (x, y, z), turn, physicsClientId=self._client
+        )
+
+    def _write(self, mesh: Mesh) -> FilePath:
+        text = mesh.obj()
+        path = self._folder / file_name(text, "obj")
+        path.write_text(text)
+        return path
+
+    def _fixed(self, *, collision: int = -1, visual: int = -1) -> int:
+        body: int = self._bullet.createMultiBody(
+            0.0, collision, visual, physicsClientId=self._client
+        )
+        return body
+
+    def _visible_mesh(self, path: FilePath, colour: Colour) -> int:
+        shape = self._bullet.createVisualShape(
+            self._bullet.GEOM_MESH,
+            fileName=str(path),
+            rgbaColor=(*colour, 1.0),
+            specularColor=(0.0, 0.0, 0.0),
+            physicsClientId=self._client,
+        )
+        return self._fixed(visual=shape)
+
+    def _visible_floor(self, world: World) -> int:
+        x_min, y_min, x_max, y_max = world.bounds
+        margin = 2.0  # so that a map's edge is not the edge of the floor
+        low = np.array([x_min - margin, y_min - margin, 0.0])
+        size = np.array([x_max - x_min + 2 * margin, y_max - y_min + 2 * margin, 0.0])
+        a, b, c, d = (low + size * (u, v, 0.0) for u, v in ((0, 0), (1, 0), (1, 1), (0, 1)))
+        floor = Mesh(np.array([[a, b, c], [a, c, d]]))
+        return self._visible_mesh(self._write(floor), FLOOR_COLOUR)
+
+    def _add_door(self, door: Door, *, visible: bool) -> int:
+        pose, length = slab(np.array(door.start), np.array(door.end))
+        half = (length / 2.0, door.thickness / 2.0, door.height / 2.0)
+        body = self._shaped(visible, door.colour, self._bullet.GEOM_BOX, halfExtents=half)
+        self._doors[door.name] = (body, pose, door.height)
+        self.place_door(door.name, door.closed)
+        return body
+
+    def _add_person(self, radius: float, *, visible: bool) -> int:
+        # PyBullet calls a cylinder's height `height` in collision shapes, `length` in visual ones.
+        tall = {"length" if visible else "height": PERSON_HEIGHT}
+        cylinder = self._bullet.GEOM_CYLINDER
+        body = self._shaped(visible, PERSON_COLOUR, cylinder, radius=radius, **tall)
+        self._people.append(body)
+        return body
+
+    def _shaped(self, visible: bool, colour: Colour, kind: int, **size: Any) -> int:
+        if visible:
+            shape = self._bullet.createVisualShape(
+                kind, rgbaColor=(*colour, 1.0), physicsClientId=self._client, **size
+            )
+            return self._fixed(visual=shape)
+        shape = self._bullet.createCollisionShape(kind, physicsClientId=self._client, **size)
+        return self._fixed(collision=shape)

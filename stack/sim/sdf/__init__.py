@@ -1,0 +1,1 @@
+"""Gazebo worlds (SDFormat) as simulated worlds."""

@@ -1,0 +1,101 @@
+"""Where SDF's elements are: poses, also as quaternions, and frames that they refer to."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from math import isfinite, radians
+
+import numpy as np
+
+from stack.documents import Findings
+from stack.sim.sdf import shapes
+from stack.sim.sdf.xml_file import Element
+from stack.sim.worlds.values import SHAPE
+from stack.types import FloatArray
+
+FRAMES = ("frame", "link", "model")
+"""Elements that give their name to a frame."""
+
+
+class UnknownFrame(Exception):
+    """A pose refers to a frame that is not there, or to itself in the end."""
+
+
+def numbers(findings: Findings, element: Element | None, count: int) -> FloatArray | None:
+    """The numbers in an element's text; None when it is absent or, noted, wrong."""
+    if element is None:
+        return None
+    words = element.text.split()
+    try:
+        values = [float(word) for word in words]
+    except ValueError:
+        values = []
+    if len(values) != count or not all(map(isfinite, values)):
+        wanted = "a number" if count == 1 else f"{count} numbers"
+        shown = element.text if len(element.text) <= 60 else element.text[:57] + "..."
+        sentence = f"<{element.tag}>: expected {wanted}, got {shown!r}"
+        findings.error(SHAPE, element.mark, sentence)
+        return None
+    return np.array(values)
+
+
+def written(findings: Findings, pose: Element) -> FloatArray | None:
+    """The (4, 4) that stands in a <pose>, whatever it refers to."""
+    if not pose.text:
+        return np.eye(4)
+    if pose.attributes.get("rotation_format", "euler_rpy") == "quat_xyzw":
+        values = numbers(findings, pose, 7)
+        if values is not None and float(np.linalg.norm(values[3:])) < 1e-6:
+            findings.error(SHAPE, pose.mark, "<pose>: the quaternion 0 0 0 0 is no rotation")
+            return None
+        return None if values is None else shapes.from_quaternion(values[:3], values[3:])
+    values = numbers(findings, pose, 6)
+    if values is None:
+        return None
+    angles = values[3:]
+    if pose.attributes.get("degrees") in ("1", "true"):
+        angles = np.array([radians(angle) for angle in angles.tolist()])
+    return shapes.transform(values[:3], angles)
+
+
+class Frames:
+    """The named frames in a model, or in the world, each in that model's or world's own frame."""
+
+    def __init__(self, findings: Findings, inside: Iterable[Element]) -> None:
+        self._findings = findings
+        self._named: dict[str, Element] = {}
+        for element in inside:
+            if element.tag in FRAMES and element.name:
+                self._named.setdefault(element.name, element)
+
+    def pose(
+        self, element: Element, default: FloatArray, seen: tuple[str, ...] = ()
+    ) -> FloatArray | None:
+        """(4, 4) of an element in the frame of the model or world; None when, noted, it is wrong.
+
+        Args:
+            element: with a <pose>, or without.
+            default: (4, 4) of what it stands in, likewise in the frame of the model.
+            seen: frames on the way here.
+
+        Raises:
+            UnknownFrame: it refers to a frame that is not there.
+        """
+        pose = element.first("pose")
+        frame = "" if pose is None else pose.attributes.get("relative_to", "")
+        if not frame and pose is not None:
+            frame = pose.attributes.get("frame", "")  # before version 1.7
+        if not frame and element.tag == "frame":
+            frame = element.attributes.get("attached_to", "")
+        origin = default if not frame else self._of(frame, seen)
+        if pose is None or origin is None:
+            return origin
+        own = written(self._findings, pose)
+        return None if own is None else origin @ own
+
+    def _of(self, name: str, seen: tuple[str, ...]) -> FloatArray | None:
+        if name in ("world", "__model__"):
+            return np.eye(4)
+        if name not in self._named or name in seen:
+            raise UnknownFrame(name)
+        return self.pose(self._named[name], np.eye(4), (*seen, name))

@@ -1,0 +1,1 @@
+"""Simulated sensors: lidar, sonar, IMU, wheel odometry, camera."""

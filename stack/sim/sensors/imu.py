@@ -1,0 +1,55 @@
+"""A six-axis inertial sensor with white noise and a constant bias on each axis."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stack.drivetrain.description import ImuDescription
+from stack.sim.physics.physics_world import GRAVITY, BaseState
+from stack.streams import stream
+from stack.types import FloatArray
+from stack.types import Imu as ImuReading
+
+
+class Imu:
+    """Collects samples; an accelerometer feels the change of velocity and gravity's opposite."""
+
+    def __init__(self, description: ImuDescription, seed: int) -> None:
+        self._description = description
+        self._random = stream(seed, "imu")
+        self._gyro_bias = self._random.normal(0.0, description.gyro_bias, 3)
+        self._accelerometer_bias = self._random.normal(0.0, description.accelerometer_bias, 3)
+        self._velocity: FloatArray | None = None
+        self._stamps: list[float] = []
+        self._gyro: list[FloatArray] = []
+        self._accelerometer: list[FloatArray] = []
+
+    def sample(self, time: float, state: BaseState) -> None:
+        """Measure once; called at the sensor's own rate."""
+        d = self._description
+        noise = self._random.standard_normal(6)
+        before = state.velocity if self._velocity is None else self._velocity
+        self._velocity = state.velocity
+        acceleration = (state.velocity - before) * d.rate
+        acceleration[2] += GRAVITY
+        self._stamps.append(time)
+        self._gyro.append(state.spin @ state.rotation + self._gyro_bias + d.gyro_noise * noise[:3])
+        self._accelerometer.append(
+            acceleration @ state.rotation
+            + self._accelerometer_bias
+            + d.accelerometer_noise * noise[3:]
+        )
+
+    def lifted(self) -> None:
+        """The robot was put elsewhere: its change of velocity is not felt."""
+        self._velocity = None
+
+    def take(self) -> ImuReading | None:
+        """The samples since the last call."""
+        if not self._stamps:
+            return None
+        batch = ImuReading(
+            np.array(self._stamps), np.array(self._gyro), np.array(self._accelerometer)
+        )
+        self._stamps, self._gyro, self._accelerometer = [], [], []
+        return batch

@@ -1,0 +1,139 @@
+"""Pictures of a scene by PyBullet's software renderer, through a pinhole camera.
+
+The same shot gives the same picture in whatever process it is rendered.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path as FilePath
+from tempfile import TemporaryDirectory
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stack.drivetrain.description import CameraDescription
+from stack.sim.physics import bullet as loader
+from stack.sim.physics.physics_world import load_robot
+from stack.sim.physics.scene import Scene
+from stack.sim.worlds.world import World
+from stack.streams import stream
+from stack.types import CameraModel, FloatArray
+
+NEAR = 0.02
+"""Metres in front of the lens below which nothing is drawn."""
+
+_FLIP = np.diag([1.0, -1.0, -1.0, 1.0])
+"""OpenGL's eye frame (y up, looking along -z) from the optical frame, and back."""
+
+
+@dataclass(frozen=True, slots=True)
+class RenderSetup:
+    """What a renderer needs to know once."""
+
+    world: World
+    urdf: FilePath
+    camera: CameraDescription
+    seed: int
+
+
+@dataclass(frozen=True, slots=True)
+class RenderRequest:
+    """What moves, at the moment of exposure.
+
+    Attributes:
+        step: physics step; the picture's noise is drawn for it.
+        position: (x, y, z) of the base frame, world frame.
+        orientation: quaternion x, y, z, w of the base frame.
+        people: (n, 3) x, y, radius.
+        doors: name -> closed.
+    """
+
+    step: int
+    position: tuple[float, float, float]
+    orientation: tuple[float, float, float, float]
+    people: FloatArray
+    doors: dict[str, bool]
+
+
+class CameraRenderer:
+    """A second PyBullet client with only what can be seen.
+
+    Raises:
+        BodyError: the world has a marker that OpenCV does not know, or the URDF cannot be read.
+    """
+
+    def __init__(self, setup: RenderSetup) -> None:
+        self._bullet = bullet = loader.load()
+        self._setup = setup
+        self._client: int = bullet.connect(bullet.DIRECT)
+        with TemporaryDirectory(prefix="treepilot-") as folder:
+            path = FilePath(folder)
+            self._scene = Scene.to_see(bullet, self._client, setup.world, path)
+        self._robot = load_robot(bullet, self._client, setup.urdf)
+        self._inertial = bullet.getDynamicsInfo(self._robot, -1, physicsClientId=self._client)[3:5]
+        model = setup.camera.model
+        self._projection = projection(model, NEAR, setup.camera.range_max)
+
+    def render(self, request: RenderRequest) -> NDArray[np.uint8]:
+        """The picture (height, width, 3) RGB, noise included."""
+        self._arrange(request)
+        camera = self._setup.camera
+        model = camera.model
+        answer = self._bullet.getCameraImage(
+            model.width,
+            model.height,
+            viewMatrix=self._view(request).T.ravel().tolist(),
+            projectionMatrix=self._projection.T.ravel().tolist(),
+            shadow=0,
+            renderer=self._bullet.ER_TINY_RENDERER,
+            flags=self._bullet.ER_NO_SEGMENTATION_MASK,
+            physicsClientId=self._client,
+        )
+        shape = (model.height, model.width, 4)
+        pixels: NDArray[np.uint8] = np.asarray(answer[2], dtype=np.uint8).reshape(shape)[:, :, :3]
+        if camera.noise <= 0.0:
+            return np.ascontiguousarray(pixels)
+        random = stream(self._setup.seed, "camera", request.step)
+        noise = random.standard_normal(pixels.shape, dtype=np.float32) * np.float32(camera.noise)
+        noisy: NDArray[np.uint8] = np.clip(np.rint(pixels + noise), 0, 255).astype(np.uint8)
+        return noisy
+
+    def close(self) -> None:
+        """Disconnect. Safe to call twice."""
+        if self._client >= 0:
+            self._bullet.disconnect(physicsClientId=self._client)
+            self._client = -1
+
+    def _arrange(self, request: RenderRequest) -> None:
+        bullet = self._bullet
+        place = bullet.multiplyTransforms(request.position, request.orientation, *self._inertial)
+        bullet.resetBasePositionAndOrientation(self._robot, *place, physicsClientId=self._client)
+        self._scene.place_people(request.people)
+        for name, closed in request.doors.items():
+            self._scene.place_door(name, closed)
+
+    def _view(self, request: RenderRequest) -> FloatArray:
+        """(4, 4) OpenGL eye frame from world."""
+        base = np.eye(4)
+        turn = self._bullet.getMatrixFromQuaternion(request.orientation)
+        base[:3, :3] = np.array(turn).reshape(3, 3)
+        base[:3, 3] = request.position
+        world_from_optical = base @ self._setup.camera.model.base_from_optical()
+        return np.linalg.inv(world_from_optical @ _FLIP).astype(np.float64)
+
+
+def projection(model: CameraModel, near: float, far: float) -> FloatArray:
+    """(4, 4) OpenGL clip space from eye frame, for a pinhole camera.
+
+    TinyRenderer's pixel centres have whole-numbered coordinates, as OpenCV's have: a column is
+    (x + 1) width / 2 as it should be. Its rows are counted from the far end, height - 1 - row, so
+    that the picture stands one pixel too high: the y offset puts it right.
+    """
+    f, width, height = model.focal_length, model.width, model.height
+    matrix = np.zeros((4, 4))
+    matrix[0, 0], matrix[1, 1] = 2.0 * f / width, 2.0 * f / height
+    matrix[1, 2] = 2.0 / height
+    matrix[2, 2], matrix[2, 3] = -(far + near) / (far - near), -2.0 * far * near / (far - near)
+    matrix[3, 2] = -1.0
+    return matrix

@@ -1,0 +1,52 @@
+"""A sonar: the nearest thing in a cone, found by a fan of rays, then the sensor's errors."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import inf, nan
+
+import numpy as np
+
+from stack.drivetrain.description import SonarDescription
+from stack.sim.sensors.lidar import SensedScene
+from stack.sim.worlds.world import World
+from stack.streams import stream
+from stack.types import FloatArray, Pose2D, RangeReading
+
+RAYS = 9
+"""Rays of a fan: at 2.5 m and 25 degrees they are 14 cm apart."""
+
+
+class Sonar:
+    """Takes readings from the sensor's true pose, in the plane of its height.
+
+    A real cone is as high as it is wide; here what stands below or above the plane is not heard.
+    Noise comes from (seed, "sonar:" and the name, step).
+    """
+
+    def __init__(self, description: SonarDescription, world: World, seed: int, name: str) -> None:
+        from stack.sim.sensors.kernels import cast  # imports numba
+
+        self._cast = cast
+        self._description, self._seed, self._name = description, seed, name
+        self._scene = SensedScene(world, description.height)
+
+    def reading(
+        self, robot: Pose2D, people: FloatArray, doors: Mapping[str, bool], step: int, time: float
+    ) -> RangeReading:
+        """What the sonar hears at this physics step; arguments as `Lidar.scan` takes them."""
+        d = self._description
+        sensor = robot.compose(d.mount)
+        measured: FloatArray = self._cast(
+            sensor.x, sensor.y, sensor.heading - d.field_of_view / 2.0,
+            d.field_of_view / (RAYS - 1), RAYS, *self._scene.outlines(people, doors),
+        )  # fmt: skip
+        noise = stream(self._seed, f"sonar:{self._name}", step).normal(0.0, d.noise)
+        distance = float(np.min(measured)) + noise
+        if distance > d.range_max:
+            distance = inf
+        elif distance < d.range_min:
+            distance = nan
+        return RangeReading(
+            time, distance, d.field_of_view, d.range_min, d.range_max, d.mount, self._name
+        )

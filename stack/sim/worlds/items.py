@@ -1,0 +1,178 @@
+"""Readers of the single things a world file lists: walls, doors, markers, people…
+
+Each takes the mapping of one entry, notes what is wrong with it, and returns None when it cannot
+be used. docs/worlds.md lists the keys.
+"""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+
+from stack.documents import Section
+from stack.parameters import Declaration
+from stack.sim.worlds.values import (
+    COLOUR,
+    FRICTION,
+    HEIGHT,
+    NAME,
+    ON_MAP,
+    RADIUS,
+    SHAPE,
+    SIZE,
+    THICKNESS,
+    UNKNOWN_NAME,
+    Reading,
+    length,
+)  # fmt: skip
+from stack.sim.worlds.world import (
+    Box,
+    Colour,
+    Cylinder,
+    Dock,
+    Door,
+    FrictionZone,
+    Person,
+    Wall,
+)  # fmt: skip
+from stack.types import Marker, wrap_angle
+
+DICTIONARIES = {
+    **{f"DICT_{n}X{n}_{count}": count for n in (4, 5, 6, 7) for count in (50, 100, 250, 1000)},
+    "DICT_ARUCO_ORIGINAL": 1024, "DICT_APRILTAG_16h5": 30, "DICT_APRILTAG_25h9": 35,
+    "DICT_APRILTAG_36h10": 2320, "DICT_APRILTAG_36h11": 587,
+}  # fmt: skip
+"""OpenCV's fiducial dictionaries and how many markers each holds."""
+
+
+def _colour(section: Section, kind: type) -> Colour:
+    default: Any = next(item.default for item in fields(kind) if item.name == "colour")
+    node = section.node_of("colour")
+    values = None if node is None else section.parts("colour", node, COLOUR)
+    colour: Colour = default if values is None else (values[0], values[1], values[2])
+    return colour
+
+
+def wall(reading: Reading, section: Section) -> Wall | None:
+    """A polyline of slabs; `closed: true` joins the last point to the first."""
+    points = reading.points(section, "points")
+    closed = section.value(Declaration("closed", bool, "back to the first point", default=False))
+    thickness, height = section.value(THICKNESS), section.value(HEIGHT)
+    colour, on_map = _colour(section, Wall), section.value(ON_MAP)
+    if points is None:
+        return None
+    if closed:
+        points = np.vstack([points, points[:1]])
+    return Wall(points, thickness, height, colour, on_map)
+
+
+def box(reading: Reading, section: Section) -> Box | None:
+    """An upright box."""
+    at = section.node_of("at", required=True)
+    pose = None if at is None else reading.pose(section, "at", at)
+    size_node = section.node_of("size", required=True)
+    size = None if size_node is None else section.parts("size", size_node, SIZE)
+    name, on_map = section.value(NAME), section.value(ON_MAP)
+    colour = _colour(section, Box)
+    if pose is None or size is None:
+        return None
+    return Box(pose, (size[0], size[1], size[2]), colour, on_map, name)
+
+
+def cylinder(reading: Reading, section: Section) -> Cylinder | None:
+    """An upright cylinder."""
+    at, radius = reading.point(section, "at"), section.value(RADIUS)
+    height, name, on_map = section.value(HEIGHT), section.value(NAME), section.value(ON_MAP)
+    colour = _colour(section, Cylinder)
+    if at is None or radius is None:
+        return None
+    return Cylinder(at[0], at[1], radius, height, colour, on_map, name)
+
+
+def door(reading: Reading, section: Section) -> Door | None:
+    """A slab that the timeline opens and closes."""
+    name = section.value(Declaration("name", str, "for the timeline"))
+    start, end = reading.point(section, "from"), reading.point(section, "to")
+    closed = section.value(Declaration("closed", bool, "at time 0", default=False))
+    thickness = section.value(length("thickness", "of the slab", 0.08, at_least=0.01, at_most=1.0))
+    height, colour = section.value(HEIGHT), _colour(section, Door)
+    named = section.node.get("name")
+    if name is not None and named is not None:
+        reading.take("door", name, named.mark)
+        reading.doors.append(name)
+    if start is not None and start == end:
+        sentence = f"the door goes from {list(start)} to the same point"
+        reading.findings.error(SHAPE, section.node.mark, sentence, "give its other end as `to`")
+        return None
+    if name is None or start is None or end is None:
+        return None
+    return Door(name, start, end, closed, thickness, height, colour)
+
+
+def marker(reading: Reading, section: Section) -> Marker | None:
+    """A fiducial board on a wall."""
+    number = section.value(Declaration("id", int, "in its dictionary", at_least=0))
+    at = reading.point(section, "at")
+    height = section.value(length("height", "of its middle", 0.4, at_most=5.0))
+    facing = section.value(Declaration("facing", float, "direction it faces", "rad"))
+    size = section.value(length("size", "side of the black square", 0.2, at_most=2.0))
+    dictionary = section.value(
+        Declaration("dictionary", str, default="DICT_4X4_50", one_of=tuple(DICTIONARIES))
+    )
+    identified = section.node.get("id")
+    if number is not None and identified is not None:
+        reading.take(f"{dictionary} marker", number, identified.mark)
+        if number >= DICTIONARIES[dictionary]:
+            sentence = f"{dictionary} has no marker {number}"
+            hint = f"its ids go from 0 to {DICTIONARIES[dictionary] - 1}"
+            reading.findings.error(UNKNOWN_NAME, identified.mark, sentence, hint)
+    if number is None or at is None or facing is None:
+        return None
+    return Marker(number, size, (at[0], at[1], height), wrap_angle(facing), dictionary)
+
+
+def friction_zone(reading: Reading, section: Section) -> FrictionZone | None:
+    """A rectangle of floor between two opposite corners."""
+    one, other = reading.point(section, "from"), reading.point(section, "to")
+    friction = section.value(FRICTION)
+    if one is None or other is None or friction is None:
+        return None
+    (x_min, x_max), (y_min, y_max) = sorted((one[0], other[0])), sorted((one[1], other[1]))
+    if x_min == x_max or y_min == y_max:
+        sentence = f"the zone from {list(one)} to {list(other)} covers nothing"
+        reading.findings.error(SHAPE, section.node.mark, sentence, "give two opposite corners")
+    return FrictionZone((x_min, y_min, x_max, y_max), friction)
+
+
+def person(reading: Reading, section: Section) -> Person | None:
+    """Somebody who walks round a loop."""
+    name = section.value(Declaration("name", str, "for reports"))
+    waypoints = reading.points(section, "waypoints")
+    speed = section.value(
+        Declaration("speed", float, "walking", "m/s", 0.8, above=0.0, at_most=3.0)
+    )
+    radius = section.value(length("radius", "of the body", 0.2, at_most=1.0))
+    pause = section.value(Declaration("pause", float, "at each waypoint", "s", 0.0, at_least=0.0))
+    start = section.value(
+        Declaration(
+            "start", float, "share of the loop already walked", "", 0.0, at_least=0.0, at_most=0.999
+        )
+    )
+    yields = section.value(
+        Declaration("yields", bool, "whether a robot in the way is waited for", default=True)
+    )
+    named = section.node.get("name")
+    if name is not None and named is not None:
+        reading.take("person", name, named.mark)
+    if name is None or waypoints is None:
+        return None
+    return Person(name, waypoints, speed, radius, pause, start, yields)
+
+
+def dock(reading: Reading, section: Section) -> Dock | None:
+    """Where a battery charges."""
+    at = reading.point(section, "at")
+    radius = section.value(length("radius", "that counts as docked", 0.35, at_most=5.0))
+    return None if at is None else Dock(at[0], at[1], radius)

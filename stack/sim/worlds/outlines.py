@@ -1,0 +1,109 @@
+"""What a world's fixed things cover of the floor: upright rectangles and discs, seen from above."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from math import atan2, hypot
+
+import numpy as np
+
+from stack.sim.worlds.world import Wall, World
+from stack.types import FloatArray, Pose2D
+
+
+@dataclass(frozen=True, slots=True)
+class Rectangle:
+    """A rectangle on the floor: pose of its middle, half its length (along x) and half its width.
+
+    Metres in the world frame; `name` is for messages.
+    """
+
+    pose: Pose2D
+    half_length: float
+    half_width: float
+    name: str = ""
+
+    def depth_at(self, points: FloatArray) -> FloatArray:
+        """How deep inside points (n, 2) lie: (n,) metres to the nearest side, negative outside."""
+        local = self.pose.inverse().transform(points)
+        reach = np.array([self.half_length, self.half_width])
+        depth: FloatArray = np.min(reach - np.abs(local), axis=1)
+        return depth
+
+    @property
+    def extent(self) -> tuple[float, float, float, float]:
+        """The smallest x_min, y_min, x_max, y_max around it, metres."""
+        signs = np.array([[1, 1], [1, -1], [-1, -1], [-1, 1]], dtype=float)
+        corners = self.pose.transform(signs * (self.half_length, self.half_width))
+        (x_min, y_min), (x_max, y_max) = corners.min(axis=0), corners.max(axis=0)
+        return float(x_min), float(y_min), float(x_max), float(y_max)
+
+
+@dataclass(frozen=True, slots=True)
+class Disc:
+    """A disc on the floor, metres in the world frame; `name` is for messages."""
+
+    x: float
+    y: float
+    radius: float
+    name: str = ""
+
+    def depth_at(self, points: FloatArray) -> FloatArray:
+        """How deep inside points (n, 2) lie: (n,) metres to the rim, negative outside."""
+        depth: FloatArray = self.radius - np.linalg.norm(points - (self.x, self.y), axis=1)
+        return depth
+
+    @property
+    def extent(self) -> tuple[float, float, float, float]:
+        """The smallest x_min, y_min, x_max, y_max around it, metres."""
+        r = self.radius
+        return self.x - r, self.y - r, self.x + r, self.y + r
+
+
+Outline = Rectangle | Disc
+
+
+def outlines(world: World, *, mapped_only: bool = False) -> list[Outline]:
+    """The outlines of walls, boxes and cylinders, in that order; doors and people are left out.
+
+    Args:
+        world: the place.
+        mapped_only: leave out what is not drawn on maps.
+    """
+    found: list[Outline] = []
+    for wall in world.walls:
+        if wall.on_map or not mapped_only:
+            found.extend(wall_slabs(wall))
+    for box in world.boxes:
+        if box.on_map or not mapped_only:
+            found.append(Rectangle(box.pose, box.size[0] / 2, box.size[1] / 2, box.name or "a box"))
+    for cylinder in world.cylinders:
+        if cylinder.on_map or not mapped_only:
+            found.append(
+                Disc(cylinder.x, cylinder.y, cylinder.radius, cylinder.name or "a cylinder")
+            )
+    return found
+
+
+def wall_slabs(wall: Wall) -> list[Rectangle]:
+    """One rectangle for each stretch of a wall, half a thickness longer at each inner joint.
+
+    The overlap fills a right-angled corner exactly; the free ends of a wall end where its points
+    do. A wall whose last point is its first has no free ends.
+    """
+    slabs = []
+    points = wall.points
+    closed = len(points) > 2 and bool(np.all(points[0] == points[-1]))
+    half = wall.thickness / 2
+    last = len(points) - 2
+    for number, (start, end) in enumerate(pairwise(points)):
+        length = hypot(*(end - start))
+        before = half if closed or number > 0 else 0.0
+        after = half if closed or number < last else 0.0
+        heading = atan2(end[1] - start[1], end[0] - start[0])
+        middle = Pose2D(float(start[0]), float(start[1]), heading).compose(
+            Pose2D((length + after - before) / 2, 0.0)
+        )
+        slabs.append(Rectangle(middle, (length + before + after) / 2, half, "a wall"))
+    return slabs

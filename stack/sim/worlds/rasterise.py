@@ -1,0 +1,107 @@
+"""Draws the map that a world deserves: what a patient surveyor would hand over."""
+
+from __future__ import annotations
+
+from math import ceil
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stack.errors import ParameterError
+from stack.sim.worlds.outlines import Disc, Outline, Rectangle, outlines
+from stack.sim.worlds.world import World
+from stack.types import FREE, OCCUPIED, UNKNOWN, FloatArray, OccupancyGrid
+
+MAX_CELLS = 8192 * 8192
+TOUCHING = 1e-6
+"""Metres of overlap that still count as none: a wall flush with a cell's edge leaves it free."""
+
+
+def rasterise(world: World, resolution: float = 0.05) -> OccupancyGrid:
+    """The occupancy grid of a world, over its bounds.
+
+    A cell is OCCUPIED when anything drawn on maps covers any part of it, so the surface that a
+    lidar sees lies in an occupied cell and walls are closed however thin. Doors count as open;
+    marker boards and people are not drawn. Of the rest, what can be reached from the start
+    (stepping over cell edges) is FREE and everything else UNKNOWN.
+
+    Args:
+        world: the place.
+        resolution: side of a cell, metres.
+
+    Raises:
+        ParameterError: the grid would have more than 8192 x 8192 cells.
+    """
+    x_min, y_min, x_max, y_max = world.bounds
+    columns = ceil((x_max - x_min) / resolution - TOUCHING)
+    rows = ceil((y_max - y_min) / resolution - TOUCHING)
+    if rows * columns > MAX_CELLS:
+        sentence = (
+            f"{x_max - x_min:g} x {y_max - y_min:g} m in cells of {resolution:g} m make "
+            f"{rows * columns} cells, at most {MAX_CELLS} fit"
+        )
+        raise ParameterError("resolution", sentence, "take larger cells or tighter bounds")
+    covered = np.zeros((rows, columns), dtype=np.bool_)
+    grid = OccupancyGrid(np.full((rows, columns), UNKNOWN, np.int8), resolution, (x_min, y_min))
+    for outline in outlines(world, mapped_only=True):
+        _cover(covered, outline, grid)
+    grid.cells[_reached(~covered, grid.cell_at(world.start.x, world.start.y))] = FREE
+    grid.cells[covered] = OCCUPIED
+    return grid
+
+
+def _cover(covered: NDArray[np.bool_], outline: Outline, grid: OccupancyGrid) -> None:
+    """Mark the cells that an outline overlaps, looking only at those near it."""
+    x_min, y_min, x_max, y_max = outline.extent
+    first_row, first_column = grid.cell_at(x_min - TOUCHING, y_min - TOUCHING)
+    last_row, last_column = grid.cell_at(x_max + TOUCHING, y_max + TOUCHING)
+    rows = slice(max(first_row, 0), max(last_row + 1, 0))
+    columns = slice(max(first_column, 0), max(last_column + 1, 0))
+    near = covered[rows, columns]
+    if near.size == 0:
+        return
+    middles_x = grid.origin[0] + (columns.start + 0.5 + np.arange(near.shape[1])) * grid.resolution
+    middles_y = grid.origin[1] + (rows.start + 0.5 + np.arange(near.shape[0])) * grid.resolution
+    xs, ys = np.meshgrid(middles_x, middles_y)
+    if isinstance(outline, Disc):
+        near |= _disc_overlap(outline, xs, ys, grid.resolution / 2)
+    else:
+        near |= _rectangle_overlap(outline, xs, ys, grid.resolution / 2)
+
+
+def _disc_overlap(disc: Disc, xs: FloatArray, ys: FloatArray, half: float) -> NDArray[np.bool_]:
+    """Whether square cells around (xs, ys), half a side wide, overlap a disc."""
+    beside_x = np.maximum(np.abs(xs - disc.x) - half, 0.0)
+    beside_y = np.maximum(np.abs(ys - disc.y) - half, 0.0)
+    overlapping: NDArray[np.bool_] = np.hypot(beside_x, beside_y) < disc.radius - TOUCHING
+    return overlapping
+
+
+def _rectangle_overlap(
+    rectangle: Rectangle, xs: FloatArray, ys: FloatArray, half: float
+) -> NDArray[np.bool_]:
+    """Whether square cells overlap a rectangle: separating axes, the two of each."""
+    pose = rectangle.pose
+    c, s = np.cos(pose.heading), np.sin(pose.heading)
+    dx, dy = xs - pose.x, ys - pose.y
+    cell_reach = half * (abs(c) + abs(s))
+    reach_x = abs(c) * rectangle.half_length + abs(s) * rectangle.half_width
+    reach_y = abs(s) * rectangle.half_length + abs(c) * rectangle.half_width
+    overlapping: NDArray[np.bool_] = (
+        (np.abs(dx) < reach_x + half - TOUCHING)
+        & (np.abs(dy) < reach_y + half - TOUCHING)
+        & (np.abs(c * dx + s * dy) < rectangle.half_length + cell_reach - TOUCHING)
+        & (np.abs(c * dy - s * dx) < rectangle.half_width + cell_reach - TOUCHING)
+    )
+    return overlapping
+
+
+def _reached(passable: NDArray[np.bool_], start: tuple[int, int]) -> NDArray[np.bool_]:
+    """The cells joined to the start over edges; none when the start is covered or off the grid."""
+    import cv2
+
+    _, labels = cv2.connectedComponents(passable.astype(np.uint8), connectivity=4)
+    rows, columns = passable.shape
+    inside = 0 <= start[0] < rows and 0 <= start[1] < columns
+    reached: NDArray[np.bool_] = passable & (labels == labels[start] if inside else False)
+    return reached

@@ -1,0 +1,56 @@
+"""Reads the timeline of a world file: what happens, and when."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from stack.documents import Section
+from stack.parameters import Declaration, suggestion
+from stack.sim.worlds.values import RADIUS, SHAPE, UNKNOWN_NAME, Reading, X, Y
+from stack.sim.worlds.world import Trigger, WorldEvent
+
+ACTIONS = ("open_door", "close_door", "move_robot", "battery")
+BATTERY = Declaration("battery", float, "charge", default=None, at_least=0.0, at_most=1.0)
+
+
+def event(reading: Reading, section: Section) -> WorldEvent | None:
+    """One timeline entry: when, how long after, and exactly one action."""
+    trigger = _trigger(section)
+    action: dict[str, Any] = {}
+    for key in ("open_door", "close_door"):
+        node = section.node_of(key)
+        if node is not None:
+            action[key] = node.value
+            if node.value not in reading.doors:
+                hint = suggestion(str(node.value), reading.doors)
+                sentence = f"{key}: there is no door {node.words()}"
+                reading.findings.error(UNKNOWN_NAME, node.mark, sentence, hint)
+    moved_to = section.node_of("move_robot")
+    if moved_to is not None:
+        action["move_robot"] = reading.pose_or_place(section, "move_robot", moved_to)
+    if section.node.get("battery") is not None:
+        action["battery"] = section.value(BATTERY)
+    if len(action) != 1:
+        given = " and ".join(action) or "none"
+        sentence = f"a timeline entry does exactly one thing, got {given}"
+        hint = f"one of {', '.join(ACTIONS)}; write an entry for each"
+        reading.findings.error(SHAPE, section.node.mark, sentence, hint)
+        return None
+    usable = trigger is not None and None not in action.values()
+    return WorldEvent(trigger, **action) if trigger is not None and usable else None
+
+
+def _trigger(section: Section) -> Trigger | None:
+    when = section.section("when", required=True)
+    after = section.value(Declaration("after", float, "delay", "s", 0.0, at_least=0.0))
+    if when is None or not when.node.is_mapping:
+        return None
+    time = when.value(Declaration("time", float, "on the clock", "s", None, at_least=0.0))
+    node = when.node_of("near")
+    near = None if node is None else when.parts("near", node, (X, Y, RADIUS))
+    when.done()
+    if node is None and when.node.get("time") is None:
+        sentence = "`when` needs `time: 20 s` or `near: [x, y, radius]`, or both"
+        section.findings.error(SHAPE, when.node.mark, sentence)
+        return None
+    return Trigger(time, None if near is None else (near[0], near[1], near[2]), after)

@@ -1,0 +1,186 @@
+"""Reads a world file (docs/worlds.md) and reports everything wrong with it in one go.
+
+Codes: E201 shape and values · E202 given twice · E203 a name of nothing ·
+E204 where things lie · E205 too many · E206 empty.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from math import ceil, floor
+from pathlib import Path
+
+import numpy as np
+
+from stack.documents import Findings, Mark, Node, Section, read_document
+from stack.errors import InputError
+from stack.parameters import Declaration, suggestion
+from stack.sim.worlds import items
+from stack.sim.worlds.outlines import Outline, outlines
+from stack.sim.worlds.timeline import event
+from stack.sim.worlds.values import (
+    EMPTY,
+    FARTHEST,
+    FRICTION,
+    PLACEMENT,
+    SHAPE,
+    TOO_MANY,
+    Reading,
+)  # fmt: skip
+from stack.sim.worlds.world import World
+from stack.types import Pose2D
+
+MAX_ITEMS = 5000
+MARGIN = 0.5
+"""Metres of free map round everything when the file gives no bounds."""
+
+EDGES = tuple(
+    Declaration(name, float, "world frame", "m", at_least=-FARTHEST, at_most=FARTHEST)
+    for name in ("x_min", "y_min", "x_max", "y_max")
+)
+Bounds = tuple[float, float, float, float]
+
+
+def find_world(name_or_path: str, beside: Path, shipped: Path) -> Path:
+    """The file of a world.
+
+    Args:
+        name_or_path: a name such as `office`, or a path (with a slash or an ending) relative to
+            the file that mentions it.
+        beside: the folder of that file, or the file itself.
+        shipped: the folder of the worlds that names stand for.
+
+    Raises:
+        InputError: there is no world of that name. Paths are not looked at; reading them is.
+    """
+    if "/" in name_or_path or "\\" in name_or_path or Path(name_or_path).suffix:
+        folder = beside.parent if beside.is_file() else beside
+        return folder / Path(name_or_path).expanduser()
+    found = shipped / f"{name_or_path}.yaml"
+    if not found.is_file():
+        known = [file.stem for file in shipped.glob("*.yaml")]
+        hint = f"{suggestion(name_or_path, known)}; a path has a slash: ./{name_or_path}.yaml"
+        raise InputError(f"there is no world {name_or_path!r}; {hint}")
+    return found
+
+
+def read_world(path: Path, text: str | None = None) -> World:
+    """The world in a file, or in a text that an editor has not saved there yet.
+
+    Raises:
+        InputError: every finding, each with its position.
+    """
+    findings = Findings()
+    top = Section(read_document(path, "world file", text), findings, "a world file", SHAPE)
+    reading = Reading(findings)
+    name = top.value(Declaration("world", str, "its name"))
+    top.value(Declaration("format", int, "of this file", default=1, at_least=1, at_most=1))
+    top.value(Declaration("doc", str, "what it is for", default=""))
+    _read_places(reading, top)
+    world = World(
+        name=name or path.stem,
+        bounds=(0.0, 0.0, 0.0, 0.0),
+        walls=reading.each(top, "walls", "a wall", items.wall),
+        boxes=reading.each(top, "boxes", "a box", items.box),
+        cylinders=reading.each(top, "cylinders", "a cylinder", items.cylinder),
+        doors=reading.each(top, "doors", "a door", items.door),
+        markers=reading.each(top, "markers", "a marker", items.marker),
+        friction_zones=reading.each(top, "friction_zones", "a zone", items.friction_zone),
+        people=reading.each(top, "people", "a person", items.person),
+        docks=reading.each(top, "docks", "a dock", items.dock),
+        timeline=reading.each(top, "timeline", "a timeline entry", event),
+        places=reading.places,
+        start=_start(reading, top),
+        friction=top.value(replace(FRICTION, default=0.9)),
+        source=path,
+    )
+    bounds = _bounds(top)
+    top.done()
+    findings.raise_errors()
+    _check_size(top, reading, world)
+    solid = outlines(world)
+    world = replace(world, bounds=bounds or bounds_round(world, solid, MARGIN))
+    _check_placement(top, world, solid)
+    findings.raise_errors()
+    return world
+
+
+def _read_places(reading: Reading, top: Section) -> None:
+    section = top.section("places")
+    for key, node in section.node.entries if section is not None else ():
+        reading.count += 1
+        pose = reading.pose(top, str(key.value), node)
+        if pose is not None:
+            reading.places[str(key.value)] = pose
+
+
+def _start(reading: Reading, top: Section) -> Pose2D:
+    node = top.node_of("start")
+    pose = None if node is None else reading.pose_or_place(top, "start", node)
+    return pose or Pose2D(0.0, 0.0)
+
+
+def _bounds(top: Section) -> Bounds | None:
+    node = top.node_of("bounds")
+    edges = None if node is None else top.parts("bounds", node, EDGES)
+    if node is None or edges is None:
+        return None
+    x_min, y_min, x_max, y_max = edges
+    if not (x_min < x_max and y_min < y_max):
+        sentence = f"bounds {list(edges)} enclose nothing"
+        hint = "[x_min, y_min, x_max, y_max], the smaller first"
+        top.findings.error(PLACEMENT, node.mark, sentence, hint)
+    return x_min, y_min, x_max, y_max
+
+
+def bounds_round(world: World, solid: list[Outline], margin: float) -> Bounds:
+    """Bounds a margin round everything solid, every place and the start, on multiples of 0.1 m."""
+    poses = [world.start, *world.places.values()]
+    extents = [outline.extent for outline in solid]
+    extents += [(pose.x, pose.y, pose.x, pose.y) for pose in poses]
+    low = np.min(np.array(extents)[:, :2], axis=0) - margin
+    high = np.max(np.array(extents)[:, 2:], axis=0) + margin
+    x_min, y_min = (floor(round(10 * float(value), 6)) / 10 for value in low)
+    x_max, y_max = (ceil(round(10 * float(value), 6)) / 10 for value in high)
+    return x_min, y_min, x_max, y_max
+
+
+def _check_size(top: Section, reading: Reading, world: World) -> None:
+    count = reading.count + sum(len(wall.points) for wall in world.walls)
+    if count > MAX_ITEMS:
+        sentence = f"{count} things and wall points; a world may have {MAX_ITEMS}"
+        top.findings.error(TOO_MANY, top.node.mark, sentence)
+    if not (world.walls or world.boxes or world.cylinders):
+        sentence = "nothing stands in this world, a lidar would see nothing"
+        hint = "add walls, boxes or cylinders"
+        top.findings.error(EMPTY, top.node.mark, sentence, hint)
+    top.findings.raise_errors()
+
+
+def _check_placement(top: Section, world: World, solid: list[Outline]) -> None:
+    """Start and places must be inside the bounds and stand in nothing; markers must be visible."""
+    x_min, y_min, x_max, y_max = world.bounds
+    for what, mark, x, y in _placed(top.node, world):
+        if not (x_min < x < x_max and y_min < y < y_max):
+            sentence = f"{what} at [{x:g}, {y:g}] is outside the bounds {list(world.bounds)}"
+            top.findings.error(PLACEMENT, mark, sentence)
+        for outline in solid:
+            depth = float(outline.depth_at(np.array([[x, y]]))[0])
+            if depth > 1e-3:
+                sentence = f"{what} at [{x:g}, {y:g}] is {100 * depth:.1f} cm inside {outline.name}"
+                top.findings.error(PLACEMENT, mark, sentence, "move it out")
+
+
+def _placed(node: Node, world: World) -> Iterator[tuple[str, Mark, float, float]]:
+    start = node.get("start")
+    yield "the start", start.mark if start else node.mark, world.start.x, world.start.y
+    places = node.get("places")
+    for key, value in places.entries if places else ():
+        pose = world.places[str(key.value)]
+        yield f"the place {key.value!r}", value.mark, pose.x, pose.y
+    markers = node.get("markers")
+    for entry, marker in zip(markers.items if markers else (), world.markers, strict=True):
+        at = entry.get("at")
+        x, y, _ = marker.position
+        yield f"marker {marker.number}", at.mark if at else entry.mark, x, y

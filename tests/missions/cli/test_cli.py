@@ -1,0 +1,211 @@
+"""The command line as a person uses it: exit codes, streams, and words."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+SHIPPED = Path(__file__).parents[3] / "missions"
+
+
+def treepilot(*words: str, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
+    environment = {**os.environ, "PYTHONPATH": str(SHIPPED.parent)}
+    return subprocess.run(
+        [sys.executable, "-m", "missions.cli.app", *words], capture_output=True, text=True,
+        check=False, cwd=cwd, env=environment,
+    )  # fmt: skip
+
+
+def test_help_teaches_and_imports_nothing_heavy():
+    done = treepilot("--help")
+    assert done.returncode == 0
+    commands = "run check show list describe watch new explain test schema lsp tune bench".split()
+    for command in commands:
+        assert command in done.stdout
+
+
+@pytest.mark.parametrize("library", ["numba", "pybullet", "cv2", "rerun", "textual", "pymavlink"])
+def test_checking_imports_no_heavy_library(library):
+    code = (
+        "import sys; from missions.inspection.check import check_files;"
+        f"assert not check_files(['01_drive_to_a_point']); assert {library!r} not in sys.modules"
+    )
+    environment = {**os.environ, "PYTHONPATH": str(SHIPPED.parent)}
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=False, env=environment
+    )
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        (("run", "no_such_mission.yaml"), "there is no such mission file"),
+        (("run", "02_office_patrl.yaml"), "02_office_patrol"),
+        (("run", "01_drive_to_a_point", "--set", "gaol=[1,1]"), "did you mean 'goal'"),
+        (("run", "01_drive_to_a_point", "--set", "goal"), "NAME=VALUE"),
+        (("run", "01_drive_to_a_point", "--speed", "0"), "--speed 0"),
+        (("run", "01_drive_to_a_point", "--robot", "scuot"), "did you mean 'scout'"),
+        (("run", "01_drive_to_a_point", "--world", "ofice"), "did you mean"),
+        (("run", "01_drive_to_a_point", "--start", "1"), "x,y,heading"),
+        (("run", "01_drive_to_a_point", "--sped", "1"), "No such option"),
+        (("describe", "navigate_to_pos"), "did you mean 'navigate_to_pose'"),
+        (("list", "things"), "things"),
+        (("explain", "E1322"), "did you mean 'E132'"),
+        (("check", "missing.yaml"), "missing.yaml:1:1 error[E001]"),
+        (("watch", "no-such-run"), "watch needs a terminal"),
+    ],
+)
+def test_wrong_usage_exits_with_2_and_says_what_to_do(words, expected, tmp_path):
+    done = treepilot(*words, cwd=tmp_path)
+    assert done.returncode == 2, done.stderr
+    assert expected in done.stderr + done.stdout
+    assert "Traceback" not in done.stderr
+    assert not (tmp_path / "runs").exists()
+
+
+def test_a_folder_that_is_not_empty_is_refused(tmp_path):
+    (tmp_path / "precious.txt").write_text("keep me")
+    done = treepilot("run", "01_drive_to_a_point", "--out", str(tmp_path))
+    assert done.returncode == 2
+    assert "is not empty" in done.stderr
+    assert [item.name for item in tmp_path.iterdir()] == ["precious.txt"]
+
+
+@pytest.mark.parametrize(
+    "kind", ["behaviours", "robots", "worlds", "missions", "planners", "layers"]
+)
+def test_lists_say_something_about_everything(kind):
+    done = treepilot("list", kind)
+    assert done.returncode == 0
+    assert all(len(line.split()) >= 3 for line in done.stdout.splitlines())
+
+
+def test_describe_shows_types_units_defaults_and_ranges():
+    done = treepilot("describe", "wall_follow")
+    assert done.returncode == 0
+    assert "left | right" in done.stdout
+    done = treepilot("describe", "pure_pursuit")
+    assert "m/s" in done.stdout
+
+
+def test_list_and_describe_know_the_plugins_of_a_mission(tmp_path):
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "broken.py").write_text("import nothing_of_that_name\n")
+    (tmp_path / "m.yaml").write_text("mission: a\nplugins: [./mine]\nrun: say\n")
+    done = treepilot("list", "behaviours", "--mission", str(tmp_path / "m.yaml"))
+    assert done.returncode == 0 and "navigate_to_pose" in done.stdout
+    assert done.stderr.startswith(f"cannot be used: {tmp_path / 'mine' / 'broken.py'}: line 1")
+    shipped = ("--mission", "06_your_own_behaviour")
+    assert "longest view" in treepilot("describe", "find_open_space", *shipped).stdout
+
+
+def test_show_draws_the_tree_in_three_ways():
+    assert "navigate_to_pose" in treepilot("show", "02_office_patrol").stdout
+    assert treepilot("show", "02_office_patrol", "--dot").stdout.startswith("digraph")
+    assert "flowchart" in treepilot("show", "02_office_patrol", "--mermaid").stdout
+
+
+def test_schemas_are_printed_or_written(tmp_path):
+    printed = json.loads(treepilot("schema", "world", cwd=tmp_path).stdout)
+    assert printed["$schema"] == "https://json-schema.org/draft/2020-12/schema"
+    done = treepilot("schema", "--out", "mission.schema.json", cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (0, "")
+    written = json.loads((tmp_path / "mission.schema.json").read_text())
+    assert "navigate_to_pose" in written["$defs"]["node"]["properties"]
+
+
+def test_new_says_what_it_wrote_and_how_to_use_it(tmp_path):
+    done = treepilot("new", "planner", "beeline", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "wrote my_plugins/test_beeline.py" in done.stdout
+    assert "    plugins: [./my_plugins]\n    navigation: {planner: beeline}\n" in done.stdout
+    assert (tmp_path / "my_plugins" / "beeline.py").is_file()
+    again = treepilot("new", "planner", "beeline", cwd=tmp_path)
+    assert again.returncode == 2 and "is there already" in again.stderr
+    done = treepilot("new", "behaviour", "ring_bell", "--in", "mine", cwd=tmp_path)
+    assert "plugins: [./mine]" in done.stdout and (tmp_path / "mine" / "ring_bell.py").is_file()
+
+
+def test_check_gives_findings_as_json_for_editors(tmp_path):
+    file = tmp_path / "m.yaml"
+    file.write_text("mission: a\nrobot: scout\nworld: office\nrun: {wait: 2 m}\n")
+    done = treepilot("check", "--json", str(file))
+    assert done.returncode == 2
+    (found,) = json.loads(done.stdout)
+    assert (found["line"], found["column"], found["code"]) == (4, 13, "E132")
+    assert found["severity"] == "error"
+
+
+def test_explain_prints_cause_example_and_fix():
+    done = treepilot("explain", "E201")
+    assert done.returncode == 0
+    assert [line.split()[0] for line in done.stdout.splitlines()[2:]] == ["cause", "example", "fix"]
+
+
+def test_test_runs_a_missions_cases_and_exits_with_1_when_one_fails(tmp_path):
+    file = tmp_path / "m.yaml"
+    text = "mission: a\nrobot: scout\nworld: office\nrun: {wait: 2 s}\ntests: [{name: one}%s]\n"
+    file.write_text(text % "")
+    assert treepilot("test", str(file)).returncode == 0
+    file.write_text(text % ", {name: two, expect: {within: 1 s}}")
+    done = treepilot("test", str(file))
+    assert done.returncode == 1
+    assert "1 failed, 1 passed" in done.stdout
+    assert treepilot("test", str(file), "-k", "one", "--coverage").returncode == 0
+
+
+def begin(tmp_path: Path, mission: str = "02_office_patrol") -> subprocess.Popen[str]:
+    environment = {**os.environ, "PYTHONPATH": str(SHIPPED.parent)}
+    return subprocess.Popen(
+        [sys.executable, "-m", "missions.cli.app", "run", mission, "--headless", "--speed", "20",
+         "--out", str(tmp_path / "run")],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment,
+    )  # fmt: skip
+
+
+def wait_for_events(folder: Path, count: int, patience: float = 60.0) -> None:
+    deadline = time.monotonic() + patience  # noqa: TID251
+    events = folder / "events.jsonl"
+    while time.monotonic() < deadline:  # noqa: TID251
+        if events.exists() and events.read_bytes().count(b"\n") >= count:
+            return
+        time.sleep(0.05)  # noqa: TID251
+    raise AssertionError(f"no {count} events within {patience} s")
+
+
+@pytest.mark.slow
+def test_ctrl_c_stops_the_robot_writes_the_report_and_exits_130(tmp_path):
+    process = begin(tmp_path)
+    wait_for_events(tmp_path / "run", 20)
+    process.send_signal(signal.SIGINT)
+    process.communicate(timeout=30)
+    assert process.returncode == 130
+    report = json.loads((tmp_path / "run" / "report.json").read_text())
+    assert report["status"] == "interrupted"
+
+
+@pytest.mark.slow
+def test_kill_9_leaves_whole_lines_and_a_recording_that_opens(tmp_path):
+    process = begin(tmp_path)
+    wait_for_events(tmp_path / "run", 60)
+    process.kill()
+    process.communicate(timeout=30)
+    folder = tmp_path / "run"
+    assert not (folder / "report.json").exists()
+    lines = (folder / "events.jsonl").read_bytes().split(b"\n")
+    numbers = [json.loads(line)["number"] for line in lines[:-1]]
+    assert numbers == list(range(len(numbers)))
+    rerun = Path(sys.executable).with_name("rerun")
+    done = subprocess.run(
+        [rerun, "rrd", "stats", str(folder / "mission.rrd")], capture_output=True, text=True,
+        check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr

@@ -1,0 +1,139 @@
+"""The engine behind a dashboard: it outlives its viewers, takes orders, and answers signals."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time  # watching other processes takes wall time
+from collections.abc import Iterator
+from dataclasses import asdict
+from pathlib import Path
+
+import pytest
+
+from missions.execution.prepare import RunOptions
+from stack.telemetry.client import TelemetryClient
+from stack.telemetry.records import Ack, Command, MissionState, Snapshot
+from stack.telemetry.rendezvous import RunHandle, live_runs
+
+ROOT = Path(__file__).parents[3]
+PATIENCE = 60.0
+
+pytestmark = pytest.mark.slow
+
+
+def message(folder: Path, speed: float) -> str:
+    options = {**asdict(RunOptions(speed=speed)), "out": str(folder)}
+    return json.dumps({"mission": "02_office_patrol", "options": options})
+
+
+@pytest.fixture
+def engine(tmp_path) -> Iterator[tuple[subprocess.Popen[bytes], Path, RunHandle]]:
+    """An engine at twice real time, and the run it announced."""
+    folder = tmp_path / f"run-{os.getpid()}"
+    process = subprocess.Popen(
+        [sys.executable, "-m", "missions.execution.engine", message(folder, 2.0)],
+        cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, start_new_session=True,
+    )  # fmt: skip
+    try:
+        yield process, folder, announced(process, folder.name)
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def announced(process: subprocess.Popen[bytes], run_id: str) -> RunHandle:
+    def found() -> RunHandle | None:
+        assert process.poll() is None, process.communicate()[1]
+        return next((run for run in live_runs() if run.run_id == run_id), None)
+
+    return until(found)
+
+
+def until(look):
+    """What `look` returns once it is true."""
+    deadline = time.monotonic() + PATIENCE  # noqa: TID251
+    while time.monotonic() < deadline:  # noqa: TID251
+        if result := look():
+            return result
+        time.sleep(0.02)  # noqa: TID251
+    raise AssertionError(f"nothing within {PATIENCE} s")
+
+
+def order(client: TelemetryClient, kind: str, **arguments: object) -> Ack:
+    client.send(Command(kind, kind, arguments))
+    return until(lambda: next((ack for ack in client.acks() if ack.id == kind), None))
+
+
+def state_becomes(client: TelemetryClient, state: MissionState) -> Snapshot:
+    def arrived() -> Snapshot | None:
+        snapshot = client.poll()
+        return snapshot if snapshot is not None and snapshot.state is state else None
+
+    return until(arrived)
+
+
+def test_an_operator_pauses_resumes_stops_and_aborts(engine):
+    process, folder, run = engine
+    client = TelemetryClient(run.address)
+    state_becomes(client, MissionState.RUNNING)
+    assert order(client, "pause").done
+    paused = state_becomes(client, MissionState.PAUSED)
+    standing = until(lambda: (s := client.poll()) and abs(s.measured.linear) < 0.02 and s)
+    assert standing.time - paused.time < 3.0
+    refused = order(client, "release")
+    assert not refused.done
+    assert "not engaged" in refused.reason
+    assert order(client, "resume").done
+    state_becomes(client, MissionState.RUNNING)
+    assert order(client, "estop").done
+    state_becomes(client, MissionState.EMERGENCY_STOP)
+    assert not order(client, "resume").done  # a resume does not undo an emergency stop
+    assert order(client, "release").done
+    state_becomes(client, MissionState.RUNNING)
+    assert order(client, "set_parameter", name="navigator.goal_position", value=0.2).done
+    wrong = order(client, "set_parameter", name="navigator.goal_position", value=-1)
+    assert not wrong.done
+    assert "above 0" in wrong.reason
+    assert order(client, "abort").done
+    assert process.wait(timeout=PATIENCE) == 1
+    report = json.loads((folder / "report.json").read_text())
+    assert (report["status"], report["reason"]) == ("aborted", "by the operator")
+    client.close()
+
+
+def test_the_mission_outlives_its_viewers_and_a_later_one_attaches(engine):
+    process, _, run = engine
+    viewer = subprocess.Popen(
+        [sys.executable, "-c",
+         "import sys, time; from stack.telemetry.client import TelemetryClient\n"
+         "client = TelemetryClient(sys.argv[1])\n"
+         "while client.poll() is None: time.sleep(0.02)\n"
+         "print('seen', flush=True); time.sleep(600)", run.address],
+        cwd=ROOT, stdout=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    assert viewer.stdout is not None
+    assert viewer.stdout.readline() == "seen\n"
+    viewer.kill()
+    viewer.communicate()
+    client = TelemetryClient(run.address)
+    first = state_becomes(client, MissionState.RUNNING)
+    later = until(lambda: (s := client.poll()) and s.time > first.time + 1.0 and s)
+    assert process.poll() is None
+    assert later.layers["map"].version >= 1
+    numbers = [event.number for event in client.events()]
+    assert numbers == list(range(len(numbers)))  # the whole backlog, without a gap
+    client.close()
+
+
+def test_a_signal_ends_the_run_as_interrupted_with_a_report(engine):
+    process, folder, run = engine
+    client = TelemetryClient(run.address)
+    state_becomes(client, MissionState.RUNNING)
+    process.send_signal(signal.SIGTERM)
+    assert process.wait(timeout=PATIENCE) == 130
+    assert json.loads((folder / "report.json").read_text())["status"] == "interrupted"
+    client.close()

@@ -1,0 +1,128 @@
+"""Whole missions: each shipped one, and what a run must keep to."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import missions
+from missions.execution.resources import mission_files
+
+EXPECTED = {
+    "01_drive_to_a_point",
+    "02_office_patrol",
+    "03_blocked_corridor",
+    "04_wall_follow",
+    "05_kidnapped",
+    "06_your_own_behaviour",
+    "07_shelf_patrol",
+    "19_from_nav2",
+    "16_house_rules",
+    "17_without_a_map",
+    "18_below_the_lidar",
+    "13_tight_garage",
+    "14_any_angle",
+    "15_turn_on_the_spot",
+    "08_sideways",
+    "09_park_the_car",
+    "10_tight_spot",
+    "11_waypoints",
+    "12_route_graph",
+}
+
+
+def test_the_shipped_missions_are_the_ones_that_are_tested():
+    assert {file.stem for file in mission_files()} == EXPECTED
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", sorted(EXPECTED))
+def test_every_shipped_mission_succeeds_without_a_collision(name):
+    report = missions.run(name, seed=1)
+    assert (report.status, report.reason) == ("success", "")
+    assert report.collisions == 0
+    assert report.simulated_seconds < 240.0  # "in under 4 minutes of simulated time"
+    assert report.localisation_error is not None
+    lifted = name in ("05_kidnapped", "07_shelf_patrol")  # off by metres until it notices
+    if not lifted:
+        assert report.localisation_error["max"] < 0.3
+    if name == "03_blocked_corridor":
+        assert report.recoveries >= 1
+    if lifted:
+        assert report.relocalised_by == "marker"
+
+
+def without_recovery(tmp_path: Path) -> Path:
+    """Mission 03 with its `recover` and all below it taken out."""
+    source = next(file for file in mission_files() if file.stem == "03_blocked_corridor")
+    text = source.read_text("utf-8")
+    lines = text[: text.index("  recover:")]
+    path = tmp_path / "no_recovery.yaml"
+    path.write_text(lines, "utf-8")
+    return path
+
+
+@pytest.mark.slow
+def test_the_blocked_corridor_needs_its_recovery(tmp_path):
+    report = missions.run(without_recovery(tmp_path), seed=1)
+    assert report.status == "failure"
+    assert "NO_VALID_PATH" in report.reason
+
+
+@pytest.mark.slow
+def test_without_a_camera_the_kidnapped_robot_does_not_guess():
+    from missions.execution.prepare import RunOptions
+    from missions.execution.runner import run_mission
+    from tests.benchmarks.missions import Trace
+
+    trace = Trace()
+    options = RunOptions(seed=1, camera="off", serve=False)
+    report = run_mission("05_kidnapped", options, [trace])
+    assert report.relocalised_by != "marker"
+    lifted = next(event.time for event in trace.events if event.kind == "lifted")
+    settled = [sample for sample in trace.errors if sample[0] > lifted + 5.0]
+    confidently_wrong = [sample for sample in settled if sample[1] > 0.5 and sample[2] > 0.5]
+    assert not confidently_wrong
+    # It gives up, or has driven to where the two rooms differ and found out by lidar alone.
+    if report.status == "success":
+        assert report.relocalised_by == "lidar"
+        assert settled[-1][1] < 0.1
+    else:
+        assert "LOST" in report.reason or "AMBIGUOUS" in report.reason
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("side", ["right", "left"])
+def test_wall_following_keeps_its_distance_within_5_cm_rms_on_straight_walls(side):
+    from tests.benchmarks.missions import wall_error
+
+    row = wall_error((side, 1))
+    assert row["status"] == "success"
+    assert row["samples"] > 100
+    assert row["rms"] < 0.05
+
+
+def run_in_a_process(tmp_path: Path, *options: str) -> dict[str, object]:
+    done = subprocess.run(
+        [sys.executable, "-m", "missions.cli.app", "run", "01_drive_to_a_point", "--json", *options,
+         "--out", str(tmp_path)],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    return dict(json.loads(done.stdout))
+
+
+@pytest.mark.slow
+def test_equal_seeds_give_equal_logs_whatever_the_speed_and_the_recording(tmp_path):
+    fast = run_in_a_process(tmp_path / "fast", "--seed", "5", "--speed", "max", "--no-rerun")
+    paced = run_in_a_process(tmp_path / "paced", "--seed", "5", "--speed", "4")
+    other = run_in_a_process(tmp_path / "other", "--seed", "6", "--speed", "max", "--no-rerun")
+    assert fast["log_sha256"] == paced["log_sha256"]
+    assert fast["final_pose"] == paced["final_pose"]  # bit for bit: JSON keeps every digit
+    assert fast["log_sha256"] != other["log_sha256"]
+    assert (tmp_path / "paced" / "mission.rrd").stat().st_size > 10_000
+    assert not (tmp_path / "fast" / "mission.rrd").exists()

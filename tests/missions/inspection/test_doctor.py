@@ -1,0 +1,51 @@
+"""`treepilot doctor` on worlds that close or open by known widths."""
+
+from missions.execution.resources import MISSIONS
+from missions.inspection.doctor import diagnose
+
+WORLD = """\
+world: narrow
+format: 1
+start: west
+places:
+  west: [1.0, 1.5, 0 deg]
+  east: [4.0, 1.5, 0 deg]
+  wedge: [0.2, 0.2, 0 deg]
+walls:
+  - {{points: [[0, 0], [5, 0], [5, 3], [0, 3]], closed: true}}
+  - {{points: [[2.5, 0], [2.5, {low}]]}}
+  - {{points: [[2.5, {high}], [2.5, 3]]}}
+"""
+
+
+def world_with_a_gap(tmp_path, width):
+    """Walls are 10 cm thick and their ends are cut square, so the gap is as wide as said."""
+    path = tmp_path / "narrow.yaml"
+    text = WORLD.format(low=1.5 - width / 2, high=1.5 + width / 2)
+    path.write_text(text, "utf-8")
+    return str(path)
+
+
+def test_a_gap_narrower_than_the_robot_closes_the_place_behind_it(tmp_path):
+    found = diagnose(world_with_a_gap(tmp_path, 0.40), "scout", None)
+    text = "\n".join(found.lines)
+    assert "closed; the footprint needs 0.44 m" in text
+    assert "place east (4.00, 1.50): not reachable" in text
+    assert "place wedge (0.20, 0.20): blocked" in text
+    assert found.closed == 3  # the passage, the place behind it, the place in the corner
+
+
+def test_a_wide_gap_is_open_and_the_picture_is_drawn(tmp_path):
+    picture = tmp_path / "found.png"
+    found = diagnose(world_with_a_gap(tmp_path, 0.9), "scout", picture)
+    assert found.closed == 1  # the corner stays too small
+    assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_door_askew_to_the_cells_is_open_to_whom_it_lets_through():
+    """54 cm, of which at 5 cm a cell no more than 45 would be seen; the robot needs 44."""
+    found = diagnose(str(MISSIONS / "bench" / "narrow_door.yaml"), "scout", None)
+    assert found.closed == 0
+    passage = next(line for line in found.lines if "passage" in line)
+    assert "2.5 cm" in found.lines[0]
+    assert 0.48 <= float(passage.split("), ")[1].split()[0]) <= 0.54

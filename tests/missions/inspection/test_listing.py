@@ -1,0 +1,50 @@
+"""What `treepilot list` and `describe` say with the plugins of a mission."""
+
+import shutil
+
+import pytest
+
+from missions.execution.resources import MISSIONS
+from missions.inspection.listing import description_of, installed, rows_of
+from missions.inspection.scaffold import new_component
+from stack.errors import InputError
+
+
+@pytest.fixture
+def mission(tmp_path):
+    shutil.copytree(MISSIONS / "my_behaviours", tmp_path / "mine")
+    file = tmp_path / "mission.yaml"
+    file.write_text("mission: a\nplugins: [./mine]\nrun: anything\n")
+    return str(file)
+
+
+def test_a_missions_behaviours_are_listed_and_described(mission):
+    known = installed(mission)
+    assert known.problems == []
+    assert "find_open_space" in dict(rows_of("behaviours", known))
+    assert "shortest view worth driving to" in description_of("find_open_space", known)
+    with pytest.raises(InputError, match="did you mean 'find_open_space'"):
+        description_of("find_open_spac", known)
+    with pytest.raises(InputError):
+        description_of("find_open_space", installed())
+
+
+def test_a_missions_components_are_listed_and_described(mission, tmp_path):
+    new_component("planner", "beeline", tmp_path / "mine")
+    known = installed(mission)
+    assert "beeline" in dict(rows_of("planners", known))
+    assert "spacing" in description_of("beeline", known)
+
+
+def test_a_broken_plugin_is_named_with_its_file_and_the_others_remain(mission, tmp_path):
+    (tmp_path / "mine" / "broken.py").write_text("import nothing_of_that_name\n")
+    known = installed(mission)
+    (problem,) = known.problems
+    assert problem.startswith(str(tmp_path / "mine" / "broken.py"))
+    assert "No module named 'nothing_of_that_name'" in problem
+    assert "find_open_space" in dict(rows_of("behaviours", known))
+
+
+def test_a_mission_that_is_not_there_is_said(tmp_path):
+    with pytest.raises(InputError, match="no such mission file"):
+        installed(str(tmp_path / "nowhere.yaml"))

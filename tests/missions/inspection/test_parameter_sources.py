@@ -1,0 +1,68 @@
+"""Where each parameter comes from, and parameters given on the command line."""
+
+from __future__ import annotations
+
+import pytest
+
+import missions
+from missions.execution.prepare import RunOptions
+from missions.inspection.parameter_sources import Origin, parameters_of
+from stack.errors import InputError
+
+
+def sources(mission: str, **given: str) -> dict[str, Origin]:
+    parameters = {name.replace("__", "."): value for name, value in given.items()}
+    return {item.name: item for item in parameters_of(mission, RunOptions(parameters=parameters))}
+
+
+def line_of(mission: str, word: str) -> int:
+    from missions.execution.resources import find_mission
+
+    lines = find_mission(mission).read_text("utf-8").splitlines()
+    return next(number for number, line in enumerate(lines, start=1) if word in line)
+
+
+def test_each_value_names_the_file_and_line_that_sets_it() -> None:
+    found = sources("19_from_nav2")
+    line = line_of("19_from_nav2", "cruise_speed")
+    speed = found["controller.cruise_speed"]
+    assert (speed.value, speed.source) == ("0.5 m/s", f"19_from_nav2.yaml:{line}")
+    assert found["controller.use"].source.startswith("parameters/nav2_params.yaml:")
+    assert found["controller.noise_correlation"].source == "default"
+
+
+def test_a_mission_without_a_map_has_defaults_of_its_own() -> None:
+    decay = sources("17_without_a_map")["costmap.decay"]
+    assert (decay.value, decay.source) == ("300 s", "default without a map")
+
+
+def test_the_command_line_has_the_last_word() -> None:
+    found = sources("19_from_nav2", controller__cruise_speed="30 cm/s", planner__use="theta_star")
+    assert found["controller.cruise_speed"].value == "0.3 m/s"
+    assert found["controller.cruise_speed"].source == "--parameter"
+    assert found["planner.use"].value == "theta_star"
+    assert found["planner.tolerance"].source == "default"  # the file's is for another planner
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "sentence"),
+    [
+        ("controller.cruise_sped", "1", "--parameter controller.cruise_sped: there is no"),
+        ("controller.cruise_speed", "fast", "expected a number in m/s, got 'fast'"),
+        ("controler.cruise_speed", "1", "did you mean 'controller'"),
+        ("speed", "1", "expected controller.cruise_speed or the like"),
+        ("controller.cruise_speed", "[", "command line:1:"),
+        ("planner.use", "astra", "did you mean 'astar'"),
+    ],
+)
+def test_a_wrong_parameter_is_refused_with_its_name(name: str, value: str, sentence: str) -> None:
+    with pytest.raises(InputError) as refused:
+        parameters_of("19_from_nav2", RunOptions(parameters={name: value}))
+    assert sentence in str(refused.value)
+
+
+def test_a_run_takes_parameters() -> None:
+    slow = missions.run("01_drive_to_a_point", parameters={"controller.cruise_speed": "0.3"})
+    usual = missions.run("01_drive_to_a_point")
+    assert slow.status == usual.status == "success"
+    assert slow.simulated_seconds > 1.3 * usual.simulated_seconds

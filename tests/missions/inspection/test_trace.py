@@ -1,0 +1,166 @@
+"""A trace tells from the records alone what ran, for how long, and what never did."""
+
+from pathlib import Path
+
+import pytest
+
+from missions.inspection import trace as tracing
+from stack.errors import InputError
+from stack.telemetry.event_log import event_line
+from stack.telemetry.records import Event
+
+ROWS = [
+    [0, -1, "sequence", "patrol"],
+    [1, 0, "navigate_to_pose", "to the desk"],
+    [2, 0, "fallback", "either"],
+    [3, 2, "check", "enough charge"],
+    [4, 2, "say", "warn"],
+    [5, 0, "wait", "rest"],
+]
+CHANGES = [  # node, from, to, time, message
+    (0, "idle", "running", 0.0, ""),
+    (1, "idle", "running", 0.0, ""),
+    (1, "running", "success", 12.5, "there"),
+    (3, "idle", "success", 12.5, ""),
+    (2, "idle", "success", 12.5, ""),
+    (5, "idle", "running", 12.6, ""),
+    (5, "running", "idle", 13.6, ""),
+    (0, "running", "idle", 13.6, ""),
+]
+
+
+@pytest.fixture
+def run(tmp_path) -> Path:
+    events = [Event(0, 0, 0.0, "info", "tree", "tree", "6 nodes", {"rows": ROWS})]
+    for node, before, to, time, message in CHANGES:
+        fields = {"node": node, "name": ROWS[node][3], "from": before, "to": to}
+        fields["message"] = message
+        events.append(Event(len(events), 0, time, "info", "tree", "node_status", "changed", fields))
+    torn = b'{"fields":{},"ki'  # what kill -9 may leave behind
+    (tmp_path / "events.jsonl").write_bytes(b"".join(map(event_line, events)) + torn)
+    return tmp_path
+
+
+def test_the_story_has_every_change_in_order_and_depth(run):
+    lines = tracing.story(tracing.read_trace(run))
+    assert len(lines) == len(CHANGES)
+    assert lines[2] == "   12.50 s    ✔ to the desk: success (there)"
+    assert lines[-2] == "   13.60 s    · rest: halted"
+
+
+def test_a_node_can_be_picked_out_with_what_is_below_it(run):
+    lines = tracing.story(tracing.read_trace(run), only="either")
+    assert [line.split("s  ")[1].strip() for line in lines] == [
+        "✔ enough charge: success", "✔ either: success",
+    ]  # fmt: skip
+    with pytest.raises(InputError, match="did you mean 'either'"):
+        tracing.story(tracing.read_trace(run), only="eiter")
+
+
+def test_a_node_without_a_story_says_why_it_was_never_reached(run):
+    lines = tracing.story(tracing.read_trace(run), only="warn")
+    assert lines == ["warn: never reached: 'enough charge' before it ended with success"]
+
+
+def test_the_summary_says_how_long_and_why_not(run):
+    lines = {line.split("  ")[0].strip() or line.strip(): line for line in tracing.summary(
+        tracing.read_trace(run)
+    )}  # fmt: skip
+    text = "\n".join(lines.values())
+    assert "12.5 s  ✔ 1" in text
+    assert "never reached: 'enough charge' before it ended with success" in text
+    assert "1.0 s  halted 1" in text
+
+
+def test_what_is_not_a_run_is_refused(tmp_path):
+    with pytest.raises(InputError, match=r"holds no events\.jsonl"):
+        tracing.read_trace(tmp_path)
+
+
+SECOND = [
+    [0, -1, "events", "events", "a.yaml:9"],
+    [1, 0, "event", "bell", "a.yaml:9"],
+    [2, 1, "say", "ring", "a.yaml:10"],
+    [3, 0, "sequence", "patrol", "a.yaml:3"],
+    [4, 3, "act", "forced one", "a.yaml:4"],
+    [5, 3, "wait", "rest", "a.yaml:5"],
+    [6, 3, "use", "greet", "a.yaml:6"],
+    [7, 6, "say", "hello", "a.yaml:7"],
+]
+
+
+@pytest.fixture
+def saved_anew(run) -> Path:
+    """The run goes on with a second tree, a forced node, and a breakpoint that nobody passed."""
+    path = run / "events.jsonl"
+    whole = path.read_bytes().rpartition(b"\n")[0] + b"\n"
+    events = []
+
+    def add(time, kind, text, **fields):
+        source = "tree" if kind in ("tree", "node_status", "breakpoint") else "mission"
+        number = whole.count(b"\n") + len(events)
+        events.append(Event(number, 0, time, "info", source, kind, text, fields))
+
+    def change(node, before, to, time, message=""):
+        fields = {"node": node, "name": SECOND[node][3], "from": before, "to": to}
+        add(time, "node_status", "changed", **fields, message=message)
+
+    add(13.6, "saved", "a.yaml saved: the tree halts for a new one")
+    add(14.0, "reload", "tree 2 starts from its root")
+    add(14.0, "tree", "8 nodes", rows=SECOND)
+    add(14.0, "command", "force: 'forced one': success", command="force", refused="",
+        arguments={"node": "a.yaml:4", "status": "success"})  # fmt: skip
+    change(4, "idle", "success", 14.0, "forced by the operator")
+    change(3, "idle", "running", 14.0)
+    change(0, "idle", "running", 14.0)
+    add(14.0, "breakpoint", "stopped before 'rest' starts", nodes=[5])
+    change(3, "running", "idle", 20.0)
+    change(0, "running", "idle", 20.0)
+    add(20.0, "mission_ended", "aborted", state="aborted", reason="by the operator")
+    path.write_bytes(whole + b"".join(map(event_line, events)))
+    return run
+
+
+def test_a_mission_that_was_saved_anew_is_told_tree_by_tree(saved_anew):
+    lines = tracing.story(tracing.read_trace(saved_anew))
+    assert lines[len(CHANGES) :] == [
+        "   13.60 s    mission: a.yaml saved: the tree halts for a new one",
+        "   14.00 s    mission: tree 2 starts from its root",
+        "   14.00 s  ── tree 2, 8 nodes ──",
+        "   14.00 s    mission: force: 'forced one': success",
+        "   14.00 s      ✔ forced one: success (forced by the operator)",
+        "   14.00 s    ▶ patrol: running",
+        "   14.00 s  ▶ events: running",
+        "   14.00 s    tree: stopped before 'rest' starts",
+        "   20.00 s    · patrol: halted",
+        "   20.00 s  · events: halted",
+        "   20.00 s    mission: aborted",
+    ]
+
+
+def test_the_reasons_know_of_forces_breakpoints_events_and_reloads(saved_anew):
+    second = tracing.summary(tracing.read_trace(saved_anew))[7:]
+    assert second[0] == "── tree 2, from 14.00 s, until the mission was aborted ──"
+    why = {line.split("never")[0].strip(): line.partition("reached: ")[2] for line in second[2:]}
+    assert why["bell"] == "the event never came"
+    assert why["ring"] == "'bell' above it was not"
+    assert why["rest"] == "it stood at a breakpoint until the mission was aborted"
+    assert why["greet"] == "'rest' before it stood at a breakpoint"
+    assert why["hello"] == "'greet' above it was not"
+    alone = tracing.summary(tracing.read_trace(saved_anew), only="patrol/hello")[-1]
+    assert alone.endswith("'greet' above it was not: 'rest' before it stood at a breakpoint")
+
+
+def test_the_filter_keeps_what_operators_did_to_the_node(saved_anew):
+    trace = tracing.read_trace(saved_anew)
+    forced = tracing.story(trace, only="forced one")
+    assert [line[12:] for line in forced] == [
+        "  mission: a.yaml saved: the tree halts for a new one",
+        "  mission: tree 2 starts from its root",
+        "── tree 2, 8 nodes ──",
+        "  mission: force: 'forced one': success",
+        "    ✔ forced one: success (forced by the operator)",
+    ]
+    stopped = tracing.story(trace, only="a.yaml:5")
+    assert "stopped before 'rest' starts" in "\n".join(stopped)
+    assert "force:" not in "\n".join(stopped)

@@ -1,0 +1,127 @@
+"""What controllers share at both ends of a path, and the footprint they sweep along it."""
+
+from dataclasses import replace
+from math import inf, pi
+
+import numpy as np
+import pytest
+
+from stack.components import ControlState
+from stack.control.goal_alignment import EndsParameters, GoalAlignment
+from stack.control.ramps import Ramp, stopping_speed
+from stack.control.swept import SweptFootprint, outline
+from stack.drivetrain.description import Limits
+from stack.types import STANDSTILL, CostGrid, Pose2D, Twist
+from tests.stack.control.test_pure_pursuit import polyline
+from tests.stack.navigation.toy_world import RECTANGLE, robot
+
+EMPTY = CostGrid(np.zeros((120, 120), np.uint8), 0.05)
+
+
+def at(pose, twist=STANDSTILL, costs=EMPTY):
+    return ControlState(0.0, pose, twist, costs)
+
+
+def ends(path, **parameters):
+    made = GoalAlignment(
+        replace(EndsParameters(), **parameters), robot(), SweptFootprint(RECTANGLE), 0.05
+    )
+    made.set_path(path)
+    return made
+
+
+def begun(made, state):
+    made.begin(state)
+    return made
+
+
+def test_the_speed_that_still_stops_in_time():
+    """Driven for the delay, then braked: v t + v² / 2a is the way."""
+    speed = stopping_speed(1.0, 0.75, 0.15)
+    assert speed * 0.15 + speed**2 / 1.5 == pytest.approx(1.0)
+    assert stopping_speed(-0.1, 0.75, 0.15) == 0.0
+
+
+def test_commands_change_by_what_the_drive_can_do():
+    ramp = Ramp(Limits(), 0.05, 0.1)
+    assert ramp.forward(0.2, 0.8) == pytest.approx(0.25)
+    assert ramp.forward(0.2, 0.0) == pytest.approx(0.125)
+    assert ramp.turn(0.0, -3.0) == pytest.approx(-0.16)
+    stopped = ramp.stopped(Twist(0.3, 0.6))
+    assert (stopped.linear, stopped.angular) == (pytest.approx(0.225), pytest.approx(0.45))
+    assert ramp.stopped(Twist(0.01, 0.6)).linear == 0.0
+    # 0.2 s at 1.5 m/s² are all that a late robot explains
+    assert ramp.rebased(Twist(0.8, 0.0), Twist(0.1, 0.0)).linear == pytest.approx(0.4)
+
+
+@pytest.mark.parametrize(("heading", "turns"), [(0.9, False), (1.1, True), (-2.9, True)])
+def test_a_path_far_off_is_turned_to_first(heading, turns):
+    state = at(Pose2D(1, 1, -heading))
+    twist = begun(ends(polyline((1, 1), (3, 1))), state).turned(state)
+    assert (twist is not None) == turns
+    if twist is not None:
+        assert twist.angular * heading > 0.0
+    assert (
+        begun(ends(polyline((1, 1), (3, 1)), rotate_to_heading=False), state).turned(state) is None
+    )
+
+
+def test_a_robot_under_way_is_not_stopped_by_a_corner():
+    state = at(Pose2D(1, 1, -1.2), Twist(0.5))
+    assert begun(ends(polyline((1, 1), (3, 1))), state).turned(state) is None
+
+
+def test_the_goal_is_kept_though_turning_shifts_the_robot():
+    path = polyline((1, 1), (2, 1), heading=pi / 2)
+    made = begun(ends(path), at(Pose2D(1.98, 1)))
+    assert made.reached(at(Pose2D(1.98, 1)))
+    assert made.reached(at(Pose2D(1.95, 1)))  # within twice the tolerance of 0.03 m
+    made.set_path(polyline((1.95, 1), (2, 1), heading=pi / 2))  # the same goal again
+    assert made.reached(at(Pose2D(1.95, 1)))
+    made.set_path(polyline((1.95, 1), (2.5, 1)))
+    assert not made.reached(at(Pose2D(1.95, 1)))
+    turn = begun(ends(path), at(Pose2D(1.98, 1))).finish(at(Pose2D(1.98, 1)))
+    assert turn is not None
+    assert turn.linear == 0.0 and turn.angular > 0.0
+
+
+def test_a_robot_that_does_not_do_what_it_is_told_counts_as_held():
+    made = ends(polyline((1, 1), (3, 1)))
+    for step in range(20):
+        state = at(Pose2D(1, 1))
+        made.begin(state)
+        assert made.held == (step >= 10)  # 0.5 s
+        made.end(state, Twist(0.3))
+    for _ in range(10):
+        made.begin(at(Pose2D(1, 1), Twist(0.3)))
+        made.last = Twist(0.3)
+    assert not made.held
+
+
+def with_wall(column):
+    cells = np.zeros((120, 120), np.uint8)
+    cells[:, column] = 254
+    return CostGrid(cells, 0.05)
+
+
+def test_poses_are_clear_up_to_the_first_contact():
+    """The cells begin at x = 3; a body whose nose is 0.25 m ahead may come to 2.75 m."""
+    poses = np.array([[(1.0 + 0.2 * k, 3.0, 0.0) for k in range(15)]] * 2)
+    poses[1, :, 0] = 1.0
+    clear = SweptFootprint(RECTANGLE).clear_poses(with_wall(60), Pose2D(1.0, 3.0), poses)
+    assert list(clear) == [9, 15]  # 2.6 m is clear, 2.8 m is not
+
+
+def test_a_turn_sweeps_the_corners():
+    """The corners reach 0.32 m: beside a wall 0.3 m away they meet it on the way round."""
+    swept, costs = SweptFootprint(RECTANGLE), with_wall(60)
+    free, _ = swept.arc(costs, Pose2D(2.7, 3.0), Twist(0.0, 1.0), pi)
+    assert 0.0 < free < pi / 2
+    assert swept.arc(costs, Pose2D(2.6, 3.0), Twist(0.0, 1.0), pi)[0] == inf
+
+
+def test_the_outline_goes_round_in_small_steps():
+    points = outline(RECTANGLE, 0.035)
+    gaps = np.linalg.norm(points - np.roll(points, -1, axis=0), axis=1)
+    assert gaps.max() <= 0.035 + 1e-9
+    assert gaps.sum() == pytest.approx(2 * (0.5 + 0.4))

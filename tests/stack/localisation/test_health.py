@@ -1,0 +1,199 @@
+"""Health: silent while people pass, loud once carried off, and calibrated on each map."""
+
+from math import cos, pi, sin
+
+import numpy as np
+import pytest
+
+from stack.localisation.distance_field import surface_field
+from stack.localisation.health import FitScale, RecentMedian, ScanEvaluator, calibrate
+from stack.localisation.localiser import Localiser
+from stack.localisation.parameters import LocaliserParameters
+from stack.types import Pose2D, Scan, wrap_angle
+from tests.stack.localisation.drawn_office import DOORS, Place, office, twin_rooms
+
+HERE = Pose2D(0.0, 0.0)
+STEP = Pose2D(0.0, 0.0, 0.05)
+
+
+def settled(place: Place, pose: Pose2D, generator, localiser: Localiser | None = None) -> Localiser:
+    """A filter that has stood at its true pose for a second."""
+    localiser = localiser or Localiser(place.grid, LocaliserParameters(), 0)
+    localiser.update(HERE, None)
+    localiser.start(pose, 0.03, 0.03)
+    stand(localiser, place, pose, 0.0, generator)
+    return localiser
+
+
+def stand(localiser, place, pose, begin, generator) -> list[float]:
+    """Qualities over the second from `begin` on."""
+    qualities = []
+    for step in range(10):
+        localiser.update(HERE, place.scan(pose, begin + 0.1 * step, generator))
+        qualities.append(localiser.estimate.health)
+    return qualities
+
+
+def beside(pose: Pose2D, distance: float, bearing: float) -> tuple[float, float, float]:
+    angle = pose.heading + bearing
+    return (pose.x + distance * cos(angle), pose.y + distance * sin(angle), 0.2)
+
+
+def test_no_false_alarms_among_people():
+    """Poses anywhere, up to four people within 3 m, for 2 s each: at most 1 % of scans."""
+    place, generator = office(), np.random.default_rng(1)
+    localiser = Localiser(place.grid, LocaliserParameters(), 0)
+    low = []
+    for episode in range(40):
+        place.people = []
+        pose = place.free_pose(generator)
+        localiser.update(HERE, None)
+        localiser.start(pose, 0.03, 0.03)
+        crowd = [(generator.uniform(0.5, 3.0), generator.uniform(-pi, pi)) for _ in range(4)]
+        for step in range(20):
+            place.people = [beside(pose, d, a + 0.02 * step) for d, a in crowd[: episode % 5]]
+            scan = place.scan(pose, 100.0 * episode + 0.1 * step, generator)
+            localiser.update(HERE, scan)
+            low.append(localiser.estimate.health < 0.3)
+    assert np.mean(low) <= 0.01
+
+
+def in_room(pose: Pose2D) -> Pose2D:
+    return Pose2D(pose.x - 5.05, pose.y, pose.heading) if pose.x > 5.1 else pose
+
+
+def is_kidnap(place: Place, before: Pose2D, after: Pose2D, twins: bool) -> bool:
+    if not twins:
+        return before.distance_to(after) >= 2.0
+    before, after = in_room(before), in_room(after)
+    turned = abs(wrap_angle(before.heading - after.heading))
+    return before.distance_to(after) >= 1.0 or turned >= pi / 3
+
+
+@pytest.mark.parametrize("twins", [False, True])
+def test_being_carried_off_is_noticed_within_two_seconds(twins):
+    """At least 95 % of kidnaps; in the twin rooms also those into the other twin."""
+    place = twin_rooms() if twins else office()
+    generator = np.random.default_rng(3)
+    localiser, caught = None, 0
+    for _ in range(40):
+        pose = place.free_pose(generator)
+        localiser = settled(place, pose, generator, localiser)
+        assert localiser.estimate.health > 0.5
+        elsewhere = place.free_pose(generator)
+        while not is_kidnap(place, pose, elsewhere, twins):
+            elsewhere = place.free_pose(generator)
+        odometry = HERE
+        for step in range(20):
+            odometry, elsewhere = odometry.compose(STEP), elsewhere.compose(STEP)
+            localiser.update(odometry, place.scan(elsewhere, 1.0 + 0.1 * step, generator))
+            if localiser.estimate.health < 0.3:
+                caught += 1
+                break
+    assert caught >= 38
+
+
+def test_a_lost_filter_is_not_dragged_to_some_other_fit():
+    """Wandering 15 s after each of 12 kidnaps: it is hardly ever both wrong and confident."""
+    place, generator = twin_rooms(), np.random.default_rng(8)
+    localiser, deceived, strayed = None, [], []
+    for _ in range(12):
+        pose, elsewhere = place.free_pose(generator), place.free_pose(generator)
+        while not is_kidnap(place, pose, elsewhere, twins=True):
+            elsewhere = place.free_pose(generator)
+        localiser, odometry = settled(place, pose, generator, localiser), HERE
+        for step in range(150):
+            ahead = elsewhere.compose(Pose2D(0.35, 0.0))
+            free = place.is_clear(ahead.x, ahead.y)
+            moved = Pose2D(0.04, 0.0, 0.01 * sin(step / 7)) if free else Pose2D(0.0, 0.0, 0.07)
+            odometry, elsewhere = odometry.compose(moved), elsewhere.compose(moved)
+            localiser.update(odometry, place.scan(elsewhere, 1.0 + 0.1 * step, generator))
+            estimate = localiser.estimate
+            wrong = estimate.pose.distance_to(elsewhere) > 0.5
+            if step >= 20:
+                deceived.append(wrong and estimate.health >= 0.3)
+        strayed.append(localiser.estimate.pose.distance_to(pose.compose(odometry)))
+    assert np.mean(deceived) < 0.02
+    # dragged along by every scan that fits a little, it strays 0.4 m on average
+    assert np.mean(strayed) < 0.2
+
+
+@pytest.mark.parametrize("bearing", [0.0, pi / 2, -2.5])
+def test_a_person_right_in_front_is_no_alarm(bearing):
+    place, generator = office(), np.random.default_rng(0)
+    pose = Pose2D(5.75, 2.0, 0.3)
+    place.people = [beside(pose, 0.5, bearing)]
+    assert settled(place, pose, generator).estimate.health > 0.3
+
+
+@pytest.mark.parametrize(
+    "pose", [Pose2D(2.05, 4.5, -pi / 2), Pose2D(5.75, 3.2, pi / 2), Pose2D(7.75, 4.6, pi / 2)]
+)
+def test_doors_closed_that_the_map_has_open_are_no_alarm(pose):
+    place, generator = office(unmapped=DOORS), np.random.default_rng(0)
+    assert settled(place, pose, generator).estimate.health > 0.3
+
+
+def test_someone_hurrying_past_does_not_show():
+    """Three scans of ten with the lidar covered: the median over a second does not care."""
+    place, generator = office(), np.random.default_rng(0)
+    pose = Pose2D(5.75, 2.0, 0.3)
+    localiser = settled(place, pose, generator)
+    place.people = [beside(pose, 0.25, a) for a in (0.0, pi / 2, pi, -pi / 2)]
+    for step in range(3):
+        localiser.update(HERE, place.scan(pose, 1.0 + 0.1 * step, generator))
+    assert localiser.estimate.health > 0.6
+
+
+def test_fit_at_judges_other_poses():
+    place, generator = office(), np.random.default_rng(0)
+    pose = Pose2D(5.75, 2.0, 0.3)
+    localiser = settled(place, pose, generator)
+    scan = place.scan(pose, 2.0, generator)
+    assert localiser.fit_at(pose, scan) > 0.8
+    assert localiser.fit_at(Pose2D(9.0, 2.8, 0.3), scan) < 0.3
+
+
+def test_a_start_is_believed_until_a_scan_says_otherwise():
+    place, generator = office(), np.random.default_rng(0)
+    localiser = Localiser(place.grid, LocaliserParameters(), 0)
+    assert localiser.estimate.health == 0.0, "scattered"
+    localiser.start(Pose2D(5.75, 2.0), 0.1, 0.1)
+    assert localiser.estimate.health == 0.8
+    localiser.update(HERE, place.scan(Pose2D(9.0, 6.3, 2.0), 0.0, generator))
+    assert localiser.estimate.health < 0.3
+
+
+@pytest.mark.parametrize("value", [np.inf, np.nan])
+def test_a_scan_without_a_single_return_moves_nothing(value):
+    localiser = Localiser(office().grid, LocaliserParameters(), 0)
+    pose = Pose2D(5.75, 2.0, 0.5)
+    localiser.start(pose, 0.02, 0.02)
+    ranges = np.full(360, value, dtype=np.float32)
+    localiser.update(HERE, Scan(0.0, ranges, -pi, 2 * pi / 360, 0.08, 12.0))
+    assert localiser.estimate.pose.distance_to(pose) < 0.02
+    assert localiser.estimate.health < 0.3
+
+
+def test_the_scale_passes_through_its_percentiles():
+    scale = FitScale(0.6, 0.9)
+    assert [scale.health(fit) for fit in (0.0, 0.3, 0.6, 0.9, 1.0)] == pytest.approx(
+        [0.0, 0.15, 0.3, 0.8, 1.0]
+    )
+
+
+def test_calibration_on_a_map_without_free_space_has_a_fallback():
+    place = office()
+    place.grid.cells[:] = 100
+    field = surface_field(place.grid)
+    scan = Scan(0.0, np.ones(36, dtype=np.float32), -pi, 2 * pi / 36, 0.1, 12.0)
+    scale = calibrate(ScanEvaluator(field), field, scan, 0.01, np.random.default_rng(0))
+    assert 0.0 < scale.low < scale.middle < 1.0
+
+
+def test_the_median_forgets_what_is_older_than_its_window():
+    recent = RecentMedian(1.0)
+    assert recent.value is None
+    for stamp, value in ((0.0, 9.0), (0.5, 1.0), (1.0, 2.0), (1.2, 3.0)):
+        recent.add(stamp, value)
+    assert recent.value == 2.0

@@ -1,0 +1,333 @@
+from dataclasses import replace
+from math import pi
+
+import numpy as np
+import pytest
+
+from stack.control.pure_pursuit import PurePursuitParameters
+from stack.errors import NavigationError, ParameterError
+from stack.navigation.robot_facade import FacadeParts, RobotFacade
+from stack.navigation.tuning import Tunable
+from stack.robot import Robot, Task
+from stack.types import (
+    STANDSTILL,
+    Battery,
+    CameraModel,
+    FailureCode,
+    Image,
+    Marker,
+    MarkerSighting,
+    Observation,
+    Pose2D,
+    PoseEstimate,
+    TaskStatus,
+    Twist,
+)
+from tests.stack.navigation.toy_drive import ToyDrive
+from tests.stack.navigation.toy_world import ToyWorld, robot, room
+
+CAMERA = CameraModel(4, 4, 4.0, (0.0, 0.0, 0.3))
+
+
+class Match:
+    def __init__(self, pose, fit):
+        self.pose, self.fit = pose, fit
+
+
+class ToyEstimator:
+    """Believes to be `error` away from the truth until it is started or relocalised."""
+
+    def __init__(self, world):
+        self.world, self.error, self.started, self.views = world, Pose2D(0, 0), [], None
+        self.fails = None
+
+    @property
+    def estimate(self):
+        return PoseEstimate(self.world.pose.compose(self.error), np.eye(3) * 1e-4, 0.9)
+
+    def start(self, pose, position_deviation, heading_deviation):
+        self.started.append((pose, position_deviation, heading_deviation))
+        self.error = pose.relative_to(self.world.pose)
+
+    def fit_at(self, pose, scan):
+        return max(0.0, 1.0 - pose.distance_to(self.world.pose))
+
+    def relocalise_globally(self, scan, earlier=()):
+        self.views = (scan, earlier)
+        if self.fails:
+            raise self.fails
+        self.error = Pose2D(0, 0)
+        return Match(self.world.pose, 0.87)
+
+
+class ToyBody:
+    def __init__(self, world):
+        self.world, self.description = world, world.robot
+
+    @property
+    def time(self):
+        return self.world.time
+
+
+class ToyStore:
+    def save(self, image, name):
+        return f"images/{name}.png"
+
+
+class ToyDetector:
+    def __init__(self):
+        self.looked_at = []
+
+    def sightings(self, image):
+        self.looked_at.append(image.stamp)
+        return (MarkerSighting(image.stamp, MARKER, 1.0, ()),)
+
+
+MARKER = Marker(7, 0.2, (5.0, 3.0, 0.4), pi)
+
+
+class Rig:
+    """A pilot in a toy world, stepped as the runtime steps it."""
+
+    def __init__(self):
+        world = ToyWorld(room(8, 6), robot(), Pose2D(1.0, 3.0))
+        self.toy, self.world = ToyDrive(world), world
+        self.estimator, self.detector = ToyEstimator(world), ToyDetector()
+        navigator = self.toy.navigator
+        self.facade = RobotFacade(
+            FacadeParts(
+                ToyBody(world), navigator, self.estimator, self.toy.local, self.toy.globe,
+                ToyStore(), self.toy.emit, (MARKER,), self.detector,
+                {
+                    "controller": Tunable.of(self.toy.controller),
+                    "navigation": Tunable.of(navigator),
+                    "safety": Tunable.of(self.toy.safety),
+                },
+            )
+        )  # fmt: skip
+
+    def step(self, image=None):
+        world = self.world
+        observation = Observation(world.time, world.odometry, Battery(0.5), world.scan)
+        self.facade.update(replace(observation, image=image))
+        twist = self.facade.advance()
+        world.drive(
+            self.toy.safety.limit(twist, scan=world.scan, time=world.time, measured=world.twist)
+        )
+        return twist
+
+    def run(self, seconds):
+        return [self.step() for _ in range(round(seconds / 0.05))]
+
+    def finish(self, task, seconds=30.0):
+        while task.status is TaskStatus.RUNNING and self.world.time < seconds:
+            self.step()
+        return task.status
+
+    def picture(self):
+        return Image(self.world.time, np.zeros((4, 4, 3), np.uint8), CAMERA)
+
+    def last(self, kind):
+        return [event for event in self.toy.events if event[0] == kind][-1]
+
+
+@pytest.fixture
+def rig():
+    made = Rig()
+    yield made
+    made.toy.navigator.close()
+
+
+def test_the_pilot_is_a_robot_member_by_member(rig):
+    members = [name for name in vars(Robot) if not name.startswith("_")]
+    assert len(members) > 20
+    assert [name for name in members if not hasattr(rig.facade, name)] == []
+    task = rig.facade.navigate_to(Pose2D(3.0, 3.0))
+    promised = [name for name in vars(Task) if not name.startswith("_")]
+    assert [name for name in promised if not hasattr(task, name)] == []
+
+
+def test_what_the_sensors_say_is_passed_on(rig):
+    assert (rig.facade.battery.charge, rig.facade.scan) == (1.0, None)
+    rig.step()
+    assert rig.facade.battery == Battery(0.5)
+    assert rig.facade.scan is not None
+    assert rig.facade.time == rig.world.time
+    assert rig.facade.pose == rig.world.pose
+    assert (rig.facade.footprint, rig.facade.markers) == (rig.world.robot.footprint, (MARKER,))
+
+
+def test_better_odometry_is_used_where_there_is_one(rig):
+    fused = replace(rig.world.odometry, pose=Pose2D(9.0, 9.0), twist=Twist(0.4))
+    rig.facade.update(Observation(0.0, rig.world.odometry, Battery(1.0)), fused)
+    assert (rig.facade.odometry, rig.facade.speed) == (Pose2D(9.0, 9.0), Twist(0.4))
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda p: p.navigate_to(Pose2D(3.0, 3.0)),
+        lambda p: p.navigate_through([Pose2D(2.0, 3.0), Pose2D(3.0, 3.0)]),
+        lambda p: p.plan(Pose2D(3.0, 3.0)),
+        lambda p: p.spin(1.0),
+        lambda p: p.back_up(0.3),
+        lambda p: p.relocalise(),
+    ],
+)
+def test_what_is_asked_is_done(rig, ask):
+    assert rig.finish(ask(rig.facade)) is TaskStatus.SUCCEEDED
+
+
+def test_a_velocity_is_driven_for_its_time(rig):
+    rig.step()
+    rig.facade.drive_for(Twist(0.2), 0.5)
+    driven = rig.run(1.0)
+    assert driven.count(Twist(0.2)) == pytest.approx(10, abs=1)
+    assert driven[-1] == STANDSTILL
+
+
+def test_asking_for_a_picture_keeps_the_camera_on_for_a_second(rig):
+    assert not rig.facade.camera_wanted
+    assert rig.facade.image() is None
+    rig.run(0.95)
+    assert rig.facade.camera_wanted
+    rig.run(0.1)
+    assert not rig.facade.camera_wanted
+
+
+def test_a_picture_from_before_the_camera_was_off_is_not_handed_out(rig):
+    rig.facade.image()
+    picture = rig.picture()
+    rig.step(picture)
+    assert rig.facade.image() is picture
+    rig.run(0.9)
+    assert rig.facade.image() is picture
+    rig.run(2.0)
+    assert rig.facade.image() is None
+
+
+def test_markers_are_looked_for_once_in_each_picture(rig):
+    assert rig.facade.marker_sightings() == ()
+    assert rig.facade.camera_wanted
+    rig.step(rig.picture())
+    assert [s.marker.number for s in rig.facade.marker_sightings()] == [7]
+    assert rig.facade.marker_sightings() is rig.facade.marker_sightings()
+    rig.step(rig.picture())
+    rig.facade.marker_sightings()
+    assert len(rig.detector.looked_at) == 2
+
+
+def test_costmaps_are_cleared_by_name(rig):
+    for which in ("local", "global", "both"):
+        rig.facade.clear_costmap(which)
+    assert (rig.toy.local.cleared, rig.toy.globe.cleared) == (2, 2)
+    with pytest.raises(ParameterError, match="no 'lokal' costmap") as error:
+        rig.facade.clear_costmap("lokal")
+    assert "did you mean 'local'" in error.value.hint
+
+
+def test_a_costmap_is_cleared_around_the_robot_or_in_one_layer(rig):
+    rig.facade.clear_costmap("local", radius=1.5, layer="obstacle")
+    assert rig.toy.local.cleared_around == (rig.facade.pose, 1.5, "obstacle")
+    with pytest.raises(ParameterError, match="no layer 'obstacles'") as error:
+        rig.facade.clear_costmap("both", layer="obstacles")
+    assert "did you mean 'obstacle'" in error.value.hint
+
+
+def test_a_pose_that_is_set_is_told_with_source_and_jump(rig):
+    rig.facade.set_pose(
+        Pose2D(4.0, 3.0, pi / 2), position_deviation=0.2, heading_deviation=0.1, source="marker"
+    )
+    assert rig.estimator.started == [(Pose2D(4.0, 3.0, pi / 2), 0.2, 0.1)]
+    _, text, fields = rig.last("relocalised")
+    assert fields == {"by": "marker", "jump": 3.0, "turn": round(pi / 2, 4)}
+    assert text == "now at (4.00, 3.00, 90 deg) by marker, 3.00 m and 90 deg from before"
+    assert (rig.toy.local.cleared, rig.toy.globe.cleared) == (1, 1)
+
+
+def test_a_small_correction_keeps_what_was_sensed(rig):
+    rig.facade.set_pose(
+        Pose2D(1.1, 3.0), position_deviation=0.1, heading_deviation=0.1, source="marker"
+    )
+    assert rig.toy.local.cleared == 0
+
+
+def test_relocalising_stands_gathers_scans_and_sets_the_pose(rig):
+    rig.facade.navigate_to(Pose2D(6.0, 3.0))
+    rig.run(2.0)
+    rig.estimator.error = Pose2D(2.0, 0.0, 0.0)
+    stopped_from = rig.world.time
+    task = rig.facade.relocalise()
+    assert rig.finish(task) is TaskStatus.SUCCEEDED
+    newest, earlier = rig.estimator.views
+    stamps = [*(scan.stamp for _, scan in earlier), newest.stamp]
+    assert len(set(stamps)) == 3
+    assert stamps[0] > stopped_from + 0.3  # not one from while it still rolled
+    _, _, fields = rig.last("relocalised")
+    assert (fields["by"], fields["jump"]) == ("lidar", pytest.approx(2.0, abs=1e-3))
+    assert "87% of the scans" in task.feedback
+
+
+def test_relocalising_fails_rather_than_guess(rig):
+    rig.estimator.fails = NavigationError(FailureCode.AMBIGUOUS, "(1.00, 1.00) and (5.00, 1.00)")
+    task = rig.facade.relocalise()
+    rig.finish(task)
+    assert task.failure.code == FailureCode.AMBIGUOUS
+    assert task.failure.sentence == "(1.00, 1.00) and (5.00, 1.00)"
+    assert rig.estimator.started == []
+
+
+def test_relocalising_without_scans_ends(rig):
+    rig.world.frozen_scan = True
+    task = rig.facade.relocalise()
+    rig.finish(task)
+    assert task.failure.code == FailureCode.LOST
+    assert "of 3 lidar scans came in within 5 s" in task.failure.sentence
+
+
+def test_fit_at_asks_with_the_newest_scan(rig):
+    assert rig.facade.fit_at(rig.world.pose) == 0.0
+    rig.step()
+    assert rig.facade.fit_at(rig.world.pose) == 1.0
+
+
+def test_pictures_and_words_are_passed_on(rig):
+    assert rig.facade.save_image(rig.picture(), "shelf") == "images/shelf.png"
+    rig.facade.say("hello")
+    assert rig.last("say")[1] == "hello"
+
+
+def test_parameters_change_between_steps(rig):
+    before = rig.facade.parameters
+    assert before["controller.cruise_speed"] == PurePursuitParameters().cruise_speed
+    assert {"navigation.patience", "safety.padding"} <= before.keys()
+    rig.facade.set_parameter("controller.cruise_speed", "30 cm/s")
+    assert rig.facade.parameters["controller.cruise_speed"] == pytest.approx(0.3)
+    rig.facade.set_parameter("navigation.patience", 7)
+    assert rig.toy.navigator.parameters.patience == 7.0
+    rig.facade.navigate_to(Pose2D(6.0, 3.0))
+    assert max(twist.linear for twist in rig.run(6.0)) == pytest.approx(0.3)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        ("controler.cruise_speed", 0.3, "there is no component 'controler'"),
+        ("controller.cruise", 0.3, "controller has no parameter 'cruise'"),
+        ("controller.cruise_speed", -1.0, "-1 m/s must be above 0 m/s"),
+        ("controller.cruise_speed", "fast", "expected a number in m/s"),
+        ("cruise_speed", 0.3, "there is no component 'cruise_speed'"),
+    ],
+)
+def test_parameters_that_will_not_do_are_refused(rig, name, value, message):
+    before = rig.facade.parameters
+    with pytest.raises(ParameterError, match=message):
+        rig.facade.set_parameter(name, value)
+    assert rig.facade.parameters == before
+
+
+def test_another_planner_can_be_put_in(rig):
+    other = type(rig.toy.planner)()
+    rig.toy.navigator.planner = other
+    assert rig.finish(rig.facade.plan(Pose2D(3.0, 3.0))) is TaskStatus.SUCCEEDED
+    assert (other.calls, rig.toy.planner.calls) == (1, 0)

@@ -1,0 +1,145 @@
+from math import atan, cos, pi, sin, tan
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from stack.drivetrain.description import Limits, OmniWheels, SteeredWheels, Wheels
+from stack.sim.wheel_controller import AckermannController, DifferentialController, OmniController
+from stack.types import Pose2D, Twist
+
+WHEELS = Wheels(("l",), ("r",), radius=0.1, separation=0.4)
+LIMITS = Limits(
+    linear_speed=0.8, reverse_speed=0.3, angular_speed=1.8, linear_acceleration=1.0,
+    linear_deceleration=2.0, angular_acceleration=4.0,
+)  # fmt: skip
+
+
+@pytest.fixture
+def drive():
+    return DifferentialController(LIMITS, WHEELS, 0.002)
+
+
+def run(drive, twist, steps):
+    speeds = []
+    for _ in range(steps):
+        drive.command(twist)
+        drive.advance()
+        speeds.append((drive.linear, drive.angular))
+    return speeds
+
+
+def test_ramps_take_speed_over_acceleration(drive):
+    speeds = run(drive, Twist(0.5, 1.0), 300)
+    assert [v for v, _ in speeds].index(0.5) + 1 == 250  # 0.5 / 1.0 / 0.002
+    assert [w for _, w in speeds].index(1.0) + 1 == 125  # 1.0 / 4.0 / 0.002
+    run_down = run(drive, Twist(), 300)
+    assert [v for v, _ in run_down].index(0.0) + 1 == 125  # 0.5 / 2.0 / 0.002
+
+
+def test_turning_back_stops_at_the_deceleration_first(drive):
+    run(drive, Twist(0.2), 200)
+    speeds = [v for v, _ in run(drive, Twist(-0.2), 300)]
+    assert speeds[49] == pytest.approx(0.0, abs=1e-12)  # 0.2 / 2.0 / 0.002 = 50 steps
+    assert speeds[99] == pytest.approx(-0.1)  # then 50 steps at 1.0
+    assert speeds[-1] == -0.2
+
+
+def test_commands_are_cut_to_the_limits(drive):
+    assert run(drive, Twist(9.0, -9.0), 2000)[-1] == (0.8, -1.8)
+    assert run(drive, Twist(-9.0), 2000)[-1][0] == -0.3
+
+
+def test_wheel_speeds_of_a_turn(drive):
+    run(drive, Twist(0.5, 1.0), 500)
+    # (v -+ w b / 2) / r = (0.5 -+ 0.2) / 0.1
+    assert drive.wheel_speeds == pytest.approx((3.0, 7.0))
+
+
+def test_without_commands_it_stops_after_the_dead_man_time(drive):
+    run(drive, Twist(0.5), 500)
+    changes = [drive.advance() for _ in range(400)]
+    # The last command stands for 150 steps in all, the one it came in included.
+    assert changes.index(True) == 149
+    assert drive.linear == 0.0
+    assert sum(changes) == 125
+
+
+def test_steady_speed_asks_for_nothing(drive):
+    run(drive, Twist(0.5), 500)
+    assert not drive.advance()
+
+
+STAR = OmniWheels(
+    ("a", "b", "c"),
+    tuple(
+        Pose2D(0.2 * cos(a), 0.2 * sin(a), a + pi / 2) for a in (0.0, 2 * pi / 3, -2 * pi / 3)
+    ),
+    radius=0.05,
+)  # fmt: skip
+CAR = SteeredWheels(
+    ("s", "t"), ("l", "r"), radius=0.1, wheelbase=0.5, track=0.4, steering_angle=pi / 6,
+    steering_speed=1.0,
+)  # fmt: skip
+
+
+def test_omnidirectional_wheels_push_along_their_headings():
+    drive = OmniController(Limits(lateral_speed=0.5), STAR, 0.002)
+    run(drive, Twist(0.3, 0.5, -0.2), 500)
+    # Wheel a, 0.2 m ahead, pushes to the left: (-0.2 + 0.2 * 0.5) / 0.05.
+    assert drive.wheel_speeds[0] == pytest.approx(-2.0)
+    # The three headings are 120 degrees apart: what is left of the sum is the turning.
+    assert sum(drive.wheel_speeds) == pytest.approx(3 * 0.2 * 0.5 / 0.05)
+
+
+def test_sideways_speed_ramps_within_its_limits():
+    drive = OmniController(Limits(lateral_speed=0.4), STAR, 0.002)
+    seen = []
+    for _ in range(300):
+        drive.command(Twist(0.0, 0.0, 9.0))
+        drive.advance()
+        seen.append(drive.lateral)
+    assert seen.index(0.4) + 1 == 200  # 0.4 / 1.0 / 0.002
+    for _ in range(400):
+        drive.advance()
+    assert drive.lateral == 0.0  # the dead man
+
+
+def test_a_differential_drive_never_goes_sideways(drive):
+    run(drive, Twist(0.0, 0.0, 1.0), 50)
+    assert drive.wheel_speeds == (0.0, 0.0)
+
+
+def test_a_car_that_stands_neither_turns_nor_steers():
+    drive = AckermannController(LIMITS, CAR, 0.002)
+    run(drive, Twist(0.0, 1.0), 100)
+    assert drive.wheel_speeds == (0.0, 0.0)
+    assert drive.steering == (0.0, 0.0)
+    run(drive, Twist(0.5, 0.5), 500)
+    steered = drive.steering
+    run(drive, Twist(), 500)
+    assert drive.wheel_speeds == (0.0, 0.0)
+    assert drive.steering == steered
+
+
+def test_a_car_s_wheels_share_one_centre():
+    drive = AckermannController(LIMITS, CAR, 0.002)
+    run(drive, Twist(0.5, 0.4), 1000)  # a radius of 1.25 m
+    assert drive.angle == pytest.approx(atan(0.5 / 1.25))
+    assert drive.steering == pytest.approx((atan(0.5 / 1.05), atan(0.5 / 1.45)))
+    assert drive.wheel_speeds == pytest.approx((0.4 * 1.05 / 0.1, 0.4 * 1.45 / 0.1))
+
+
+@given(st.floats(-3, 3), st.floats(-9, 9), st.floats(-3, 3), st.floats(-9, 9))
+@settings(deadline=None, max_examples=50)
+def test_no_command_makes_a_car_turn_tighter_than_it_can(v, w, later_v, later_w):
+    drive = AckermannController(LIMITS, CAR, 0.02)
+    for twist in (Twist(v, w), Twist(later_v, later_w)):
+        before = drive.angle
+        for _ in range(20):
+            drive.command(twist)
+            drive.advance()
+            assert abs(drive.angle) <= pi / 6
+            assert abs(drive.angle - before) <= 1.0 * 0.02 + 1e-12
+            assert abs(drive.angular) <= abs(drive.linear) * tan(pi / 6) / 0.5 + 1e-12
+            before = drive.angle
