@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from stack.errors import InputError
+from missions.cli.arguments import assignments
 
 HELP = """Measure how well robots drive; docs/benchmarks.md says what the figures mean.
 
@@ -163,28 +163,6 @@ def _bench() -> None:
 def named(words: str) -> tuple[str, ...]:
     """Names between commas."""
     return tuple(word.strip() for word in words.split(",") if word.strip())
-
-
-def assignments(
-    pairs: list[str], option: str = "--set", example: str = "dwell=5s"
-) -> dict[str, str]:
-    """NAME=VALUE, given again and again.
-
-    Args:
-        pairs: as given.
-        option: what they were given to, and
-        example: what might have been, for the message.
-
-    Raises:
-        InputError: one is something else.
-    """
-    values = {}
-    for pair in pairs:
-        name, equals, value = pair.partition("=")
-        if not equals or not name.strip():
-            raise InputError(f"{option} {pair}: expected NAME=VALUE, such as {example}")
-        values[name.strip()] = value.strip()
-    return values
 
 
 def _tell(line: str) -> None:

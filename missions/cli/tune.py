@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from missions.cli.bench import assignments
+from missions.cli.arguments import assignments
 
 INTERRUPTED = 130
 

@@ -7,10 +7,10 @@ from time import monotonic, sleep  # noqa: TID251 - waiting for another process
 from typing import Any, TypeVar
 from uuid import uuid4
 
-from missions.execution.supervisor import find_run
 from stack.errors import InputError, TelemetryError
 from stack.telemetry.client import TelemetryClient
 from stack.telemetry.records import Ack, Command, Snapshot, TreeRow
+from stack.telemetry.rendezvous import find_run
 
 PATIENCE = 10.0
 """Wall seconds to wait for an engine's answer: an optimiser's compilation takes some."""

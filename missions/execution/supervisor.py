@@ -21,8 +21,8 @@ from missions.execution.progress import ProgressLines
 from missions.execution.report import Report
 from missions.execution.resources import find_mission
 from missions.execution.runner import execute
-from stack.errors import InputError, TelemetryError
-from stack.telemetry.rendezvous import RunHandle, live_runs
+from stack.errors import InputError
+from stack.telemetry.rendezvous import RunHandle, find_run, live_runs
 
 WRONG_INPUT, ENGINE_LOST = 2, 3
 START_PATIENCE, STOP_PATIENCE = 60.0, 20.0
@@ -77,23 +77,6 @@ def default_folder(mission: str) -> Path:
         count += 1
         folder = base.with_name(f"{base.name}-{count}")
     return folder
-
-
-def find_run(name: str) -> RunHandle:
-    """A live run by name or folder; the newest when the name is empty.
-
-    Raises:
-        TelemetryError: there is none; the message names those there are.
-    """
-    runs = live_runs()
-    wanted = Path(name).name
-    matching = [run for run in runs if not name or run.run_id == wanted]
-    if not matching:
-        live = ", ".join(run.run_id for run in runs) or "none is"
-        raise TelemetryError(
-            f"no run {name!r} is live; live runs: {live}" if name else "no mission is running"
-        )
-    return matching[-1]
 
 
 def watch_run(name: str) -> int:

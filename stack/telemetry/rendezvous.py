@@ -126,6 +126,23 @@ def live_runs() -> list[RunHandle]:
     return sorted(runs, key=lambda run: (run.started, run.run_id))
 
 
+def find_run(name: str) -> RunHandle:
+    """A live run by name or folder; the newest when the name is empty.
+
+    Raises:
+        TelemetryError: there is none; the message names those there are.
+    """
+    runs = live_runs()
+    wanted = Path(name).name
+    matching = [run for run in runs if not name or run.run_id == wanted]
+    if not matching:
+        live = ", ".join(run.run_id for run in runs) or "none is"
+        raise TelemetryError(
+            f"no run {name!r} is live; live runs: {live}" if name else "no mission is running"
+        )
+    return matching[-1]
+
+
 def _read(file: Path) -> RunHandle | None:
     """The handle in a descriptor; None if it has just gone or is not one."""
     try:

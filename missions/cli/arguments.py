@@ -1,0 +1,47 @@
+"""Arguments and options that several commands share."""
+
+from __future__ import annotations
+
+import os
+import sys
+from typing import Annotated
+
+import typer
+
+from stack.errors import InputError
+
+MissionArgument = Annotated[
+    str, typer.Argument(help="mission file, or the name of a shipped mission")
+]
+
+PluginsOf = Annotated[
+    str | None,
+    typer.Option("--mission", metavar="FILE", help="include this mission's plugins"),
+]
+
+
+def assignments(
+    pairs: list[str], option: str = "--set", example: str = "dwell=5s"
+) -> dict[str, str]:
+    """NAME=VALUE, given again and again.
+
+    Args:
+        pairs: as given.
+        option: what they were given to, and
+        example: what might have been, for the message.
+
+    Raises:
+        InputError: one is something else.
+    """
+    values = {}
+    for pair in pairs:
+        name, equals, value = pair.partition("=")
+        if not equals or not name.strip():
+            raise InputError(f"{option} {pair}: expected NAME=VALUE, such as {example}")
+        values[name.strip()] = value.strip()
+    return values
+
+
+def on_a_terminal() -> bool:
+    """Whether standard input and output are a terminal that can show a dashboard."""
+    return sys.stdin.isatty() and sys.stdout.isatty() and os.environ.get("TERM", "dumb") != "dumb"

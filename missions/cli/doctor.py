@@ -1,0 +1,22 @@
+"""`treepilot doctor`: finds passages that a robot does not fit through."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def doctor(
+    place: Annotated[str, typer.Argument(help="a world's name or file, or a ROS map.yaml")],
+    robot: Annotated[str, typer.Option(help="whose footprint: a name or a robot.yaml")] = "scout",
+    png: Annotated[Path | None, typer.Option(help="draw what was found")] = None,
+) -> None:
+    """Find doors and places that a robot's footprint closes; exit code 1 if there are any."""
+    from missions.inspection.doctor import diagnose
+
+    found = diagnose(place, robot, png)
+    for line in found.lines:
+        typer.echo(line)
+    raise typer.Exit(1 if found.closed else 0)

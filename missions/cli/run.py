@@ -1,0 +1,84 @@
+"""`treepilot run`: runs a mission, in the dashboard or headless."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from missions.cli.arguments import MissionArgument, assignments, on_a_terminal
+
+
+class Camera(StrEnum):
+    """When the camera renders."""
+
+    ASKED = "asked"
+    ON = "on"
+    OFF = "off"
+
+
+def run(  # noqa: PLR0913 - each is an option of the command
+    mission: MissionArgument,
+    headless: Annotated[
+        bool, typer.Option("--headless", help="no dashboard: progress lines and a summary")
+    ] = False,
+    speed: Annotated[
+        str, typer.Option(help="1, N times real time, or max [default: 1 on a screen, else max]")
+    ] = "",
+    seed: Annotated[int, typer.Option(min=0, help="the same seed gives the same run")] = 0,
+    set_: Annotated[
+        list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="a mission argument")
+    ] = None,
+    parameter: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=VALUE", help="e.g. controller.cruise_speed=0.4; see `parameters`"
+        ),
+    ] = None,
+    robot: Annotated[str | None, typer.Option(help="another robot: a name or a robot.yaml")] = None,
+    world: Annotated[str | None, typer.Option(help="another world: a name or a file")] = None,
+    start: Annotated[
+        str | None, typer.Option(metavar="X,Y,HEADING", help="another start: a pose or a place")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="the run's folder [default: runs/<mission>-<time>]")
+    ] = None,
+    no_rerun: Annotated[bool, typer.Option("--no-rerun", help="do not record mission.rrd")] = False,
+    mavlink: Annotated[
+        str | None,
+        typer.Option(metavar="ADDRESS", help="send MAVLink, e.g. udpout:127.0.0.1:14550"),
+    ] = None,
+    camera: Annotated[Camera, typer.Option(help="render when asked, always, or never")] = (
+        Camera.ASKED
+    ),
+    watch: Annotated[
+        bool, typer.Option("--watch", help="take the mission anew whenever its file is saved")
+    ] = False,
+    break_: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--break", metavar="NODE", help="pause before a node: name, path or file:line"
+        ),
+    ] = None,
+    force: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NODE=OUTCOME", help="do not run a node: success or failure at once"),
+    ] = None,
+    json: Annotated[bool, typer.Option("--json", help="print the report as JSON, nothing else")] = (
+        False
+    ),
+) -> None:
+    """Run a mission: in the dashboard on a terminal, else with progress lines."""
+    from missions.execution.supervisor import LaunchOptions, launch
+
+    options = LaunchOptions(
+        mission=mission, headless=headless or json or not on_a_terminal(), json=json, seed=seed,
+        speed=speed, arguments=assignments(set_ or []), robot=robot, world=world, start=start,
+        out=out, rerun=not no_rerun, mavlink=mavlink, camera=camera.value, watch=watch,
+        breakpoints=tuple(break_ or ()),
+        forced=assignments(force or [], "--force", "dock=failure"),
+        parameters=assignments(parameter or [], "--parameter"),
+    )  # fmt: skip
+    raise typer.Exit(launch(options))

@@ -1,0 +1,35 @@
+"""`treepilot show`: draws the compiled tree."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from missions.cli.arguments import MissionArgument
+
+
+def show(
+    mission: MissionArgument,
+    dot: Annotated[bool, typer.Option("--dot", help="as Graphviz")] = False,
+    mermaid: Annotated[bool, typer.Option("--mermaid", help="as Mermaid")] = False,
+    svg: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="into an SVG file; needs Graphviz")
+    ] = None,
+) -> None:
+    """Draw the compiled tree: exactly what runs."""
+    from missions.inspection.check import drawing
+
+    if svg is not None:
+        from missions.inspection.graphviz import save_svg
+
+        save_svg(mission, str(svg))
+        typer.echo(f"wrote {svg}", err=True)
+        raise typer.Exit
+    style = "dot" if dot else "mermaid" if mermaid else "text"
+    typer.echo(
+        drawing(mission, style, colours=sys.stdout.isatty() and "NO_COLOR" not in os.environ)
+    )

@@ -1,0 +1,89 @@
+"""Data that travels through treepilot. Metres, radians, seconds; x forward, y left, z up.
+
+Frames follow REP 105: map -> odom -> base -> sensors. Every record is frozen; arrays inside are
+never written to after they were handed over.
+"""
+
+from stack.types.expressions import (
+    Assignments,
+    Expression,
+)
+from stack.types.geometry import (
+    STANDSTILL,
+    FloatArray,
+    Footprint,
+    Path,
+    Pose2D,
+    Twist,
+    wrap_angle,
+)
+from stack.types.grids import (
+    FREE,
+    FREE_COST,
+    INSCRIBED_COST,
+    LETHAL_COST,
+    OCCUPIED,
+    UNKNOWN,
+    UNKNOWN_COST,
+    CostGrid,
+    OccupancyGrid,
+)
+from stack.types.sensors import (
+    Battery,
+    CameraModel,
+    Image,
+    Imu,
+    Observation,
+    Odometry,
+    RangeReading,
+    Scan,
+)
+from stack.types.tasks import (
+    Failure,
+    FailureCode,
+    TaskStatus,
+)
+from stack.types.world import (
+    Marker,
+    MarkerSighting,
+    PoseCandidate,
+    PoseEstimate,
+    TrackedObject,
+)
+
+__all__ = [
+    "Assignments",
+    "Battery",
+    "CameraModel",
+    "CostGrid",
+    "Expression",
+    "FREE",
+    "FREE_COST",
+    "Failure",
+    "FailureCode",
+    "FloatArray",
+    "Footprint",
+    "INSCRIBED_COST",
+    "Image",
+    "Imu",
+    "LETHAL_COST",
+    "Marker",
+    "MarkerSighting",
+    "OCCUPIED",
+    "Observation",
+    "OccupancyGrid",
+    "Odometry",
+    "Path",
+    "Pose2D",
+    "PoseCandidate",
+    "PoseEstimate",
+    "RangeReading",
+    "STANDSTILL",
+    "Scan",
+    "TaskStatus",
+    "TrackedObject",
+    "Twist",
+    "UNKNOWN",
+    "UNKNOWN_COST",
+    "wrap_angle",
+]

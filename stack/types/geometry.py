@@ -1,0 +1,136 @@
+"""Poses, twists, paths and footprints. Metres, radians; x forward, y left."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import atan2, cos, hypot, pi, sin
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+def wrap_angle(angle: float) -> float:
+    """The same angle in (-pi, pi]."""
+    wrapped = (angle + pi) % (2.0 * pi) - pi
+    return pi if wrapped == -pi else wrapped
+
+
+@dataclass(frozen=True, slots=True)
+class Pose2D:
+    """A position and heading in the plane.
+
+    Attributes:
+        x: metres along the frame's x axis.
+        y: metres along the frame's y axis.
+        heading: radians, anticlockwise from the frame's x axis.
+    """
+
+    x: float
+    y: float
+    heading: float = 0.0
+
+    def distance_to(self, other: Pose2D) -> float:
+        """Straight-line distance between the two positions, in metres."""
+        return hypot(other.x - self.x, other.y - self.y)
+
+    def bearing_to(self, other: Pose2D) -> float:
+        """Direction from this position to the other, radians in the frame of both."""
+        return atan2(other.y - self.y, other.x - self.x)
+
+    def compose(self, local: Pose2D) -> Pose2D:
+        """The pose `local`, given in this pose's frame, in the frame this pose is given in."""
+        c, s = cos(self.heading), sin(self.heading)
+        return Pose2D(
+            self.x + c * local.x - s * local.y,
+            self.y + s * local.x + c * local.y,
+            wrap_angle(self.heading + local.heading),
+        )
+
+    def inverse(self) -> Pose2D:
+        """The pose that composes with this one to the identity."""
+        c, s = cos(self.heading), sin(self.heading)
+        return Pose2D(-c * self.x - s * self.y, s * self.x - c * self.y, wrap_angle(-self.heading))
+
+    def relative_to(self, base: Pose2D) -> Pose2D:
+        """This pose seen from `base`: base.compose(result) is this pose."""
+        return base.inverse().compose(self)
+
+    def transform(self, points: FloatArray) -> FloatArray:
+        """Points (n, 2) given in this pose's frame, in the frame this pose is given in."""
+        c, s = cos(self.heading), sin(self.heading)
+        turned: FloatArray = points @ np.array([[c, s], [-s, c]])
+        turned += (self.x, self.y)
+        return turned
+
+
+@dataclass(frozen=True, slots=True)
+class Twist:
+    """Velocity in the base frame: metres per second forward and to the left, radians per second."""
+
+    linear: float = 0.0
+    angular: float = 0.0
+    lateral: float = 0.0
+
+
+STANDSTILL = Twist()
+
+
+@dataclass(frozen=True, slots=True)
+class Path:
+    """Poses to drive through in turn, in the map frame.
+
+    Attributes:
+        points: (n, 3) float64: x, y in metres and heading in radians; start first.
+        speed_limits: (n,) m/s, the most that may be driven from each point to the next; inf is
+            the robot's own. None where there is no limit.
+        partial: it ends farther from the goal than a planner tolerates, as near as could be.
+    """
+
+    points: FloatArray
+    speed_limits: FloatArray | None = None
+    partial: bool = False
+
+    @property
+    def length(self) -> float:
+        """Length along the path, in metres."""
+        return float(np.linalg.norm(np.diff(self.points[:, :2], axis=0), axis=1).sum())
+
+    @property
+    def goal(self) -> Pose2D:
+        """The last pose."""
+        x, y, heading = self.points[-1]
+        return Pose2D(float(x), float(y), float(heading))
+
+
+@dataclass(frozen=True, slots=True)
+class Footprint:
+    """The robot's outline on the floor, in the base frame.
+
+    Attributes:
+        points: (n, 2) corners in metres, anticlockwise, n >= 3. A round robot is a 16-gon.
+    """
+
+    points: FloatArray
+
+    @staticmethod
+    def circle(radius: float) -> Footprint:
+        """A regular 16-gon that contains the circle of this radius."""
+        angles = np.arange(16) * (2.0 * pi / 16)
+        outer = radius / cos(pi / 16)
+        return Footprint(outer * np.column_stack([np.cos(angles), np.sin(angles)]))
+
+    @property
+    def inscribed_radius(self) -> float:
+        """Distance from the base to the nearest edge, in metres."""
+        starts, ends = self.points, np.roll(self.points, -1, axis=0)
+        edges = ends - starts
+        t = -np.einsum("ij,ij->i", starts, edges) / np.einsum("ij,ij->i", edges, edges)
+        nearest = starts + np.clip(t, 0.0, 1.0)[:, None] * edges
+        return float(np.linalg.norm(nearest, axis=1).min())
+
+    @property
+    def circumscribed_radius(self) -> float:
+        """Distance from the base to the farthest corner, in metres."""
+        return float(np.linalg.norm(self.points, axis=1).max())

@@ -1,0 +1,79 @@
+"""Grids in the map frame: occupancy and cost. Row 0 is at the smallest y."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+FREE_COST, INSCRIBED_COST, LETHAL_COST, UNKNOWN_COST = 0, 253, 254, 255
+"""Costmap values as in Nav2: 1..252 inflated, 253 the centre would collide, 254 occupied."""
+
+FREE, OCCUPIED, UNKNOWN = 0, 100, -1
+"""Occupancy values as in ROS' OccupancyGrid."""
+
+
+class _Grid(Protocol):
+    """What the geometry of a grid needs; shared by OccupancyGrid and CostGrid."""
+
+    @property
+    def cells(self) -> NDArray[Any]: ...
+    @property
+    def resolution(self) -> float: ...
+    @property
+    def origin(self) -> tuple[float, float]: ...
+
+
+@dataclass(frozen=True, slots=True)
+class OccupancyGrid:
+    """A map of free, occupied and unknown cells, in the map frame.
+
+    Attributes:
+        cells: (rows, columns) int8: FREE 0, OCCUPIED 100, UNKNOWN -1; row 0 at the smallest y.
+        resolution: side of a cell, metres.
+        origin: (x, y) of the outer corner of cell (0, 0), metres.
+    """
+
+    cells: NDArray[np.int8]
+    resolution: float
+    origin: tuple[float, float] = (0.0, 0.0)
+
+    def cell_at(self: _Grid, x: float, y: float) -> tuple[int, int]:
+        """(row, column) of the cell that holds the point; may lie outside the grid."""
+        return (
+            int((y - self.origin[1]) // self.resolution),
+            int((x - self.origin[0]) // self.resolution),
+        )
+
+    def centre_of(self: _Grid, row: int, column: int) -> tuple[float, float]:
+        """(x, y) in metres of the middle of a cell."""
+        return (
+            self.origin[0] + (column + 0.5) * self.resolution,
+            self.origin[1] + (row + 0.5) * self.resolution,
+        )
+
+    def contains(self: _Grid, row: int, column: int) -> bool:
+        """Whether the cell lies on the grid."""
+        rows, columns = self.cells.shape
+        return bool(0 <= row < rows and 0 <= column < columns)
+
+
+@dataclass(frozen=True, slots=True)
+class CostGrid:
+    """What each cell costs to drive through, in the map frame.
+
+    Attributes:
+        cells: (rows, columns) uint8, Nav2's values; row 0 at the smallest y.
+        resolution: side of a cell, metres.
+        origin: (x, y) of the outer corner of cell (0, 0), metres.
+    """
+
+    cells: NDArray[np.uint8]
+    resolution: float
+    origin: tuple[float, float] = (0.0, 0.0)
+
+    cell_at = OccupancyGrid.cell_at
+    centre_of = OccupancyGrid.centre_of
+    contains = OccupancyGrid.contains

@@ -1,0 +1,177 @@
+"""Measurements: scans, ranges, odometry, inertial samples, images, battery."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from math import cos, sin
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stack.types.geometry import FloatArray, Pose2D, Twist
+
+
+@dataclass(frozen=True, slots=True)
+class Scan:
+    """One turn of a planar lidar.
+
+    Attributes:
+        stamp: seconds on the body's clock at the middle of the turn.
+        ranges: (n,) float32 metres; +inf no return, NaN invalid or below the minimum.
+        angle_min: direction of beam 0 in the sensor frame, radians.
+        angle_increment: radians from beam to beam.
+        range_min: metres.
+        range_max: metres.
+        mount: the sensor's pose in the base frame.
+    """
+
+    stamp: float
+    ranges: NDArray[np.float32]
+    angle_min: float
+    angle_increment: float
+    range_min: float
+    range_max: float
+    mount: Pose2D = Pose2D(0.0, 0.0)
+
+    @property
+    def angles(self) -> FloatArray:
+        """(n,) beam directions in the sensor frame, radians."""
+        return self.angle_min + self.angle_increment * np.arange(self.ranges.size, dtype=np.float64)
+
+    def points(self) -> FloatArray:
+        """(m, 2) end points of the beams that returned, in the base frame, metres."""
+        hit = np.isfinite(self.ranges)
+        ranges, angles = self.ranges[hit].astype(np.float64), self.angles[hit]
+        return self.mount.transform(
+            np.column_stack([ranges * np.cos(angles), ranges * np.sin(angles)])
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class RangeReading:
+    """One reading of a sonar-like sensor: the nearest thing somewhere in a cone.
+
+    Attributes:
+        stamp: seconds on the body's clock.
+        distance: metres; +inf when nothing was heard.
+        field_of_view: full opening of the cone, radians.
+        range_min: metres; nearer readings are invalid.
+        range_max: metres; farther ones are no return.
+        mount: the sensor's pose in the base frame.
+        source: the sensor's name.
+    """
+
+    stamp: float
+    distance: float
+    field_of_view: float
+    range_min: float
+    range_max: float
+    mount: Pose2D = Pose2D(0.0, 0.0)
+    source: str = "sonar"
+
+
+@dataclass(frozen=True, slots=True)
+class Odometry:
+    """Dead reckoning: a pose in the odom frame, which drifts but never jumps, and the speed."""
+
+    stamp: float
+    pose: Pose2D
+    twist: Twist
+
+
+@dataclass(frozen=True, slots=True)
+class Imu:
+    """A batch of inertial samples since the last observation, base frame.
+
+    Attributes:
+        stamps: (n,) seconds.
+        angular_velocity: (n, 3) rad/s.
+        linear_acceleration: (n, 3) m/s², gravity included (+9.81 on z at rest).
+    """
+
+    stamps: FloatArray
+    angular_velocity: FloatArray
+    linear_acceleration: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class CameraModel:
+    """A pinhole camera without distortion and where it sits.
+
+    Attributes:
+        width: pixels.
+        height: pixels.
+        focal_length: pixels, the same for x and y.
+        position: (x, y, z) of the optical centre in the base frame, metres.
+        pitch: radians, positive looking down.
+        yaw: radians, positive to the left.
+    """
+
+    width: int
+    height: int
+    focal_length: float
+    position: tuple[float, float, float]
+    pitch: float = 0.0
+    yaw: float = 0.0
+
+    @property
+    def matrix(self) -> FloatArray:
+        """(3, 3) intrinsic matrix; the principal point is the image's middle."""
+        f = self.focal_length
+        return np.array([[f, 0, self.width / 2], [0, f, self.height / 2], [0, 0, 1]], dtype=float)
+
+    def base_from_optical(self) -> FloatArray:
+        """(4, 4) transform of optical-frame points (x right, y down, z forward) to the base."""
+        cp, sp, cy, sy = cos(self.pitch), sin(self.pitch), cos(self.yaw), sin(self.yaw)
+        forward = np.array([cp * cy, cp * sy, -sp])
+        right = np.array([sy, -cy, 0.0])
+        transform = np.eye(4)
+        transform[:3, 0], transform[:3, 1] = right, np.cross(forward, right)
+        transform[:3, 2], transform[:3, 3] = forward, self.position
+        return transform
+
+
+@dataclass(frozen=True, slots=True)
+class Image:
+    """A camera picture: pixels (height, width, 3) uint8 RGB, stamped at mid-exposure."""
+
+    stamp: float
+    pixels: NDArray[np.uint8]
+    camera: CameraModel
+
+
+@dataclass(frozen=True, slots=True)
+class Battery:
+    """Charge in [0, 1], whether it is being charged, and the voltage."""
+
+    charge: float
+    charging: bool = False
+    voltage: float = 24.0
+
+
+@dataclass(frozen=True, slots=True)
+class Observation:
+    """What the sensors said since the last step. A sensor without news is None.
+
+    Attributes:
+        time: seconds on the body's clock.
+        odometry: wheel odometry.
+        battery: state of charge.
+        scan: a new lidar scan.
+        imu: inertial samples since the last observation.
+        image: a new camera picture, only while somebody asks for pictures.
+        bumped: a bumper touches something.
+        scans: new ones of further lidars, by the sensor's name.
+        readings: new ones of sonars.
+    """
+
+    time: float
+    odometry: Odometry
+    battery: Battery
+    scan: Scan | None = None
+    imu: Imu | None = None
+    image: Image | None = None
+    bumped: bool = False
+    scans: Mapping[str, Scan] = field(default_factory=dict)
+    readings: tuple[RangeReading, ...] = ()

@@ -1,0 +1,45 @@
+"""Outcomes: task status, failure codes and failures."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum, StrEnum, auto
+
+
+class TaskStatus(Enum):
+    """How far a task asked of the robot has come."""
+
+    RUNNING = auto()
+    SUCCEEDED = auto()
+    FAILED = auto()
+    CANCELLED = auto()
+
+
+class FailureCode(StrEnum):
+    """Why something failed; what `error` is compared with in mission files."""
+
+    NO_VALID_PATH = "NO_VALID_PATH"
+    START_OCCUPIED = "START_OCCUPIED"
+    GOAL_OCCUPIED = "GOAL_OCCUPIED"
+    START_OUTSIDE_MAP = "START_OUTSIDE_MAP"
+    GOAL_OUTSIDE_MAP = "GOAL_OUTSIDE_MAP"
+    NO_PROGRESS = "NO_PROGRESS"
+    COLLISION_AHEAD = "COLLISION_AHEAD"
+    LOST = "LOST"
+    CANCELLED = "CANCELLED"
+    TIMED_OUT = "TIMED_OUT"
+    AMBIGUOUS = "AMBIGUOUS"
+    NO_WALL = "NO_WALL"
+    NO_IMAGE = "NO_IMAGE"
+    CHECK_FAILED = "CHECK_FAILED"
+    UNSUPPORTED = "UNSUPPORTED"
+    EXCEPTION = "EXCEPTION"
+    FAILED = "FAILED"
+
+
+@dataclass(frozen=True, slots=True)
+class Failure:
+    """Why something failed: a code for machines and a sentence for people."""
+
+    code: str
+    sentence: str
