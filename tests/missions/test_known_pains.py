@@ -152,7 +152,7 @@ def driven(path: Path) -> list[tuple[float, float, float]]:
             pose = engine.body.truth.pose
             poses.append((pose.x, pose.y, pose.heading))
     finally:
-        engine.runtime.parts.navigation.close()
+        engine.runtime.parts.navigator.close()
         engine.body.close()
     assert engine.runtime.state == "success", engine.runtime.reason
     return poses

@@ -46,5 +46,3 @@ def test_moving_or_turning_enough_begins_the_time_anew():
     assert not checker.stuck(14.0, Pose2D(0.31, 0, 0.41))
     assert not checker.stuck(21.9, Pose2D(0.31, 0, 0.41))
     assert checker.stuck(22.0, Pose2D(0.31, 0, 0.41))
-    checker.reset()
-    assert not checker.stuck(40.0, Pose2D(0.31, 0, 0.41))
