@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -19,7 +20,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy
 
 from missions.bench.table import TableOptions
 from tests.benchmarks import control, costmap, driving, missions, planners, planning, startup, trees
-from tests.benchmarks.figures import FIGURES, Figures, update_documents, write
+from tests.benchmarks.figures import FIGURES, Figures, FiguresError, update_documents, write
 from tests.benchmarks.origin import Version, current_version, machine, today
 from tests.benchmarks.table import Rows, show
 
@@ -137,7 +138,10 @@ def main() -> None:
                 show(BENCHMARKS[name].title, figures.rows)
                 write(figures, FIGURES if docs else BENCH)
     if docs:
-        update_documents()
+        try:
+            update_documents()
+        except FiguresError as error:  # the figures of another table are missing
+            sys.exit(str(error))
 
 
 def _arguments() -> argparse.ArgumentParser:
@@ -150,7 +154,7 @@ def _arguments() -> argparse.ArgumentParser:
     whole = {
         "trials": (20, "of each narrow passage"), "worlds": (20, "of moving cylinders"),
         "seeds": (10, "of each mission"), "kidnaps": (60, "seeds of mission 05"),
-        "runs": (3, "seeds of the speed table"),
+        "runs": (2, "seeds of the speed table"),
         "largest": (4000, "cells on a side of the largest map to plan on"),
         "jobs": (1, "processes of the driving tables"),
     }  # fmt: skip

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import resource
 import subprocess
 import sys
@@ -78,10 +79,30 @@ def command_times() -> Rows:
             "list behaviours": ["list", "behaviours"],
         }
         rows = [_command_row(name, _treepilot(*words)) for name, words in commands.items()]
-        return [*rows, {
+        return [*rows, *_first_tick_rows(Path(folder)), {
             "command": "check, 1001 nodes, warm", "median s": _warm_check(large),
             "best s": None, "processor s": None,
         }]  # fmt: skip
+
+
+def _first_tick_rows(folder: Path) -> Rows:
+    """Seconds until a mission's first tick, in a process that compiles the kernels and the next."""
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(folder / "kernels")}
+    command = _treepilot("run", "01_drive_to_a_point", "--json", "--no-rerun")
+    rows = []
+    for kernels in ("compiled", "cached"):
+        began = perf_counter()
+        done = subprocess.run(
+            [*command, "--out", str(folder / kernels)],
+            env=environment, capture_output=True, text=True, check=True,
+        )  # fmt: skip
+        whole = perf_counter() - began
+        rows.append({
+            "command": f"run 01_drive_to_a_point, to the first tick, kernels {kernels}",
+            "median s": whole - json.loads(done.stdout)["wall_seconds"],
+            "best s": None, "processor s": None,
+        })  # fmt: skip
+    return rows
 
 
 def _command_row(name: str, command: list[str]) -> dict[str, Any]:
