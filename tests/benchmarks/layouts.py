@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+
+from tests.benchmarks.table import Rows
 
 NONE = "–"
 """Shown where a row has no value."""
@@ -107,3 +109,42 @@ LAYOUTS: dict[str, Layout] = {
         "95 %": "{p95_ms:.2f} ms",
     }),
 }  # fmt: skip
+
+
+def _courses(rows: Rows) -> tuple[str, str]:
+    return "narrow passages", f"{_total(rows)} passed"
+
+
+def _missions(rows: Rows) -> tuple[str, str]:
+    contacts = sum(row["collisions"] for row in rows)
+    return "shipped missions", f"{_total(rows)} succeeded, {contacts} contacts"
+
+
+def _barn(rows: Rows) -> tuple[str, str]:
+    first = rows[0]
+    return (
+        f"BARN, {first['worlds']} worlds",
+        f"{first['success %']:.1f} % success, score {first['score k=2']:.3f} of 0.5",
+    )
+
+
+def _speed(rows: Rows) -> tuple[str, str]:
+    factors = [
+        f"{row['x real time']:.1f} × real time with recording {row['recording']}"
+        for row in rows
+        if row["controller"] == rows[0]["controller"]
+    ]
+    return f"office patrol on one core, {rows[0]['controller']}", ", ".join(factors)
+
+
+def _total(rows: Rows) -> str:
+    """The sum over rows of successes such as 19/20."""
+    counts = [map(int, row["success"].split("/")) for row in rows]
+    good, runs = (sum(column) for column in zip(*counts, strict=True))
+    return f"{good}/{runs}"
+
+
+SUMMARY: dict[str, Callable[[Rows], tuple[str, str]]] = {
+    "courses": _courses, "missions": _missions, "barn": _barn, "speed": _speed,
+}  # fmt: skip
+"""The lines of the README's table: what was measured, and the result."""

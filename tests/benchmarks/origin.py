@@ -44,8 +44,8 @@ def current_version(root: Path = ROOT) -> Version:
 def machine() -> dict[str, Any]:
     """Processor, system and library versions. Names no host and no folder.
 
-    `load` is the number of processes that wanted the processor in the last minute. Above about
-    0.5 the times that are measured next are too long.
+    `load` is the load average of the last minute. Where it is above 0.5, the times that are
+    measured next are too long.
     """
     return {
         "processor": _processor(),
