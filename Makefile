@@ -9,13 +9,14 @@ IS_311 := -c 'import sys; sys.exit(sys.version_info[:2] != (3, 11))'
 PYTHON := $(shell for candidate in python3.11 python3 "$$(uv python find 3.11 2>/dev/null)"; do \
 	command -v "$$candidate" >/dev/null 2>&1 && "$$candidate" $(IS_311) 2>/dev/null && { echo "$$candidate"; break; }; done)
 
-.PHONY: run test check bench clean help
+.PHONY: run test check wheel-test bench clean help
 
 help:
-	@echo "make run     install into .venv and drive missions/02_office_patrol.yaml"
-	@echo "make test    the whole test suite"
-	@echo "make check   ruff, formatting, mypy --strict"
-	@echo "make bench   the measured figures (also written to bench/*.json)"
+	@echo "make run         install into .venv and drive missions/02_office_patrol.yaml"
+	@echo "make test        the whole test suite"
+	@echo "make check       ruff, formatting, mypy --strict"
+	@echo "make wheel-test  build the wheel, install it elsewhere and drive a mission with it"
+	@echo "make bench       the measured figures (also written to bench/*.json)"
 
 $(VENV)/bin/python:
 	@if [ -z "$(PYTHON)" ]; then \
@@ -44,6 +45,9 @@ check: $(VENV)/.installed-test
 	$(VENV)/bin/ruff check $(SOURCES)
 	$(VENV)/bin/ruff format --check $(SOURCES)
 	$(VENV)/bin/mypy
+
+wheel-test: $(VENV)/bin/python
+	$(VENV)/bin/python -m tests.wheel
 
 bench: $(VENV)/.installed-test
 	$(VENV)/bin/python -m tests.benchmarks
