@@ -165,6 +165,7 @@ NODES = [
 ]  # fmt: skip
 
 
+@pytest.mark.pain("n3180", "n3508", "n2847")
 @pytest.mark.parametrize(("node", "expected"), [(item[0], list(item[1:])) for item in NODES])
 def test_faulty_nodes(tmp_path, node, expected):
     assert findings(tmp_path, f"{NAMES}  {node}\n") == expected
@@ -275,6 +276,7 @@ FILES = [
 ]  # fmt: skip
 
 
+@pytest.mark.pain("n3180", "n3508", "n2847")
 @pytest.mark.parametrize(("text", "expected"), [(item[0], list(item[1:])) for item in FILES])
 def test_faulty_files(tmp_path, text, expected):
     assert findings(tmp_path, text) == expected
