@@ -76,6 +76,7 @@ def test_the_usual_layers_are_what_a_costmap_has_that_names_none():
 # Who marked it
 
 
+@pytest.mark.pain("n4043", "n3661", "n2915")
 def test_a_lethal_cell_says_which_layer_and_source_marked_it_and_when():
     static = room()
     static.cells[40, 60] = OCCUPIED  # middle (2.025, 0.025)
