@@ -15,6 +15,8 @@ from importlib.util import module_from_spec
 from pathlib import Path
 from types import ModuleType
 
+from behaviours._renamed import hint_for
+
 
 def is_path(plugin: str) -> bool:
     """Whether a plugin is written as a folder or file, not as a dotted module."""
@@ -70,5 +72,5 @@ def sentence_for(error: BaseException) -> str:
     if isinstance(error.__cause__, TypeError):  # Python 3.11 wraps what __set_name__ raises
         error = error.__cause__
     if isinstance(error, ImportError):
-        return f"{line}cannot import: {error}"
+        return f"{line}cannot import: {error}{hint_for(error)}"
     return f"{line}{type(error).__name__}: {error}"
