@@ -192,7 +192,7 @@ def test_a_world_file_has_its_own_findings(client, folder):
         ("im|age: $p", ["**image**"]),
         ("plugi|ns", ["behaviours, planners and controllers of your own"]),
         ("use: as|tar", ["Cheapest path over an 8-connected grid"]),
-        ("allow|_unknown", ["plan through cells nobody has seen".capitalize()]),
+        ("allow|_unknown", ["plan through unknown cells".capitalize()]),
         ("type: dur|ation", ["duration"]),
         ("robot: sco|ut", ["radius"]),
     ],

@@ -1,4 +1,4 @@
-"""A* against Dijkstra's algorithm written down anew, and all it says when it fails."""
+"""A* against an independent Dijkstra search, and its error messages."""
 
 import heapq
 from dataclasses import replace
@@ -295,24 +295,24 @@ def test_unknown_cells_are_crossed_or_not_as_asked():
 INSIDE = Pose2D(2.0, 1.0)
 FAILURES = [
     (Pose2D(-1.0, 1.0), INSIDE, FailureCode.START_OUTSIDE_MAP,
-     "start (-1.00, 1.00) lies outside the map, which covers x 0.00 to 10.00 m and y 0.00 to 5.00"),
+     "start (-1.00, 1.00) is outside the map, which covers x 0.00 to 10.00 m and y 0.00 to 5.00"),
     (INSIDE, Pose2D(3.0, 5.01), FailureCode.GOAL_OUTSIDE_MAP,
-     "goal (3.00, 5.01) lies outside the map"),
+     "goal (3.00, 5.01) is outside the map"),
     (Pose2D(6.0, 0.02), INSIDE, FailureCode.START_OCCUPIED,
-     "start (6.00, 0.02) lies in an occupied cell and no cell within 0.30 m is free; "
-     "nearest free place (5.98, 0.43)"),
+     "start (6.00, 0.02) is in an occupied cell and no cell within 0.30 m is free; "
+     "the nearest free place is (5.98, 0.43)"),
     (INSIDE, Pose2D(6.01, 0.02), FailureCode.GOAL_OCCUPIED,
-     "goal (6.01, 0.02) lies in an occupied cell; nearest free place (6.03, 0.43)"),
+     "goal (6.01, 0.02) is in an occupied cell; the nearest free place is (6.03, 0.43)"),
     (INSIDE, Pose2D(6.01, 0.22), FailureCode.GOAL_OCCUPIED,
-     "goal (6.01, 0.22) lies in a too narrow cell; nearest free place (6.03, 0.43)"),
+     "goal (6.01, 0.22) is too close to an obstacle; the nearest free place is (6.03, 0.43)"),
     (INSIDE, Pose2D(2.0, 4.0), FailureCode.NO_VALID_PATH,
-     "no way from (2.00, 1.00) to (2.00, 4.00): the nearest place that can be reached is "
+     "no path from (2.00, 1.00) to (2.00, 4.00): the nearest reachable place is "
      "(1.98, 2.23), 1.78 m from the goal"),
 ]  # fmt: skip
 
 
 @pytest.mark.parametrize(("start", "goal", "code", "sentence"), FAILURES)
-def test_failures_say_which_pose_and_what_would_do(start, goal, code, sentence):
+def test_failures_name_the_pose_and_the_nearest_free_place(start, goal, code, sentence):
     grid = two_rooms(doors=())
     grid.cells[:4] = OCCUPIED  # thick: free ground begins 5 cells further, in row 8: y = 0.425
     with pytest.raises(NavigationError) as caught:
@@ -321,14 +321,14 @@ def test_failures_say_which_pose_and_what_would_do(start, goal, code, sentence):
     assert sentence in caught.value.failure.sentence
 
 
-def test_a_start_shut_in_is_no_valid_path():
+def test_an_enclosed_start_has_no_valid_path():
     costs = CostGrid(np.full((60, 60), INSCRIBED_COST, dtype=np.uint8), 0.05)
     costs.cells[:5] = 0
-    with pytest.raises(NavigationError, match=r"NO_VALID_PATH: start \(1\.50, 1\.50\) is shut in"):
+    with pytest.raises(NavigationError, match=r"NO_VALID_PATH: start \(1\.50, 1\.50\) is enclosed"):
         Astar(EXACT, ROBOT).plan(costs, Pose2D(1.5, 1.5), Pose2D(1.0, 0.1))
 
 
-def test_a_maze_longer_than_the_first_range_and_queue_is_solved_all_the_same():
+def test_a_maze_longer_than_the_first_range_and_queue_is_solved():
     # walls in every other row, gaps at alternating ends, so that costs overrun a small limit
     cells = np.zeros((201, 60), dtype=np.uint8)
     cells[1::2] = LETHAL_COST

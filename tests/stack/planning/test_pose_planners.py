@@ -224,7 +224,7 @@ def split_floor():
 @pytest.mark.parametrize("planner", PLANNERS)
 def test_an_unreachable_goal_is_refused_at_once_or_approached(planner):
     start, goal = Pose2D(1.0, 1.0, 0.0), Pose2D(3.0, 4.0, 0.0)
-    with pytest.raises(NavigationError, match="NO_VALID_PATH: no way from"):
+    with pytest.raises(NavigationError, match="NO_VALID_PATH: no path from"):
         planner().plan(split_floor(), start, goal)
     end = planner(allow_partial=True).plan(split_floor(), start, goal).goal
     # the wall begins at y = 2.45; lying along it the robot's half width of 0.2 m fits below

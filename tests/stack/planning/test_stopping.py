@@ -69,7 +69,7 @@ def test_out_of_expansions_is_a_failure_that_quotes_them(name):
     made = planner(name, max_expansions=25, tolerance=0.0)
     failure = plan_failure(made, grid, START, GOAL, PlanOptions())
     assert failure.code == FailureCode.TIMED_OUT
-    assert "no way from (1.00, 1.00) to (19.00, 19.00) found within 25 expansions" in (
+    assert "no path from (1.00, 1.00) to (19.00, 19.00) found within 25 expansions" in (
         failure.sentence
     )
     again = planner(name, max_expansions=25, tolerance=0.0)

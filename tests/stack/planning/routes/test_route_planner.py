@@ -107,15 +107,15 @@ def test_closures_are_kept_and_change_in_a_copy(planner):
     assert again.plan(floor(), *ends).length == pytest.approx(10.0, abs=0.05)
 
 
-def test_no_way_through_free_space_takes_the_place_of_a_closed_lane(planner):
+def test_no_connection_replaces_a_closed_lane(planner):
     ring = planner(rules={"ab": {"closed": True}, "cd": {"closed": True}})
     with pytest.raises(NavigationError) as raised:
         ring.plan(floor(), Pose2D(1.0, 4.0), Pose2D(11.0, 4.0))
     failure = raised.value.failure
     assert failure.code == FailureCode.NO_VALID_PATH
     assert failure.sentence == (
-        "the route graph does not lead from (1.00, 4.00) to (11.00, 4.00): the node a, 3.00 m "
-        "away, is nearest to the start, the node b, 3.00 m away, to the goal; closed: ab, cd"
+        "no path on the route graph from (1.00, 4.00) to (11.00, 4.00): nearest to the start is "
+        "node a, 3.00 m away; nearest to the goal is node b, 3.00 m away; closed: ab, cd"
     )
 
 
