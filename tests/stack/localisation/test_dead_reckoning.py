@@ -55,8 +55,8 @@ def test_standing_still_adds_no_doubt_and_a_set_pose_holds():
     assert np.allclose(estimator.estimate.covariance, np.diag([0.09, 0.09, 0.04]))
 
 
-def test_there_is_nothing_to_relocalise_on():
+def test_global_relocalisation_fails_without_a_map():
     estimator = DeadReckoning(Pose2D(0.0, 0.0))
     assert estimator.fit_at(Pose2D(1.0, 1.0), SCAN) == 0.0
-    with pytest.raises(NavigationError, match=r"LOST: .*without a map.*give it a map"):
+    with pytest.raises(NavigationError, match=r"LOST: .*needs a map.*add a map"):
         estimator.relocalise_globally(SCAN)

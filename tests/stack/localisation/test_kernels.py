@@ -68,7 +68,7 @@ def square_scan(x: float, y: float, heading: float) -> tuple[np.ndarray, np.ndar
 
 def judged(ranges: np.ndarray, angles: np.ndarray, sensor: tuple[float, float, float]):
     field = surface_field(room())
-    return kernels.judge_beams(
+    return kernels.classify_beams(
         field.occupancy, field.distances, *field.placement, np.array(sensor), angles, ranges, 12.0,
         0.08,
     )  # fmt: skip

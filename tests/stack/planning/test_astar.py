@@ -104,7 +104,7 @@ def two_cells(costs, data):
 
 @given(cost_arrays(), st.data())
 @settings(deadline=None, max_examples=300)
-def test_reachable_means_found_and_at_the_least_cost(costs, data):
+def test_every_reachable_goal_is_found_at_the_least_cost(costs, data):
     chosen = two_cells(costs, data)
     if chosen is None:
         return
@@ -124,7 +124,7 @@ def test_reachable_means_found_and_at_the_least_cost(costs, data):
 
 @given(cost_arrays(), st.data(), st.sampled_from(SMOOTHERS))
 @settings(deadline=None, max_examples=150)
-def test_plans_touch_nothing_and_join_start_and_goal(costs, data, smoother):
+def test_plans_are_collision_free_and_connect_start_and_goal(costs, data, smoother):
     chosen = two_cells(costs, data)
     if chosen is None:
         return
@@ -142,7 +142,7 @@ def test_plans_touch_nothing_and_join_start_and_goal(costs, data, smoother):
         assert is_way(costs[grid.cell_at(x, y)])
 
 
-def test_two_hundred_offices_and_not_one_failure():
+def test_no_plan_fails_in_two_hundred_offices():
     planner = Astar(EXACT, ROBOT)
     lengths = []
     for seed in range(200):
@@ -164,7 +164,7 @@ def test_two_hundred_offices_and_not_one_failure():
 
 
 def connected(costs, start, goal):
-    """Whether two cells are joined by straight steps, by flooding in whole-array strokes."""
+    """Whether two cells are connected by straight steps, by flood fill on whole arrays."""
     free = costs < INSCRIBED_COST
     reached = np.zeros_like(free)
     reached[start] = True
@@ -222,7 +222,7 @@ def test_paths_keep_to_the_middle_of_a_corridor_and_of_doors():
     assert crossing[0] == pytest.approx(1.95, abs=0.11)  # 0.9 m door, middle at x = 1.95
 
 
-def test_headings_follow_the_path_and_end_as_asked():
+def test_headings_follow_the_path_and_end_at_the_goal_heading():
     planner = Astar(AstarParameters(), ROBOT)
     costs = CostGrid(np.zeros((100, 100), dtype=np.uint8), 0.05)
     points = planner.plan(costs, Pose2D(1.0, 1.0, 3.0), Pose2D(3.0, 3.0, -2.0)).points
@@ -237,7 +237,7 @@ def test_start_and_goal_in_one_cell_give_two_poses():
     assert path.points == pytest.approx(np.array([[0.21, 0.21, 0.0], [0.24, 0.21, 2.0]]))
 
 
-def test_a_start_too_near_to_a_wall_is_left_the_short_way():
+def test_a_start_too_close_to_a_wall_is_left_by_the_shortest_path():
     costs = costs_of(two_rooms())
     start = Pose2D(5.0, 2.30)  # the wall begins at y = 2.45: inscribed
     assert costs.cells[costs.cell_at(5.0, 2.30)] == INSCRIBED_COST
@@ -248,7 +248,7 @@ def test_a_start_too_near_to_a_wall_is_left_the_short_way():
     assert blocked == list(range(len(blocked))) and len(blocked) <= 6
 
 
-def test_a_bad_start_is_no_way_through_the_wall_beside_it():
+def test_an_occupied_start_does_not_lead_through_the_adjacent_wall():
     costs = costs_of(two_rooms(doors=((150, 168),)))
     start, goal = Pose2D(2.0, 2.40), Pose2D(2.0, 2.85)  # on both sides of a wall of 0.1 m
     points = Astar(replace(EXACT, escape_distance=0.6), ROBOT).plan(costs, start, goal).points
@@ -256,7 +256,7 @@ def test_a_bad_start_is_no_way_through_the_wall_beside_it():
     assert points[:, 0].max() > 7.5  # through the door
 
 
-def test_a_start_in_an_occupied_cell_is_left_when_free_ground_is_near():
+def test_a_start_in_an_occupied_cell_is_left_if_free_space_is_close():
     costs = costs_of(two_rooms())
     costs.cells[costs.cell_at(2.0, 1.0)] = LETHAL_COST
     path = Astar(AstarParameters(), ROBOT).plan(costs, Pose2D(2.0, 1.0), Pose2D(8.0, 1.0))
@@ -272,7 +272,7 @@ def test_a_blocked_goal_moves_to_the_nearest_place_within_the_tolerance():
     assert path.goal.distance_to(goal) < 0.1 and path.goal.heading == 1.0
 
 
-def test_within_the_tolerance_the_nearest_place_that_can_be_reached_counts():
+def test_within_the_tolerance_the_nearest_reachable_place_is_used():
     grid = two_rooms(doors=())
     grid.cells[49:51, 100] = FREE  # a slit much too narrow
     goal = Pose2D(5.0, 2.76)  # just above the wall, nearest free ground is above as well
@@ -283,7 +283,7 @@ def test_within_the_tolerance_the_nearest_place_that_can_be_reached_counts():
         Astar(AstarParameters(tolerance=0.4), ROBOT).plan(costs_of(grid), start, goal)
 
 
-def test_unknown_cells_are_crossed_or_not_as_asked():
+def test_unknown_cells_are_crossed_only_if_allowed():
     costs = CostGrid(np.zeros((40, 100), dtype=np.uint8), 0.05)
     costs.cells[:, 50:60] = UNKNOWN_COST
     start, goal = Pose2D(1.0, 1.0), Pose2D(4.0, 1.0)
@@ -341,7 +341,7 @@ def test_a_maze_longer_than_the_first_range_and_queue_is_solved():
     assert len(path) == 100 * 60 + 100 + 1  # hundred rows, the gaps between them, the goal
 
 
-def test_work_arrays_start_over_when_their_range_is_used_up():
+def test_work_arrays_are_reset_when_their_range_is_exhausted():
     costs = CostGrid(np.zeros((20, 20), dtype=np.uint8), 0.05)
     workspace = Workspace(20, 20, StepCosts.of(WEIGHT, True))
     workspace.limit = 2**30
@@ -350,8 +350,8 @@ def test_work_arrays_start_over_when_their_range_is_used_up():
         assert len(kernels.extract(workspace.parents, 20, 0, 399)) == 20
 
 
-def test_cheap_unknown_ground_is_explored_and_dear_is_gone_round():
-    """Straight on over 1 m of unknown ground, or a bow of 2 x 0.3 m round it over free floor."""
+def test_cheap_unknown_cells_are_crossed_and_expensive_ones_avoided():
+    """Straight over 1 m of unknown cells, or a detour of 2 x 0.3 m around them over free cells."""
     cells = np.zeros((60, 60), dtype=np.uint8)
     cells[10:50, 20:40] = UNKNOWN_COST
     costs = CostGrid(cells, 0.05)

@@ -1,4 +1,4 @@
-"""Curves of Dubins and of Reeds and Shepp: known lengths, and properties of shortest curves."""
+"""Dubins and Reeds-Shepp curves: known lengths, and properties of shortest curves."""
 
 from math import cos, pi, sin, sqrt
 
@@ -35,7 +35,7 @@ def test_lengths_known_from_drawings(both_ways, goal, expected):
     assert length(both_ways, *goal) == pytest.approx(expected, abs=1e-9)
 
 
-def test_a_step_aside_by_dubins_is_two_arcs_and_a_tangent():
+def test_a_lateral_offset_by_dubins_is_two_arcs_and_a_tangent():
     # LSR to (d, 2, 0): circles around (0, 1) and (d, 1): the inner tangent has length
     # sqrt(d² - 4), each arc the angle between it and the x axis, asin(2 / d)
     d = 5.0
@@ -64,7 +64,7 @@ def test_a_curve_ends_where_it_should_and_bends_no_tighter_than_its_radius(goal,
 
 @given(poses, poses, st.sampled_from([BOTH, FORWARD]))
 @settings(deadline=None, max_examples=500)
-def test_no_detour_by_a_third_pose_is_shorter(goal, way_point, both_ways):
+def test_no_path_over_a_third_pose_is_shorter(goal, way_point, both_ways):
     dx, dy = goal[0] - way_point[0], goal[1] - way_point[1]
     c, s = cos(way_point[2]), sin(way_point[2])
     rest = c * dx + s * dy, c * dy - s * dx, goal[2] - way_point[2]
@@ -74,7 +74,7 @@ def test_no_detour_by_a_third_pose_is_shorter(goal, way_point, both_ways):
 
 @given(poses)
 @settings(deadline=None, max_examples=200)
-def test_both_ways_is_never_longer_and_looks_the_same_mirrored_and_reversed(goal):
+def test_reeds_shepp_is_never_longer_and_is_symmetric(goal):
     x, y, heading = goal
     shortest = length(BOTH, x, y, heading)
     assert shortest <= length(FORWARD, x, y, heading) + 1e-5  # √ of rounding, next to 0

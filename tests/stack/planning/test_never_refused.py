@@ -1,4 +1,4 @@
-"""What a flood of free ground says can be reached is planned, and in the middle of corridors."""
+"""Every goal that a flood fill reaches gets a plan, and plans keep to the middle of corridors."""
 
 import numpy as np
 import pytest
@@ -38,7 +38,7 @@ def distances(cells):
 
 
 def flooded(free, start):
-    """Cells that straight steps over free cells join to a start."""
+    """Cells connected to a start by straight steps over free cells."""
     seen, waiting = np.zeros_like(free), [start]
     seen[start] = True
     while waiting:
@@ -53,7 +53,7 @@ def flooded(free, start):
 
 @st.composite
 def places(draw):
-    """A walled place with boxes in it, and a generator of random numbers."""
+    """A walled map with boxes in it, and a random generator."""
     random = np.random.default_rng(draw(st.integers(0, 2**32)))
     cells = np.full((SIDE, SIDE), FREE, dtype=np.int8)
     cells[[0, -1]] = cells[:, [0, -1]] = OCCUPIED
@@ -67,7 +67,7 @@ def places(draw):
 @pytest.mark.parametrize("name", MARGIN)
 @given(places())
 @settings(deadline=None, max_examples=25)
-def test_what_can_be_reached_is_planned(name, place):
+def test_every_reachable_goal_gets_a_plan(name, place):
     cells, random = place
     free = distances(cells) > RADIUS + MARGIN[name]
     if not free.any():

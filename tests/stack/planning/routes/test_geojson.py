@@ -1,4 +1,4 @@
-"""Route graphs from GeoJSON: what is read, what is refused and where, and never a traceback."""
+"""Route graphs from GeoJSON: valid files, findings with positions, and never a traceback."""
 
 import copy
 import json
@@ -171,7 +171,7 @@ JUNK = st.recursive(
 @given(data=st.data())
 @settings(deadline=None, max_examples=150)
 def test_no_damage_to_a_file_makes_a_traceback(data):
-    """Any value in a sound graph replaced by anything: it is read, or refused with its findings."""
+    """Any value of a valid graph replaced by anything: it is read, or rejected with findings."""
     damaged = copy.deepcopy(SOUND)
     inner = damaged
     while True:

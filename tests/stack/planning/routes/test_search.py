@@ -1,4 +1,4 @@
-"""Shortest paths over arcs, held against trying every way there is."""
+"""Shortest paths over arcs, compared with exhaustive search."""
 
 from itertools import pairwise, permutations
 from math import inf
@@ -31,7 +31,7 @@ def least_by_trying(costs):
 
 @given(ARCS)
 @settings(deadline=None, max_examples=100)
-def test_the_cheapest_way_is_as_cheap_as_any(given_arcs):
+def test_the_cheapest_path_costs_the_least_of_all(given_arcs):
     found = cheapest([Arc(a, b, float(c)) for a, b, c in given_arcs], 0, 1)
     least = least_by_trying(given_arcs)
     assert (found is None) == (least == inf)
