@@ -191,7 +191,7 @@ def test_a_world_file_has_its_own_findings(client, folder):
         ("use: ins|pect", ["Drive there and look.", "`target` (Pose)", "`picture` (text)"]),
         ("im|age: $p", ["**image**"]),
         ("plugi|ns", ["behaviours, planners and controllers of your own"]),
-        ("use: as|tar", ["Cheapest path over an 8-connected grid"]),
+        ("use: as|tar", ["A* on an 8-connected grid"]),
         ("allow|_unknown", ["plan through unknown cells".capitalize()]),
         ("type: dur|ation", ["duration"]),
         ("robot: sco|ut", ["radius"]),

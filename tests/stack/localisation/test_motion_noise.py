@@ -1,4 +1,4 @@
-"""How the particles spread with what odometry says, for robots that turn and that go any way."""
+"""Spread of the particles by odometry, for differential and omnidirectional robots."""
 
 from math import pi
 
@@ -36,7 +36,7 @@ def test_a_step_sideways_does_not_blur_the_heading():
     assert spread(MotionNoise(*ALPHAS), sideways)[2] > 0.2
 
 
-def test_a_step_ahead_and_a_turn_in_place_are_as_with_other_robots():
+def test_a_step_ahead_and_a_turn_in_place_are_as_for_differential_robots():
     for moved in (Pose2D(0.1, 0.0), Pose2D(0.0, 0.0, pi / 6)):
         x, _, heading = spread(OmniMotionNoise(*ALPHAS, 0.02), moved)
         usual_x, _, usual = spread(MotionNoise(*ALPHAS), moved)
@@ -44,7 +44,7 @@ def test_a_step_ahead_and_a_turn_in_place_are_as_with_other_robots():
         assert heading <= usual * 1.03
 
 
-def test_the_particles_mean_goes_where_odometry_says():
+def test_the_mean_of_the_particles_follows_odometry():
     moved = Pose2D(0.05, -0.08, 0.1)
     after = OmniMotionNoise(*ALPHAS, 0.02).sample(START, moved, np.random.default_rng(2))
     assert after.mean(axis=0) == pytest.approx(move(START[:1], moved)[0], abs=1e-3)

@@ -96,10 +96,12 @@ def cost_arrays(draw):
 
 
 def two_cells(costs, data):
-    ways = [tuple(cell) for cell in np.argwhere((costs < INSCRIBED_COST) | (costs == 255)).tolist()]
-    if not ways:
+    passable = [
+        tuple(cell) for cell in np.argwhere((costs < INSCRIBED_COST) | (costs == 255)).tolist()
+    ]
+    if not passable:
         return None
-    return data.draw(st.sampled_from(ways)), data.draw(st.sampled_from(ways))
+    return data.draw(st.sampled_from(passable)), data.draw(st.sampled_from(passable))
 
 
 @given(cost_arrays(), st.data())
@@ -148,8 +150,8 @@ def test_no_plan_fails_in_two_hundred_offices():
     for seed in range(200):
         grid = office_costs(260, seed)
         random = np.random.default_rng(seed)
-        ways = np.argwhere(grid.cells < INSCRIBED_COST)
-        start, goal = (tuple(ways[index]) for index in random.integers(0, len(ways), 2))
+        passable = np.argwhere(grid.cells < INSCRIBED_COST)
+        start, goal = (tuple(passable[index]) for index in random.integers(0, len(passable), 2))
         here, there = (Pose2D(*grid.centre_of(*cell)) for cell in (start, goal))
         try:
             path = planner.plan(grid, here, there)

@@ -48,13 +48,13 @@ def test_a_lateral_offset_by_dubins_is_two_arcs_and_a_tangent():
 @settings(deadline=None, max_examples=300)
 def test_a_curve_ends_where_it_should_and_bends_no_tighter_than_its_radius(goal, both_ways, radius):
     letters, lengths = kernels.curve(both_ways, goal[0] / radius, goal[1] / radius, goal[2])
-    along, ways = kernels.sample(0.0, 0.0, 0.0, letters, lengths, radius, 0.05)
+    along, directions = kernels.sample(0.0, 0.0, 0.0, letters, lengths, radius, 0.05)
     if not len(along):
         assert goal == pytest.approx((0.0, 0.0, 0.0), abs=1e-6)
         return
     assert along[-1, :2] == pytest.approx(goal[:2], abs=1e-6)
     assert cos(along[-1, 2] - goal[2]) == pytest.approx(1.0, abs=1e-9)
-    assert both_ways or np.all(ways == 1)
+    assert both_ways or np.all(directions == 1)
     assert both_ways or np.all(lengths >= 0.0)
     points = np.vstack([[0.0, 0.0, 0.0], along])
     turned = np.abs(np.angle(np.exp(1j * np.diff(points[:, 2]))))

@@ -15,11 +15,11 @@ from tests.stack.planning.test_robots_and_planners import ROUND as ROBOT
 SIDE = 80
 RADIUS = 0.22
 MARGIN = {"astar": 0.0, "theta_star": 0.0, "hybrid_astar": 0.1, "lattice": 0.1}
-"""Metres of room on each side of a round robot beyond its radius with which it is never refused.
+"""Metres of clearance beyond a round robot's radius with which a plan never fails.
 
-The planners of poses drive arcs and sixteen headings: through the narrowest gaps they may know no
-way. Of 120 random places hybrid_astar refuses 8 % and the lattice 4 % without any room to spare,
-1 % and none with 5 cm, none with 10 cm.
+The pose planners use arcs and sixteen headings, which do not fit through the narrowest gaps. Of 120
+random maps hybrid_astar fails in 8 % and the lattice in 4 % without extra clearance, in 1 % and in
+none with 5 cm, and both in none with 10 cm.
 """
 
 
@@ -29,7 +29,7 @@ def planner(name, **values):
 
 
 def distances(cells):
-    """Metres from each cell's middle to the nearest occupied one's, by comparing with every one."""
+    """Metres from each cell's centre to the nearest occupied one's, by brute force."""
     rows, columns = np.indices(cells.shape)
     squares = np.full(cells.shape, 10**9)
     for row, column in np.argwhere(cells == OCCUPIED):
@@ -72,8 +72,8 @@ def test_every_reachable_goal_gets_a_plan(name, place):
     free = distances(cells) > RADIUS + MARGIN[name]
     if not free.any():
         return
-    ways = np.argwhere(free)
-    start = tuple(int(number) for number in ways[random.integers(len(ways))])
+    passable = np.argwhere(free)
+    start = tuple(int(number) for number in passable[random.integers(len(passable))])
     reachable = np.argwhere(flooded(free, start))
     goal = tuple(int(number) for number in reachable[random.integers(len(reachable))])
     grid = Costmap(CostmapParameters(), ROBOT.footprint, OccupancyGrid(cells, 0.05)).grid
@@ -96,11 +96,11 @@ def corridor(width):
 @pytest.mark.parametrize("smoother", [name for name in SMOOTHERS if name != "none"])
 @pytest.mark.parametrize("name", MARGIN)
 def test_paths_keep_to_the_middle_of_corridors(name, smoother, width):
-    """Clearance as a share of the best there is, on the mean of the way between the ends: 85 %.
+    """Mean clearance between the ends as a share of the largest possible: 85 %.
 
-    The best is half the width, or the inflation radius where that is less: beyond it a wall costs
-    nothing. A path that goes straight on from where it starts would have 60 % where the corridor is
-    1 m wide, 55 % where it is 1.4 m wide.
+    The largest is half the width, or the inflation radius if that is less: beyond it a wall adds no
+    cost. A path straight on from its start would have 60 % in a corridor 1 m wide, 55 % in one
+    1.4 m wide.
     """
     cells, middle = corridor(width)
     grid = Costmap(CostmapParameters(), ROBOT.footprint, OccupancyGrid(cells, 0.05)).grid

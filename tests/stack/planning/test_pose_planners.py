@@ -65,7 +65,7 @@ def curvature(points):
     return turns / (chords * (0.5 * turns) / np.maximum(np.sin(0.5 * turns), 1e-12) + 1e-12)
 
 
-def ways(points):
+def directions_of(points):
     """+1 where a step goes along the mean heading, -1 against it, and how far off it points."""
     directions = np.arctan2(*np.diff(points[:, :2], axis=0).T[::-1])
     middle = points[:-1, 2] + 0.5 * wrapped(np.diff(points[:, 2]))
@@ -75,7 +75,7 @@ def ways(points):
 
 
 def assert_drivable(points, radius):
-    way, slip = ways(points)
+    way, slip = directions_of(points)
     assert slip.max() < 0.1  # no step goes sideways
     assert curvature(points).max() <= 1.1 / radius
     return way

@@ -15,7 +15,7 @@ from stack.costmap.parameters import CostmapParameters
 from stack.drivetrain.description import Limits, RobotDescription, SteeredWheels, Wheels
 from stack.errors import InputError
 from stack.types import FREE, OCCUPIED, CostGrid, Footprint, OccupancyGrid, Pose2D
-from tests.stack.planning.test_pose_planners import assert_drivable, ways
+from tests.stack.planning.test_pose_planners import assert_drivable, directions_of
 
 CAR_OUTLINE = Footprint(np.array([[0.5, -0.2], [0.5, 0.2], [-0.15, 0.2], [-0.15, -0.2]]))
 CAR = RobotDescription(
@@ -75,11 +75,11 @@ def test_a_robot_without_reverse_is_never_sent_backward(name):
     forward_only = replace(ROUND, limits=Limits(reverse_speed=0.0))
     start, goal = Pose2D(3.0, 3.0, 0.0), Pose2D(2.5, 3.0, 0.0)  # half a metre behind
     back = planner(name, ROUND, reverse_penalty=1.0).plan(open_floor(), start, goal)
-    assert np.any(ways(back.points)[0] == -1)
+    assert np.any(directions_of(back.points)[0] == -1)
     made = planner(name, forward_only, reverse_penalty=1.0)
     path = made.plan(open_floor(), start, goal)
     if name == "hybrid_astar":
-        assert np.all(ways(path.points)[0] == 1) and path.length > 2.0  # all the way round
+        assert np.all(directions_of(path.points)[0] == 1) and path.length > 2.0  # all the way round
     method = made._planning.method(0.05)
     assert not [kind for kind in method.moves.kinds if kind in (2, 3, 4)]
     assert not any(getattr(shortcut, "both_ways", False) for shortcut in method.shortcuts)

@@ -89,10 +89,10 @@ def cost_arrays(draw):
 @given(cost_arrays(), st.data())
 @settings(deadline=None, max_examples=200)
 def test_reachable_means_found_and_no_more_expensive_than_any_path_of_steps(cells, data):
-    ways = [tuple(cell) for cell in np.argwhere(WEIGHTS[cells] > 0.0).tolist()]
-    if not ways:
+    passable = [tuple(cell) for cell in np.argwhere(WEIGHTS[cells] > 0.0).tolist()]
+    if not passable:
         return
-    start, goal = data.draw(st.sampled_from(ways)), data.draw(st.sampled_from(ways))
+    start, goal = data.draw(st.sampled_from(passable)), data.draw(st.sampled_from(passable))
     optimum = dijkstra(cells, start)
     found, cost, corners = search(cells, start, goal)
     assert found == (goal in optimum)
@@ -149,10 +149,10 @@ def test_plans_in_an_office_touch_nothing_and_join_start_and_goal(smoother):
     grid = office_costs(260, 5)
     planner = ThetaStar(replace(EXACT, smoother=smoother), ROBOT)
     random = np.random.default_rng(5)
-    ways, planned = np.argwhere(grid.cells < INSCRIBED_COST), 0
+    passable, planned = np.argwhere(grid.cells < INSCRIBED_COST), 0
     for _ in range(10):
         start, goal = (
-            Pose2D(*grid.centre_of(*ways[n]), 0.3) for n in random.integers(0, len(ways), 2)
+            Pose2D(*grid.centre_of(*passable[n]), 0.3) for n in random.integers(0, len(passable), 2)
         )
         try:
             points = planner.plan(grid, start, goal).points

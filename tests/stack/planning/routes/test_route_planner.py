@@ -227,7 +227,7 @@ def test_a_cancelled_plan_stops(planner):
 def test_it_needs_a_graph_and_another_planner(planner):
     with pytest.raises(ParameterError, match="route needs a route graph"):
         Route(RouteParameters(), ROBOT)
-    with pytest.raises(ParameterError, match="cannot plan the ways on to its own lanes"):
+    with pytest.raises(ParameterError, match="cannot connect to its own lanes"):
         planner(connect="route")
 
 
