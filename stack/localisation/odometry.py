@@ -80,11 +80,11 @@ class OdometryFusion:
             self._gyro_stamp = observation.time
             return None
         rates = imu.angular_velocity[:, 2]
-        turned_by_hand = abs(float(rates.mean()) - self._bias.value) > LARGEST_BIAS
-        if standing and not turned_by_hand:
+        rotated_by_hand = abs(float(rates.mean()) - self._bias.value) > LARGEST_BIAS
+        if standing and not rotated_by_hand:
             self._bias.learn(rates)
         rotation = self._integrate(imu, rates)
-        at_rest = wheels.twist == Twist() and not turned_by_hand
+        at_rest = wheels.twist == Twist() and not rotated_by_hand
         return 0.0 if at_rest else rotation
 
     def _integrate(self, imu: Imu, rates: FloatArray) -> float:

@@ -17,7 +17,7 @@ from stack.planning.endpoints import (
     through_centres,
 )
 from stack.planning.parameters import PlannerParameters
-from stack.planning.search import Effort, StepCosts, Workspace
+from stack.planning.search import SearchLimits, StepCosts, Workspace
 from stack.planning.smoothers.choice import SMOOTHERS, point_smoother
 from stack.types import CostGrid, FailureCode, Path, Pose2D
 
@@ -28,7 +28,7 @@ class AstarParameters(PlannerParameters):
 
     cost_weight: float = parameter(
         3.0, at_least=0.0, at_most=50.0,
-        help="weight of cell costs: length counts times (1 + cost_weight * cost / 252)",
+        help="weight of cell costs: a path costs length * (1 + cost_weight * cost / 252)",
     )  # fmt: skip
     unknown_as: float = parameter(
         126.0, at_least=0.0, at_most=252.0,
@@ -59,7 +59,7 @@ class Astar:
         self._tables = StepCosts.of(
             parameters.cost_weight, parameters.allow_unknown, parameters.unknown_as
         )
-        self._most = parameters.max_expansions
+        self._max_expansions = parameters.max_expansions
         self._endpoints = Endpoints.of(parameters, robot.footprint, self._tables.traverse)
         self._smoother = point_smoother(parameters.smoother, self._tables.traverse)
         self._workspace = Workspace(0, 0, self._tables)
@@ -86,7 +86,9 @@ class Astar:
         start_cell = ends.start_cell(costs, start)
         goal_cell = cell_on_map(costs, goal, "goal", FailureCode.GOAL_OUTSIDE_MAP)
         query = _Query(start, start_cell, goal, ends.goal_cell(costs, goal))
-        target = self._search(costs, query, ends, Effort(self._most, options.cancel))
+        target = self._search(
+            costs, query, ends, SearchLimits(self._max_expansions, options.cancel)
+        )
         end = goal
         if target != goal_cell:
             end = Pose2D(*costs.centre_of(*target), goal.heading)
@@ -99,13 +101,15 @@ class Astar:
         points = through_centres(costs, cells, start, end)
         return ends.mark_partial(self._smoother.smooth(costs, points, end.heading), goal)
 
-    def _search(self, costs: CostGrid, query: _Query, ends: Endpoints, effort: Effort) -> Cell:
+    def _search(
+        self, costs: CostGrid, query: _Query, ends: Endpoints, limits: SearchLimits
+    ) -> Cell:
         """Run A*; return the target, or the reachable cell nearest to the goal."""
         stuck = self._tables.traverse[costs.cells[query.start_cell]] == 0
         reach = round(ends.escape_distance / costs.resolution) if stuck else 0
         workspace = self._workspace = self._workspace.fitting(costs)
         numbers = cell_index(costs, query.start_cell), cell_index(costs, query.target)
-        if workspace.run(costs, *numbers, reach, effort):
+        if workspace.run(costs, *numbers, reach, limits):
             return query.target
         near = workspace.nearest_reached(costs, query.goal)
         if workspace.limited:

@@ -35,7 +35,7 @@ def _octile(rows, columns, straight, oblique):
 @njit(cache=True, nogil=True)
 def search(
     costs, traverse, diagonal, escape, escape_reach,
-    reached, parents, base, limit, heads, queue, links, start, goal, most, stop,
+    reached, parents, base, limit, heads, queue, links, start, goal, max_expansions, cancelled,
 ):  # fmt: skip
     """A* (Hart, Nilsson and Raphael 1968) with Dial's bucket queue (1969) on f = cost + heuristic.
 
@@ -59,8 +59,8 @@ def search(
         links: (q,) int32, next entry of the same bucket.
         start: cell index.
         goal: cell index.
-        most: number of expansions after which the search ends with LIMIT.
-        stop: (1,) uint8; a value other than 0, set by another thread, ends it with STOPPED.
+        max_expansions: number of expansions after which the search ends with LIMIT.
+        cancelled: (1,) uint8; a value other than 0, set by another thread, ends it with STOPPED.
 
     Returns:
         (status, cost of the path, cells expanded). `heads` is all -1 again.
@@ -76,7 +76,7 @@ def search(
     parents[start] = 8
     queue[0, 0], queue[0, 1], links[0] = start, 0, -1
     heads[level & mask] = 0
-    waiting, fresh, spare, expanded, look = 1, 1, -1, 0, 0
+    waiting, fresh, spare, expanded, next_check = 1, 1, -1, 0, 0
     status, total = NO_PATH, -1
     while waiting > 0:
         entry = heads[level & mask]
@@ -93,11 +93,11 @@ def search(
         if cell == goal:
             status, total = FOUND, so_far
             break
-        if expanded == look:
-            if expanded >= most or stop[0] != 0:
-                status = STOPPED if stop[0] != 0 else LIMIT
+        if expanded == next_check:
+            if expanded >= max_expansions or cancelled[0] != 0:
+                status = STOPPED if cancelled[0] != 0 else LIMIT
                 break
-            look = min(expanded + CHECKED, most)
+            next_check = min(expanded + CHECKED, max_expansions)
         expanded += 1
         row = cell // columns
         column = cell - row * columns

@@ -49,19 +49,19 @@ class StepCosts:
 
 
 @dataclass(frozen=True)
-class Effort:
+class SearchLimits:
     """Limits of a search.
 
     Attributes:
-        most: maximum number of expansions.
+        max_expansions: maximum number of expansions.
         cancel: set by the caller to stop the search.
     """
 
-    most: int = 2**62
+    max_expansions: int = 2**62
     cancel: CancelToken = field(default_factory=CancelToken)
 
 
-UNLIMITED = Effort()
+UNLIMITED = SearchLimits()
 """No limit on expansions, and no caller that could cancel."""
 
 
@@ -97,7 +97,12 @@ class Workspace:
         return self if self._shape == (rows, columns) else Workspace(rows, columns, self._tables)
 
     def run(
-        self, costs: CostGrid, start: int, goal: int, escape_reach: int, effort: Effort = UNLIMITED
+        self,
+        costs: CostGrid,
+        start: int,
+        goal: int,
+        escape_reach: int,
+        limits: SearchLimits = UNLIMITED,
     ) -> bool:
         """Search from a start cell to a goal cell; return whether the goal was reached.
 
@@ -106,7 +111,7 @@ class Workspace:
             start: cell index, row * columns + column.
             goal: cell index.
             escape_reach: cells from the start within which impassable cells may be entered.
-            effort: limit of expansions and cancel token.
+            limits: limit of expansions and cancel token.
 
         Raises:
             NavigationError: CANCELLED when the cancel token is set.
@@ -117,10 +122,11 @@ class Workspace:
             status, _, self.expanded = kernels.search(
                 costs.cells, tables.traverse, tables.diagonal, tables.escape, escape_reach,
                 self.reached, self.parents, self.base, self.limit,
-                self._heads, self._queue, self._links, start, goal, effort.most, effort.cancel.flag,
+                self._heads, self._queue, self._links, start, goal,
+                limits.max_expansions, limits.cancel.flag,
             )  # fmt: skip
             self.limited = status == kernels.LIMIT
-            effort.cancel.check()
+            limits.cancel.check()
             if status == kernels.QUEUE_FULL:
                 self._set_queue(2 * self._links.size)
             elif status == kernels.RANGE_FULL:  # a very long path: 64 bits hold any path cost

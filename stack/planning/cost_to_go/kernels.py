@@ -11,7 +11,7 @@ CHECKED = 1024  # expansions between two checks of the cancel flag
 
 
 @njit(cache=True, nogil=True)
-def cost_to_go(cells, traverse, diagonal, goal, start, margin, scale, stop):
+def cost_to_go(cells, traverse, diagonal, goal, start, margin, scale, cancelled):
     """Cheapest 8-connected cost from each cell to the goal (Dijkstra 1959 with Dial's buckets).
 
     Args:
@@ -22,7 +22,7 @@ def cost_to_go(cells, traverse, diagonal, goal, start, margin, scale, stop):
         start: (row, column) after which the search may stop.
         margin: share of the start's cost that the search covers beyond the start.
         scale: value of one unit of `traverse` in the result.
-        stop: (1,) uint8; a value other than 0, set by another thread, ends the search early.
+        cancelled: (1,) uint8; a value other than 0, set by another thread, ends the search early.
 
     Returns:
         ((rows, columns) float32, UNREACHED where unreachable or beyond the covered cost; the
@@ -55,7 +55,7 @@ def cost_to_go(cells, traverse, diagonal, goal, start, margin, scale, stop):
         if reached[cell] != so_far:
             continue
         expanded += 1
-        if expanded % CHECKED == 0 and stop[0] != 0:
+        if expanded % CHECKED == 0 and cancelled[0] != 0:
             break
         row, column = cell // columns, cell % columns
         if row == start[0] and column == start[1]:
@@ -91,7 +91,7 @@ def cost_to_go(cells, traverse, diagonal, goal, start, margin, scale, stop):
                 waiting += 1
     complete = UNREACHED if waiting == 0 else scale * level
     field = np.full((rows, columns), np.float32(UNREACHED), np.float32)
-    if stop[0] != 0:
+    if cancelled[0] != 0:
         return field, complete
     for cell in range(rows * columns):
         if reached[cell] < np.int64(1) << 59:

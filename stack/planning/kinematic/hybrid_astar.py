@@ -125,7 +125,7 @@ class HybridAstar:
             table_step=_TABLE_STEP * radius,
             table_slack=_TABLE_SLACK * radius,
             ratio=p.analytic_ratio * moves[0].length,
-            most=p.max_expansions,
+            max_expansions=p.max_expansions,
         )
 
 

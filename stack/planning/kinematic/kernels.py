@@ -300,7 +300,7 @@ def _changes(one, other):
 
 
 @njit(cache=True, nogil=True)
-def expand(grid, moves, target, nodes, state, most, bound, stop):
+def expand(grid, moves, target, nodes, state, max_expansions, bound, cancelled):
     """A* over poses (Hart, Nilsson and Raphael 1968), until the caller has to act.
 
     Args:
@@ -309,9 +309,9 @@ def expand(grid, moves, target, nodes, state, most, bound, stop):
         target: goal and heuristics.
         nodes: search nodes; changed.
         state: (4,) int64; changed.
-        most: number of expansions after which the search ends with LIMIT.
+        max_expansions: number of expansions after which the search ends with LIMIT.
         bound: the search ends with SETTLED when no remaining f is below this cost.
-        stop: (1,) uint8; a value other than 0, set by another thread, ends it with STOPPED.
+        cancelled: (1,) uint8; a value other than 0, set by another thread, ends it with STOPPED.
 
     Returns:
         (ATTEMPT to STOPPED, the node for an analytic expansion or -1).
@@ -321,9 +321,9 @@ def expand(grid, moves, target, nodes, state, most, bound, stop):
     while True:
         if state[WAITING] == 0:
             return NO_PATH, -1
-        if state[EXPANDED] >= most:
+        if state[EXPANDED] >= max_expansions:
             return LIMIT, -1
-        if state[EXPANDED] % CHECKED == 0 and stop[0] != 0:
+        if state[EXPANDED] % CHECKED == 0 and cancelled[0] != 0:
             return STOPPED, -1
         room = min(nodes.costs.size - state[NODES], nodes.heap.shape[0] - state[WAITING])
         if room <= count:

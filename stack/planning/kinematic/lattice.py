@@ -124,7 +124,7 @@ class Lattice:
                 table_step=1.0,
                 table_slack=0.0,
                 ratio=p.analytic_ratio * 2.0 * resolution,
-                most=p.max_expansions,
+                max_expansions=p.max_expansions,
             )
         return self._methods[resolution]
 

@@ -21,7 +21,7 @@ class PosePlannerParameters(PlannerParameters):
     )  # fmt: skip
     cost_weight: float = parameter(
         3.0, at_least=0.0, at_most=50.0,
-        help="weight of cell costs: length counts times (1 + cost_weight * cost / 252)",
+        help="weight of cell costs: a path costs length * (1 + cost_weight * cost / 252)",
     )  # fmt: skip
     reverse_penalty: float = parameter(
         2.0, at_least=1.0, at_most=50.0, help="cost factor for driving backward"
@@ -36,26 +36,26 @@ class PosePlannerParameters(PlannerParameters):
     )
 
 
-def radius_for(robot: RobotDescription, asked: float | None, usual: float) -> float:
+def radius_for(robot: RobotDescription, requested: float | None, default: float) -> float:
     """Return the minimum turning radius of a path, metres.
 
     Args:
         robot: the robot that follows the path.
-        asked: the parameter `turning_radius`; None for the robot's own.
-        usual: default for robots that can turn in place.
+        requested: the parameter `turning_radius`; None for the robot's own.
+        default: default for robots that can turn in place.
 
     Raises:
-        InputError: `asked` is below the robot's turning radius.
+        InputError: `requested` is below the robot's turning radius.
     """
     least = robot.turning_radius
-    if asked is None:
-        return least or usual
-    if asked < least - 1e-9:
+    if requested is None:
+        return least or default
+    if requested < least - 1e-9:
         raise InputError(
-            f"turning_radius: {asked:g} m is below the turning radius of {robot.name}, "
+            f"turning_radius: {requested:g} m is below the turning radius of {robot.name}, "
             f"{least:.3g} m; leave the parameter out to use the robot's own"
         )
-    return asked
+    return requested
 
 
 def may_reverse(robot: RobotDescription) -> bool:

@@ -52,7 +52,7 @@ class Method:
         table_step: metres between the positions of the table.
         table_slack: metres by which the table may overestimate.
         ratio: metres to go per expansion between two analytic expansions.
-        most: maximum number of expansions.
+        max_expansions: maximum number of expansions.
     """
 
     moves: Any
@@ -61,7 +61,7 @@ class Method:
     table_step: float
     table_slack: float
     ratio: float
-    most: int
+    max_expansions: int
 
 
 @dataclass(frozen=True)
@@ -202,7 +202,7 @@ class PoseSearch:
         """
         kernels, state = self._kernels, self._state
         best: tuple[int, Drive] | None = None
-        bound, most = np.inf, self._method.most
+        bound, most = np.inf, self._method.max_expansions
         while True:
             status, node = kernels.expand(
                 self._checker.grid, self._method.moves, self._target, self._nodes, state, most,

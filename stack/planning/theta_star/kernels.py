@@ -141,7 +141,7 @@ def _straight_from(cells, weights, costs, parents, cell):
 
 @njit(cache=True, nogil=True)
 def search(
-    cells, weights, least, costs, parents, closed, start, goal, most, stop,
+    cells, weights, least, costs, parents, closed, start, goal, max_expansions, cancelled,
 ):  # fmt: skip
     """Lazy Theta* (Nash, Koenig and Tovey 2010) on cells with costs.
 
@@ -158,8 +158,8 @@ def search(
         closed: (n,) bool, all False.
         start: cell index.
         goal: cell index.
-        most: number of expansions after which the search ends with LIMIT.
-        stop: (1,) uint8; a value other than 0, set by another thread, ends it with STOPPED.
+        max_expansions: number of expansions after which the search ends with LIMIT.
+        cancelled: (1,) uint8; a value other than 0, set by another thread, ends it with STOPPED.
 
     Returns:
         (status, number of cells expanded).
@@ -176,9 +176,9 @@ def search(
         waiting -= 1
         if closed[cell]:
             continue
-        if expanded >= most:
+        if expanded >= max_expansions:
             return LIMIT, expanded
-        if expanded % CHECKED == 0 and stop[0] != 0:
+        if expanded % CHECKED == 0 and cancelled[0] != 0:
             return STOPPED, expanded
         _straight_from(cells, weights, costs, parents, cell)
         closed[cell] = True

@@ -22,7 +22,7 @@ from stack.planning.endpoints import (
     through_centres,
 )
 from stack.planning.parameters import PlannerParameters
-from stack.planning.search import Effort, StepCosts, Workspace
+from stack.planning.search import SearchLimits, StepCosts, Workspace
 from stack.planning.smoothers.choice import SMOOTHERS, point_smoother
 from stack.types import CostGrid, FailureCode, FloatArray, Path, Pose2D
 
@@ -84,14 +84,14 @@ class ThetaStar:
                 GOAL_OUTSIDE_MAP, TIMED_OUT after max_expansions, or CANCELLED.
         """
         ends = self._endpoints.with_options(options)
-        effort = Effort(self._parameters.max_expansions, options.cancel)
+        limits = SearchLimits(self._parameters.max_expansions, options.cancel)
         start_cell = ends.start_cell(costs, start)
         goal_cell = cell_on_map(costs, goal, "goal", FailureCode.GOAL_OUTSIDE_MAP)
         target = ends.goal_cell(costs, goal)
-        escape_path = self._escape_path(costs, start_cell, target, effort)
+        escape_path = self._escape_path(costs, start_cell, target, limits)
         if not escape_path:
             raise enclosed_start(start)
-        search = _Search.run(self._weights, costs, (escape_path[-1], target), effort)
+        search = _Search.run(self._weights, costs, (escape_path[-1], target), limits)
         if not search.found:
             near = search.nearest(costs, goal)
             if search.limited:
@@ -107,7 +107,7 @@ class ThetaStar:
         return ends.mark_partial(self._smoother.smooth(costs, points, end.heading), goal)
 
     def _escape_path(
-        self, costs: CostGrid, start: Cell, target: Cell, effort: Effort
+        self, costs: CostGrid, start: Cell, target: Cell, limits: SearchLimits
     ) -> list[Cell]:
         """Return the cells of A*'s path from an impassable start to the first passable cell.
 
@@ -123,7 +123,7 @@ class ThetaStar:
         workspace = Workspace(rows, columns, tables)
         reach, end = round(self._endpoints.escape_distance / costs.resolution), target
         begin = cell_index(costs, start)
-        if not workspace.run(costs, begin, cell_index(costs, target), reach, effort):
+        if not workspace.run(costs, begin, cell_index(costs, target), reach, limits):
             near = workspace.nearest_reached(costs, Pose2D(*costs.centre_of(*target)))
             if near is None:
                 return []
@@ -154,7 +154,7 @@ class _Search:
 
     @staticmethod
     def run(
-        weights: FloatArray, costs: CostGrid, ends: tuple[Cell, Cell], effort: Effort
+        weights: FloatArray, costs: CostGrid, ends: tuple[Cell, Cell], limits: SearchLimits
     ) -> _Search:
         """Search from the first cell to the second."""
         from stack.planning.theta_star import kernels
@@ -165,9 +165,10 @@ class _Search:
         parents, closed = np.empty(size, np.int32), np.zeros(size, np.bool_)
         status, expanded = search(
             costs.cells, weights, float(weights[0]), so_far, parents, closed,
-            cell_index(costs, ends[0]), cell_index(costs, ends[1]), effort.most, effort.cancel.flag,
+            cell_index(costs, ends[0]), cell_index(costs, ends[1]),
+            limits.max_expansions, limits.cancel.flag,
         )  # fmt: skip
-        effort.cancel.check()
+        limits.cancel.check()
         found, limited = status == kernels.FOUND, status == kernels.LIMIT
         return _Search(found, limited, int(expanded), parents, closed)
 

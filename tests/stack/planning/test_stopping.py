@@ -16,7 +16,7 @@ from stack.drivetrain.description import RobotDescription, Wheels
 from stack.errors import NavigationError
 from stack.navigation.planner_worker import PlannerWorker, PlanRequest
 from stack.planning import kernels
-from stack.planning.search import Effort, StepCosts, Workspace
+from stack.planning.search import SearchLimits, StepCosts, Workspace
 from stack.types import (
     FREE,
     INSCRIBED_COST,
@@ -84,7 +84,7 @@ def test_the_search_checks_the_cancel_flag_every_1024_expansions():
     cancel.request()
     workspace = Workspace(400, 400, StepCosts.of(3.0, True))
     with pytest.raises(NavigationError, match="CANCELLED"):
-        workspace.run(grid, 0, 399 * 400, 0, Effort(cancel=cancel))
+        workspace.run(grid, 0, 399 * 400, 0, SearchLimits(cancel=cancel))
     assert workspace.expanded == 0
     assert kernels.CHECKED == 1024  # 0.1 ms of work
 
