@@ -25,5 +25,5 @@ class PlannerParameters:
     )
     max_expansions: int = parameter(
         100_000_000, at_least=1, at_most=1_000_000_000,
-        help="most cells or poses that a search expands; the limit is the same on every machine",
+        help="maximum number of expanded cells; the limit is the same on every machine",
     )  # fmt: skip

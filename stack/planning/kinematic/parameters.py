@@ -17,7 +17,7 @@ class PosePlannerParameters(PlannerParameters):
 
     max_expansions: int = parameter(
         500_000, at_least=1, at_most=100_000_000,
-        help="most poses that a search expands; the limit is the same on every machine",
+        help="maximum number of expanded poses; the limit is the same on every machine",
     )  # fmt: skip
     cost_weight: float = parameter(
         3.0, at_least=0.0, at_most=50.0,

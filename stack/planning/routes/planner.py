@@ -38,7 +38,7 @@ _OF_GOAL = (FailureCode.GOAL_OCCUPIED, FailureCode.GOAL_OUTSIDE_MAP)
 
 
 class Route:
-    """Plan through free space to a route graph, along its lanes, and from there to the goal.
+    """Route planner: along the lanes of a graph, with connections to start and goal.
 
     The path is the cheapest by time or distance that respects one-way lanes and closures. It
     avoids an obstacle on a lane by a short detour or by other lanes, and carries the speed limits

@@ -29,7 +29,7 @@ def spread(noise, moved):
 def test_a_step_sideways_does_not_blur_the_heading():
     sideways = Pose2D(0.0, 0.1)
     x, y, heading = spread(OmniMotionNoise(*ALPHAS, 0.03), sideways)
-    assert y == pytest.approx(0.02**0.5 * 0.1, rel=0.03)  # along the way
+    assert y == pytest.approx(0.02**0.5 * 0.1, rel=0.03)  # along the motion
     assert x == pytest.approx(0.03**0.5 * 0.1, rel=0.03)  # across it
     assert heading == pytest.approx(0.01**0.5 * 0.1, rel=0.03)
     # Turn, go, turn: two quarter turns of deviation 0.1 * pi / 2 each.

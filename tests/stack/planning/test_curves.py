@@ -88,7 +88,7 @@ def test_reeds_shepp_is_never_longer_and_is_symmetric(goal):
 
 def test_the_table_holds_lengths_to_the_origin():
     table = kernels.distance_table(FORWARD, 2, 1.0, 8)
-    # from (-2, 0) looking along x it is 2 straight on; from (2, 0) a long way round
+    # from (-2, 0) along x it is 2 straight on; from (2, 0) a long detour
     assert table[0, 2, 0] == pytest.approx(2.0)
     assert table[4, 2, 0] == pytest.approx(length(FORWARD, -2.0, 0.0, 0.0), abs=1e-5)
     # from (0, 2) looking back (4 of 8 turns): half a circle to the left ends at the origin

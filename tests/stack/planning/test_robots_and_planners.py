@@ -41,7 +41,7 @@ def open_floor():
 
 def test_a_path_of_a_car_keeps_its_turning_radius():
     made = planner("hybrid_astar", CAR, smoother="none", non_straight_penalty=1.0, motion="dubins")
-    # half a circle to the left: the goal lies a diameter beside the start and faces back
+    # half a circle to the left: the goal is a diameter to the left of the start and faces back
     path = made.plan(open_floor(), Pose2D(3, 2, 0), Pose2D(3, 2 + 2 * RADIUS, pi))
     assert path.length == pytest.approx(pi * RADIUS, rel=0.01)
 
@@ -50,7 +50,7 @@ def test_a_radius_below_the_robots_is_an_error_with_both_numbers():
     with pytest.raises(InputError, match=r"turning_radius: 0\.5 m is below .* 0\.641 m"):
         planner("hybrid_astar", CAR, turning_radius=0.5)
     planner("hybrid_astar", CAR, turning_radius=0.7)
-    planner("hybrid_astar", ROUND, turning_radius=0.1)  # turns in place: any circle will do
+    planner("hybrid_astar", ROUND, turning_radius=0.1)  # turns in place: any radius is possible
 
 
 def test_the_lattice_needs_a_robot_that_turns_in_place():

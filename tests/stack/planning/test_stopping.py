@@ -64,7 +64,7 @@ def test_a_cancelled_plan_fails_and_does_not_affect_the_next(name):
 @pytest.mark.parametrize("name", PLANNERS)
 def test_the_limit_of_expansions_is_a_failure_that_quotes_it(name):
     grid = open_floor()
-    grid.cells[50:, 190:210] = INSCRIBED_COST  # a way round, so that no straight line will do
+    grid.cells[50:, 190:210] = INSCRIBED_COST  # a detour, so that no straight line is free
     grid.cells[:50, 190:210] = 200
     made = planner(name, max_expansions=25, tolerance=0.0)
     failure = plan_failure(made, grid, START, GOAL, PlanOptions())

@@ -186,7 +186,7 @@ def test_no_path_leads_behind_a_wall_but_a_partial_plan_ends_at_it():
 def test_an_occupied_start_is_left_on_its_own_side_of_the_wall():
     planner = ThetaStar(replace(EXACT, escape_distance=0.6), ROBOT)
     grid = split_floor()
-    grid.cells[46:54, 80:] = 0  # a way round, at x = 4
+    grid.cells[46:54, 80:] = 0  # a gap at x = 4
     start, goal = Pose2D(2.0, 2.42), Pose2D(2.0, 2.9)
     points = planner.plan(grid, start, goal).points
     assert points[:, 0].max() > 3.9

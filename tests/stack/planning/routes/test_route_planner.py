@@ -70,7 +70,7 @@ def test_the_path_follows_the_lanes(planner):
     # 0.2 m down to a, along, up to 0.2 m below c: 0.2 + 10 + 5.8, less the rounded corner at b
     assert 15.2 < path.length < 16.1
     assert passes(path, B) and not passes(path, (6.0, 4.0), within=2.0)
-    assert off_the_ring(path).max() < 0.25  # half the way from a corner to its parabola
+    assert off_the_ring(path).max() < 0.25  # half the distance from a corner to its parabola
     steps = np.hypot(*np.diff(path.points[:, :2], axis=0).T)
     assert steps.max() < 0.08
     assert (path.points[0, 0], path.points[0, 1]) == (1.0, 1.2)
@@ -139,7 +139,7 @@ def test_speed_limits_apply_on_their_lane(planner):
     path = planner(rules=slow).plan(floor(), Pose2D(6.0, 1.0), Pose2D(11.0, 4.0))
     limited = np.isfinite(path.speed_limits)
     assert set(path.speed_limits[limited]) == {0.3}  # 30 % of 1 m/s
-    assert limited[-1] and not limited[0]  # also where it is left, beside it
+    assert limited[-1] and not limited[0]  # also where the path leaves it
     assert (path.points[~limited, 1] < 1.3).all()
     assert planner().plan(floor(), Pose2D(6.0, 1.0), Pose2D(11.0, 4.0)).speed_limits is None
 
