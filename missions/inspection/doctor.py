@@ -11,7 +11,7 @@ from missions.execution.resources import WORLDS, load_robot
 from stack.costmap.parameters import CostmapParameters
 from stack.documents import read_file
 from stack.drivetrain.description import RobotDescription
-from stack.mapping.passages import Passage, clearance_of, passages_of, way_to, widest_ways
+from stack.mapping.passages import Passage, clearance_of, passages_of, widest_path_to, widest_paths
 from stack.mapping.ros_map import read_ros_map
 from stack.sim.worlds.rasterise import rasterise
 from stack.sim.worlds.world_file import find_world, read_world
@@ -120,14 +120,14 @@ def _place_lines(
 ) -> Iterator[tuple[str, bool]]:
     if place.start is None:
         return
-    ways = widest_ways(place.grid, clearance, (place.start.x, place.start.y))
+    ways = widest_paths(place.grid, clearance, (place.start.x, place.start.y))
     needed = _needed(robot)
     for name, pose in place.places.items():
         where = f"place {name} ({pose.x:.2f}, {pose.y:.2f})"
         row, column = place.grid.cell_at(pose.x, pose.y)
         inside = place.grid.contains(row, column)
         free = 2.0 * float(clearance[row, column]) if inside else 0.0
-        way = way_to(place.grid, ways, pose.x, pose.y)
+        way = widest_path_to(place.grid, ways, pose.x, pose.y)
         if not inside:
             yield f"✘ {where}: outside the map", True
         elif free < needed:
