@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stack.components import ControlState
-from stack.control.cusp_splitter import LEG_END, cusps_of, legs_of, turned_about
+from stack.control.cusp_splitter import SEGMENT_END, cusps_of, facing_backward, segments_of
 from stack.control.path_progress import PathProgress
 from stack.errors import NavigationError
 from stack.types import STANDSTILL, FailureCode, Path, Pose2D, TaskStatus
@@ -66,9 +66,9 @@ def driven(name, world, path, seconds=20.0, **parameters):
 @pytest.mark.parametrize(("start", "goal"), THREE_POINT_TURN)
 def test_a_car_reaches_goals_on_arcs_that_it_steers(name, start, goal):
     toy = toy_drive(name, room(8, 6), start, kind="ackermann", **SMALLER.get(name, {}))
-    task = toy.navigation.navigate_to(goal)
+    task = toy.navigator.navigate_to(goal)
     assert toy.finish(task) is TaskStatus.SUCCEEDED, task.failure
-    toy.navigation.close()
+    toy.navigator.close()
     assert toy.world.pose.distance_to(goal) < 0.15
     assert heading_error(toy.world.pose, goal) < 0.15
     assert toy.world.nearest > 0.0
@@ -82,7 +82,7 @@ def test_a_car_reverses_where_its_path_does(name):
     world = ToyWorld(room(8, 6), moving("ackermann"), Pose2D(1.0, 3.0))
     trace = driven(name, world, there_and_back())
     assert world.pose.distance_to(Pose2D(1.5, 3.0)) < 0.08
-    assert max(pose.x for _, pose in trace) == pytest.approx(2.5, abs=LEG_END + 0.03)
+    assert max(pose.x for _, pose in trace) == pytest.approx(2.5, abs=SEGMENT_END + 0.03)
     backward = [twist.linear for twist, _ in trace if twist.linear < 0.0]
     assert min(backward) == pytest.approx(-world.robot.limits.reverse_speed, abs=0.02)
     signs = np.sign([twist.linear for twist, _ in trace if abs(twist.linear) > 0.02])
@@ -90,24 +90,24 @@ def test_a_car_reverses_where_its_path_does(name):
 
 
 def test_a_path_is_cut_at_its_cusps():
-    legs = legs_of(there_and_back())
+    legs = segments_of(there_and_back())
     assert [leg.backward for leg in legs] == [False, True]
     assert [round(leg.path.length, 6) for leg in legs] == [1.5, 1.0]
     assert legs[1].path.points[0] == pytest.approx([2.5, 3.0, 0.0])
     points = polyline((0, 0), (1, 0)).points.copy()
     points[0, 2] = points[-1, 2] = pi  # where the robot looks, and where it is to look at the goal
-    assert [leg.backward for leg in legs_of(Path(points))] == [False]
-    assert legs_of(Path(np.zeros((2, 3))))[0].path.length == 0.0
+    assert [leg.backward for leg in segments_of(Path(points))] == [False]
+    assert segments_of(Path(np.zeros((2, 3))))[0].path.length == 0.0
 
 
 @pytest.mark.parametrize("name", CONTROLLERS)
 def test_a_car_beside_its_goals_heading_says_so_instead_of_hanging(name):
     """Its planner leads to the goal's place, but not to its heading."""
     toy = toy_drive(name, room(8, 6), Pose2D(1, 3), kind="ackermann", **SMALLER.get(name, {}))
-    toy.navigation.planner = ToyPlanner()
-    task = toy.navigation.navigate_to(Pose2D(4.0, 3.0, pi / 2))
+    toy.navigator.planner = ToyPlanner()
+    task = toy.navigator.navigate_to(Pose2D(4.0, 3.0, pi / 2))
     assert toy.finish(task) is TaskStatus.FAILED
-    toy.navigation.close()
+    toy.navigator.close()
     assert task.failure.code == FailureCode.NO_PROGRESS
     assert "deg off its heading, and this robot cannot turn in place" in task.failure.sentence
     assert toy.world.time < 20.0
@@ -117,31 +117,31 @@ def test_a_given_path_that_ends_with_another_heading_fails_where_it_ends():
     toy = toy_drive("pure_pursuit", room(8, 6), Pose2D(1, 3), kind="ackermann")
     path = polyline((1, 3), (3, 3))
     path.points[-1, 2] = pi / 2
-    task = toy.navigation.follow_path(path)
+    task = toy.navigator.follow_path(path)
     toy.finish(task)
-    toy.navigation.close()
+    toy.navigator.close()
     assert task.failure.code == FailureCode.NO_PROGRESS
     assert toy.world.pose.distance_to(path.goal) < 0.05
 
 
 def test_a_car_does_not_spin():
     toy = toy_drive("pure_pursuit", room(8, 6), Pose2D(1, 3), kind="ackermann")
-    task = toy.navigation.spin(1.0)
+    task = toy.navigator.spin(1.0)
     assert task.failure.code == FailureCode.UNSUPPORTED
     assert "radius of 0.50 m" in task.failure.sentence
-    assert not toy.navigation.busy
-    toy.navigation.close()
+    assert not toy.navigator.busy
+    toy.navigator.close()
 
 
 def test_progress_on_a_path_that_folds_back_is_made_in_order():
     path = there_and_back(1.5, 1.2)
-    track = PathProgress(path, cusps_of(path))
+    progress = PathProgress(path, cusps_of(path))
     for x in np.arange(1.0, 2.41, 0.05):
-        track.advance(Pose2D(float(x), 3.01))
-    assert track.travelled == pytest.approx(1.4, abs=0.01)
+        progress.advance(Pose2D(float(x), 3.01))
+    assert progress.travelled == pytest.approx(1.4, abs=0.01)
     for x in np.arange(2.4, 1.29, -0.05):
-        track.advance(Pose2D(float(x), 3.01))
-    assert track.remaining == pytest.approx(0.0, abs=0.06)
+        progress.advance(Pose2D(float(x), 3.01))
+    assert progress.remaining == pytest.approx(0.0, abs=0.06)
 
 
 def test_a_leg_backward_needs_a_robot_that_reverses():
@@ -153,7 +153,7 @@ def test_a_leg_backward_needs_a_robot_that_reverses():
 
 
 def test_a_robot_seen_from_behind_has_its_rear_ahead():
-    about = turned_about(moving("ackermann", linear_speed=0.8, reverse_speed=0.3))
+    about = facing_backward(moving("ackermann", linear_speed=0.8, reverse_speed=0.3))
     assert about.limits.linear_speed == 0.3
     assert about.turning_radius == pytest.approx(RADIUS)
 
@@ -176,9 +176,9 @@ def test_an_omnidirectional_robot_goes_sideways_to_a_place_beside_it(name):
 def test_an_omnidirectional_robot_reaches_goals(name):
     goal = Pose2D(6.5, 4.5, -pi / 2)
     toy = toy_drive(name, room(8, 6), Pose2D(1, 1, pi), kind="omni", **SMALLER.get(name, {}))
-    task = toy.navigation.navigate_to(goal)
+    task = toy.navigator.navigate_to(goal)
     assert toy.finish(task) is TaskStatus.SUCCEEDED, task.failure
-    toy.navigation.close()
+    toy.navigator.close()
     assert toy.world.pose.distance_to(goal) < 0.05
     assert heading_error(toy.world.pose, goal) < 0.0524
 

@@ -63,7 +63,9 @@ def near(poses, tracks, **parameters):
     costs = CostGrid(np.zeros((80, 80), np.uint8), 0.05, (-2.0, -2.0))
     around = Obstacles.of(costs, Pose2D(0.0, 0.0), np.zeros((1, 2)), tracks)
     outline = Outline.of(Footprint.circle(0.2), 0.05)
-    critics.look_around(critic_kernels, MppiParameters(**parameters), rollouts, around, outline)
+    critics.evaluate_obstacles(
+        critic_kernels, MppiParameters(**parameters), rollouts, around, outline
+    )
     return rollouts, outline.discs[0, 2]
 
 
