@@ -64,9 +64,9 @@ def test_it_slows_in_proportion_and_stops_short_of_a_wall():
     safety = Safety(world.robot, SafetyParameters(), PERIOD)
     driven = run(world, Twist(0.8), 4.5, safety)
     assert max(twist.linear for twist in driven) == pytest.approx(0.8)
-    assert safety.reason.startswith("slower: something ")
+    assert safety.reason.startswith("slower: obstacle ")
     run(world, Twist(0.8), 6.0, safety)
-    assert safety.reason.startswith("stopped: something 0.")
+    assert safety.reason.startswith("stopped: obstacle 0.")
     assert "ahead" in safety.reason
     # the nose stops `padding` from the wall, plus what is too little to creep over: 0.02 m
     assert world.clearance() == pytest.approx(0.03 + 0.02, abs=0.015)
@@ -182,7 +182,7 @@ def test_something_that_is_no_velocity_stops_the_robot():
     world = ToyWorld(room(8, 8), robot(), Pose2D(4.0, 4.0))
     safety = Safety(world.robot, SafetyParameters(), PERIOD)
     assert run(world, Twist(nan, 0.1), 0.1, safety)[-1] == STANDSTILL
-    assert "not a velocity" in safety.reason
+    assert "not a finite velocity" in safety.reason
 
 
 @pytest.mark.parametrize(
