@@ -24,7 +24,7 @@ from tests.stack.navigation.toy_world import (
 CONTROLLERS = ("pure_pursuit", "dwb", "graceful", "mppi")
 SMALLER = {"mppi": {"batch": 500}}
 RADIUS = 0.5
-"""Metres: of the tightest circle that the toy car drives."""
+"""Turning radius of the toy car, metres."""
 
 THREE_POINT_TURN = [
     (Pose2D(4.0, 3.0, 0.0), Pose2D(2.0, 3.0, pi)),
@@ -144,7 +144,7 @@ def test_progress_on_a_path_that_folds_back_is_made_in_order():
     assert progress.remaining == pytest.approx(0.0, abs=0.06)
 
 
-def test_a_leg_backward_needs_a_robot_that_reverses():
+def test_a_backward_segment_needs_a_robot_that_reverses():
     world = ToyWorld(room(8, 6), moving("ackermann", reverse_speed=0.0), Pose2D(1.0, 3.0))
     with pytest.raises(NavigationError) as caught:
         driven("pure_pursuit", world, there_and_back())

@@ -1,4 +1,4 @@
-"""Layers by hand: what each paints, which says why, clearing, and patches against painting anew."""
+"""Layers by hand: painting, provenance, clearing, and partial against complete repaints."""
 
 from dataclasses import replace
 from math import exp, inf, pi, sqrt, tanh
