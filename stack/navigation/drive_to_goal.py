@@ -124,9 +124,10 @@ class GoalDrive:
 
     def _arrive(self, pose: Pose2D) -> None:
         """End the task at the end of the path: the goal, or the nearest reachable pose."""
-        away = f"{pose.distance_to(self.goal):.2f} m from the goal"
+        distance = f"{pose.distance_to(self.goal):.2f} m"
+        away = f"{distance} from the goal"
         if self.path is None or not self.path.partial:
-            self.task.succeed(f"reached the goal, {away}")
+            self.task.succeed(f"reached the goal, {distance} off")
         elif self.partial:
             self.task.succeed(f"reached the nearest reachable pose, {away}")
         else:
