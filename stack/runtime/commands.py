@@ -125,7 +125,7 @@ class CommandHandler:
         if self._control.state is not MissionState.PAUSED:
             return f"nothing to resume: the mission is {self._control.state}"
         if self._detour is not None:
-            self._parts.navigator.take_up(self._detour.set_aside)
+            self._parts.navigator.resume(self._detour.set_aside)
             self._detour = None
         self._let_go()
         self.debugging.forget_steps()
@@ -169,7 +169,7 @@ class CommandHandler:
             return f"the mission is {self._control.state}"
         goal = _pose(arguments)
         navigator = self._parts.navigator
-        aside = self._detour.set_aside if self._detour else navigator.set_aside()
+        aside = self._detour.set_aside if self._detour else navigator.suspend()
         self._control.state = MissionState.PAUSED
         self._detour = Detour(self._parts.facade.navigate_to(goal), aside)
         return None
@@ -193,7 +193,7 @@ class CommandHandler:
         """What the operator wished before the robot was held is not driven when it goes on."""
         teleoperation = self._parts.navigator.teleoperation
         if teleoperation is not None:
-            teleoperation.let_go()
+            teleoperation.discard_velocity()
 
     @property
     def _teleoperation(self) -> Teleoperation | None:

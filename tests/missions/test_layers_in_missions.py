@@ -96,7 +96,7 @@ def test_without_the_social_layer_nobody_follows_people():
         ),
         ("      - {use: social, horizont: 1 s}\n", "rules.yaml:9:7", "no parameter 'horizont'"),
         ("  safety:\n    zones: [{action: halt}]\n", "rules.yaml:12:12", "'halt' is not one of"),
-        ("      - {use: keepout, mask: nowhere.yaml}\n", "", "there is no mask nowhere.yaml"),
+        ("      - {use: keepout, mask: nowhere.yaml}\n", "", "nowhere.yaml does not exist"),
     ],
 )
 def test_what_is_wrong_is_found_before_anything_moves(mission, rules, where, words):

@@ -42,7 +42,7 @@ def test_standing_still_is_stuck_after_the_time():
     assert checker.stuck(8.0, Pose2D(0.29, 0, 0.39))
 
 
-def test_moving_or_turning_enough_begins_the_time_anew():
+def test_enough_motion_or_rotation_restarts_the_time():
     checker = ProgressChecker(0.3, 0.4, 8.0)
     checker.stuck(0.0, Pose2D(0, 0))
     assert not checker.stuck(7.0, Pose2D(0.31, 0))
