@@ -37,7 +37,7 @@ def test_driving_into_a_box_is_one_contact_of_the_robot(build):
     assert body.truth.pose.x == pytest.approx(0.75 - 0.18, abs=0.01)
     (kind, text), *more = body.news()
     assert kind == "contact"
-    assert text.startswith("the robot and something that stands there touched at (0.7")
+    assert text.startswith("contact with a static obstacle at (0.7")
     assert not more
     assert body.news() == []
 
@@ -80,7 +80,7 @@ def test_a_robot_driving_into_a_person_touches(build):
     body = build(replace(EMPTY, people=(walking([0.8, 0.0], [0.8, 0.01], speed=0.0),)))
     drive(body, Twist(0.5), 2.0)
     assert body.tally == ContactTally(by_robot=1, against_standing=0)
-    assert body.news()[0][1].startswith("the robot and Ada touched")
+    assert body.news()[0][1].startswith("contact with Ada at (")
 
 
 def test_a_door_closing_on_a_standing_robot_is_not_its_contact(build):
@@ -122,7 +122,7 @@ def test_the_battery_is_set_and_charges_on_the_dock(build):
     )
     body = build(world)
     assert body.sense().battery.charge == pytest.approx(0.2)
-    assert body.news() == [("battery", "the battery is at 20%")]
+    assert body.news() == [("battery", "battery charge set to 20%")]
     battery = drive(body, Twist(), 3.0)[-1].battery
     assert battery.charging
     # 200 W for 3 s of 100 Wh

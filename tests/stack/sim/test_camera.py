@@ -139,7 +139,7 @@ def test_an_unknown_marker_is_told_when_its_picture_is_due():
     camera = Camera(setup(world=replace(EMPTY, markers=(replace(MARKER, number=50),))))
     try:
         camera.expose(0.0, SHOT)
-        with pytest.raises(BodyError, match="DICT_4X4_50 holds markers 0 to 49, got 50"):
+        with pytest.raises(BodyError, match="DICT_4X4_50 has the markers 0 to 49, got 50"):
             camera.take(0.1)
     finally:
         camera.close()
@@ -181,7 +181,7 @@ def test_the_renderer_ends_with_its_parent():
 
 
 def test_importing_the_physics_prints_nothing():
-    code = "from stack.sim import bullet; print(bullet.load().DIRECT)"
+    code = "from stack.sim.physics import bullet; print(bullet.load().DIRECT)"
     answer = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True
     )

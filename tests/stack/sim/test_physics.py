@@ -119,7 +119,7 @@ def test_touching_names_the_thing_and_the_place(build):
     physics = build(world=replace(EMPTY, boxes=(Box(Pose2D(0.42, 0.0), (0.5, 1.0, 0.5)),)))
     physics.step()
     body, x, _ = physics.touching()[0]
-    assert physics.scene.obstacles[body] == "something that stands there"
+    assert physics.scene.obstacles[body] == "a static obstacle"
     assert x == pytest.approx(0.17, abs=0.02)
 
 
@@ -140,7 +140,7 @@ def test_a_wheel_that_is_not_there_is_refused():
 
 
 def test_a_missing_or_broken_shape_is_refused(tmp_path):
-    with pytest.raises(BodyError, match=r"no robot shape nothing\.urdf"):
+    with pytest.raises(BodyError, match=r"robot's URDF nothing\.urdf does not exist"):
         Physics(replace(ROVER, urdf=tmp_path / "nothing.urdf"), EMPTY, Pose2D(0.0, 0.0), SETTINGS)
     broken = tmp_path / "broken.urdf"
     broken.write_text("<robot")

@@ -54,7 +54,7 @@ def test_a_quaternion_means_the_same_as_its_angles(tmp_path: Path, rotation: str
 
 def test_a_quaternion_of_nothing_is_refused(tmp_path: Path) -> None:
     pose = "<pose rotation_format='quat_xyzw'>1 2 0.3 0 0 0 0</pose>"
-    with pytest.raises(InputError, match="the quaternion 0 0 0 0 is no rotation"):
+    with pytest.raises(InputError, match="the quaternion 0 0 0 0 is not a rotation"):
         read(tmp_path, collision_model(BOX).replace("<pose>0 0 0 0 0 0</pose>", pose))
 
 
@@ -90,7 +90,9 @@ def test_a_frame_that_is_not_there_or_is_itself_is_named(tmp_path: Path, frame: 
     lost = collision_model(BOX, name="a").replace("<pose>", f"<pose relative_to='{frame}'>")
     world = read(tmp_path, lost + collision_model(BOX, name="b"))
     assert [box.name for box in world.boxes] == ["b"]
-    assert world.warnings[0].sentence == f"placed relative to {frame!r}, left out: a"
+    assert world.warnings[0].sentence == (
+        f"elements relative to the unknown frame {frame!r} are ignored: a"
+    )
 
 
 @pytest.mark.parametrize("name", ["house.stl", "house.obj", "house.dae"])
@@ -108,7 +110,7 @@ def test_a_mesh_stands_as_boxes_round_its_convex_parts(tmp_path: Path, name: str
         or abs(box.pose.y - inside[1]) > box.size[1] / 2
         for box in world.boxes
     )
-    assert "stand as boxes round their parts" in world.warnings[0].sentence
+    assert "<mesh> shapes are replaced by boxes" in world.warnings[0].sentence
 
 
 def test_a_mesh_is_scaled_and_placed(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Gazebo's files as worlds: what stands where, and what is said of the rest."""
+"""Gazebo files as worlds: the solids, and the warnings about the rest."""
 
 from __future__ import annotations
 
@@ -123,7 +123,7 @@ def test_includes_of_the_same_file_are_followed_and_others_named(tmp_path):
     world = read(tmp_path, text)
     assert [box.pose.x for box in world.boxes] == [1.0, 2.0]
     assert sentences(world) == [
-        "includes of models from elsewhere are not followed: model://cafe_table"
+        "<include> of a model that this file does not define is ignored: model://cafe_table"
     ]
     assert world.warnings[0].mark.line == 8
 
@@ -151,15 +151,15 @@ def test_what_is_not_understood_is_named_once_with_all_its_cases(tmp_path):
     world = read(tmp_path, text)
     assert [box.name for box in world.boxes] == ["trolley"]
     assert sentences(world) == [
-        "<mesh> shapes whose file is not found beside the world, left out: "
+        "<mesh> shapes are ignored: file not found in the world's folder: "
         "house_0 (model://house/0.dae), "
         "house_1 (model://house/1.dae), house_2 (model://house/2.dae), "
         "house_3 (model://house/3.dae), house_4 (model://house/4.dae) and 2 more",
-        "a plane that is not the floor, left out: glass",
-        "begins 1 m or more over the floor, left out: lamp",
-        "not static in Gazebo, stands still here: trolley",
-        "<actor> is left out: walker",
-        "can be seen but not touched, left out: sign",
+        "<plane> shapes that are not horizontal are ignored: glass",
+        "shapes 1 m or more above the floor are ignored: lamp",
+        "not static in Gazebo, static here: trolley",
+        "<actor> is ignored: walker",
+        "links without collision shapes are ignored: sign",
     ]
     assert all(warning.severity == "warning" for warning in world.warnings)
 
