@@ -136,7 +136,7 @@ def test_a_failing_sink_is_dropped_with_one_line(where, info, snapshot_at):
         telemetry.emit("a", "", source="s")
         telemetry.publish(snapshot_at)
     telemetry.close({"result": "success"})
-    assert lines[0] == "Broken failed and is left out from now on: OSError: no space left"
+    assert lines[0] == "Broken failed and was removed: OSError: no space left"
     assert len(lines) == (2 if where == "close" else 1)
     assert len(healthy.events) == len(healthy.snapshots) == 3
     assert healthy.closed == [{"result": "success"}]

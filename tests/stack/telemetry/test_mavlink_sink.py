@@ -157,7 +157,7 @@ def test_a_device_that_is_not_there_costs_only_the_sink(info, clock):
     sink = MavlinkSink("serial:/dev/tty_of_nobody", clock)
     telemetry = Telemetry(info, [sink], dropped.append)
     telemetry.emit("say", "x", source="mission")
-    assert len(dropped) == 1 and dropped[0].startswith("MavlinkSink failed and is left out")
+    assert len(dropped) == 1 and dropped[0].startswith("MavlinkSink failed and was removed")
 
 
 @pytest.mark.parametrize(
@@ -184,7 +184,7 @@ def test_addresses(text, written):
         ("udpout:a b:1", "expected udpout"),
         ("udpout:127.0.0.1:0", "port '0' is not in 1..65535"),
         ("udpout:127.0.0.1:99999", "port '99999'"),
-        ("udp:0.0.0.0:14550", "would listen at 0.0.0.0, where anybody"),
+        ("udp:0.0.0.0:14550", "would listen on 0.0.0.0, where anyone"),
         ("tcp:192.168.1.2:5760", "send to one station with udpout:192.168.1.2:5760"),
         ("serial:/etc/passwd", "expected udpout"),
         ("serial:/dev/ttyUSB0:fast", "expected udpout"),

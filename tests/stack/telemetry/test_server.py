@@ -131,7 +131,7 @@ def test_at_most_twenty_snapshots_a_wall_second(run):
 def test_a_stalled_client_costs_nothing_and_sees_the_newest_when_it_wakes(
     run, snapshot_at, monkeypatch
 ):
-    monkeypatch.setattr(client_module, "ASK_AGAIN_AFTER", 1e9)  # a slow machine is not a lost one
+    monkeypatch.setattr(client_module, "REQUEST_TIMEOUT", 1e9)  # a slow machine is not a lost one
     client = run.connect()
     run.until(client.poll)
     run.wait_for_request(client)
@@ -157,7 +157,7 @@ def test_a_layer_travels_once_for_each_version(run, snapshot_at, monkeypatch):
         return message
 
     monkeypatch.setattr(client_module, "decode_one_of", noting)
-    monkeypatch.setattr(client_module, "ASK_AGAIN_AFTER", 1e9)  # a slow machine is not a lost one
+    monkeypatch.setattr(client_module, "REQUEST_TIMEOUT", 1e9)  # a slow machine is not a lost one
     client = run.connect()
     for _ in range(5):
         run.until(client.poll)
@@ -296,10 +296,10 @@ def test_a_request_that_got_lost_is_repeated(run):
     client = run.connect()
     run.until(client.poll)
     run.wait_for_request(client).pending = None  # as if it had never come
-    asked = client._asked
-    run.clock.now += client_module.ASK_AGAIN_AFTER + 0.1
+    requested = client._requested
+    run.clock.now += client_module.REQUEST_TIMEOUT + 0.1
     run.until(client.poll)
-    assert client._asked > asked
+    assert client._requested > requested
 
 
 def test_another_version_is_answered_with_this_one(run):
@@ -322,7 +322,7 @@ def test_noise_from_a_client_is_survived(run):
 
 
 def test_only_local_addresses(clock):
-    with pytest.raises(InputError, match=r"cannot listen at 'tcp://0.0.0.0:1': only local"):
+    with pytest.raises(InputError, match=r"cannot listen on 'tcp://0.0.0.0:1': only local"):
         TelemetryServer("tcp://0.0.0.0:1")
     with pytest.raises(TelemetryError, match="expected ipc://"):
         TelemetryClient("tcp://127.0.0.1:1")
