@@ -114,7 +114,7 @@ class RerunDrawing:
         hide_layer(self._recording, name)
 
     def robot(self, snapshot: Snapshot) -> None:
-        """Draw model, uncertainty and trail of the robot, and the outlines of estimate and truth."""
+        """Draw model, uncertainty and trail of the robot, outlines of estimate and truth."""
         pose, corners = snapshot.pose, self._info.footprint.points
         placed = rr.Transform3D(
             translation=(pose.x, pose.y, 0.0),

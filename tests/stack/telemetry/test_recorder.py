@@ -64,7 +64,10 @@ def test_a_torn_last_line_is_passed_over(tmp_path):
         (b"{\n", "not an event"),
         (b"[]\n", "expected the keys"),
         (b"{}\n", "expected the keys"),
-        (event_line(Event(0, 0, 0.0, "", "", "", "")).replace(b"0.0", b'"0"'), "time: expected float, got '0'"),
+        (
+            event_line(Event(0, 0, 0.0, "", "", "", "")).replace(b"0.0", b'"0"'),
+            "time: expected float, got '0'",
+        ),
     ],
 )
 def test_what_is_not_an_event_is_named_with_its_line(tmp_path, line, what):
