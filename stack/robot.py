@@ -143,7 +143,12 @@ class Robot(Protocol):
         ...
 
     def plan(self, goal: Pose2D, start: Pose2D | None = None) -> Task:
-        """Plan without driving, by default from the robot's pose; the result is the task's `path`."""
+        """Plan without driving; the result is the task's `path`.
+
+        Args:
+            goal: map frame.
+            start: map frame; None: the robot's pose.
+        """
         ...
 
     def spin(self, angle: float, *, speed: float | None = None) -> Task:

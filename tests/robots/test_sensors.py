@@ -54,7 +54,7 @@ def test_every_sensor_speaks_at_its_rate(tmp_path):
 
 
 def test_the_name_of_the_main_lidar_is_taken(tmp_path):
-    with pytest.raises(InputError, match="`lidar` is the name of the main one"):
+    with pytest.raises(InputError, match="the name `lidar` is reserved"):
         scout_with(tmp_path, "lidars: {lidar: {}}")
 
 
