@@ -181,7 +181,7 @@ def test_another_seed_gives_other_errors_on_the_same_drive(build):
     assert first[-1][4] != other[-1][4]
 
 
-def test_listening_to_the_camera_changes_nothing_else(build):
+def test_using_the_camera_changes_no_other_result(build):
     quiet = record(build(BUSY, EQUIPPED))
     assert record(build(BUSY, EQUIPPED), pictures=True) == quiet
     blind = record(build(BUSY, replace(EQUIPPED, lidar=None)))

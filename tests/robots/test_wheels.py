@@ -63,7 +63,7 @@ def read(tmp_path):
     return read_text
 
 
-def test_without_a_word_about_it_a_drive_is_differential(read):
+def test_the_default_drive_is_differential(read):
     robot = read(SIDES)
     assert (robot.drive, robot.turning_radius) == (DriveKind.DIFFERENTIAL, 0.0)
     assert read(SIDES.replace("{left", "{drive: differential, left")).wheels == robot.wheels
@@ -205,7 +205,7 @@ def test_an_axle_across_its_link_is_refused(tmp_path):
     askew = robot.urdf.read_text("utf-8").replace('<axis xyz="0 1 0"/>', '<axis xyz="0.6 0.8 0"/>')
     (tmp_path / "askew.urdf").write_text(askew)
     with pytest.raises(
-        BodyError, match=r"axle of the wheel joint 'left_wheel' is .* its axis is 0 1"
+        BodyError, match=r"axle of the wheel joint 'left_wheel' is .* use the axis 0 1"
     ):
         Physics(
             replace(robot, urdf=tmp_path / "askew.urdf"),

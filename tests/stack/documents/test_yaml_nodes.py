@@ -115,7 +115,7 @@ def refusal(text):
 
 
 @pytest.mark.parametrize(("text", "place", "sentence"), PROBLEMS)
-def test_what_is_not_yaml_is_said_in_plain_words(text, place, sentence):
+def test_a_syntax_error_is_explained_in_plain_words(text, place, sentence):
     finding = refusal(text)
     assert (finding.code, f"{finding.mark.line}:{finding.mark.column}") == ("E004", place)
     assert finding.sentence == sentence
@@ -124,7 +124,7 @@ def test_what_is_not_yaml_is_said_in_plain_words(text, place, sentence):
 
 
 @pytest.mark.skipif(not yaml.__with_libyaml__, reason="PyYAML alone takes it")
-def test_what_only_libyaml_refuses_is_said_in_plain_words_too():
+def test_an_error_of_libyaml_alone_is_explained_in_plain_words():
     finding = refusal("a: {b:, c}\n")
     assert (finding.mark.column, finding.sentence) == (6, "unexpected `:` inside a value")
 
@@ -159,12 +159,12 @@ def test_an_alias_is_the_value_of_its_anchor():
         ("a: b\x00\n", "1:5", "E003"),
     ],
 )
-def test_what_is_yaml_but_not_taken(text, place, code):
+def test_unsupported_yaml_is_refused(text, place, code):
     finding = refusal(text)
     assert (finding.code, f"{finding.mark.line}:{finding.mark.column}") == (code, place)
 
 
-def test_aliases_cannot_explode():
+def test_the_expansion_of_aliases_is_limited():
     lines = ["a0: &a0 [1, 1, 1, 1, 1, 1, 1, 1, 1, 1]"]
     lines += [f"a{n}: &a{n} [{', '.join([f'*a{n - 1}'] * 10)}]" for n in range(1, 9)]
     assert refusal("\n".join(lines)).code == "E008"

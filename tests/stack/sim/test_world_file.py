@@ -64,7 +64,7 @@ def test_bounds_default_to_everything_and_half_a_metre(read):
     assert read(ROOM).bounds == (-0.6, -0.6, 4.6, 3.6)
 
 
-def test_everything_a_world_may_hold(read):
+def test_all_keys_of_a_world_file(read):
     world = read(
         ROOM
         + """\
@@ -286,7 +286,7 @@ def test_the_twin_rooms_are_alike_on_the_map_and_differ_in_markers():
     assert lifted.move_robot.distance_to(Pose2D(x + 5.0, y)) - lifted.trigger.near[2] > 1.0
 
 
-def test_with_the_short_cut_shut_there_is_a_longer_way_round():
+def test_with_the_short_cut_closed_there_is_a_longer_path():
     world = read_world(WORLDS / "two_corridors.yaml")
     (door,) = world.doors
     shut = Wall(np.array([door.start, door.end]), door.thickness)

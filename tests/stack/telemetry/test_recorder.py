@@ -51,7 +51,7 @@ def test_pictures_stay_inside(tmp_path):
         folder.write("../elsewhere", b"")
 
 
-def test_a_torn_last_line_is_passed_over(tmp_path):
+def test_an_incomplete_last_line_is_skipped(tmp_path):
     event = Event(0, 1, 0.05, "info", "tree", "kind", "text", {"a": [1.5, None]})
     path = tmp_path / "events.jsonl"
     path.write_bytes(event_line(event) + event_line(event)[:20])
