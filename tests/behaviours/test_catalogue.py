@@ -94,7 +94,7 @@ def test_a_port_that_is_bound_later_is_given_as_none():
     [
         ({"gaol": [0, 0]}, "no port 'gaol'", "did you mean 'goal'?"),
         ({}, "needs this port: where to go", ""),
-        ({"goal": [0, 0], "tolerance": "3 s"}, "'3 s' is in s, expected a length", "units here"),
+        ({"goal": [0, 0], "tolerance": "3 s"}, "'3 s' is in s, expected a length", "allowed units"),
         ({"goal": [0, 0], "tolerance": 0}, "0 m must be above 0 m", ""),
     ],
 )

@@ -70,7 +70,7 @@ def story(tmp_path, do, way):
 def test_a_robot_that_stands_is_struck(tmp_path):
     run = story(tmp_path, "wait: {time: 60 s}", [[7.5, 4], [0.9, 4]]).run
     assert run.status == "struck"
-    assert "the robot and it touched at (4." in run.cause
+    assert "contact with it at (4." in run.cause
 
 
 def test_a_robot_that_moves_has_a_contact_even_with_what_overtakes_it(tmp_path):

@@ -129,7 +129,7 @@ def test_a_column_behind_an_emoji_counts_as_the_editor_counts(opened):
     [line] = opened.change(MISSION.replace("café 😀 patrol", "café").replace(
         "scout\n", "scout\ndoc: {a: '😀😀', a: 2}\n"))  # fmt: skip
     # the second `a` is character 15 of its line; each of the two emojis before it is two units
-    assert line.startswith("E011 2:17-18 1 the key 'a' stands twice")
+    assert line.startswith("E011 2:17-18 1 duplicate key 'a'")
 
 
 @pytest.mark.parametrize(

@@ -70,12 +70,12 @@ def test_break_step_force_and_reload_over_telemetry(engine):
     assert not order(client, "step", ticks=0).done
 
     assert tell(folder.name, "break", {"node": "lively.yaml:11"}) == (
-        "stops before 'rest' (lively.yaml:11)"
+        "breakpoint set before 'rest' (lively.yaml:11)"
     )
     with pytest.raises(InputError, match="did you mean 'rest'"):
         tell(folder.name, "break", {"node": "rst"})
     assert tell(folder.name, "force", {"node": "out", "status": "success"}).endswith("success")
-    assert tell(folder.name, "continue", {}) == "the mission goes on"
+    assert tell(folder.name, "continue", {}) == "the mission continues"
     at_rest = until(lambda: (s := client.poll()) and s.debugging.held == (3,) and s)
     assert at_rest.pose.x < 4.0  # it was forced to be done on the way
     assert any("● " in line and "rest  (starts" in line for line in status_lines(folder.name))

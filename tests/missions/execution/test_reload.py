@@ -177,7 +177,9 @@ def test_breakpoints_survive_and_lost_ones_are_told(run):
     assert reload.fields["lost"] == ["sequence/say"]
     assert run.snapshot.reason == "the mission was saved anew; step or continue"
     run.order("continue")
-    assert run.until("breakpoint").text.startswith("stopped before 'there' (lively.yaml:10) starts")
+    assert run.until("breakpoint").text.startswith(
+        "stopped before the start of 'there' (lively.yaml:10)"
+    )
 
 
 def logged(folder):

@@ -113,7 +113,7 @@ def saved_anew(run) -> Path:
     change(4, "idle", "success", 14.0, "forced by the operator")
     change(3, "idle", "running", 14.0)
     change(0, "idle", "running", 14.0)
-    add(14.0, "breakpoint", "stopped before 'rest' starts", nodes=[5])
+    add(14.0, "breakpoint", "stopped before the start of 'rest'", nodes=[5])
     change(3, "running", "idle", 20.0)
     change(0, "running", "idle", 20.0)
     add(20.0, "mission_ended", "aborted", state="aborted", reason="by the operator")
@@ -131,7 +131,7 @@ def test_a_mission_that_was_saved_anew_is_told_tree_by_tree(saved_anew):
         "   14.00 s      ✔ forced one: success (forced by the operator)",
         "   14.00 s    ▶ patrol: running",
         "   14.00 s  ▶ events: running",
-        "   14.00 s    tree: stopped before 'rest' starts",
+        "   14.00 s    tree: stopped before the start of 'rest'",
         "   20.00 s    · patrol: halted",
         "   20.00 s  · events: halted",
         "   20.00 s    mission: aborted",
@@ -162,5 +162,5 @@ def test_the_filter_keeps_what_operators_did_to_the_node(saved_anew):
         "    ✔ forced one: success (forced by the operator)",
     ]
     stopped = tracing.story(trace, only="a.yaml:5")
-    assert "stopped before 'rest' starts" in "\n".join(stopped)
+    assert "stopped before the start of 'rest'" in "\n".join(stopped)
     assert "force:" not in "\n".join(stopped)

@@ -312,7 +312,7 @@ def test_every_finding_comes_in_one_go(tmp_path):
         ("check: n > 3", "write $n"),
         ("check: $n = 3", "compare with =="),
         ("check: battery.charg > 0.3", "did you mean 'battery.charge'?"),
-        ("wait: {time: 2 m}", "units here: s, ms, min, h"),
+        ("wait: {time: 2 m}", "allowed units: s, ms, min, h"),
     ],
 )
 def test_a_finding_says_how_to_mend_it(tmp_path, node, hint):

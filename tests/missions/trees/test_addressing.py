@@ -67,7 +67,7 @@ def test_what_a_text_means(nodes, text, paths):
         ("third/knock", "'knock' stands at sequence/first/sequence/knock, sequence/second"),
         ("first/knok", "did you mean 'knock'"),
         (":9", "nearest are 'second' in line 7"),
-        ("other.yaml:4", "did you mean|there are: mission.yaml"),
+        ("other.yaml:4", "did you mean|available: mission.yaml"),
     ],
 )
 def test_what_is_not_found_is_told_with_what_is_near(nodes, text, sentence):
