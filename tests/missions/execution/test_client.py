@@ -10,7 +10,6 @@ from dataclasses import asdict
 from pathlib import Path
 
 import pytest
-from tests.missions.test_engine import ROOT, announced, order, state_becomes, until
 from typer.testing import CliRunner
 
 from missions.cli.app import app
@@ -21,6 +20,7 @@ from stack.telemetry.client import TelemetryClient
 from stack.telemetry.event_log import read_events
 from stack.telemetry.records import MissionState
 from tests.missions.execution.live_run import HEAD
+from tests.missions.execution.test_engine import ROOT, announced, order, state_becomes, until
 
 MISSION = """
 run:
