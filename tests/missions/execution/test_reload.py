@@ -101,7 +101,7 @@ def test_a_file_saved_again_before_the_robot_stands_loses_nothing(run):
     run.save(slow)
     run.until("saved")
     run.runtime.step = lambda: None  # the robot takes its time to stand
-    run.save(slow.replace("say: twice", "say: thrice"))
+    run.save(slow.replace("say: twice", "say: three times"))
     run.until("saved")
     del run.runtime.step
     reload = run.until("reload")
@@ -164,10 +164,10 @@ def test_a_second_save_before_the_robot_stands_is_the_one_that_counts(run):
     run.save(LONGER)
     run.until("saved")
     run.reloader._files._reported.clear()  # as if it had been saved again at once
-    run.save(LONGER.replace("twice", "thrice"))
+    run.save(LONGER.replace("twice", "three times"))
     run.reloader._files._reported[run.file] = None
     run.until("mission_ended")
-    assert run.texts("say")[-1] == "thrice"
+    assert run.texts("say")[-1] == "three times"
 
 
 def test_breakpoints_survive_and_lost_ones_are_told(run):
