@@ -16,7 +16,7 @@ from stack.telemetry.hub import Telemetry
 from stack.types import FREE, OCCUPIED, OccupancyGrid
 from tests.benchmarks.missions import Trace
 
-HEAD = """mission: rules of the house
+HEAD = """mission: site rules
 format: 1
 robot: scout
 world: office

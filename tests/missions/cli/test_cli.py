@@ -73,7 +73,7 @@ def test_checking_imports_no_heavy_library(library):
 @pytest.mark.parametrize(
     ("words", "expected"),
     [
-        (("run", "no_such_mission.yaml"), "there is no such mission file"),
+        (("run", "no_such_mission.yaml"), "no such mission file"),
         (("run", "02_office_patrl.yaml"), "02_office_patrol"),
         (("run", "01_drive_to_a_point", "--set", "gaol=[1,1]"), "did you mean 'goal'"),
         (("run", "01_drive_to_a_point", "--set", "goal"), "NAME=VALUE"),

@@ -65,7 +65,7 @@ print("a plugin that talks on import")
 
 
 class Wave(RobotBehaviour):
-    """Wave to whoever is near."""
+    """Wave to people nearby."""
 
     times: int = port("how often", default=3, at_least=1)
 
@@ -176,7 +176,7 @@ def test_a_world_file_has_its_own_findings(client, folder):
     [
         ("navigate_to|_pose: {", ["Drive to a pose", "`goal`", "required", "`path_length`"]),
         ("tole|rance", ["How near", "number in m", "> 0"]),
-        ("wav|e:", ["Wave to whoever is near", "`times` (whole number, >= 1)"]),
+        ("wav|e:", ["Wave to people nearby", "`times` (whole number, >= 1)"]),
         ("ti|mes: 2", ["How often", "default `3`"]),
         ("seq|uence:\n    - for", ["children in turn until one fails"]),
         ("for|_each", ["`do` once per item"]),
@@ -190,7 +190,7 @@ def test_a_world_file_has_its_own_findings(client, folder):
         ("battery.ch|arge", ["state of charge"]),
         ("use: ins|pect", ["Drive there and look.", "`target` (Pose)", "`picture` (text)"]),
         ("im|age: $p", ["**image**"]),
-        ("plugi|ns", ["behaviours, planners and controllers of your own"]),
+        ("plugi|ns", ["your own behaviours, planners and controllers"]),
         ("use: as|tar", ["A* on an 8-connected grid"]),
         ("allow|_unknown", ["plan through unknown cells".capitalize()]),
         ("type: dur|ation", ["duration"]),

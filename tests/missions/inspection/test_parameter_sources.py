@@ -52,7 +52,7 @@ def test_the_command_line_has_the_last_word() -> None:
         ("controller.cruise_sped", "1", "--parameter controller.cruise_sped: there is no"),
         ("controller.cruise_speed", "fast", "expected a number in m/s, got 'fast'"),
         ("controler.cruise_speed", "1", "did you mean 'controller'"),
-        ("speed", "1", "expected controller.cruise_speed or the like"),
+        ("speed", "1", "expected KIND.NAME=VALUE"),
         ("controller.cruise_speed", "[", "command line:1:"),
         ("planner.use", "astra", "did you mean 'astar'"),
     ],
