@@ -8,7 +8,7 @@ from math import atan2, hypot, pi, radians
 import numpy as np
 from kinematic_robot import PERIOD, KinematicRobot, cast_rays
 
-from behaviours._marker_pose import swung
+from behaviours._marker_pose import rotated
 from behaviours.testing import ScriptedTask
 from stack.types import (
     STANDSTILL,
@@ -102,8 +102,8 @@ class LostRobot(KinematicRobot):
         view = wrap_angle(atan2(-dy, -dx) - marker.heading)
         if hypot(dx, dy) > 4.0 or abs(bearing) > radians(40.0) or abs(view) > radians(70.0):
             return None
-        right = PoseCandidate(swung(pose, marker.position[:2], self.true_error, 1.03), 0.4)
-        mirrored = swung(pose, marker.position[:2], -2.0 * view - self.true_error, 1.0)
+        right = PoseCandidate(rotated(pose, marker.position[:2], self.true_error, 1.03), 0.4)
+        mirrored = rotated(pose, marker.position[:2], -2.0 * view - self.true_error, 1.0)
         wrong = PoseCandidate(mirrored, 0.3 if self.wrong_first else 0.9)
         ordered = sorted((right, wrong), key=lambda one: one.error)
         return MarkerSighting(stamp, marker, hypot(dx, dy), tuple(ordered))

@@ -93,7 +93,7 @@ def test_a_port_that_is_bound_later_is_given_as_none():
     ("ports", "sentence", "hint"),
     [
         ({"gaol": [0, 0]}, "no port 'gaol'", "did you mean 'goal'?"),
-        ({}, "needs this port: where to go", ""),
+        ({}, "needs this port: goal pose, map frame", ""),
         ({"goal": [0, 0], "tolerance": "3 s"}, "'3 s' is in s, expected a length", "units here"),
         ({"goal": [0, 0], "tolerance": 0}, "0 m must be above 0 m", ""),
     ],
@@ -173,7 +173,7 @@ BROKEN = {
     ),
     "a default of another type": (
         HONK.replace("default=1.0", "default='loud'"),
-        "Honk: port seconds: its default: expected a duration, got 'loud'",
+        "Honk: port seconds: invalid default: expected a duration, got 'loud'",
     ),
     "a default of None": (
         HONK.replace("default=1.0", "default=None"),
@@ -205,7 +205,7 @@ def test_missing_plugins_are_reported(tmp_path):
     catalogue = find_behaviours(["./nowhere", "./empty", "no_such_module"], tmp_path)
     assert catalogue.problems == (
         Problem(str(tmp_path / "nowhere"), "there is no such plugin folder", 0),
-        Problem(str(tmp_path / "empty"), "there is no plugin file (*.py) in this folder", 1),
+        Problem(str(tmp_path / "empty"), "this folder contains no plugin file (*.py)", 1),
         Problem("no_such_module", "cannot import: No module named 'no_such_module'", 2),
     )
 
@@ -238,7 +238,7 @@ def test_a_plain_py_trees_leaf_by_its_dotted_name():
     assert not kind.bindable
     counter = build(kind, "three ticks", {"duration": 2, "completion_status": "success"})
     assert isinstance(counter, Behaviour) and not isinstance(counter, RobotBehaviour)
-    counter.execute_tick()
+    counter.tick_once()
     assert counter.name == "three ticks"
     with pytest.raises(ParameterError, match="expected a whole number, got '2'"):
         build(kind, "", {"duration": "2", "completion_status": "success"})

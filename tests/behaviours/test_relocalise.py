@@ -8,7 +8,7 @@ from kinematic_robot import segments_of
 from lost_robot import LostRobot, marker_on_wall
 from py_trees.common import Status
 
-from behaviours._marker_pose import Hypothesis, best_fit, hypotheses, merged, swung
+from behaviours._marker_pose import Hypothesis, best_fit, hypotheses, merged, rotated
 from behaviours.relocalise import Relocalise
 from behaviours.testing import ScriptedRobot, halt, tick
 from stack.types import (
@@ -100,7 +100,7 @@ def test_a_pose_that_does_not_prove_itself_is_not_success():
     behaviour = Relocalise()
     assert tick(behaviour, robot, 30.0) is Status.FAILURE
     assert behaviour.failure.code == "LOST"
-    assert "below 0.4" in behaviour.failure.sentence
+    assert "expected at least 0.4" in behaviour.failure.sentence
 
 
 def test_a_marker_that_was_moved_is_not_believed():
@@ -153,7 +153,7 @@ def test_pre_emption_cancels_the_search_by_lidar():
 
 def test_swinging_about_a_marker_keeps_its_distance_and_bearing():
     marker, pose = (7.0, 2.0), Pose2D(4.0, 1.0, 0.4)
-    turned = swung(pose, marker, 0.3, 1.0)
+    turned = rotated(pose, marker, 0.3, 1.0)
     there = Pose2D(*marker)
     assert turned.distance_to(there) == pytest.approx(pose.distance_to(there))
     assert wrap_angle(turned.bearing_to(there) - turned.heading) == pytest.approx(
@@ -164,7 +164,7 @@ def test_swinging_about_a_marker_keeps_its_distance_and_bearing():
 def test_the_best_fit_undoes_an_error_of_the_marker_pose():
     robot = lost(pose=Pose2D(4.5, 2.5, 0.0))
     marker = MARKERS[0].position[:2]
-    found, fit = best_fit(swung(robot.pose, marker, radians(12.0), 1.06), marker, robot.fit_at)
+    found, fit = best_fit(rotated(robot.pose, marker, radians(12.0), 1.06), marker, robot.fit_at)
     assert fit > 0.9
     assert near(found, robot.pose, 0.08, radians(2.5))
 

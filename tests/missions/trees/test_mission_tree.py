@@ -172,7 +172,7 @@ def test_sequence_and_fallback_agree_with_py_trees(tmp_path_factory, mission, sc
     theirs = cls[mission](name="theirs", memory=True, children=children)
     for _ in range(8):
         it.ticks()
-        theirs.execute_tick()
+        theirs.tick_once()
         assert it.tree.status is theirs.status
         if theirs.status is not Status.RUNNING:
             break
