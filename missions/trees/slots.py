@@ -81,7 +81,7 @@ class Frame:
     skipped_fails: bool = False
 
     @property
-    def sight(self) -> EvaluationContext:
+    def context(self) -> EvaluationContext:
         """The robot, and the failure being dealt with."""
         return self.execution
 

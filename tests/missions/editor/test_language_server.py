@@ -260,7 +260,7 @@ def test_included_trees_and_places_events_and_cases(client, folder):
     assert client.definition("[com|mon.yaml") == ("common.yaml", 1)
     assert "how long it must have been true" in client.hover("ho|ld: 2 s")
     assert "run at most once" in client.hover("ev|ery")
-    assert "what must come out" in client.hover("exp|ect")
+    assert "expected results" in client.hover("exp|ect")
     assert {"goal", "to_the"}.isdisjoint(client.complete("status: |success"))
     assert "failure" in client.complete("status: |success")
     assert client.open(folder / "common.yaml", COMMON) == []

@@ -23,7 +23,7 @@ blackboard:
   word: {type: text, initial: hm}
 run:
 """
-"""Eight lines; what is tried stands in line 9 onwards, indented by two."""
+"""Eight lines; the tested node is in line 9 onwards, indented by two."""
 
 
 def findings(folder, text, **overrides):
@@ -313,7 +313,7 @@ def test_every_finding_comes_in_one_go(tmp_path):
         ("wait: {time: 2 m}", "units here: s, ms, min, h"),
     ],
 )
-def test_a_finding_says_how_to_mend_it(tmp_path, node, hint):
+def test_a_finding_suggests_a_fix(tmp_path, node, hint):
     with pytest.raises(InputError) as caught:
         read_text(tmp_path, f"{NAMES}  {node}\n")
     assert hint in str(caught.value)
