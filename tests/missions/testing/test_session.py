@@ -8,11 +8,11 @@ import pytest
 
 from missions.language.model import Resources
 from missions.language.reading.mission import read_mission
-from missions.testing.session import Wanted, run_file, run_files
+from missions.testing.session import Options, run_file, run_files
 from tests.missions.mission_fakes import HEAD, FakeCatalogue
 
 SAMPLE = Path(__file__).with_name("shelf_patrol.yaml")
-FAKES = Wanted(catalogue_for=lambda *_: FakeCatalogue(), resources=Resources())
+FAKES = Options(catalogue_for=lambda *_: FakeCatalogue(), resources=Resources())
 MISSION = """
 places: {dock: [0, 0]}
 arguments: {rounds: {type: int, default: 1}}
@@ -48,12 +48,12 @@ def problems(result):
 
 
 def test_the_sample_mission_of_the_language_has_no_errors_and_its_tests_pass():
-    session = run_files([str(SAMPLE)], Wanted(resources=Resources()))
+    session = run_files([str(SAMPLE)], Options(resources=Resources()))
     assert session.exit_code == 0
     assert "1 passed" in session.text
     # 10 s to the first shelf, interrupted at 4 s, back on the way at 60 s, the photograph fails
     # once: 60 + 10 + 3 + 0.5 s, then 10 + 3 s to the second.
-    file = run_file(SAMPLE, Wanted(resources=Resources()))
+    file = run_file(SAMPLE, Options(resources=Resources()))
     assert file.results[0].seconds == pytest.approx(86.5, abs=0.5)
     assert [item.code for item in file.mission.warnings] == []
 
@@ -124,9 +124,7 @@ def test_arguments_are_given_as_the_mission_declares_them(run):
 def test_within_limits_the_mission_or_each_run(run):
     mock = "mock: {drive out: {takes: 5 s}}\n"
     assert problems(run(f"{mock}expect: {{within: 6 s}}")) == []
-    assert problems(run(f"{mock}expect: {{within: 3 s}}")) == [
-        ("within", "3 s", "still running then")
-    ]
+    assert problems(run(f"{mock}expect: {{within: 3 s}}")) == [("within", "3 s", "still running")]
     assert problems(run(f"{mock}expect: {{within: {{drive out: 4 s}}}}")) == [
         ("within drive out", "4 s", "5 s")
     ]
@@ -143,7 +141,7 @@ def test_within_limits_the_mission_or_each_run(run):
         ("{ran: {set: 3}}", ("ran set", "3 times", "1")),
         ("{ran: {set: [2, 4]}}", ("ran set", "2 to 4 times", "1")),
         ("{order: [set, drive out]}",
-         ("order", "set, drive out", "drive out not after that; first starts: drive out, set")),
+         ("order", "set, drive out", "no later start of drive out; first starts: drive out, set")),
     ],
 )  # fmt: skip
 def test_what_is_not_as_expected_is_a_failure(run, expect, problem):
@@ -191,7 +189,7 @@ def test_coverage_lists_what_no_case_ticks(tmp_path):
     file.write_text(FILE)
     found = run_file(file, FAKES)
     # The event, the tree in it, and its two nodes; and the turn that is skipped.
-    assert [name for _, name in found.never] == [
+    assert [name for _, name in found.unreached] == [
         "low", "charge", "spin", "navigate_to_pose", "wait_until",
     ]  # fmt: skip
     text = run_files([str(file)], dataclasses.replace(FAKES, coverage=True)).text

@@ -64,7 +64,7 @@ def test_what_a_text_means(nodes, text, paths):
     [
         ("99", "numbered 0 to"),
         ("secnd", "did you mean 'second'"),
-        ("third/knock", "'knock' stands at sequence/first/sequence/knock, sequence/second"),
+        ("third/knock", "'knock' is at sequence/first/sequence/knock, sequence/second"),
         ("first/knok", "did you mean 'knock'"),
         (":9", "nearest are 'second' in line 7"),
         ("other.yaml:4", "did you mean|there are: mission.yaml"),

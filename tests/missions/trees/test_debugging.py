@@ -142,7 +142,7 @@ def test_clearing_takes_the_gate_away(tmp_path):
     assert record.node.execute_tick != own
     with pytest.raises(InputError, match="no breakpoint at 'second'"):
         debugger.clear_breakpoint("second")
-    assert debugger.clear_breakpoint() == "there was none"
+    assert debugger.clear_breakpoint() == "there are no breakpoints"
     it.ticks()
     assert it.tree.outcome == "success"
 

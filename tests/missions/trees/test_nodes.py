@@ -233,7 +233,7 @@ def test_timeout_runs_on_the_robots_clock(run):
     it.ticks(5)
     assert it.tree.status is Status.RUNNING  # ticked at 0.0 .. 0.4 s
     it.ticks()
-    assert it.tree.reason == "test > act: TIMED_OUT not done after 0.5 s"
+    assert it.tree.reason == "test > act: TIMED_OUT not finished after 0.5 s"
     assert it.robot.log == ["a starts", "a halted"]
 
 

@@ -135,8 +135,8 @@ def test_a_drive_that_takes_too_long_is_missed(run, monkeypatch):
     assert "timeout 300 ms" in show.text(it.tree)
     it.ticks(10)
     assert texts(it, "waypoint_missed") == [
-        "waypoint 1 of 2 missed: TIMED_OUT not done after 0.3 s",
-        "waypoint 2 of 2 missed: TIMED_OUT not done after 0.3 s",
+        "waypoint 1 of 2 missed: TIMED_OUT not finished after 0.3 s",
+        "waypoint 2 of 2 missed: TIMED_OUT not finished after 0.3 s",
     ]
 
 
