@@ -111,21 +111,21 @@ class _Compiler:
 
     def step(self, step: Step, frame: Frame) -> Behaviour:
         """Compile a node with its decorators, from the inside out."""
-        given = step.modifiers
+        modifiers = step.modifiers
         base = replace(frame, skipped_fails=False)
         outer = inner = base
-        if given.recover:
-            outer = inner = replace(base, attempts=self._attempts(given.recover.attempts, base))
-        if given.retry:
-            inner = replace(outer, attempts=self._attempts(given.retry.attempts, outer))
+        if modifiers.recover:
+            outer = inner = replace(base, attempts=self._attempts(modifiers.recover.attempts, base))
+        if modifiers.retry:
+            inner = replace(outer, attempts=self._attempts(modifiers.retry.attempts, outer))
         body = self.body(step, inner)
         self.execution.record(body).names = names_of(step)
         node = self._periodic(step, body, inner)
         node = self._timed(step, node, outer)
-        if given.retry and inner.attempts:
-            delay = outer.checked(given.retry.delay, DELAY)
+        if modifiers.retry and inner.attempts:
+            delay = outer.checked(modifiers.retry.delay, DELAY)
             node = Retry(node, self.execution, inner.attempts, delay)
-            node.name = f"retry {value_text(given.retry.attempts)}"
+            node.name = f"retry {value_text(modifiers.retry.attempts)}"
             self._record(node, "retry", step.mark)
         node = self._recovering(step, node, outer)
         return self._conditional(step, self._repeated(step, node, base), frame)
@@ -161,26 +161,28 @@ class _Compiler:
         return self._record(wrapped, "recover", step.mark, detail=detail)
 
     def _repeated(self, step: Step, node: Behaviour, frame: Frame) -> Behaviour:
-        given = step.modifiers
-        if given.repeat is not None:
-            name = f"repeat {value_text(given.repeat)}"
-            endless = isinstance(given.repeat, Constant) and given.repeat.value is None
-            times = frame.value(given.repeat) if endless else frame.checked(given.repeat, TIMES)
+        modifiers = step.modifiers
+        if modifiers.repeat is not None:
+            name = f"repeat {value_text(modifiers.repeat)}"
+            endless = isinstance(modifiers.repeat, Constant) and modifiers.repeat.value is None
+            times = (
+                frame.value(modifiers.repeat) if endless else frame.checked(modifiers.repeat, TIMES)
+            )
             repeated = decorators.Repeat(name, node, self.execution, times)
             node = self._record(repeated, "repeat", step.mark)
-        if given.keep_going:
+        if modifiers.keep_going:
             going = decorators.OnFailure("on_failure: continue", node, self.execution)
             node = self._record(going, "on_failure", step.mark)
         return node
 
     def _conditional(self, step: Step, node: Behaviour, frame: Frame) -> Behaviour:
-        given = step.modifiers
-        if given.while_ is not None:
-            held = decorators.While(node, self.execution, given.while_.bind(frame))
+        modifiers = step.modifiers
+        if modifiers.while_ is not None:
+            held = decorators.While(node, self.execution, modifiers.while_.bind(frame))
             node = self._record(held, "while", step.mark)
-        if given.when is not None:
+        if modifiers.when is not None:
             skipped = Status.FAILURE if frame.skipped_fails else Status.SUCCESS
-            when = decorators.When(node, self.execution, given.when.bind(frame), skipped)
+            when = decorators.When(node, self.execution, modifiers.when.bind(frame), skipped)
             node = self._record(when, "when", step.mark)
         return node
 

@@ -56,8 +56,8 @@ class FollowWaypoints(ForEach):
         self.slots.number.write(self.index + 1)
         self.slots.driven.write(None)
         where = self.execution.describe(self.items[self.index])
-        behind = f"; {len(self.missed)} missed" if self.missed else ""
-        self.feedback_message = f"{self.index + 1} of {len(self.items)}, {where}{behind}"
+        missed = f"; {len(self.missed)} missed" if self.missed else ""
+        self.feedback_message = f"{self.index + 1} of {len(self.items)}, {where}{missed}"
 
     def _item(self) -> str:
         return f"waypoint {self.index + 1} of {len(self.items)}"

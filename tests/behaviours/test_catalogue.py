@@ -73,7 +73,7 @@ def test_describes_ports_and_outputs():
     assert list(kind.outputs) == ["remaining", "path_length", "time_taken"]
 
 
-def test_builds_from_what_stands_in_a_file():
+def test_builds_from_values_as_written():
     kind = find_behaviours().get("navigate_to_pose")
     drive = build(kind, "to the dock", {"goal": [4.0, 1.5, "90 deg"], "tolerance": "20 cm"})
     assert drive.name == "to the dock"
@@ -82,7 +82,7 @@ def test_builds_from_what_stands_in_a_file():
     assert drive.tolerance == pytest.approx(0.2)
 
 
-def test_a_port_that_is_bound_later_is_given_as_none():
+def test_none_marks_a_port_that_is_bound_later():
     kind = find_behaviours().get("navigate_to_pose")
     drive = build(kind, "there", {"goal": None})
     drive.bind_input("goal", lambda: Pose2D(1.0, 2.0))
@@ -255,7 +255,7 @@ def test_a_plain_py_trees_leaf_by_its_dotted_name():
         ("no_such_module.Thing", "No module named 'no_such_module'"),
     ],
 )
-def test_what_a_dotted_name_may_not_be(name, sentence):
+def test_invalid_dotted_names(name, sentence):
     catalogue = find_behaviours()
     assert catalogue.get(name) is None
     assert sentence in catalogue.why_not(name)

@@ -98,15 +98,15 @@ class OutcomeCheck:
         return self.known[key]
 
     def _outcomes(self, step: Step, in_fallback: bool) -> Outcomes:
-        given, ends = step.modifiers, self._attempt(step)
+        modifiers, ends = step.modifiers, self._attempt(step)
         success, failure = ends.success, ends.failure
-        if isinstance(given.repeat, Constant) and given.repeat.value is None:
+        if isinstance(modifiers.repeat, Constant) and modifiers.repeat.value is None:
             success = False
-        if given.keep_going:
+        if modifiers.keep_going:
             success, failure = success or failure, False
-        if given.while_ is not None:
+        if modifiers.while_ is not None:
             failure = True
-        if given.when is not None:
+        if modifiers.when is not None:
             success, failure = (success, True) if in_fallback else (True, failure)
         return Outcomes(success, failure)
 
@@ -155,22 +155,22 @@ class OutcomeCheck:
                 return
 
     def _retries(self, step: Step) -> None:
-        given = step.modifiers
+        modifiers = step.modifiers
         body, attempt = self._body(step), self._attempt(step)
-        for word, modifier in (("retry", given.retry), ("recover", given.recover)):
+        for word, modifier in (("retry", modifiers.retry), ("recover", modifiers.recover)):
             if modifier and not attempt.failure:
                 sentence = f"`{word}` has no effect: {_name(step)} cannot fail"
                 self.findings.warning("W108", step.mark, sentence)
-        if given.keep_going and not attempt.failure:
+        if modifiers.keep_going and not attempt.failure:
             sentence = f"`on_failure` has no effect: {_name(step)} cannot fail"
             self.findings.warning("W108", step.mark, sentence)
-        if given.every is None:
+        if modifiers.every is None:
             return
-        counted = given.repeat is not None and not self._is_endless(step)
+        counted = modifiers.repeat is not None and not self._is_endless(step)
         if counted and body.success:
             sentence = "`repeat` also counts results that `every` only repeats"
             self.findings.warning("W109", step.mark, sentence, "move one of them to a child node")
-        if given.retry and body.failure:
+        if modifiers.retry and body.failure:
             sentence = "`retry` also counts results that `every` only repeats"
             self.findings.warning("W109", step.mark, sentence, "move one of them to a child node")
 
@@ -179,14 +179,14 @@ class OutcomeCheck:
         return isinstance(repeat, Constant) and repeat.value is None
 
     def _conditions(self, step: Step) -> None:
-        given = [step.modifiers.when, step.modifiers.while_]
+        conditions = [step.modifiers.when, step.modifiers.while_]
         if step.modifiers.recover:
-            given.append(step.modifiers.recover.unless)
+            conditions.append(step.modifiers.recover.unless)
         if isinstance(step, Leaf):
-            given += [
+            conditions += [
                 item.expression for item in step.ports.values() if isinstance(item, ExpressionValue)
             ]
-        for condition in given:
+        for condition in conditions:
             outcome = (
                 truth_values(condition.term) if condition and condition.type.of is bool else ()
             )
@@ -204,8 +204,8 @@ class OutcomeCheck:
 
     def takes_time(self, step: Step) -> bool:
         """Return whether a step surely needs more than one tick to succeed."""
-        given = step.modifiers
-        if given.when is not None or given.every is not None:
+        modifiers = step.modifiers
+        if modifiers.when is not None or modifiers.every is not None:
             return False
         if isinstance(step, Leaf):
             return bool(

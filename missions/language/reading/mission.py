@@ -70,9 +70,9 @@ class _Reading:
         included = self.includes.combined(self.top.node_of("include"), self.path)
         places, keys, arguments = self._names(world, included.places, overrides)
         start = header.pose("start", places, ())
-        belief = header.pose("initial_pose", places, ("start", "unknown"))
+        initial_pose = header.pose("initial_pose", places, ("start", "unknown"))
         files, plugins = header.texts("parameters"), header.texts("plugins")
-        navigation, chart = header.navigation(files), header.map()
+        navigation, map_name = header.navigation(files), header.map()
         scope = Scope((places, keys, arguments))
         catalogue = self._catalogue(catalogue_for, plugins)
         trees = self._trees(catalogue, scope, included)
@@ -96,8 +96,8 @@ class _Reading:
         )
         return Mission(
             name=name, source=self.path, root=root, robot=robot, world=world, doc=doc,
-            start=start if isinstance(start, Pose2D) else None, map=chart,
-            initial_pose=belief or "start", navigation=navigation,
+            start=start if isinstance(start, Pose2D) else None, map=map_name,
+            initial_pose=initial_pose or "start", navigation=navigation,
             parameter_files=tuple(item.value for item in files),
             plugins=tuple(item.value for item in plugins),
             places={key: symbol.value for key, symbol in places.items()},
@@ -116,14 +116,16 @@ class _Reading:
         own = self.declarations.places(self.top.node_of("places"), {}, where)
         self.includes.merge(dict(included), own, "place")
         places.update({**included, **own})
-        given = Scope((places,))
-        keys = self.declarations.blackboard(self.top.node_of("blackboard"), given)
-        arguments = self.declarations.arguments(self.top.node_of("arguments"), given, overrides)
+        place_scope = Scope((places,))
+        keys = self.declarations.blackboard(self.top.node_of("blackboard"), place_scope)
+        arguments = self.declarations.arguments(
+            self.top.node_of("arguments"), place_scope, overrides
+        )
         scope = Scope((places, keys, arguments))
         for symbol in (*keys.values(), *arguments.values()):
-            front = scope.lookup(symbol.name)
-            if front is not None and front is not symbol:
-                sentence = f"the {front.role} {symbol.name!r} hides this {symbol.role}"
+            hiding = scope.lookup(symbol.name)
+            if hiding is not None and hiding is not symbol:
+                sentence = f"the {hiding.role} {symbol.name!r} hides this {symbol.role}"
                 self.findings.warning("W101", symbol.mark, sentence)
         return places, keys, arguments
 

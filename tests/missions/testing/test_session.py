@@ -1,4 +1,4 @@
-"""`treepilot test`: mocks, the clock, moments, expectations, coverage, and the words about them."""
+"""`treepilot test`: mocks, the clock, changes, expectations, coverage and output."""
 
 import dataclasses
 from pathlib import Path
@@ -58,7 +58,7 @@ def test_the_sample_mission_of_the_language_has_no_errors_and_its_tests_pass():
     assert [item.code for item in file.mission.warnings] == []
 
 
-def test_what_needs_the_robot_succeeds_at_once_and_the_rest_is_real(run):
+def test_behaviours_of_the_robot_are_mocked_and_the_others_run(run):
     result = run("expect: {status: success, n: 1, ran: {drive out: 1, set: 1, spin: 0}}")
     assert problems(result) == []
     assert result.seconds == 0.0
@@ -144,7 +144,7 @@ def test_within_limits_the_mission_or_each_run(run):
          ("order", "set, drive out", "no later start of drive out; first starts: drive out, set")),
     ],
 )  # fmt: skip
-def test_what_is_not_as_expected_is_a_failure(run, expect, problem):
+def test_unmet_expectations_are_failures(run, expect, problem):
     result = run(f"expect: {expect}")
     assert problems(result) == [problem]
     assert not result.passed
@@ -161,7 +161,7 @@ FILE = f"""{MISSION}{HEAD}tests:
 """
 
 
-def test_the_output_names_the_place_the_expectation_and_what_came(tmp_path):
+def test_the_output_shows_position_expected_and_actual_value(tmp_path):
     file = tmp_path / "mission.yaml"
     file.write_text(FILE)
     session = run_files([str(file)], FAKES)
@@ -176,7 +176,7 @@ def test_the_output_names_the_place_the_expectation_and_what_came(tmp_path):
     assert "1 failed, 1 passed" in lines[-1]
 
 
-def test_a_keyword_chooses_and_none_left_is_said(tmp_path):
+def test_a_keyword_selects_cases_and_an_empty_selection_is_reported(tmp_path):
     file = tmp_path / "mission.yaml"
     file.write_text(FILE)
     assert run_files([str(file)], dataclasses.replace(FAKES, keyword="WELL")).exit_code == 0
@@ -184,7 +184,7 @@ def test_a_keyword_chooses_and_none_left_is_said(tmp_path):
     assert (none.exit_code, "no tests ran" in none.text) == (2, True)
 
 
-def test_coverage_lists_what_no_case_ticks(tmp_path):
+def test_coverage_lists_unreached_nodes(tmp_path):
     file = tmp_path / "mission.yaml"
     file.write_text(FILE)
     found = run_file(file, FAKES)
