@@ -47,7 +47,7 @@ COMPOSITES: dict[str, str] = {
     "fallback": "children in order until one succeeds; the next tick resumes at the running child",
     "reactive_fallback": "as `fallback`, but every tick starts at the first child",
     "parallel": "all children at once; `{succeed_on: all | one | N, do: […]}` or a list",
-    "round_robin": "one child per run, the next one in the next run; after a failure the others",
+    "round_robin": "one child per run, in rotation; tries the others after a failure",
     "for_each": "`do` once per item: `{for_each: {shelf: $shelves}, do: …}`; with "
     "`on_failure: continue` it continues after an item that fails",
     "follow_waypoints": "drives to poses in order and runs `do` (optional) at each; with "
