@@ -1,43 +1,89 @@
-"""Who may import whom. The lists are the architecture; change them on purpose or not at all."""
+"""Who may import whom. The tables are the architecture (docs/architecture.md draws them).
+
+Every package of stack and missions has a row; a new one needs a row before its first import.
+Imports count wherever they stand in a file: at the top, inside functions, for type checkers only.
+"""
 
 import ast
 from collections.abc import Iterator
+from functools import cache
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).parents[1]
+TOP = ("missions", "behaviours", "stack", "tui", "robots")
 
 FOUNDATION = {
     "stack.types", "stack.errors", "stack.parameters", "stack.documents", "stack.streams",
-    "stack.drivetrain.description", "stack.drivetrain.kinematics",
+    "stack.geometry", "stack.drivetrain",
 }  # fmt: skip
+"""What any package of stack, and the robots, may use."""
+
+PLUGIN_API = {"stack.types", "stack.robot", "stack.errors", "stack.parameters"}
+"""All of the stack that a behaviour sees."""
 
 MAY_IMPORT = {
-    "stack": {"stack"},
-    "robots": {"robots", "stack.body", "stack.sim", *FOUNDATION},
-    "behaviours": {
-        "behaviours", "stack.types", "stack.robot", "stack.errors", "stack.parameters",
+    "behaviours": PLUGIN_API,
+    "tui": {"stack.types", "stack.telemetry", "stack.errors"},
+    "robots": {"stack.body", "stack.sim", *FOUNDATION},
+    "stack.types": set(),
+    "stack.errors": {"stack.types"},
+    "stack.parameters": {"stack.types", "stack.errors"},
+    "stack.streams": set(),
+    "stack.documents": {"stack.errors", "stack.parameters"},
+    "stack.geometry": {"stack.types"},
+    "stack.drivetrain": {"stack.types", "stack.parameters"},
+    "stack.robot": {"stack.types"},
+    "stack.body": {"stack.types", "stack.drivetrain"},
+    "stack.components": {"stack.types", "stack.errors", "stack.parameters", "stack.drivetrain"},
+    "stack.telemetry": {"stack.types", "stack.errors"},
+    "stack.mapping": FOUNDATION,
+    "stack.localisation": FOUNDATION,
+    "stack.perception": FOUNDATION,
+    "stack.safety": FOUNDATION,
+    "stack.planning": {"stack.components", *FOUNDATION},
+    "stack.costmap": {"stack.components", "stack.mapping", *FOUNDATION},
+    "stack.control": {"stack.components", "stack.costmap", "stack.safety", *FOUNDATION},
+    "stack.sim": {"stack.body", "stack.mapping", *FOUNDATION},
+    "stack.navigation": {
+        "stack.body", "stack.robot", "stack.components", "stack.control", "stack.costmap",
+        "stack.localisation", "stack.mapping", "stack.perception", "stack.planning",
+        "stack.safety", *FOUNDATION,
     },
-    "tui": {"tui", "stack.types", "stack.telemetry", "stack.errors"},
-    "missions": {"missions", "behaviours", "stack", "robots", "tui"},
+    "stack.runtime": {
+        "stack.body", "stack.robot", "stack.costmap", "stack.localisation", "stack.navigation",
+        "stack.perception", "stack.safety", "stack.telemetry", *FOUNDATION,
+    },
+    "missions.language": {"behaviours", "stack.documents", *PLUGIN_API},
+    "missions.trees": {
+        "missions.language", "behaviours", "stack.documents", "stack.telemetry", *PLUGIN_API,
+    },
+    "missions.nav2": {"missions.language", *FOUNDATION},
+    "missions.execution": {
+        "missions.language", "missions.trees", "missions.nav2", "behaviours", "robots", "tui",
+        "stack",
+    },
+    "missions.inspection": {
+        "missions.execution", "missions.language", "missions.trees", "behaviours", "robots",
+        "stack",
+    },
+    "missions.testing": {
+        "missions.execution", "missions.language", "missions.trees", "behaviours", "stack",
+    },
+    "missions.bench": {"missions.execution", "stack"},
+    "missions.tuning": {"missions.execution", "missions.bench", "stack"},
+    "missions.editor": {
+        "missions.execution", "missions.inspection", "missions.language", "behaviours", "robots",
+        "stack",
+    },
+    "missions.cli": {"missions", "behaviours", "stack"},
+    "missions.my_behaviours": {"behaviours", *PLUGIN_API},
 }  # fmt: skip
 
-WITHIN_STACK = {
-    "types": set(),
-    "errors": {"types"},
-    "parameters": {"types", "errors"},
-    "findings": {"errors"},
-    "yaml_problems": set(),
-    "yaml_nodes": {"errors", "findings", "yaml_problems"},
-    "documents": {"errors", "findings", "parameters", "yaml_nodes"},
-    "streams": set(),
-    "description": {"types", "parameters"},
-    "kinematics": {"types", "description"},
-    "body": {"types", "description"},
-    "robot": {"types"},
-    "components": {"types", "errors", "parameters", "description"},
-}
+DATA = {"stack": set(), "missions": {"worlds", "parameters", "routes", "maps"}}
+"""Folders that hold data."""
 
 ONE_PLACE = {
     "pybullet": {"stack/sim"},
@@ -46,64 +92,132 @@ ONE_PLACE = {
     "zmq": {"stack/telemetry"},
     "msgpack": {"stack/telemetry"},
     "textual": {"tui"},
-    "typer": {"missions"},
+    "typer": {"missions/cli"},
     "pygls": {"missions/editor"},
     "lsprotocol": {"missions/editor"},
-    "yaml": {"stack"},
+    "yaml": {"stack/documents", "stack/mapping"},
     "py_trees": {"missions", "behaviours"},
 }
 
 
-def imported_modules(file: Path) -> Iterator[str]:
-    """Names of all modules that a file imports, wherever in it, type checking included."""
-    for node in ast.walk(ast.parse(file.read_text())):
-        if isinstance(node, ast.ImportFrom) and node.module and node.level == 0:
-            yield node.module
-        elif isinstance(node, ast.Import):
+def module_of(file: Path) -> str:
+    """The dotted name of a file: stack/sim/__init__.py is stack.sim."""
+    parts = list(file.relative_to(ROOT).with_suffix("").parts)
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+@cache
+def imported_names(file: Path) -> frozenset[str]:
+    """Dotted names of all that a file imports; `from a import b` is a.b, relative ones resolved."""
+    return frozenset(_imported_names(file))
+
+
+def _imported_names(file: Path) -> Iterator[str]:
+    package = module_of(file).split(".")
+    if file.name != "__init__.py":
+        package.pop()
+    for node in ast.walk(ast.parse(file.read_text("utf-8"))):
+        if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            base = package[: len(package) - node.level + 1] if node.level else []
+            origin = ".".join([*base, *([node.module] if node.module else [])])
+            yield from (f"{origin}.{alias.name}" for alias in node.names)
 
 
-def covered(module: str, allowed: set[str]) -> bool:
-    """Whether the module, or a package around it, is on the list."""
-    parts = module.split(".")
+@cache
+def files_of(place: str) -> tuple[Path, ...]:
+    """All modules of a package, or the one module; a place that is not there is an error."""
+    folder = ROOT / place.replace(".", "/")
+    files = sorted(folder.rglob("*.py")) or [
+        file for file in [folder.with_suffix(".py")] if file.exists()
+    ]
+    assert files, f"{place}: no such package or module"
+    return tuple(files)
+
+
+def covered(name: str, allowed: set[str]) -> bool:
+    """Whether the name, or a package around it, is on the list."""
+    parts = name.split(".")
     return any(".".join(parts[: n + 1]) in allowed for n in range(len(parts)))
 
 
-def files_of(package: str) -> list[Path]:
-    return sorted((ROOT / package).rglob("*.py"))
+def test_relative_imports_are_resolved(tmp_path, monkeypatch):
+    package = tmp_path / "stack" / "sim"
+    package.mkdir(parents=True)
+    (package / "lidar.py").write_text("from ..runtime import loop\nfrom . import imu\nimport numpy")
+    (package / "__init__.py").write_text("from .lidar import Lidar")
+    monkeypatch.setitem(globals(), "ROOT", tmp_path)
+    found = {*imported_names(package / "lidar.py"), *imported_names(package / "__init__.py")}
+    assert found == {"stack.runtime.loop", "stack.sim.imu", "numpy", "stack.sim.lidar.Lidar"}
 
 
 @pytest.mark.parametrize("package", MAY_IMPORT)
 def test_imports_point_inwards(package):
+    allowed = {package, *MAY_IMPORT[package]}
     wrong = [
-        f"{file.relative_to(ROOT)} imports {module}"
+        f"{file.relative_to(ROOT)} imports {name}"
         for file in files_of(package)
-        for module in imported_modules(file)
-        if module.split(".")[0] in MAY_IMPORT and not covered(module, MAY_IMPORT[package])
+        for name in imported_names(file)
+        if name.split(".")[0] in TOP and not covered(name, allowed)
     ]
     assert not wrong
 
 
-@pytest.mark.parametrize("module", WITHIN_STACK)
-def test_the_foundation_of_stack_stays_low(module):
-    allowed = {f"stack.{name}" for name in WITHIN_STACK[module]}
-    found = set(imported_modules(ROOT / "stack" / f"{module}.py"))
-    assert {name for name in found if name.startswith("stack")} <= allowed
+@pytest.mark.parametrize("top", ["stack", "missions"])
+def test_every_package_has_a_row(top):
+    there = {
+        path.stem if path.is_file() else path.name
+        for path in (ROOT / top).iterdir()
+        if path.suffix == ".py" or (path.is_dir() and any(path.rglob("*.py")))
+    } - {"__init__", "__pycache__"}
+    rows = {name.split(".")[1] for name in MAY_IMPORT if name.startswith(f"{top}.")}
+    assert there - DATA[top] == rows
+
+
+def test_no_module_imports_back_up():
+    modules = {module_of(file): file for top in TOP for file in files_of(top)}
+    graph: dict[str, set[str]] = {}
+    for module, file in modules.items():
+        names = (
+            name if name in modules else name.rpartition(".")[0] for name in imported_names(file)
+        )
+        graph[module] = {name for name in names if name in modules and name != module}
+    tuple(TopologicalSorter(graph).static_order())  # raises CycleError and names the modules
 
 
 @pytest.mark.parametrize("library", ONE_PLACE)
 def test_heavy_libraries_are_imported_in_one_place(library):
-    wrong = [
-        str(file.relative_to(ROOT))
-        for package in MAY_IMPORT
-        for file in files_of(package)
-        if any(covered(module, {library}) for module in imported_modules(file))
-        and not any(file.is_relative_to(ROOT / place) for place in ONE_PLACE[library])
+    importers = [
+        file.relative_to(ROOT)
+        for top in TOP
+        for file in files_of(top)
+        if any(covered(name, {library}) for name in imported_names(file))
     ]
-    assert not wrong
+    assert importers, f"nothing imports {library}: the row is out of date"
+    places = ONE_PLACE[library]
+    assert not [file for file in importers if not any(file.is_relative_to(p) for p in places)]
 
 
-def test_the_estimators_never_see_the_simulation():
-    for room in ("localisation", "mapping", "costmap", "planning", "control", "safety"):
-        for file in files_of(f"stack/{room}"):
-            assert not any(covered(module, {"stack.sim"}) for module in imported_modules(file))
+def test_no_folder_is_crowded():
+    """At most 20 loose modules in a folder; behaviours has one behaviour in each file."""
+    folders = {file.parent for top in TOP if top != "behaviours" for file in files_of(top)}
+    crowded = {
+        str(folder.relative_to(ROOT)): count
+        for folder in folders
+        if (count := sum(file.name != "__init__.py" for file in folder.glob("*.py"))) > 20
+    }
+    assert not crowded
+
+
+def test_every_package_says_what_it_is():
+    silent = [
+        str(folder.relative_to(ROOT))
+        for folder in {file.parent for top in TOP for file in files_of(top)}
+        if folder.name != "my_behaviours"
+        and not (
+            (folder / "__init__.py").exists()
+            and ast.get_docstring(ast.parse((folder / "__init__.py").read_text("utf-8")))
+        )
+    ]
+    assert not silent

@@ -33,9 +33,9 @@ from missions.cli.tune import tune
 from missions.cli.watch import watch
 from stack.errors import BodyError, InputError, ParameterError, TelemetryError
 
-HELP = """Run behaviour-tree missions on a simulated or a real robot.
+HELP = """Run behaviour-tree missions on a simulated robot.
 
-Start with: treepilot run missions/02_office_patrol.yaml
+Start with: treepilot run 02_office_patrol
 """
 
 app = typer.Typer(
@@ -66,7 +66,7 @@ app.command(epilog=TUNE_EPILOG)(tune)
 @app.callback(invoke_without_command=True)
 def _root(
     context: typer.Context,
-    version: Annotated[bool, typer.Option("--version", help="print the version")] = False,
+    version: Annotated[bool, typer.Option("--version", help="Print the version and exit.")] = False,
 ) -> None:
     if version:
         from importlib.metadata import version as installed
@@ -86,7 +86,7 @@ def main() -> None:
         typer.echo(str(error), err=True)
         raise SystemExit(2) from None
     except BodyError as error:
-        typer.echo(f"the robot gave up: {error}", err=True)
+        typer.echo(f"robot failure: {error}", err=True)
         raise SystemExit(3) from None
     except KeyboardInterrupt:
         raise SystemExit(130) from None
@@ -94,7 +94,7 @@ def main() -> None:
         import traceback
 
         traceback.print_exc()
-        typer.echo("internal error: this is a fault of treepilot, not of your mission", err=True)
+        typer.echo("internal error: a bug in treepilot, not in your mission", err=True)
         raise SystemExit(3) from None
 
 

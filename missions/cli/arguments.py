@@ -23,15 +23,15 @@ PluginsOf = Annotated[
 def assignments(
     pairs: list[str], option: str = "--set", example: str = "dwell=5s"
 ) -> dict[str, str]:
-    """NAME=VALUE, given again and again.
+    """Read repeated NAME=VALUE options.
 
     Args:
-        pairs: as given.
-        option: what they were given to, and
-        example: what might have been, for the message.
+        pairs: the values of the option.
+        option: name of the option, for the message.
+        example: a correct value, for the message.
 
     Raises:
-        InputError: one is something else.
+        InputError: a value is not NAME=VALUE.
     """
     values = {}
     for pair in pairs:

@@ -1,4 +1,4 @@
-"""`treepilot bench`: measures how well a robot drives. A part of missions.cli.app."""
+"""`treepilot bench`: benchmarks of driving in simulation."""
 
 from __future__ import annotations
 
@@ -9,50 +9,54 @@ import typer
 
 from missions.cli.arguments import assignments
 
-HELP = """Measure how well robots drive; docs/benchmarks.md says what the figures mean.
+HELP = """Measure driving in benchmark worlds.
 
-Tables go to bench/NAME: a run a line in runs.jsonl, a picture of each failure in failures/, what
-was set in settings.json. A bench that was interrupted goes on where it stopped; after a change of
-treepilot itself choose another --out.
+Results go to bench/NAME: one line per run in runs.jsonl, a picture of each failure in failures/,
+the settings in settings.json. An interrupted bench resumes; after a change of treepilot itself
+choose another --out. See docs/benchmarks.md.
 """
 
 bench_app = typer.Typer(no_args_is_help=True, help=HELP)
 
-Trials = Annotated[int, typer.Option(min=1, help="runs in each world; trial n has seed n")]
-Jobs = Annotated[int, typer.Option(min=1, help="processes")]
+Trials = Annotated[int, typer.Option(min=1, help="runs per world; trial n uses seed n")]
+Jobs = Annotated[int, typer.Option(min=1, help="parallel processes")]
 Controllers = Annotated[
     str,
     typer.Option(
         "--controllers", "--controller", metavar="NAMES",
-        help="one after the other, such as pure_pursuit,mppi [default: the mission's]",
+        help="controllers to compare, e.g. pure_pursuit,mppi [default: the mission's]",
     ),
 ]  # fmt: skip
-Out = Annotated[Path, typer.Option(help="the table's folder; an interrupted bench goes on there")]
+Out = Annotated[Path, typer.Option(help="output folder; an interrupted bench resumes there")]
 Settings = Annotated[
-    list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="a mission argument")
+    list[str] | None,
+    typer.Option("--set", metavar="NAME=VALUE", help="set a mission argument; repeatable"),
 ]
 
 
 Parameter = Annotated[
-    list[str] | None, typer.Option(metavar="NAME=VALUE", help="as `treepilot run` takes it")
+    list[str] | None,
+    typer.Option(metavar="NAME=VALUE", help="override a parameter, as in `treepilot run`"),
 ]
 
 
 @bench_app.command("barn")
 def barn(  # noqa: PLR0913 - each is an option of the command
     worlds: Annotated[
-        Path, typer.Option(help="folder of .world files, one of them, or a .json of grids")
+        Path, typer.Option(help="folder of .world files, one .world file, or a .json of grids")
     ],
     trials: Trials = 1,
     jobs: Jobs = 1,
     out: Out = Path("bench/barn"),
-    only: Annotated[str, typer.Option(metavar="NAMES", help="worlds, such as 3,17,200")] = "",
+    only: Annotated[
+        str, typer.Option(metavar="NAMES", help="only these worlds, e.g. 3,17,200")
+    ] = "",
     controllers: Controllers = "",
-    mission: Annotated[str, typer.Option(help="another mission with the argument goal")] = "",
+    mission: Annotated[str, typer.Option(help="use another mission with an argument `goal`")] = "",
     set_: Settings = None,
     parameter: Parameter = None,
 ) -> None:
-    """Cross unknown, narrow worlds and score it as the BARN Challenge does."""
+    """Cross unknown narrow worlds, scored as in the BARN Challenge."""
     from missions.bench.barn import barn_entries, report
     from missions.bench.barn_score import RULES
     from missions.bench.runs import Setup
@@ -74,21 +78,25 @@ def courses(  # noqa: PLR0913 - each is an option of the command
     course: Annotated[
         str,
         typer.Option(
-            metavar="NAMES", help="some of door, s_bend, corner, dead_end, clutter [default: all]"
+            metavar="NAMES",
+            help="only these of door, s_bend, corner, dead_end, clutter [default: all]",
         ),
     ] = "",
     robots: Annotated[
-        str, typer.Option("--robots", "--robot", metavar="NAMES", help="names or robot.yaml files")
+        str,
+        typer.Option(
+            "--robots", "--robot", metavar="NAMES", help="robots: names or robot.yaml files"
+        ),
     ] = "scout,jackal",
     controllers: Controllers = "",
     trials: Trials = 20,
     jobs: Jobs = 1,
     out: Out = Path("bench/courses"),
 ) -> None:
-    """Drive through narrow passages made to the robot's measure, with default parameters.
+    """Drive through narrow passages sized for the robot.
 
-    A passage is a little different in each trial. It is passed when the mission says so, at the
-    goal, within two minutes and without any contact.
+    Parameters are the defaults. The passage varies with the trial. A trial passes when the mission
+    succeeds at the goal within two minutes and without a contact.
     """
     from missions.bench.course_bench import CourseOptions, course_entries, report
     from missions.bench.table import TableOptions, fill_table
@@ -104,18 +112,20 @@ def courses(  # noqa: PLR0913 - each is an option of the command
 def missions(
     names: Annotated[
         list[str] | None,
-        typer.Argument(help="mission files or shipped missions' names [default: all shipped]"),
+        typer.Argument(help="mission files or names of shipped missions [default: all shipped]"),
     ] = None,
-    seeds: Annotated[int, typer.Option(min=1, help="runs of each mission")] = 10,
+    seeds: Annotated[int, typer.Option(min=1, help="runs per mission")] = 10,
     jobs: Jobs = 1,
     out: Out = Path("bench/missions"),
-    robot: Annotated[str | None, typer.Option(help="another robot: a name or a robot.yaml")] = None,
+    robot: Annotated[
+        str | None, typer.Option(help="use another robot: a name or a robot.yaml")
+    ] = None,
 ) -> None:
-    """Run missions to their own end over seeds: success, time, contacts, clearance, pose error.
+    """Run whole missions over several seeds.
 
-    Success is what the mission says, within two simulated hours. `treepilot tune` runs the same
-    with different settings. Results are kept by mission text, world, robot and settings: after a
-    change of treepilot itself choose another --out.
+    Reports success, time, contacts, clearance and pose error. A run succeeds when its mission does,
+    within two simulated hours. Results are stored by mission text, world, robot and settings; after
+    a change of treepilot itself choose another --out.
     """
     from missions.bench.mission_table import measured, mission_entries, table_lines
     from missions.bench.resumable import TableOptions
@@ -126,23 +136,29 @@ def missions(
 
 @bench_app.command("dyna")
 def dyna(  # noqa: PLR0913 - each is an option of the command
-    worlds: Annotated[int, typer.Option(min=1, help="how many of the 20, spread evenly")] = 20,
+    worlds: Annotated[
+        int, typer.Option(min=1, help="number of worlds, spread evenly over the 20")
+    ] = 20,
     trials: Trials = 1,
     controllers: Annotated[
         str,
-        typer.Option("--controllers", "--controller", metavar="NAMES", help="one after the other"),
+        typer.Option(
+            "--controllers", "--controller", metavar="NAMES", help="controllers to compare"
+        ),
     ] = "pure_pursuit,mppi,dwb",
-    robot: Annotated[str, typer.Option(help="a name or a robot.yaml")] = "jackal",
+    robot: Annotated[str, typer.Option(help="robot: a name or a robot.yaml")] = "jackal",
     jobs: Jobs = 1,
     out: Out = Path("bench/dyna"),
-    mission: Annotated[str, typer.Option(help="another mission to the place goal")] = "",
+    mission: Annotated[
+        str, typer.Option(help="use another mission that drives to the place `goal`")
+    ] = "",
     parameter: Parameter = None,
 ) -> None:
-    """Cross a field of 10 to 20 cylinders that move at up to 1.7 m/s and wait for nobody.
+    """Cross a field of moving cylinders that do not avoid the robot.
 
-    Each controller is set to 1.8 m/s, since the cylinders are faster than the usual 0.8 m/s.
-    It is reached within 1 m and 100 s without a contact. A cylinder that runs into the robot as it
-    stands is counted apart from what the robot runs into.
+    10 to 20 cylinders move at up to 1.7 m/s, so controllers are set to 1.8 m/s instead of the usual
+    0.8 m/s. A trial succeeds within 1 m of the goal in 100 s without a contact. Cylinders that hit
+    the standing robot are counted apart.
     """
     from missions.bench.dyna_bench import MISSION, dyna_entries, dyna_setups, report
     from missions.bench.table import TableOptions, fill_table
@@ -157,11 +173,11 @@ def dyna(  # noqa: PLR0913 - each is an option of the command
 
 @bench_app.callback()
 def _bench() -> None:
-    """Measure how well robots drive."""
+    """Measure driving in benchmark worlds."""
 
 
 def named(words: str) -> tuple[str, ...]:
-    """Names between commas."""
+    """Split a comma-separated list of names."""
     return tuple(word.strip() for word in words.split(",") if word.strip())
 
 

@@ -9,13 +9,19 @@ import typer
 
 def check(
     missions: Annotated[list[str], typer.Argument(help="mission or world files")],
-    strict: Annotated[bool, typer.Option("--strict", help="warnings count as errors")] = False,
+    strict: Annotated[bool, typer.Option("--strict", help="treat warnings as errors")] = False,
     install: Annotated[
-        bool, typer.Option("--install", help="also check that no other package shadows ours")
+        bool,
+        typer.Option(
+            "--install", help="also check that no other package hides treepilot's modules"
+        ),
     ] = False,
-    json: Annotated[bool, typer.Option("--json", help="findings as JSON, for editors")] = False,
+    json: Annotated[bool, typer.Option("--json", help="print findings as JSON")] = False,
 ) -> None:
-    """Report everything wrong with mission files, as file:line:column; nothing moves."""
+    """Check mission and world files; report every finding.
+
+    Each finding has file:line:column, a code and a hint. Nothing moves. Exit code 2 on errors.
+    """
     from missions.inspection.check import as_json, check_files, check_install
 
     findings = check_install() if install else []
@@ -26,5 +32,14 @@ def check(
         raise typer.Exit(2 if errors else 0)
     for finding in findings:
         typer.echo(finding.text, err=finding.is_error)
-    typer.echo(f"{len(missions)} checked, {errors} with errors" if errors else "all good", err=True)
+    typer.echo(_summary(len(missions), errors), err=True)
     raise typer.Exit(2 if errors else 0)
+
+
+def _summary(files: int, errors: int) -> str:
+    checked = f"{files} file{'' if files == 1 else 's'} checked"
+    return (
+        f"{checked}: {errors} error{'' if errors == 1 else 's'}"
+        if errors
+        else f"{checked}: no errors"
+    )

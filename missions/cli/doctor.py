@@ -9,11 +9,14 @@ import typer
 
 
 def doctor(
-    place: Annotated[str, typer.Argument(help="a world's name or file, or a ROS map.yaml")],
-    robot: Annotated[str, typer.Option(help="whose footprint: a name or a robot.yaml")] = "scout",
-    png: Annotated[Path | None, typer.Option(help="draw what was found")] = None,
+    place: Annotated[str, typer.Argument(help="name or file of a world, or a ROS map.yaml")],
+    robot: Annotated[str, typer.Option(help="robot: a name or a robot.yaml")] = "scout",
+    png: Annotated[Path | None, typer.Option(help="write a picture of the result")] = None,
 ) -> None:
-    """Find doors and places that a robot's footprint closes; exit code 1 if there are any."""
+    """Find doors and places that a robot does not fit through.
+
+    Exit code 1 if there are any.
+    """
     from missions.inspection.doctor import diagnose
 
     found = diagnose(place, robot, png)

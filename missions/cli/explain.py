@@ -8,9 +8,9 @@ import typer
 
 
 def explain(
-    code: Annotated[str, typer.Argument(help="the code of a finding, e.g. E132")],
+    code: Annotated[str, typer.Argument(help="code of a finding, e.g. E132")],
 ) -> None:
-    """What a finding means: its cause, an example and the fix."""
+    """Explain a finding: its cause, an example and the fix."""
     from missions.inspection.explain import explanation
 
     typer.echo(explanation(code))

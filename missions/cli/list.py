@@ -11,7 +11,7 @@ from missions.cli.arguments import PluginsOf
 
 
 class Kind(StrEnum):
-    """What `treepilot list` lists."""
+    """Kinds of things that can be listed."""
 
     BEHAVIOURS = "behaviours"
     ROBOTS = "robots"
@@ -23,15 +23,15 @@ class Kind(StrEnum):
 
 
 def list_(
-    kind: Annotated[Kind, typer.Argument(help="what to list")],
+    kind: Annotated[Kind, typer.Argument(help="kind to list")],
     mission: PluginsOf = None,
 ) -> None:
-    """List what missions may name."""
+    """List behaviours, robots, worlds, missions or components."""
     from missions.inspection.listing import installed, rows_of
 
     known = installed(mission)
     for problem in known.problems:
-        typer.echo(f"cannot be used: {problem}", err=True)
+        typer.echo(f"not available: {problem}", err=True)
     rows = rows_of(kind.value, known)
     width = max((len(name) for name, _ in rows), default=0)
     for name, sentence in rows:
@@ -39,13 +39,15 @@ def list_(
 
 
 def describe(
-    name: Annotated[str, typer.Argument(help="a behaviour, planner, controller, robot or world")],
+    name: Annotated[
+        str, typer.Argument(help="name of a behaviour, planner, controller, layer, robot or world")
+    ],
     mission: PluginsOf = None,
 ) -> None:
-    """Ports or parameters with type, unit, default, range and a sentence."""
+    """Describe a behaviour, component, robot or world."""
     from missions.inspection.listing import description_of, installed
 
     known = installed(mission)
     for problem in known.problems:
-        typer.echo(f"cannot be used: {problem}", err=True)
+        typer.echo(f"not available: {problem}", err=True)
     typer.echo(description_of(name, known))

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 
 def lsp() -> None:
-    """A language server for mission files, on standard input and output (docs/editors.md)."""
+    """Run the language server for mission files on stdin/stdout.
+
+    docs/editors.md says how to configure an editor.
+    """
     from missions.editor.serving import serve
 
     serve()

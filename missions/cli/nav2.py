@@ -9,14 +9,14 @@ import typer
 
 
 def nav2(
-    file: Annotated[Path, typer.Argument(help="a nav2_params.yaml")],
+    file: Annotated[Path, typer.Argument(help="Nav2 parameter file, e.g. nav2_params.yaml")],
     out: Annotated[
-        Path | None, typer.Option(help="write what was taken over as a parameter file")
+        Path | None, typer.Option(help="write the imported parameters to a file")
     ] = None,
 ) -> None:
-    """What of a parameter file of Nav2 has an equivalent here, as what, and what has none.
+    """Show which Nav2 parameters are imported and which are ignored.
 
-    A mission uses such a file with `navigation: {nav2_params: FILE}`.
+    A mission imports such a file with `navigation: {nav2_params: FILE}`.
     """
     from missions.nav2.reading import read_nav2
     from missions.nav2.reporting import lines_of, parameter_file

@@ -11,13 +11,18 @@ from missions.cli.arguments import MissionArgument, assignments
 
 def parameters(
     mission: MissionArgument,
-    robot: Annotated[str | None, typer.Option(help="another robot: a name or a robot.yaml")] = None,
-    parameter: Annotated[
-        list[str] | None, typer.Option(metavar="NAME=VALUE", help="as `run` takes it")
+    robot: Annotated[
+        str | None, typer.Option(help="use another robot: a name or a robot.yaml")
     ] = None,
-    changed: Annotated[bool, typer.Option("--set", help="only those that something sets")] = False,
+    parameter: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME=VALUE", help="override a parameter, as in `treepilot run`"),
+    ] = None,
+    changed: Annotated[
+        bool, typer.Option("--set", help="show only parameters that a file or option sets")
+    ] = False,
 ) -> None:
-    """Every parameter in force in a mission, and which file and line it comes from."""
+    """Show the parameters of a mission and the file that sets each."""
     from missions.execution.prepare import RunOptions
     from missions.inspection.parameter_sources import lines_of, parameters_of
 

@@ -12,7 +12,7 @@ from missions.cli.arguments import MissionArgument, assignments, on_a_terminal
 
 
 class Camera(StrEnum):
-    """When the camera renders."""
+    """When the simulated camera renders."""
 
     ASKED = "asked"
     ON = "on"
@@ -22,55 +22,67 @@ class Camera(StrEnum):
 def run(  # noqa: PLR0913 - each is an option of the command
     mission: MissionArgument,
     headless: Annotated[
-        bool, typer.Option("--headless", help="no dashboard: progress lines and a summary")
+        bool,
+        typer.Option("--headless", help="print progress lines and a summary, open no dashboard"),
     ] = False,
     speed: Annotated[
-        str, typer.Option(help="1, N times real time, or max [default: 1 on a screen, else max]")
+        str,
+        typer.Option(help="N times real time, or max [default: 1 in the dashboard, max headless]"),
     ] = "",
-    seed: Annotated[int, typer.Option(min=0, help="the same seed gives the same run")] = 0,
+    seed: Annotated[
+        int, typer.Option(min=0, help="random seed; the same seed gives the same run")
+    ] = 0,
     set_: Annotated[
-        list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="a mission argument")
+        list[str] | None,
+        typer.Option("--set", metavar="NAME=VALUE", help="set a mission argument; repeatable"),
     ] = None,
     parameter: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="NAME=VALUE", help="e.g. controller.cruise_speed=0.4; see `parameters`"
+            metavar="NAME=VALUE", help="override a parameter, e.g. controller.cruise_speed=0.4"
         ),
     ] = None,
-    robot: Annotated[str | None, typer.Option(help="another robot: a name or a robot.yaml")] = None,
-    world: Annotated[str | None, typer.Option(help="another world: a name or a file")] = None,
+    robot: Annotated[
+        str | None, typer.Option(help="use another robot: a name or a robot.yaml")
+    ] = None,
+    world: Annotated[str | None, typer.Option(help="use another world: a name or a file")] = None,
     start: Annotated[
-        str | None, typer.Option(metavar="X,Y,HEADING", help="another start: a pose or a place")
+        str | None, typer.Option(metavar="X,Y,HEADING", help="start elsewhere: a pose or a place")
     ] = None,
     out: Annotated[
-        Path | None, typer.Option(help="the run's folder [default: runs/<mission>-<time>]")
+        Path | None, typer.Option(help="run folder [default: runs/<mission>-<time>]")
     ] = None,
     no_rerun: Annotated[bool, typer.Option("--no-rerun", help="do not record mission.rrd")] = False,
     mavlink: Annotated[
         str | None,
-        typer.Option(metavar="ADDRESS", help="send MAVLink, e.g. udpout:127.0.0.1:14550"),
+        typer.Option(metavar="ADDRESS", help="send MAVLink to, e.g., udpout:127.0.0.1:14550"),
     ] = None,
-    camera: Annotated[Camera, typer.Option(help="render when asked, always, or never")] = (
+    camera: Annotated[Camera, typer.Option(help="render on request, always or never")] = (
         Camera.ASKED
     ),
     watch: Annotated[
-        bool, typer.Option("--watch", help="take the mission anew whenever its file is saved")
+        bool, typer.Option("--watch", help="reload the mission when its file changes")
     ] = False,
     break_: Annotated[
         list[str] | None,
         typer.Option(
-            "--break", metavar="NODE", help="pause before a node: name, path or file:line"
+            "--break",
+            metavar="NODE",
+            help="pause before a node starts: its name, path or file:line",
         ),
     ] = None,
     force: Annotated[
         list[str] | None,
-        typer.Option(metavar="NODE=OUTCOME", help="do not run a node: success or failure at once"),
+        typer.Option(
+            metavar="NODE=OUTCOME", help="skip a node and return success or failure instead"
+        ),
     ] = None,
-    json: Annotated[bool, typer.Option("--json", help="print the report as JSON, nothing else")] = (
-        False
-    ),
+    json: Annotated[bool, typer.Option("--json", help="print only the report, as JSON")] = (False),
 ) -> None:
-    """Run a mission: in the dashboard on a terminal, else with progress lines."""
+    """Run a mission, in the dashboard or headless.
+
+    The dashboard opens on a terminal; elsewhere, and with --headless, progress lines are printed.
+    """
     from missions.execution.supervisor import LaunchOptions, launch
 
     options = LaunchOptions(

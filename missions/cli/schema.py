@@ -10,7 +10,7 @@ import typer
 
 
 class SchemaKind(StrEnum):
-    """What `treepilot schema` knows."""
+    """Kinds of files that have a schema."""
 
     MISSION = "mission"
     WORLD = "world"
@@ -18,13 +18,17 @@ class SchemaKind(StrEnum):
 
 
 def schema(
-    kind: Annotated[SchemaKind, typer.Argument(help="of which files")] = SchemaKind.MISSION,
-    out: Annotated[Path | None, typer.Option(help="write it there [default: print it]")] = None,
+    kind: Annotated[SchemaKind, typer.Argument(help="kind of file")] = SchemaKind.MISSION,
+    out: Annotated[Path | None, typer.Option(help="output file [default: print]")] = None,
     plugins: Annotated[
-        list[str] | None, typer.Option(metavar="PLUGIN", help="as under `plugins` of a mission")
+        list[str] | None,
+        typer.Option(metavar="PLUGIN", help="plugin to include, as under `plugins` of a mission"),
     ] = None,
 ) -> None:
-    """JSON Schema of mission, world or robot files, for editors (docs/editors.md)."""
+    """Print the JSON Schema of mission, world or robot files.
+
+    docs/editors.md says how to use it in an editor.
+    """
     from missions.editor.schemas import schema_text
 
     text = schema_text(kind.value, plugins or [])

@@ -14,13 +14,13 @@ from missions.cli.arguments import MissionArgument
 
 def show(
     mission: MissionArgument,
-    dot: Annotated[bool, typer.Option("--dot", help="as Graphviz")] = False,
-    mermaid: Annotated[bool, typer.Option("--mermaid", help="as Mermaid")] = False,
+    dot: Annotated[bool, typer.Option("--dot", help="print Graphviz source")] = False,
+    mermaid: Annotated[bool, typer.Option("--mermaid", help="print Mermaid source")] = False,
     svg: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="into an SVG file; needs Graphviz")
+        Path | None, typer.Option(metavar="FILE", help="write an SVG file; needs Graphviz")
     ] = None,
 ) -> None:
-    """Draw the compiled tree: exactly what runs."""
+    """Draw the compiled behaviour tree of a mission."""
     from missions.inspection.check import drawing
 
     if svg is not None:

@@ -1,4 +1,4 @@
-"""`treepilot tell`: orders for a running mission. A part of missions.cli.app."""
+"""`treepilot tell`: sends commands to a running mission."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from typing import Annotated, Any
 
 import typer
 
-HELP = """Give an order to a running mission: pause, step, stop before a node, force an outcome.
+HELP = """Send a command to a running mission.
 
-RUN is the run's name or folder, or `newest`. For NODE write its number (`treepilot tell RUN nodes`
-lists them), its name, a path such as `patrol/inspect/drive`, or where it stands: `patrol.yaml:31`.
+RUN is the name or folder of a run, or `newest`. NODE is a number (listed by `treepilot tell RUN
+nodes`), a name, a path such as `patrol/inspect/drive`, or a position such as `patrol.yaml:31`.
 
 \b
     treepilot tell newest break "back to the dock"
@@ -26,7 +26,7 @@ NodeArgument = Annotated[
 
 
 class Outcome(StrEnum):
-    """What can be forced on a node."""
+    """Outcomes that can be forced on a node."""
 
     SUCCESS = "success"
     FAILURE = "failure"
@@ -46,44 +46,46 @@ def _tell(
 
 @tell_app.command()
 def pause(context: typer.Context) -> None:
-    """Stop the robot and its clock."""
-    _order(context, "pause")
+    """Pause the mission; the robot stops."""
+    _send(context, "pause")
 
 
 @tell_app.command()
 def resume(context: typer.Context) -> None:
-    """Go on after a pause, a step or a breakpoint."""
-    _order(context, "resume")
+    """Resume after a pause, a step or a breakpoint."""
+    _send(context, "resume")
 
 
 @tell_app.command("continue")
 def continue_(context: typer.Context) -> None:
-    """Go on after a pause, a step or a breakpoint; the same as resume."""
-    _order(context, "continue")
+    """Same as resume."""
+    _send(context, "continue")
 
 
 @tell_app.command()
 def step(
     context: typer.Context,
-    ticks: Annotated[int, typer.Argument(min=1, help="ticks of the tree")] = 1,
+    ticks: Annotated[int, typer.Argument(min=1, help="number of ticks")] = 1,
 ) -> None:
-    """Go on for some ticks of the tree, a tenth of a second each, and pause again."""
-    _order(context, "step", ticks=ticks)
+    """Run a number of ticks (0.1 s each), then pause again."""
+    _send(context, "step", ticks=ticks)
 
 
 @tell_app.command("break")
 def break_(context: typer.Context, node: NodeArgument) -> None:
-    """Pause whenever a node is about to start."""
-    _order(context, "break", node=node)
+    """Set a breakpoint: pause before a node starts."""
+    _send(context, "break", node=node)
 
 
 @tell_app.command()
 def unbreak(
     context: typer.Context,
-    node: Annotated[str, typer.Argument(help="as for break [default: all of them]")] = "",
+    node: Annotated[
+        str, typer.Argument(help="node with the breakpoint [default: all breakpoints]")
+    ] = "",
 ) -> None:
-    """Take a breakpoint away, or all."""
-    _order(context, "unbreak", **({"node": node} if node else {}))
+    """Remove one breakpoint or all."""
+    _send(context, "unbreak", **({"node": node} if node else {}))
 
 
 @tell_app.command()
@@ -92,43 +94,43 @@ def force(
     node: NodeArgument,
     outcome: Annotated[
         Outcome,
-        typer.Argument(metavar="OUTCOME", help="success | failure | off | due (an event comes)"),
+        typer.Argument(metavar="OUTCOME", help="success | failure | off | due (fires an event)"),
     ],
-    code: Annotated[str, typer.Option(help="of a failure, e.g. NO_VALID_PATH")] = "",
+    code: Annotated[str, typer.Option(help="failure code, e.g. NO_VALID_PATH")] = "",
 ) -> None:
-    """Do not run a node: whenever it has a turn, it answers success or failure at once."""
+    """Skip a node and return success or failure instead."""
     given = {"code": code} if code else {}
-    _order(context, "force", node=node, status=outcome.value, **given)
+    _send(context, "force", node=node, status=outcome.value, **given)
 
 
 @tell_app.command()
 def abort(context: typer.Context) -> None:
-    """Stop the robot and end the mission as aborted."""
-    _order(context, "abort", reason="by the operator")
+    """Stop the robot and abort the mission."""
+    _send(context, "abort", reason="by the operator")
 
 
 @tell_app.command()
 def estop(context: typer.Context) -> None:
-    """Emergency stop; `release` releases it."""
-    _order(context, "estop", reason="operator")
+    """Trigger the emergency stop; reset it with `release`."""
+    _send(context, "estop", reason="operator")
 
 
 @tell_app.command()
 def release(context: typer.Context) -> None:
-    """Release the emergency stop."""
-    _order(context, "release")
+    """Reset the emergency stop."""
+    _send(context, "release")
 
 
 @tell_app.command()
 def nodes(context: typer.Context) -> None:
-    """How it goes, and every node with its number, status and breakpoint."""
+    """List the nodes with number, status and breakpoint."""
     from missions.execution.client import status_lines
 
     for line in status_lines(context.obj):
         typer.echo(line)
 
 
-def _order(context: typer.Context, kind: str, **arguments: Any) -> None:
+def _send(context: typer.Context, kind: str, **arguments: Any) -> None:
     from missions.execution.client import tell
 
     typer.echo(tell(context.obj, kind, arguments))

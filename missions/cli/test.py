@@ -8,13 +8,18 @@ import typer
 
 
 def test(
-    missions: Annotated[list[str], typer.Argument(help="mission files with `tests`")],
-    keyword: Annotated[str, typer.Option("-k", help="only tests with this in their name")] = "",
+    missions: Annotated[list[str], typer.Argument(help="mission files with a `tests` section")],
+    keyword: Annotated[
+        str, typer.Option("-k", help="run only tests whose name contains this text")
+    ] = "",
     coverage: Annotated[
-        bool, typer.Option("--coverage", help="list the nodes that no test ticks")
+        bool, typer.Option("--coverage", help="list the nodes that no test reaches")
     ] = False,
 ) -> None:
-    """Run the tests that missions carry: no simulator, behaviours replaced, a virtual clock."""
+    """Run the tests inside mission files, without a simulator.
+
+    Behaviours are replaced by mocks and time by a virtual clock.
+    """
     from missions.testing.session import Options, run_files
 
     session = run_files(missions, Options(keyword, coverage))

@@ -9,15 +9,19 @@ import typer
 
 
 def trace(
-    run: Annotated[Path, typer.Argument(help="a run's folder")],
+    run: Annotated[Path, typer.Argument(help="run folder")],
     node: Annotated[
-        str, typer.Option(help="only this node and below: name, kind, path, file:line")
+        str,
+        typer.Option(help="show only this node and its children: name, kind, path or file:line"),
     ] = "",
-    since: Annotated[float, typer.Option(help="robot time, s")] = 0.0,
-    until: Annotated[float, typer.Option(help="robot time, s")] = 1e18,
-    summary: Annotated[bool, typer.Option("--summary", help="a line a node instead")] = False,
+    since: Annotated[float, typer.Option(help="robot time, seconds")] = 0.0,
+    until: Annotated[float, typer.Option(help="robot time, seconds")] = 1e18,
+    summary: Annotated[bool, typer.Option("--summary", help="print one line per node")] = False,
 ) -> None:
-    """Tell a finished run's story node by node, and why a node was never reached."""
+    """Show the history of a finished run, node by node.
+
+    For a node that never started, the reason is printed.
+    """
     from missions.inspection import trace as tracing
 
     told = tracing.read_trace(run)

@@ -1,4 +1,4 @@
-"""`treepilot tune`: scores settings of a mission's components. A part of missions.cli.app."""
+"""`treepilot tune`: searches parameter values that improve a mission."""
 
 from __future__ import annotations
 
@@ -17,66 +17,72 @@ EPILOG = """
   treepilot tune my.yaml --try controller.lookahead_time="0.8 s..1.6 s" \\
       --try planner.smoother=simple,constrained --refine 2 --weight clearance=2
 
-What may be tried: `treepilot parameters MISSION` lists it, `treepilot describe pure_pursuit` its
-ranges. The first sample is the mission as it is: the baseline. A run's cost is
+`treepilot parameters MISSION` lists the parameters, `treepilot describe pure_pursuit` their
+ranges. The first sample is the unchanged mission: the baseline. The cost of a run is
 
 \b
-  sum(weight * value / baseline's value) / sum(weights) + weight of collisions * collisions
+  sum(weight * value / baseline value) / sum(weights) + collision weight * collisions
 
-clearance the other way round: 1 is as good as now, 0.9 a tenth better; a failed run costs 10, more
-than any that succeeds. Measures and their weights:
+with the inverse ratio for clearance: 1 is as good as the baseline, 0.9 is 10 % better. A failed run
+costs 10, more than any successful run. Measures and default weights:
 
 \b
   time 1           simulated time of the mission
-  detour 0.5       way driven / shortest way by the goals reached
-  clearance 0.5    least true distance to anything
+  detour 0.5       path length driven / shortest path through the goals reached
+  clearance 0.5    smallest true distance to an obstacle
   turning 0.5      mean change of the commanded angular velocity
   jerk 0.25        root mean square of the commanded jerk
-  goal_error 0.5   true distance from the goals where it stops
+  goal_error 0.5   true distance to the goal after each stop
   collisions 1     contacts of the moving robot
 
-In the folder: runs.jsonl (every run), table.txt, scores.json, and best.yaml for `parameters:` of
-the mission. Ctrl-C keeps what has been run; the same command goes on from there, and more samples,
-seeds or other ranges add to it. docs/tuning.md says more.
+Output: runs.jsonl (every run), table.txt, scores.json, and best.yaml for the `parameters:` key of
+the mission. After Ctrl-C the same command resumes; more samples, seeds or other ranges add to the
+results. See docs/tuning.md.
 """
 
 
 def tune(  # noqa: PLR0913 - each is an option of the command
-    mission: Annotated[str, typer.Argument(help="mission file, or a shipped mission's name")],
+    mission: Annotated[str, typer.Argument(help="mission file, or the name of a shipped mission")],
     try_: Annotated[
         list[str],
         typer.Option(
             "--try",
             metavar="NAME=LOW..HIGH",
-            help="a parameter and its range, or values: NAME=A,B; several of them",
+            help="parameter and range, or values: NAME=A,B; repeatable",
         ),
     ],
-    samples: Annotated[int, typer.Option(min=1, help="settings to try, beside the baseline")] = 20,
-    seeds: Annotated[int, typer.Option(min=1, help="runs of each setting")] = 3,
+    samples: Annotated[int, typer.Option(min=1, help="settings to try besides the baseline")] = 20,
+    seeds: Annotated[int, typer.Option(min=1, help="runs per setting")] = 3,
     refine: Annotated[
-        int, typer.Option(min=0, help="then so many turns of half as many, round the best third")
+        int,
+        typer.Option(
+            min=0, help="refinement rounds around the best third, each with half the samples"
+        ),
     ] = 0,
     confirm: Annotated[
-        int, typer.Option(min=0, help="seeds on which the best must prove itself at the end")
+        int, typer.Option(min=0, help="new seeds on which the best setting is confirmed")
     ] = 3,
-    jobs: Annotated[int, typer.Option(min=1, help="processes")] = 1,
+    jobs: Annotated[int, typer.Option(min=1, help="parallel processes")] = 1,
     out: Annotated[
-        Path | None, typer.Option(help="the table's folder [default: tune/<mission>]")
+        Path | None, typer.Option(help="output folder [default: tune/<mission>]")
     ] = None,
     weight: Annotated[
         list[str] | None,
-        typer.Option(metavar="MEASURE=NUMBER", help="what counts how much, e.g. time=2"),
+        typer.Option(metavar="MEASURE=NUMBER", help="weight of a measure, e.g. time=2"),
     ] = None,
     time_limit: Annotated[
-        str, typer.Option(metavar="DURATION", help="simulated time after which a run has failed")
+        str, typer.Option(metavar="DURATION", help="simulated time after which a run fails")
     ] = "15 min",
-    sampling_seed: Annotated[int, typer.Option(min=0, help="another one, other samples")] = 0,
-    robot: Annotated[str | None, typer.Option(help="another robot: a name or a robot.yaml")] = None,
+    sampling_seed: Annotated[int, typer.Option(min=0, help="seed of the sampling")] = 0,
+    robot: Annotated[
+        str | None, typer.Option(help="use another robot: a name or a robot.yaml")
+    ] = None,
     set_: Annotated[
-        list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="a mission argument")
+        list[str] | None,
+        typer.Option("--set", metavar="NAME=VALUE", help="set a mission argument; repeatable"),
     ] = None,
 ) -> None:
-    """Score settings of planner, controller, costmap… in the simulation, and keep the best."""
+    """Search parameter values in simulation and keep the best."""
     from missions.bench.mission_runs import MissionEntry
     from missions.tuning.findings import table_lines, write_findings
     from missions.tuning.scoring import read_weights
@@ -94,7 +100,7 @@ def tune(  # noqa: PLR0913 - each is an option of the command
     try:
         tuned = tuning.run()
     except KeyboardInterrupt:
-        _tell(f"interrupted; what has been run is in {folder}, the same command goes on from there")
+        _tell(f"interrupted; finished runs are in {folder}, the same command resumes")
         if tuning.has_baseline:
             for line in table_lines(tuning.so_far()):
                 typer.echo(line)
@@ -106,10 +112,10 @@ def tune(  # noqa: PLR0913 - each is an option of the command
 
 
 def duration(text: str, option: str) -> float:
-    """Seconds, above 0.
+    """Read a duration in seconds, above 0.
 
     Raises:
-        InputError: something else.
+        InputError: not a positive duration.
     """
     from stack.errors import InputError, ParameterError
     from stack.parameters import Declaration

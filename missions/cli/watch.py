@@ -11,11 +11,14 @@ from stack.errors import InputError
 
 
 def watch(
-    run: Annotated[str, typer.Argument(help="a run's name or folder [default: the newest]")] = "",
+    run: Annotated[str, typer.Argument(help="name or folder of a run [default: the newest]")] = "",
 ) -> None:
-    """Attach the dashboard to a running mission; closing it stops nothing."""
+    """Attach the dashboard to a running mission.
+
+    Closing the dashboard does not stop the mission.
+    """
     from missions.execution.supervisor import watch_run
 
     if not on_a_terminal():
-        raise InputError("watch needs a terminal; without one read the run's events.jsonl")
+        raise InputError("watch needs a terminal; without one, read events.jsonl in the run folder")
     raise typer.Exit(watch_run(run))

@@ -40,10 +40,6 @@ class ProgressChecker:
         self.distance, self.angle, self.seconds = distance, angle, seconds
         self._since: tuple[float, Pose2D] | None = None
 
-    def reset(self) -> None:
-        """Begin anew with the next pose: the robot waited on purpose."""
-        self._since = None
-
     def stuck(self, time: float, pose: Pose2D) -> bool:
         """Whether the robot has been around this pose for too long."""
         if self._since is not None:

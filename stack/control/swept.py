@@ -7,6 +7,7 @@ from math import ceil, hypot
 import numpy as np
 from numpy.typing import NDArray
 
+from stack.geometry.polygons import fill_polygon
 from stack.types import LETHAL_COST, CostGrid, FloatArray, Footprint, Pose2D, Twist
 
 SLACK = 0.003
@@ -109,36 +110,5 @@ class SweptFootprint:
     def body(self, resolution: float) -> FloatArray:
         """(m, 2) points that fill the footprint, fit for cells of this size; base frame."""
         if self._body[0] != resolution:
-            self._body = (resolution, fill(self._footprint, 0.7 * resolution))
+            self._body = (resolution, fill_polygon(self._footprint.points, 0.7 * resolution))
         return self._body[1]
-
-
-def fill(footprint: Footprint, spacing: float) -> FloatArray:
-    """(m, 2) points on and within a footprint, no farther apart than `spacing`, base frame."""
-    corners = footprint.points
-    low, high = corners.min(axis=0), corners.max(axis=0)
-    x, y = (np.arange(a, b, spacing) for a, b in zip(low, high, strict=True))
-    lattice = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
-    within = lattice[_inside(lattice, corners)]
-    return np.ascontiguousarray(np.vstack([outline(footprint, spacing), within]))
-
-
-def outline(footprint: Footprint, spacing: float) -> FloatArray:
-    """(m, 2) points round the edge of a footprint in order, base frame."""
-    corners = footprint.points
-    points = []
-    for start, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):
-        pieces = max(1, ceil(hypot(*(end - start)) / spacing))
-        points.append(start + (end - start) * (np.arange(pieces) / pieces)[:, None])
-    return np.vstack(points)
-
-
-def _inside(points: FloatArray, corners: FloatArray) -> BoolArray:
-    """Which points lie within a polygon, by counting the edges that a ray to +x crosses."""
-    found = np.zeros(len(points), dtype=bool)
-    for (ax, ay), (bx, by) in zip(corners, np.roll(corners, -1, axis=0), strict=True):
-        if ay == by:
-            continue
-        spans = (points[:, 1] < ay) != (points[:, 1] < by)
-        found ^= spans & (points[:, 0] < ax + (points[:, 1] - ay) * (bx - ax) / (by - ay))
-    return found

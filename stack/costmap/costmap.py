@@ -10,11 +10,9 @@ from collections.abc import Sequence
 from math import inf
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stack.costmap.choosing import LayerChoice, usual_layers
 from stack.costmap.denoise_layer import DenoiseLayer
-from stack.costmap.inflation_layer import InflationLayer
 from stack.costmap.lattice import Lattice
 from stack.costmap.layer import (
     Box,
@@ -26,18 +24,14 @@ from stack.costmap.layer import (
     joined,
 )
 from stack.costmap.layer_compositor import LayerCompositor
-from stack.costmap.obstacle_layer import ObstacleLayer
 from stack.costmap.parameters import CostmapParameters
-from stack.costmap.range_layer import RangeLayer
 from stack.costmap.static_layer import StaticLayer
 from stack.costmap.zone_layers import SpeedZonesLayer
-from stack.costmap.zones import cells_inside
 from stack.errors import ParameterError
 from stack.parameters import suggestion
 from stack.types import (
     LETHAL_COST,
     CostGrid,
-    FloatArray,
     Footprint,
     OccupancyGrid,
     Pose2D,
@@ -110,15 +104,6 @@ class Costmap:
         return self._grid
 
     @property
-    def sensed(self) -> NDArray[np.bool_]:
-        """(rows, columns): where a sensor has marked an obstacle that has not faded."""
-        marked = np.zeros(self._frame.shape, dtype=np.bool_)
-        for layer in self._layers.values():
-            if isinstance(layer, ObstacleLayer | RangeLayer):
-                marked |= layer.marked
-        return marked
-
-    @property
     def layers(self) -> tuple[str, ...]:
         """Names of the layers, in the order in which they paint."""
         return tuple(self._layers)
@@ -127,12 +112,6 @@ class Costmap:
     def needs_tracks(self) -> bool:
         """Whether a layer wants to know what moves."""
         return any(layer.needs_tracks for layer in self._layers.values())
-
-    @property
-    def circumscribed_cost(self) -> int:
-        """Below this cost the robot fits however it is turned; 0 when no cost says so."""
-        layer = self._inflation
-        return layer.circumscribed_cost if isinstance(layer, InflationLayer) else 0
 
     def update(
         self, pose: Pose2D, scan: Scan | None, time: float, *,
@@ -186,11 +165,6 @@ class Costmap:
         box = self._frame.box_around(low, high)
         x, y = self._frame.middles(box)
         self._clear(Region(box, np.hypot(x - pose.x, y - pose.y) <= radius), layer)
-
-    def clear_region(self, corners: FloatArray, *, layer: str | None = None) -> None:
-        """Forget what was sensed in a polygon (n, 2), metres, map frame; else as `clear`."""
-        found = cells_inside(self._frame, corners, self._frame.everywhere)
-        self._clear(Region(*found), layer)
 
     def speed_limit(self, pose: Pose2D, deceleration: float) -> float:
         """What speed zones allow here and ahead, m/s; inf without any. See SpeedZonesLayer."""

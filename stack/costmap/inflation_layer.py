@@ -49,8 +49,7 @@ def inflation_costs(
 class InflationLayer:
     """What lies near lethal cells costs, the nearer the more.
 
-    A centre within the footprint's inscribed radius certainly collides (253). Below the cost at its
-    circumscribed radius, `circumscribed_cost`, the robot fits however it is turned.
+    With the centre within the footprint's inscribed radius the robot collides at any heading (253).
     """
 
     Parameters = InflationParameters
@@ -68,13 +67,6 @@ class InflationLayer:
     def reach(self) -> int:
         """How many cells away from a lethal cell the cost ends."""
         return self._reach
-
-    @property
-    def circumscribed_cost(self) -> int:
-        """Cost at the circumscribed radius; 0 when the inflation ends before it."""
-        cells = self._footprint.circumscribed_radius / self._resolution
-        squared = floor(cells * cells + 1e-6)
-        return int(self._costs[squared]) if squared < self._costs.size else 0
 
     def configure(self, parameters: InflationParameters) -> None:
         """Use other settings from now on."""

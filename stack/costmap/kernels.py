@@ -296,35 +296,3 @@ def inflate(cells, base, costs, limit, top, bottom, left, right):
                 if (value == UNKNOWN and cost >= INSCRIBED) or (value != UNKNOWN and cost > value):
                     value = cost
             cells[row, column] = value
-
-
-@njit(cache=True, nogil=True)
-def footprint_cost(
-    cells, origin_x, origin_y, resolution, samples, x, y, cosine, sine, unknown
-):  # fmt: skip
-    """Largest cost under sample points (n, 2) of a footprint; `unknown` where nothing is known."""
-    rows, columns = cells.shape
-    worst = 0
-    for sample in range(samples.shape[0]):
-        forward, left = samples[sample, 0], samples[sample, 1]
-        column = int(np.floor((x + cosine * forward - sine * left - origin_x) / resolution))
-        row = int(np.floor((y + sine * forward + cosine * left - origin_y) / resolution))
-        cost = UNKNOWN
-        if 0 <= row < rows and 0 <= column < columns:
-            cost = cells[row, column]
-        worst = max(worst, unknown if cost == UNKNOWN else cost)
-    return worst
-
-
-@njit(cache=True, nogil=True)
-def first_blocked(cells, origin_x, origin_y, resolution, samples, points, unknown):
-    """Index of the first pose of (n, 3) whose footprint touches a lethal cell, -1 if none does."""
-    for index in range(points.shape[0]):
-        x, y, heading = points[index, 0], points[index, 1], points[index, 2]
-        cost = footprint_cost(
-            cells, origin_x, origin_y, resolution, samples, x, y,
-            np.cos(heading), np.sin(heading), unknown,
-        )  # fmt: skip
-        if cost >= LETHAL:
-            return index
-    return -1

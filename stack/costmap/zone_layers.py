@@ -11,9 +11,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from stack.costmap.footprint import inside
 from stack.costmap.layer import NO_BOX, Box, Canvas, Frame, Region, SensorUpdate, part
 from stack.costmap.zones import Zone, ZoneCells, read_mask, read_zones
+from stack.geometry.polygons import points_inside
 from stack.parameters import parameter
 from stack.types import LETHAL_COST, FloatArray, Footprint, OccupancyGrid, Pose2D
 
@@ -166,7 +166,7 @@ class SpeedZonesLayer:
         """(n,) limits in m/s at points (n, 2), metres, map frame; inf where there is none."""
         limits = np.full(len(points), inf)
         for zone in self._parameters.zones:
-            found = inside(zone.points, points)
+            found = points_inside(points, zone.points)
             limits[found] = np.minimum(limits[found], zone.speed)
         if self._mask is not None:
             limits = np.minimum(limits, self._masked(self._mask, points))

@@ -10,10 +10,10 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.costmap.footprint import inside
 from stack.costmap.layer import NO_BOX, Box, Frame, edges, is_some, part, shifted
 from stack.costmap.sampling import sampled
 from stack.errors import ParameterError
+from stack.geometry.polygons import points_inside
 from stack.parameters import Declaration, build, parameter
 from stack.types import FREE, OCCUPIED, FloatArray, OccupancyGrid
 
@@ -145,5 +145,5 @@ def cells_inside(frame: Frame, corners: FloatArray, within: Box) -> tuple[Box, N
     if not is_some(box):
         return NO_BOX, np.zeros((0, 0), dtype=np.bool_)
     x, y = np.broadcast_arrays(*frame.middles(box))
-    found = inside(corners, np.column_stack([x.ravel(), y.ravel()]))
+    found = points_inside(np.column_stack([x.ravel(), y.ravel()]), corners)
     return box, found.reshape(x.shape)

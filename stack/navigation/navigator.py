@@ -134,11 +134,6 @@ class Navigator:
         """plans, replans, recoveries, distance (metres driven): for the snapshot."""
         return dict(self._tools.counters)
 
-    @property
-    def busy(self) -> bool:
-        """Whether a motion task is under way."""
-        return self._activity is not None and self._activity.task.running
-
     def advance(self, state: NavigationState) -> Twist:
         """The velocity to drive in this step; STANDSTILL when there is nothing to do."""
         self._count_distance(state)

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from math import cos, hypot, inf, sin
 
-import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from stack.types import FloatArray
 
@@ -88,15 +86,6 @@ def time_to_contact(
                 break
             time += max(room / fastest, smallest)
     return best, found
-
-
-@njit(cache=True, nogil=True)
-def inside(points: FloatArray, corners: FloatArray) -> NDArray[np.bool_]:
-    """(m,): which of the points (m, 2) lie in a polygon (n, 2)."""
-    found = np.empty(points.shape[0], dtype=np.bool_)
-    for i in range(points.shape[0]):
-        found[i] = signed_distance(corners, points[i, 0], points[i, 1]) < 0.0
-    return found
 
 
 @njit(cache=True, nogil=True)

@@ -51,11 +51,6 @@ class Safety:
         self._smoother = VelocitySmoother(robot, period)
         self._emergency: str | None = None
 
-    @property
-    def engaged(self) -> bool:
-        """Whether the emergency stop is latched."""
-        return self._emergency is not None
-
     def engage(self, reason: str) -> None:
         """Latch the emergency stop: standstill until somebody calls `release`."""
         if self._emergency is None:

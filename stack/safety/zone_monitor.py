@@ -8,6 +8,7 @@ from math import copysign, hypot, inf
 import numpy as np
 
 from stack.drivetrain.kinematics import moved, scaled
+from stack.geometry.polygons import points_inside
 from stack.safety.zones import SafetyZone
 from stack.types import STANDSTILL, FloatArray, Footprint, Twist
 
@@ -59,7 +60,7 @@ class ZoneMonitor:
         """The share of a twist's speed that one zone allows."""
         if zone.action == "approach":
             return min(1.0, self._time_to_contact(zone, outline, twist, points) / zone.time)
-        if np.count_nonzero(self._kernels.inside(points, outline)) < zone.points:
+        if np.count_nonzero(points_inside(points, outline)) < zone.points:
             return 1.0
         if zone.action == "stop":
             return 1.0 if self._leads_away(outline, twist, points) else 0.0
@@ -84,7 +85,7 @@ class ZoneMonitor:
 
     def _leads_away(self, outline: FloatArray, twist: Twist, points: FloatArray) -> bool:
         """Whether driving on takes the robot away from everything in a zone."""
-        inside = self._kernels.inside(points, outline)
+        inside = points_inside(points, outline)
         there = moved(twist, self.LOOK_AHEAD).inverse().transform(points[inside])
         now = self._kernels.nearest(points[inside], self._footprint)
         gain = self._kernels.nearest(there, self._footprint) - now

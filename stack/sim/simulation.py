@@ -44,7 +44,6 @@ class Simulation:
         self.scene_changes, self.clearance = 0, CLEARANCE_REACH
         self._news: list[tuple[str, str]] = []
         self._scan: Scan | None = None
-        self._bumped = False
 
         self.drive = wheel_controller_of(description, self._period)
         self._odometry = Odometry(description, seed)
@@ -110,7 +109,6 @@ class Simulation:
         scan, self._scan = self._scan, None
         scans, self._scans = self._scans, {}
         readings, self._readings = tuple(self._readings), []
-        bumped, self._bumped = self._bumped, False
         return Observation(
             time=self.time,
             odometry=self._odometry.reading,
@@ -118,7 +116,6 @@ class Simulation:
             scan=scan,
             imu=self._imu.take() if self._imu else None,
             image=image,
-            bumped=bumped,
             scans=scans,
             readings=readings,
         )
@@ -180,7 +177,6 @@ class Simulation:
             body, x, y = touching[0]
             what = self._physics.scene.obstacles[body]
             self._tell("contact", f"the robot and {what} touched at ({x:.2f}, {y:.2f})")
-        self._bumped = self._bumped or bool(touching)
 
     def _read_imu(self) -> None:
         assert self._imu is not None

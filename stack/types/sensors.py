@@ -161,7 +161,6 @@ class Observation:
         scan: a new lidar scan.
         imu: inertial samples since the last observation.
         image: a new camera picture, only while somebody asks for pictures.
-        bumped: a bumper touches something.
         scans: new ones of further lidars, by the sensor's name.
         readings: new ones of sonars.
     """
@@ -172,6 +171,5 @@ class Observation:
     scan: Scan | None = None
     imu: Imu | None = None
     image: Image | None = None
-    bumped: bool = False
     scans: Mapping[str, Scan] = field(default_factory=dict)
     readings: tuple[RangeReading, ...] = ()

@@ -263,13 +263,12 @@ def test_invalid_dotted_names(name, sentence):
 
 def test_checking_missions_loads_nothing_heavy():
     program = (
-        "import py_trees, numpy, time, sys; start = time.process_time()\n"
-        "from behaviours.catalogue import find_behaviours; names = find_behaviours().names()\n"
-        "print(time.process_time() - start, *sys.modules)"
+        "import sys; from behaviours.catalogue import find_behaviours\n"
+        "assert 'navigate_to_pose' in find_behaviours().names(); print(*sys.modules)"
     )
     done = subprocess.run(
         [sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=True
     )
-    seconds, *modules = done.stdout.split()
-    assert not {"numba", "cv2", "pybullet", "rerun", "textual", "yaml"} & set(modules)
-    assert float(seconds) < 0.2
+    loaded = set(done.stdout.split())
+    assert "behaviours.navigate_to_pose" in loaded
+    assert not {"numba", "cv2", "pybullet", "rerun", "textual", "yaml"} & loaded

@@ -1,61 +1,196 @@
-"""`python -m tests.benchmarks [NAME…] [--seeds N] [--jobs J]`: measure, print, keep as JSON."""
+"""Measure, print and keep as JSON: `python -m tests.benchmarks [NAME…]`.
+
+NAME is a benchmark, or a group of them: `timing` (needs a quiet machine) or `driving` (gives the
+same figures on a busy one). All of them without NAME. `--docs` keeps the figures in docs/figures
+and writes the tables of the documentation anew; without it they go to bench/.
+"""
 
 from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Callable
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy
 
+from missions.bench.table import TableOptions
 from tests.benchmarks import control, costmap, driving, missions, planners, planning, startup, trees
-from tests.benchmarks.table import Rows, keep, show
+from tests.benchmarks.figures import FIGURES, Figures, update_documents, write
+from tests.benchmarks.origin import Version, current_version, machine, today
+from tests.benchmarks.table import Rows, show
+
+BENCH = Path("bench")
+CONTROLLERS = ("pure_pursuit", "mppi", "dwb")
+
+
+@dataclass(frozen=True)
+class Given:
+    """Options of the command line.
+
+    Attributes:
+        folder: of the runs. A clean commit's runs are kept there and resumed.
+    """
+
+    trials: int
+    worlds: int
+    seeds: int
+    kidnaps: int
+    runs: int
+    largest: int
+    jobs: int
+    barn: Path | None
+    folder: Path
+
+    def table(self, name: str) -> TableOptions:
+        """Where a benchmark keeps its runs."""
+        return TableOptions(self.folder / name, self.jobs)
+
+
+@dataclass(frozen=True)
+class Benchmark:
+    """One table.
+
+    Attributes:
+        options: of the command line on which its figures depend.
+        setting: what else was chosen.
+    """
+
+    title: str
+    measure: Callable[[Given], Rows]
+    options: tuple[str, ...] = ()
+    setting: dict[str, str | int] = field(default_factory=dict)
+
+
+TIMING = {
+    "commands": Benchmark("Commands", lambda given: startup.command_times(),
+                          setting={"processes": 7}),
+    "speed": Benchmark("02_office_patrol on one core",
+                       lambda given: startup.run_figures(given.runs),
+                       ("runs",), {"recording": "off and on"}),
+    "trees": Benchmark("A tick of a tree, ours and py_trees'", lambda given: trees.run(),
+                       setting={"rounds": trees.ROUNDS, "ticks in a round": trees.TICKS}),
+    "planning": Benchmark("Planning on generated office maps",
+                          lambda given: planning.run_up_to(given.largest), ("largest",)),
+    "control": Benchmark("A command of each controller", lambda given: control.run(),
+                         setting={"parameters": "default"}),
+    "costmap": Benchmark("Costmap and tracker, processor time", lambda given: costmap.run(),
+                         setting={"parameters": "default"}),
+    "planners": Benchmark("Planners and smoothers side by side", lambda given: planners.run(),
+                          setting={"cells": "400 x 400", "queries": 30}),
+}  # fmt: skip
+OFF: dict[str, str | int] = {"recording": "off"}
+DRIVING = {
+    "courses": Benchmark(
+        "Narrow passages, default parameters",
+        lambda given: driving.course_table(given.trials, given.table("courses")),
+        ("trials",), OFF,
+    ),
+    "missions": Benchmark(
+        "Missions over seeds",
+        lambda given: missions.mission_table(given.seeds, given.table("missions")),
+        ("seeds",), OFF,
+    ),
+    "dyna": Benchmark(
+        "Across a field of moving cylinders",
+        lambda given: driving.dyna_table(given.worlds, CONTROLLERS, given.table("dyna")),
+        ("worlds",), {**OFF, "trials": 1},
+    ),
+    "barn": Benchmark(
+        "BARN", lambda given: driving.barn_table(given.barn or Path(), given.table("barn")),
+        ("barn",), {**OFF, "trials": 1},
+    ),
+    "wall": Benchmark(
+        "Wall following (04)", lambda given: missions.wall_table(3, given.jobs),
+        setting={**OFF, "seeds": 3},
+    ),
+    "kidnap": Benchmark(
+        "Kidnapping (05)", lambda given: missions.kidnap_table(given.kidnaps, given.jobs),
+        ("kidnaps",), OFF,
+    ),
+}  # fmt: skip
+BENCHMARKS = {**TIMING, **DRIVING}
+GROUPS = {"timing": [*TIMING], "driving": [*DRIVING]}
 
 
 def main() -> None:
     """Run the chosen benchmarks, or all of them."""
-    arguments = argparse.ArgumentParser(description=__doc__)
-    arguments.add_argument("names", nargs="*", help="which ones; all without")
-    arguments.add_argument("--seeds", type=int, default=10, help="seeds of each mission")
-    arguments.add_argument("--kidnaps", type=int, default=60, help="seeds of mission 05")
-    arguments.add_argument("--jobs", type=int, default=2, help="processes for the mission table")
-    arguments.add_argument("--trials", type=int, default=2, help="of each narrow passage")
-    arguments.add_argument("--worlds", type=int, default=5, help="of moving cylinders")
-    given = arguments.parse_args()
-    benchmarks: dict[str, tuple[str, Callable[[], Rows]]] = {
-        "commands": ("Commands", startup.command_times),
-        "run": ("02_office_patrol on one core, recording off", startup.run_figures),
-        "trees": ("A tick of a tree, ours and py_trees'", trees.run),
-        "planning": ("Planning on generated office maps", planning.run),
-        "control": ("A command of each controller", control.run),
-        "costmap": ("Costmap and tracker, processor time", costmap.run),
-        "planners": ("Planners and smoothers side by side", planners.run),
-        "missions": (
-            "Missions over seeds",
-            lambda: missions.mission_table(given.seeds, given.jobs),
-        ),
-        "courses": (
-            "Narrow passages, default parameters",
-            lambda: driving.course_table(given.trials, given.jobs),
-        ),
-        "dyna": (
-            "Across a field of moving cylinders",
-            lambda: driving.dyna_table(given.worlds, given.jobs),
-        ),
-        "wall": ("Wall following (04)", lambda: missions.wall_table(3, given.jobs)),
-        "kidnap": (
-            "Kidnapping (05)",
-            lambda: missions.kidnap_table(given.kidnaps, given.jobs),
-        ),
-    }
-    for name in given.names:
-        if name not in benchmarks:
-            arguments.error(f"no benchmark {name!r}; there are {', '.join(benchmarks)}")
-    for name in given.names or benchmarks:
-        title, measure = benchmarks[name]
-        rows = measure()
-        show(title, rows)
-        keep(name, rows)
+    arguments = _arguments()
+    given = vars(arguments.parse_args())
+    words, docs = given.pop("names"), given.pop("docs")
+    names = [name for word in words or BENCHMARKS for name in GROUPS.get(word, [word])]
+    for name in names:
+        if name not in BENCHMARKS:
+            known = ", ".join([*GROUPS, *BENCHMARKS])
+            arguments.error(f"no benchmark {name!r}; expected one of {known}")
+    if "barn" in words and given["barn"] is None:
+        arguments.error("barn needs --barn WORLDS; the worlds are not part of treepilot")
+    version = current_version()
+    with _runs_folder(version) as folder:
+        options = Given(**given, folder=folder)
+        for name in names:
+            if name != "barn" or options.barn is not None:
+                figures = _measured(name, options, version)
+                show(BENCHMARKS[name].title, figures.rows)
+                write(figures, FIGURES if docs else BENCH)
+    if docs:
+        update_documents()
+
+
+def _arguments() -> argparse.ArgumentParser:
+    arguments = argparse.ArgumentParser(
+        prog="python -m tests.benchmarks", description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )  # fmt: skip
+    arguments.add_argument("names", nargs="*", metavar="NAME", help=", ".join(BENCHMARKS))
+    arguments.add_argument("--docs", action="store_true", help="keep the figures in docs/figures")
+    whole = {
+        "trials": (20, "of each narrow passage"), "worlds": (20, "of moving cylinders"),
+        "seeds": (10, "of each mission"), "kidnaps": (60, "seeds of mission 05"),
+        "runs": (2, "seeds of the speed table"),
+        "largest": (4000, "cells on a side of the largest map to plan on"),
+        "jobs": (1, "processes of the driving tables"),
+    }  # fmt: skip
+    for name, (default, text) in whole.items():
+        arguments.add_argument(f"--{name}", type=int, default=default, help=f"{text} [{default}]")
+    arguments.add_argument("--barn", type=Path, metavar="WORLDS", help="folder or file of worlds")
+    return arguments
+
+
+@contextmanager
+def _runs_folder(version: Version) -> Iterator[Path]:
+    """Kept by commit, so that an interrupted benchmark continues; never for changed code."""
+    if not version.dirty:
+        yield BENCH / f"runs-{version.commit[:10]}"
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        yield Path(folder)
+
+
+def _measured(name: str, given: Given, version: Version) -> Figures:
+    benchmark, found, date = BENCHMARKS[name], machine(), today()
+    rows = benchmark.measure(given)
+    values = {option: _shown(option, given) for option in benchmark.options}
+    options = "".join(f" --{option} {value}" for option, value in values.items())
+    return Figures(
+        name=name,
+        command=f"python -m tests.benchmarks {name}{options} --docs",
+        commit=version.commit,
+        dirty=version.dirty or current_version() != version,
+        date=date,
+        machine=found,
+        setting=benchmark.setting | values,
+        rows=rows,
+    )
+
+
+def _shown(option: str, given: Given) -> str | int:
+    """An option's value; never a path of this machine."""
+    value = getattr(given, option)
+    return "WORLDS" if isinstance(value, Path) else value
 
 
 if __name__ == "__main__":

@@ -1,60 +1,93 @@
-"""Driving health: narrow passages and a field of moving cylinders, a small share of the benches.
-
-`treepilot bench courses` and `treepilot bench dyna` measure all of it.
-"""
+"""Driving quality: narrow passages, BARN and moving cylinders, as `treepilot bench` drives them."""
 
 from __future__ import annotations
 
-import tempfile
+import sys
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
-from statistics import median
+from statistics import mean, median
 
+from missions.bench.barn import barn_entries
+from missions.bench.barn_score import EASIEST, HARDEST, RULES, score_of
 from missions.bench.course_bench import CourseOptions, course_entries
 from missions.bench.dyna_bench import dyna_entries, dyna_setups
-from missions.bench.reporting import short
-from missions.bench.runs import Entry, Run
+from missions.bench.runs import Entry, Run, Setup
 from missions.bench.table import TableOptions, fill_table
+from missions.execution.resources import MISSIONS
 from tests.benchmarks.table import Rows
 
+FAILURES = ("contact", "struck", "timeout", "gave_up")
 
-def course_table(trials: int, jobs: int) -> Rows:
-    """A row for each passage and robot."""
-    with tempfile.TemporaryDirectory() as folder:
-        options = CourseOptions(Path(folder) / "worlds", trials=trials)
-        runs = _filled(course_entries(options), Path(folder), jobs)
-    keys = dict.fromkeys((run.setup, run.world) for run in runs)
+
+def course_table(trials: int, options: TableOptions) -> Rows:
+    """A row for each robot and passage."""
+    entries = course_entries(CourseOptions(options.out / "worlds", trials=trials))
+    groups: dict[tuple[str, str, str], list[Run]] = {}
+    for entry, run in _driven(entries, options):
+        key = (entry.setup.robot or "", controller_of(entry), run.world)
+        groups.setdefault(key, []).append(run)
     return [
-        {"course": world, **_row(setup, [run for run in runs if (run.setup, run.world) == key])}
-        for key in keys
-        for setup, world in [key]
+        {"robot": robot, "controller": controller, "course": course, **_row(runs)}
+        for (robot, controller, course), runs in groups.items()
     ]
 
 
-def dyna_table(worlds: int, jobs: int) -> Rows:
+def dyna_table(worlds: int, controllers: Sequence[str], options: TableOptions) -> Rows:
     """A row for each controller."""
-    with tempfile.TemporaryDirectory() as folder:
-        setups = dyna_setups(("pure_pursuit", "mppi", "dwb"))
-        runs = _filled(dyna_entries(setups, worlds, 1, Path(folder) / "worlds"), Path(folder), jobs)
+    entries = dyna_entries(dyna_setups(controllers), worlds, 1, options.out / "worlds")
+    return _by_controller(_driven(entries, options))
+
+
+def barn_table(worlds: Path, options: TableOptions) -> Rows:
+    """A row for the mission as it is, one trial in each world."""
+    setup = Setup(str(MISSIONS / "bench" / "barn.yaml"), RULES)
+    return _by_controller(_driven(barn_entries(worlds, [setup], 1), options))
+
+
+def controller_of(entry: Entry) -> str:
+    """The controller that drives, also where it is the mission's."""
+    plan, _ = entry.setup.plan(entry.case, entry.trial)
+    return plan.choices["controller"].name
+
+
+def _driven(entries: list[Entry], options: TableOptions) -> list[tuple[Entry, Run]]:
+    runs = fill_table(entries, options, lambda line: print(line, file=sys.stderr))
+    return list(zip(entries, runs, strict=True))
+
+
+def _by_controller(driven: Sequence[tuple[Entry, Run]]) -> Rows:
     rows = []
-    for setup in dict.fromkeys(run.setup for run in runs):
-        own = [run for run in runs if run.setup == setup]
-        kinds = {"drove into": "contact", "was struck": "struck", "late": "timeout"}
-        count = {word: sum(run.status == kind for run in own) for word, kind in kinds.items()}
-        rows.append({**_row(setup, own), **count})
+    for setup in dict.fromkeys(run.setup for _, run in driven):
+        runs = [run for _, run in driven if run.setup == setup]
+        first = next(entry for entry, _ in driven if entry.setup.label == setup)
+        rows.append({
+            "controller": controller_of(first), "worlds": len({run.world for run in runs}),
+            "success %": 100 * mean(run.success for run in runs),
+            "score k=2": mean(score_of(run, EASIEST) for run in runs),
+            "score k=4": mean(score_of(run, HARDEST) for run in runs),
+            **_row(runs),
+        })  # fmt: skip
     return rows
 
 
-def _filled(entries: list[Entry], out: Path, jobs: int) -> list[Run]:
-    return fill_table(entries, TableOptions(out, jobs), lambda line: None)
-
-
-def _row(setup: str, runs: Sequence[Run]) -> dict[str, object]:
+def _row(runs: Sequence[Run]) -> dict[str, object]:
+    """Successes, medians over them, their least clearance, and what became of the others."""
     good = [run for run in runs if run.success]
+    count = Counter(run.status for run in runs)
     return {
-        "setup": short(setup),
-        "passed": f"{len(good)}/{len(runs)}",
+        "success": f"{len(good)}/{len(runs)}",
         "time s": median(run.time for run in good) if good else None,
-        "way / shortest": median(run.driven / run.path_length for run in good) if good else None,
-        "clearance m": min((run.clearance for run in good), default=None),
+        "driven / shortest": (
+            median(run.driven / run.path_length for run in good) if good else None
+        ),
+        "clearance cm": min((100 * run.clearance for run in good), default=None),
+        **{status: count[status] for status in FAILURES},
+        "failed": "; ".join(
+            f"{_which(run)}: {run.status}: {run.cause}" for run in runs if not run.success
+        ),
     }
+
+
+def _which(run: Run) -> str:
+    return f"world {run.world}" if run.world.isdecimal() else f"trial {run.trial}"

@@ -10,7 +10,6 @@ import numpy as np
 
 from stack.components import Planner, choose
 from stack.costmap.costmap import Costmap
-from stack.costmap.footprint import footprint_cost
 from stack.costmap.parameters import CostmapParameters
 from stack.costmap.route_costs import route_cost
 from stack.drivetrain.description import RobotDescription
@@ -19,6 +18,7 @@ from stack.planning.astar import Astar, AstarParameters
 from stack.streams import stream
 from stack.types import INSCRIBED_COST, LETHAL_COST, CostGrid, Footprint, Path, Pose2D
 from tests.benchmarks.planning import ROBOT
+from tests.stack.planning.footprint_check import footprint_cost
 from tests.stack.planning.office_maps import office
 
 BOX = Footprint(

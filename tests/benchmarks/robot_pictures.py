@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from robots.load import find_robot, read_robot, robot_names
 from stack.drivetrain.description import RobotDescription, SteeredWheels
-from stack.sim.physics.physics_world import bullet as loader
+from stack.sim.physics import bullet as loader
 from stack.sim.physics.physics_world import load_robot
 
 SIZE = (560, 460)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import resource
 import subprocess
 import sys
@@ -16,25 +17,27 @@ from missions.inspection.check import check_files
 from tests.benchmarks.large_mission import large_mission
 from tests.benchmarks.table import Rows
 
-RUNS = 3
-
-
-STAGES = ("estimate", "costmap", "navigate", "safety", "body")
+STAGES = ("body", "estimate", "costmap", "navigate", "safety", "publish")
 """Of the step loop, whose mean times are shown; the report has all of them."""
 
 
-def run_figures(mission: str = "02_office_patrol") -> Rows:
+def run_figures(runs: int, mission: str = "02_office_patrol") -> Rows:
     """Whole `treepilot run --json` processes, pinned to one core where the system allows."""
-    return [_run_figures(mission, controller) for controller in ("pure_pursuit", "mppi", "dwb")]
+    return [
+        _run_figures(mission, controller, recording, runs)
+        for controller in ("pure_pursuit", "mppi", "dwb")
+        for recording in ("off", "on")
+    ]
 
 
-def _run_figures(mission: str, controller: str) -> dict[str, Any]:
+def _run_figures(mission: str, controller: str, recording: str, runs: int) -> dict[str, Any]:
     reports = []
-    for seed in range(RUNS):
+    switch = {"off": ["--no-rerun"], "on": []}[recording]
+    for seed in range(runs):
         with tempfile.TemporaryDirectory() as folder:
             began = perf_counter()
             done = subprocess.run(
-                [*_one_core(), *_treepilot("run", mission), "--json", "--no-rerun",
+                [*_one_core(), *_treepilot("run", mission), "--json", *switch,
                  "--parameter", f"controller.use={controller}",
                  "--seed", str(seed), "--out", str(Path(folder) / "run")],
                 capture_output=True, text=True, check=False,
@@ -44,6 +47,7 @@ def _run_figures(mission: str, controller: str) -> dict[str, Any]:
             reports.append({**report, "whole": whole})
     return {
         "controller": controller,
+        "recording": recording,
         "success": f"{sum(report['status'] == 'success' for report in reports)}/{len(reports)}",
         "x real time": median(report["real_time_factor"] for report in reports),
         "start to first tick s": median(
@@ -75,7 +79,30 @@ def command_times() -> Rows:
             "list behaviours": ["list", "behaviours"],
         }
         rows = [_command_row(name, _treepilot(*words)) for name, words in commands.items()]
-        return [*rows, {"command": "check, 1001 nodes, warm", "median s": _warm_check(large)}]
+        return [*rows, *_first_tick_rows(Path(folder)), {
+            "command": "check, 1001 nodes, warm", "median s": _warm_check(large),
+            "best s": None, "processor s": None,
+        }]  # fmt: skip
+
+
+def _first_tick_rows(folder: Path) -> Rows:
+    """Seconds until a mission's first tick, in a process that compiles the kernels and the next."""
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(folder / "kernels")}
+    command = _treepilot("run", "01_drive_to_a_point", "--json", "--no-rerun")
+    rows = []
+    for kernels in ("compiled", "cached"):
+        began = perf_counter()
+        done = subprocess.run(
+            [*command, "--out", str(folder / kernels)],
+            env=environment, capture_output=True, text=True, check=True,
+        )  # fmt: skip
+        whole = perf_counter() - began
+        rows.append({
+            "command": f"run 01_drive_to_a_point, to the first tick, kernels {kernels}",
+            "median s": whole - json.loads(done.stdout)["wall_seconds"],
+            "best s": None, "processor s": None,
+        })  # fmt: skip
+    return rows
 
 
 def _command_row(name: str, command: list[str]) -> dict[str, Any]:

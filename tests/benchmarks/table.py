@@ -1,9 +1,7 @@
-"""Tables for the terminal and JSON for machines."""
+"""Tables for the terminal."""
 
 from __future__ import annotations
 
-import json
-from pathlib import Path
 from typing import Any
 
 Rows = list[dict[str, Any]]
@@ -24,14 +22,6 @@ def show(title: str, rows: Rows) -> None:
         print(
             "  " + "  ".join(f"{cell:<{width}}" for cell, width in zip(line, widths, strict=True))
         )
-
-
-def keep(name: str, rows: Rows, folder: Path = Path("bench")) -> None:
-    """Write rows as JSON, whole."""
-    folder.mkdir(exist_ok=True)
-    temporary = folder / f".{name}.json"
-    temporary.write_text(json.dumps(rows, indent=2, default=str), "utf-8")
-    temporary.replace(folder / f"{name}.json")
 
 
 def _text(value: Any) -> str:

@@ -62,7 +62,7 @@ class Station:
 
     def close(self):
         self.client.close()
-        self.runtime.parts.navigation.close()
+        self.runtime.parts.navigator.close()
         self.telemetry.close(None)
         self.engine.body.close()
 

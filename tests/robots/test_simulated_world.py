@@ -29,11 +29,9 @@ def build():
 
 def test_driving_into_a_box_is_one_contact_of_the_robot(build):
     body = build(replace(EMPTY, boxes=(Box(Pose2D(1.0, 0.0), (0.5, 2.0, 0.5)),)))
-    seen = drive(body, Twist(0.4), 4.0)
+    drive(body, Twist(0.4), 4.0)
     assert body.tally == ContactTally(by_robot=1, against_standing=0)
     assert body.clearance == pytest.approx(0.0, abs=2e-3)
-    assert any(o.bumped for o in seen)
-    assert not seen[0].bumped
     assert body.truth.pose.x == pytest.approx(0.75 - 0.18, abs=0.01)
     (kind, text), *more = body.news()
     assert kind == "contact"
@@ -59,10 +57,9 @@ def test_a_person_who_turns_towards_a_standing_robot_never_touches_it(build):
     # The last corner of the loop is inside the robot, which comes into view with the turn.
     person = walking([-0.2, -0.75], [0.2, -0.75], [0.0, 0.2], speed=1.0)
     body = build(replace(EMPTY, people=(person,)))
-    waiting = drive(body, Twist(), 1.0)
+    drive(body, Twist(), 1.0)
     blocked = body.people[0]
     assert body.tally == ContactTally()
-    assert not any(o.bumped for o in waiting)
     assert np.hypot(*blocked[:2]) > 0.5
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stack.control.path_progress import PathProgress
-from stack.control.swept import fill, outline
+from stack.geometry.polygons import fill_polygon, outline_points
 from stack.types import (
     INSCRIBED_COST,
     LETHAL_COST,
@@ -110,7 +110,7 @@ class Outline:
         length, width = high[axis] - low[axis], high[1 - axis] - low[1 - axis]
         round_enough = footprint.circumscribed_radius < 1.1 * footprint.inscribed_radius
         count = 1 if round_enough else min(6, ceil(2.0 * length / width))
-        filled = fill(footprint, 0.1 * width)
+        filled = fill_polygon(footprint.points, 0.1 * width)
         discs = []
         for n in range(count):
             begin, end = (low[axis] + length * share / count for share in (n, n + 1))
@@ -120,7 +120,7 @@ class Outline:
             middle = np.array([(begin + end) / 2, (part[:, 1].min() + part[:, 1].max()) / 2])
             radius = float(np.linalg.norm(part - middle, axis=1).max())
             discs.append((*(middle if axis == 0 else middle[::-1]), radius))
-        points = outline(footprint, 0.7 * resolution).T
+        points = outline_points(footprint.points, 0.7 * resolution).T
         return Outline(
             np.array(discs, np.float32),
             _core(footprint, filled, resolution),
@@ -152,7 +152,7 @@ def _core(footprint: Footprint, filled: FloatArray, resolution: float) -> Array3
 
     A position is rounded to its cell, so a disc counts as smaller by half a cell's diagonal.
     """
-    edge = outline(footprint, 0.01)
+    edge = outline_points(footprint.points, 0.01)
     room = np.linalg.norm(filled[:, None] - edge, axis=2).min(axis=1)
     discs: list[tuple[float, float, float]] = []
     left = np.ones(len(filled), dtype=bool)

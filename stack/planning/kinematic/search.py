@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stack.components import CancelToken
-from stack.costmap.footprint import samples
+from stack.geometry.polygons import fill_polygon
 from stack.planning.search import StepCosts
 from stack.types import LETHAL_COST, UNKNOWN_COST, CostGrid, FloatArray, Footprint, Pose2D
 
@@ -96,7 +96,7 @@ class Ground:
         geometry = np.array([*costs.origin, costs.resolution, costs.resolution * 0.5**0.5])
         place = kernels.Place(
             costs.cells, tables.traverse / float(tables.traverse[0]), distances, geometry,
-            samples(footprint, costs.resolution), footprint.circumscribed_radius,
+            fill_polygon(footprint.points, 0.7 * costs.resolution), footprint.circumscribed_radius,
         )  # fmt: skip
         return Ground(costs, place)
 

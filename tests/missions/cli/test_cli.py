@@ -11,24 +11,50 @@ import time
 from pathlib import Path
 
 import pytest
+from typer.main import get_command
+
+from missions.cli.app import app
 
 SHIPPED = Path(__file__).parents[3] / "missions"
 
 
-def treepilot(*words: str, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
-    environment = {**os.environ, "PYTHONPATH": str(SHIPPED.parent)}
+def treepilot(
+    *words: str, cwd: Path | None = None, columns: int = 100
+) -> subprocess.CompletedProcess[str]:
+    environment = {**os.environ, "PYTHONPATH": str(SHIPPED.parent), "COLUMNS": str(columns)}
     return subprocess.run(
         [sys.executable, "-m", "missions.cli.app", *words], capture_output=True, text=True,
         check=False, cwd=cwd, env=environment,
     )  # fmt: skip
 
 
-def test_help_teaches_and_imports_nothing_heavy():
-    done = treepilot("--help")
+def test_help_has_one_whole_line_for_each_command():
+    done = treepilot("--help", columns=80)
     assert done.returncode == 0
-    commands = "run check show list describe watch new explain test schema lsp tune bench".split()
-    for command in commands:
-        assert command in done.stdout
+    listed = done.stdout.partition("Commands:\n")[2].splitlines()
+    names = [line.split()[0] for line in listed]
+    assert sorted(names) == sorted(get_command(app).commands)
+    assert len(names) == 18
+    for line in listed:
+        assert len(line) <= 80 and line.endswith(".") and not line.endswith("..."), line
+
+
+def commands_of(group, name="treepilot"):
+    for word, command in group.commands.items():
+        yield f"{name} {word}", command
+        if hasattr(command, "commands"):
+            yield from commands_of(command, f"{name} {word}")
+
+
+@pytest.mark.parametrize(("name", "command"), commands_of(get_command(app)))
+def test_every_option_has_a_help_line(name, command):
+    assert command.help, name
+    silent = [
+        parameter.name
+        for parameter in command.params
+        if parameter.name != "help" and not getattr(parameter, "help", None)
+    ]
+    assert not silent, name
 
 
 @pytest.mark.parametrize("library", ["numba", "pybullet", "cv2", "rerun", "textual", "pymavlink"])
@@ -102,7 +128,7 @@ def test_list_and_describe_know_the_plugins_of_a_mission(tmp_path):
     (tmp_path / "m.yaml").write_text("mission: a\nplugins: [./mine]\nrun: say\n")
     done = treepilot("list", "behaviours", "--mission", str(tmp_path / "m.yaml"))
     assert done.returncode == 0 and "navigate_to_pose" in done.stdout
-    assert done.stderr.startswith(f"cannot be used: {tmp_path / 'mine' / 'broken.py'}: line 1")
+    assert done.stderr.startswith(f"not available: {tmp_path / 'mine' / 'broken.py'}: line 1")
     shipped = ("--mission", "06_your_own_behaviour")
     assert "longest view" in treepilot("describe", "find_open_space", *shipped).stdout
 

@@ -116,5 +116,5 @@ class LiveRun:
         return compose_snapshot(self.runtime)
 
     def close(self) -> None:
-        self.runtime.parts.navigation.close()
+        self.runtime.parts.navigator.close()
         self.engine.body.close()

@@ -22,6 +22,7 @@ def line_of(mission: str, word: str) -> int:
     return next(number for number, line in enumerate(lines, start=1) if word in line)
 
 
+@pytest.mark.pain("n3111")
 def test_each_value_names_the_file_and_line_that_sets_it() -> None:
     found = sources("19_from_nav2")
     line = line_of("19_from_nav2", "cruise_speed")
@@ -44,6 +45,7 @@ def test_the_command_line_has_the_last_word() -> None:
     assert found["planner.tolerance"].source == "default"  # the file's is for another planner
 
 
+@pytest.mark.pain("n4049", "n5189")
 @pytest.mark.parametrize(
     ("name", "value", "sentence"),
     [

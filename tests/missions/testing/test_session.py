@@ -9,10 +9,10 @@ import pytest
 from missions.language.model import Resources
 from missions.language.reading.mission import read_mission
 from missions.testing.session import Options, run_file, run_files
-from tests.missions.mission_fakes import HEAD, FakeCatalogue
+from tests.missions.mission_fakes import CATALOGUE, HEAD
 
 SAMPLE = Path(__file__).with_name("shelf_patrol.yaml")
-FAKES = Options(catalogue_for=lambda *_: FakeCatalogue(), resources=Resources())
+SETTINGS = Options(catalogue_for=lambda *_: CATALOGUE, resources=Resources())
 MISSION = """
 places: {dock: [0, 0]}
 arguments: {rounds: {type: int, default: 1}}
@@ -26,7 +26,7 @@ run:
         - {take_photo: {}, out: {image: $photo}, retry: {attempts: 2, delay: 1 s}}
         - set: {n: $n + 1}
       repeat: $rounds
-    - {spin: {}, when: $n > 5}
+    - {spin: 90 deg, when: $n > 5}
 trees:
   charge: {do: {sequence: [{navigate_to_pose: $dock}, {wait_until: battery.charge > 0.8}]}}
 """
@@ -38,7 +38,7 @@ def run(tmp_path):
         file = tmp_path / "mission.yaml"
         indented = "".join(f"    {line}\n" for line in dedent(case).strip().splitlines())
         file.write_text(f"{MISSION}{HEAD}tests:\n  - name: it\n{indented}")
-        return run_file(file, dataclasses.replace(FAKES, **wanted)).results[0]
+        return run_file(file, dataclasses.replace(SETTINGS, **wanted)).results[0]
 
     return run_case
 
@@ -104,8 +104,10 @@ def test_trees_can_be_mocked(run):
 
 
 def test_real_leaves_a_behaviour_as_it_is(run):
-    result = run("mock: {take_photo: real}\nexpect: {photo: a.jpg}")
+    result = run("mock: {take_photo: real}\nexpect: {failure: NO_IMAGE, ran: {take_photo: 2}}")
     assert problems(result) == []
+    # No camera in a test: twice 2 s of patience, a second's delay between them.
+    assert result.seconds == pytest.approx(5.0, abs=0.05)
 
 
 def test_values_keys_and_events_come_at_their_time(run):
@@ -164,7 +166,7 @@ FILE = f"""{MISSION}{HEAD}tests:
 def test_the_output_shows_position_expected_and_actual_value(tmp_path):
     file = tmp_path / "mission.yaml"
     file.write_text(FILE)
-    session = run_files([str(file)], FAKES)
+    session = run_files([str(file)], SETTINGS)
     assert session.exit_code == 1
     lines = session.text.splitlines()
     number = FILE.splitlines().index("  - {name: counts badly, expect: {n: 7}}") + 1
@@ -179,20 +181,20 @@ def test_the_output_shows_position_expected_and_actual_value(tmp_path):
 def test_a_keyword_selects_cases_and_an_empty_selection_is_reported(tmp_path):
     file = tmp_path / "mission.yaml"
     file.write_text(FILE)
-    assert run_files([str(file)], dataclasses.replace(FAKES, keyword="WELL")).exit_code == 0
-    none = run_files([str(file)], dataclasses.replace(FAKES, keyword="nowhere"))
+    assert run_files([str(file)], dataclasses.replace(SETTINGS, keyword="WELL")).exit_code == 0
+    none = run_files([str(file)], dataclasses.replace(SETTINGS, keyword="nowhere"))
     assert (none.exit_code, "no tests ran" in none.text) == (2, True)
 
 
 def test_coverage_lists_unreached_nodes(tmp_path):
     file = tmp_path / "mission.yaml"
     file.write_text(FILE)
-    found = run_file(file, FAKES)
+    found = run_file(file, SETTINGS)
     # The event, the tree in it, and its two nodes; and the turn that is skipped.
     assert [name for _, name in found.unreached] == [
         "low", "charge", "spin", "navigate_to_pose", "wait_until",
     ]  # fmt: skip
-    text = run_files([str(file)], dataclasses.replace(FAKES, coverage=True)).text
+    text = run_files([str(file)], dataclasses.replace(SETTINGS, coverage=True)).text
     assert "3 of 8 nodes ticked, 37 %" in text
     assert f"{file}:14:8 spin is never ticked" in text
 
@@ -234,6 +236,6 @@ def test_faulty_cases_are_found_with_the_rest(tmp_path, text, expected):
     file = tmp_path / "mission.yaml"
     file.write_text(f"{text}\n{MISSION}{HEAD}")
     with pytest.raises(InputError) as caught:
-        read_mission(file, FAKES.catalogue_for, Resources())
+        read_mission(file, SETTINGS.catalogue_for, Resources())
     assert [f"{item.code} {item.mark.line}:{item.mark.column}" for item in caught.value.findings] \
         == [expected]  # fmt: skip

@@ -5,7 +5,7 @@ import pytest
 from missions.trees.compiler import compile_mission
 from missions.trees.debugging import TreeDebugger
 from stack.errors import InputError
-from tests.missions.mission_fakes import FakeCatalogue, ran, read_text
+from tests.missions.mission_fakes import CATALOGUE, ran, read_text
 
 TWO = """
     run:
@@ -215,18 +215,18 @@ def test_breakpoints_and_outcomes_move_to_another_tree_by_path(tmp_path):
     _, debugger = debugged(tmp_path, TWO, "second", "0")
     debugger.force("act", "success")
     text = TWO.replace("- act: {who: a}", "- say: new\n        - act: {who: a}")
-    other = compile_mission(read_text(tmp_path, text), FakeCatalogue())
+    other = compile_mission(read_text(tmp_path, text), CATALOGUE)
     assert debugger.move_to(other) == []
     assert debugger.view().breakpoints == (0, 3)
     assert sorted(debugger.view().forced) == ["2", "3"]
-    third = compile_mission(read_text(tmp_path, "run: {say: only}"), FakeCatalogue())
+    third = compile_mission(read_text(tmp_path, "run: {say: only}"), CATALOGUE)
     assert debugger.move_to(third) == ["sequence", "sequence/act", "sequence/second"]
 
 
 def test_a_node_with_another_path_is_found_by_its_old_name_or_line(tmp_path):
     _, debugger = debugged(tmp_path, TWO, ":4", "2")
     renamed = TWO.replace("- act: {who: a}", "- drive: {who: a}").replace("second", "2nd")
-    other = compile_mission(read_text(tmp_path, renamed), FakeCatalogue())
+    other = compile_mission(read_text(tmp_path, renamed), CATALOGUE)
     assert debugger.move_to(other) == ["sequence/second"]
     assert debugger.view().breakpoints == (1,)
 

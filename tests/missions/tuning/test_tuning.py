@@ -15,12 +15,13 @@ from missions.execution.prepare import RunOptions, prepare
 from missions.execution.resources import MISSIONS
 from missions.tuning.findings import parameter_file, table_lines, write_findings
 from missions.tuning.scoring import Score
-from missions.tuning.tuning import Tuned, TuneOptions, Tuning
+from missions.tuning.tuning import USUAL_WEIGHTS, Tuned, TuneOptions, Tuning
 from stack.errors import InputError
 
 MISSION = "01_drive_to_a_point"
 RANGES = {"controller.cruise_speed": "0.3..0.6", "planner.smoother": "simple,none"}
 ENTRY = MissionEntry(MISSION, 0, 60.0)
+TIME_ALONE = {**dict.fromkeys(USUAL_WEIGHTS, 0.0), "time": 1.0}
 
 
 def tuned(out, tell=lambda line: None, **changes):
@@ -127,12 +128,30 @@ def test_where_nothing_is_better_there_is_no_parameter_file(made_up, tmp_path):
 
 @pytest.mark.slow
 def test_refining_and_confirming_add_runs(tmp_path):
+    """Only time counts and the mission drives at 0.2 m/s: the best is a sample, all are faster."""
+    text = (MISSIONS / f"{MISSION}.yaml").read_text("utf-8")
+    slow = tmp_path / "slow.yaml"
+    slow.write_text(
+        text.replace("run:", "navigation: {controller: {cruise_speed: 0.2}}\nrun:"), "utf-8"
+    )
     told: list[str] = []
-    found = tuned(tmp_path, told.append, refine=1, confirm=1, seeds=1)
-    assert len(found.scores) == 4  # half of two samples more
+    options = TuneOptions(tmp_path / "tune", samples=2, seeds=1, refine=1, confirm=1)
+    options = replace(options, weights=TIME_ALONE)
+    found = Tuning(MissionEntry(str(slow), 0, 60.0), RANGES, options, told.append).run()
+    assert len(found.scores) == 4  # baseline, two samples, half of two samples more
     assert any("refining, turn 1: controller.cruise_speed 0." in line for line in told)
-    if found.best.settings:
-        assert [set(item.costs) for item in found.confirmed] == [{1}, {1}]
+    assert found.best.settings and found.best.cost < 0.8  # 0.2 of at least 0.3 m/s, less its ends
+    assert [item.settings for item in found.confirmed] == [{}, found.best.settings]
+    assert [set(item.costs) for item in found.confirmed] == [{1}, {1}]  # the seed not used before
+    assert len(rows_in(options.out, MISSION_WORK)) == 6  # four settings, then two of them again
+
+
+def test_a_baseline_that_nothing_beats_is_not_confirmed(finished):
+    out, _ = finished  # whose runs are all in the table
+    told: list[str] = []
+    again = tuned(out, told.append, confirm=1, weights=TIME_ALONE)
+    assert again.best.settings == {}  # 0.8 m/s: the robot's own speed is the fastest there is
+    assert again.confirmed == () and not any("seeds not used before" in line for line in told)
 
 
 def test_a_run_out_of_time_has_failed(tmp_path):

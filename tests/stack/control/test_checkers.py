@@ -1,3 +1,5 @@
+import pytest
+
 from stack.control.checkers import GoalChecker, ProgressChecker
 from stack.types import Pose2D
 
@@ -12,6 +14,7 @@ def test_a_goal_counts_once_the_robot_stands_within_both_tolerances():
     assert checker.reached(0.3, Pose2D(0.95, 1.0, 0.0), standing=True)
 
 
+@pytest.mark.pain("n4921", "n1492")
 def test_a_goal_counts_after_a_while_within_though_moving():
     checker = GoalChecker(GOAL, 0.1, 0.1, settle=2.0)
     near = Pose2D(0.95, 1.0, 0.05)
@@ -46,5 +49,3 @@ def test_moving_or_turning_enough_begins_the_time_anew():
     assert not checker.stuck(14.0, Pose2D(0.31, 0, 0.41))
     assert not checker.stuck(21.9, Pose2D(0.31, 0, 0.41))
     assert checker.stuck(22.0, Pose2D(0.31, 0, 0.41))
-    checker.reset()
-    assert not checker.stuck(40.0, Pose2D(0.31, 0, 0.41))

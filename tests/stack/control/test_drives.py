@@ -45,23 +45,23 @@ def test_goals_are_reached_from_anywhere_without_contact(name, batch):
         world = ToyWorld(DIVIDED, robot())
         goal, start = random_pose(random, world), random_pose(random, world)
         toy = toy_drive(name, DIVIDED, start)
-        task = toy.navigation.navigate_to(goal)
+        task = toy.navigator.navigate_to(goal)
         assert toy.finish(task) is TaskStatus.SUCCEEDED, (start, goal, task.failure)
         assert toy.world.pose.distance_to(goal) < 0.05
         assert heading_error(toy.world.pose, goal) < 0.0524  # 3 degrees
         assert toy.world.nearest > 0.0
-        toy.navigation.close()
+        toy.navigator.close()
 
 
 @pytest.mark.parametrize(("name", "place", "shape"), NARROW)
 def test_narrow_places_are_passed_without_contact(name, place, shape):
     where = course(place, shape)
     toy = toy_drive(name, where.walls, where.start, shape)
-    task = toy.navigation.navigate_to(where.goal)
+    task = toy.navigator.navigate_to(where.goal)
     assert toy.finish(task) is TaskStatus.SUCCEEDED, task.failure
     assert toy.world.nearest > 0.0
     assert toy.world.pose.distance_to(where.goal) < 0.05
-    toy.navigation.close()
+    toy.navigator.close()
 
 
 def commands(name, *, steps=60, limits=None, corners=((1, 1), (3, 1), (3, 3)), **parameters):

@@ -9,7 +9,7 @@ import pytest
 from stack.components import ControlState
 from stack.control.goal_alignment import EndsParameters, GoalAlignment
 from stack.control.ramps import Ramp, stopping_speed
-from stack.control.swept import SweptFootprint, outline
+from stack.control.swept import SweptFootprint
 from stack.drivetrain.description import Limits
 from stack.types import STANDSTILL, CostGrid, Pose2D, Twist
 from tests.stack.control.test_pure_pursuit import polyline
@@ -118,10 +118,3 @@ def test_a_turn_sweeps_the_corners():
     free, _ = swept.arc(costs, Pose2D(2.7, 3.0), Twist(0.0, 1.0), pi)
     assert 0.0 < free < pi / 2
     assert swept.arc(costs, Pose2D(2.6, 3.0), Twist(0.0, 1.0), pi)[0] == inf
-
-
-def test_the_outline_goes_round_in_small_steps():
-    points = outline(RECTANGLE, 0.035)
-    gaps = np.linalg.norm(points - np.roll(points, -1, axis=0), axis=1)
-    assert gaps.max() <= 0.035 + 1e-9
-    assert gaps.sum() == pytest.approx(2 * (0.5 + 0.4))

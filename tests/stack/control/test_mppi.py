@@ -19,8 +19,8 @@ from stack.control.mppi.optimiser import bounds, savitzky_golay
 from stack.control.mppi.parameters import MppiParameters
 from stack.control.mppi.scene import LocalPath, Obstacles, Outline, Rollouts
 from stack.control.path_progress import PathProgress
-from stack.control.swept import fill
 from stack.drivetrain.description import DriveKind
+from stack.geometry.polygons import fill_polygon
 from stack.types import STANDSTILL, CostGrid, Footprint, Path, Pose2D
 from tests.stack.control.courses import controller, toy_drive
 from tests.stack.control.test_pure_pursuit import polyline
@@ -159,7 +159,7 @@ def scene(lethal, footprint=RECTANGLE, pose=Pose2D(1.025, 1.025), shape=(41, 41)
     cells = np.zeros(shape, np.uint8)
     for row, column in lethal:
         cells[row, column] = 254
-    return Obstacles.of(CostGrid(cells, 0.05), pose, fill(footprint, 0.035))
+    return Obstacles.of(CostGrid(cells, 0.05), pose, fill_polygon(footprint.points, 0.035))
 
 
 def seen(rollouts, obstacles, footprint=RECTANGLE, **parameters):
@@ -224,7 +224,9 @@ def test_repulsion_is_the_clearance_that_is_missing():
 def test_the_cost_critic_takes_the_mean_cost_under_the_base():
     cells = np.zeros((41, 41), np.uint8)
     cells[20, 21], cells[20, 22], cells[20, 23] = 126, 252, 255  # unknown costs nothing
-    obstacles = Obstacles.of(CostGrid(cells, 0.05), Pose2D(1.025, 1.025), fill(RECTANGLE, 0.035))
+    obstacles = Obstacles.of(
+        CostGrid(cells, 0.05), Pose2D(1.025, 1.025), fill_polygon(RECTANGLE.points, 0.035)
+    )
     rollouts = seen(placed([(0.0, 0.0), (0.05, 0.0), (0.1, 0.0), (0.15, 0.0)]), obstacles)
     assert rollouts.obstacle_cost[0] == pytest.approx((0.5 + 1.0) / 4)
     assert judged(critics.cost, rollouts) == pytest.approx(3.8 * 1.5 / 4, rel=1e-5)
@@ -346,7 +348,9 @@ def test_smoothing_keeps_parabolas():
 def test_discs_cover_a_footprint_and_its_core_lies_within():
     for footprint in (RECTANGLE, Footprint.circle(0.22)):
         body = Outline.of(footprint, 0.05)
-        away = np.hypot(*(fill(footprint, 0.01)[:, None] - body.discs[:, :2]).transpose(2, 0, 1))
+        away = np.hypot(
+            *(fill_polygon(footprint.points, 0.01)[:, None] - body.discs[:, :2]).transpose(2, 0, 1)
+        )
         assert (away.min(axis=1) <= body.discs[away.argmin(axis=1), 2] + 1e-3).all()
         reach = np.hypot(body.core[:, 0], body.core[:, 1]) + body.core[:, 2]
         assert (reach < footprint.circumscribed_radius).all()
@@ -369,11 +373,11 @@ def test_the_local_path_begins_at_the_robot_and_ends_at_the_goal():
 def test_all_goals_are_reached_sideways_by_an_omnidirectional_robot():
     for goal in (Pose2D(5.0, 4.0, pi / 2), Pose2D(1.0, 3.6, 0.0)):
         toy = toy_drive("mppi", room(8, 6), Pose2D(1.2, 3.0), kind="omni", batch=500)
-        task = toy.navigation.navigate_to(goal)
+        task = toy.navigator.navigate_to(goal)
         toy.finish(task, 20.0)
         assert toy.world.pose.distance_to(goal) < 0.05, task.failure
         assert max(abs(twist.lateral) for twist in toy.commands) > 0.1
-        toy.navigation.close()
+        toy.navigator.close()
 
 
 @pytest.mark.parametrize(("radius", "turn"), [(1.0, pi / 2), (0.7, -pi)])

@@ -233,6 +233,7 @@ def test_something_that_stays_in_the_way_fails_the_drive(make):
     assert world.nearest > 0.0
 
 
+@pytest.mark.pain("s334", "s769", "s285", "s771")
 def test_a_lost_robot_stops_and_says_so(make):
     toy = make()
     task = toy.navigator.navigate_to(Pose2D(7.0, 3.0))
@@ -250,6 +251,7 @@ def test_a_lost_robot_stops_and_says_so(make):
     assert abs(toy.world.twist.linear) < 1e-3
 
 
+@pytest.mark.pain("n3090")
 def test_a_cancelled_drive_leaves_the_robot_standing(make):
     toy = make()
     task = toy.navigator.navigate_to(Pose2D(7.0, 3.0))

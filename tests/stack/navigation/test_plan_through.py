@@ -7,12 +7,12 @@ import pytest
 
 from stack.components import choose
 from stack.costmap.costmap import Costmap
-from stack.costmap.footprint import first_blocked, footprint_cost
 from stack.costmap.parameters import CostmapParameters
 from stack.errors import NavigationError
 from stack.navigation.planner_worker import PlanRequest, plan_through
 from stack.types import LETHAL_COST, CostGrid, Pose2D, TaskStatus, wrap_angle
 from tests.stack.navigation.toy_world import ToyWorld, robot, room
+from tests.stack.planning.footprint_check import first_blocked, footprint_cost
 from tests.stack.planning.office_maps import office
 from tests.stack.planning.test_pose_planners import ways
 

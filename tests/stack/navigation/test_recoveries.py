@@ -17,6 +17,7 @@ OMNI = replace(robot(lateral_speed=0.4), wheels=OmniWheels((), (), 0.05))
 LONG = Footprint(np.array([[-0.2, -0.15], [0.6, -0.15], [0.6, 0.15], [-0.2, 0.15]]))
 
 
+@pytest.mark.pain("n1655")
 @settings(deadline=None, max_examples=60)
 @given(st.floats(-20.0, 20.0), st.floats(-pi, pi), st.floats(0.2, 3.0))
 def test_every_spin_ends_after_its_angle(angle, heading, speed):
@@ -43,6 +44,7 @@ def test_every_backing_up_ends_after_its_distance(distance, heading, speed):
     assert toy.world.pose.distance_to(there) < 0.03
 
 
+@pytest.mark.pain("n2453")
 def test_backing_up_stops_before_a_wall_and_fails(make):
     toy = make(ToyWorld(room(6, 6), robot(), Pose2D(0.6, 3.0)))
     task = toy.navigator.back_up(1.0)

@@ -102,6 +102,7 @@ def two_cells(costs, data):
     return data.draw(st.sampled_from(ways)), data.draw(st.sampled_from(ways))
 
 
+@pytest.mark.pain("n4655", "o18")
 @given(cost_arrays(), st.data())
 @settings(deadline=None, max_examples=300)
 def test_reachable_means_found_and_at_the_least_cost(costs, data):
@@ -142,6 +143,7 @@ def test_plans_touch_nothing_and_join_start_and_goal(costs, data, smoother):
         assert is_way(costs[grid.cell_at(x, y)])
 
 
+@pytest.mark.pain("n4655", "o18")
 def test_two_hundred_offices_and_not_one_failure():
     planner = Astar(EXACT, ROBOT)
     lengths = []
@@ -210,6 +212,7 @@ def test_a_door_that_closes_sends_the_plan_through_the_other_one():
     assert planner.plan(costmap.grid, start, goal).points[:, 0].max() < 2.5
 
 
+@pytest.mark.pain("n4808", "n6100")
 def test_paths_keep_to_the_middle_of_a_corridor_and_of_doors():
     cells = np.full((30, 200), FREE, dtype=np.int8)
     cells[:5] = cells[25:] = OCCUPIED  # 1 m wide, middle at y = 0.75

@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 
 from stack.components import choose
 from stack.costmap.costmap import Costmap
-from stack.costmap.footprint import first_blocked, footprint_cost
 from stack.costmap.parameters import CostmapParameters
 from stack.drivetrain.description import RobotDescription, Wheels
 from stack.errors import NavigationError
@@ -31,6 +30,7 @@ from stack.types import (
     OccupancyGrid,
     Pose2D,
 )
+from tests.stack.planning.footprint_check import first_blocked, footprint_cost
 from tests.stack.planning.office_maps import office
 
 BOX = Footprint(np.array([[0.3, -0.2], [0.3, 0.2], [-0.3, 0.2], [-0.3, -0.2]]))

@@ -10,11 +10,11 @@ import pytest
 from missions.execution.prepare import RunOptions, prepare
 from stack.components import choose
 from stack.costmap.costmap import Costmap
-from stack.costmap.footprint import first_blocked
 from stack.costmap.parameters import CostmapParameters
 from stack.drivetrain.description import Limits, RobotDescription, SteeredWheels, Wheels
 from stack.errors import InputError
 from stack.types import FREE, OCCUPIED, CostGrid, Footprint, OccupancyGrid, Pose2D
+from tests.stack.planning.footprint_check import first_blocked
 from tests.stack.planning.test_pose_planners import assert_drivable, ways
 
 CAR_OUTLINE = Footprint(np.array([[0.5, -0.2], [0.5, 0.2], [-0.15, 0.2], [-0.15, -0.2]]))

@@ -1,0 +1,1 @@
+"""Plane geometry shared by the stack: polygons as arrays of corners."""

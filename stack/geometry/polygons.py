@@ -1,0 +1,58 @@
+"""Polygons in the plane: points inside, points along the outline, filling with points.
+
+A polygon is an (n, 2) array of corners in order, n >= 3; the last corner joins the first. Metres,
+in any one frame. Numba kernels keep point tests of their own, because a compiled function and its
+callees must share a module; stack/safety keeps its own on purpose, so that one fault cannot
+disable both of its checks.
+"""
+
+from __future__ import annotations
+
+from math import ceil, hypot
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stack.types import FloatArray
+
+
+def points_inside(points: FloatArray, corners: FloatArray) -> NDArray[np.bool_]:
+    """Tell which points lie in a polygon, by the crossing number of a ray towards +x.
+
+    Args:
+        points: (m, 2).
+        corners: (n, 2) of a simple polygon, in either direction.
+
+    Returns:
+        (m,) bool. Points on a left or lower edge count as inside, on a right or upper one as
+        outside, so that adjacent polygons share no point.
+    """
+    inside = np.zeros(len(points), dtype=bool)
+    x, y = points[:, 0], points[:, 1]
+    for (x1, y1), (x2, y2) in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        if y1 != y2:
+            crosses = (y1 > y) != (y2 > y)
+            inside ^= crosses & (x < x1 + (y - y1) * (x2 - x1) / (y2 - y1))
+    return inside
+
+
+def outline_points(corners: FloatArray, spacing: float) -> FloatArray:
+    """Return points along the edges in order, corners included, at most `spacing` metres apart.
+
+    Returns:
+        (m, 2) points; the first corner stands first and is not repeated.
+    """
+    points = []
+    for start, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        pieces = max(1, ceil(hypot(*(end - start)) / spacing))
+        points.append(start + (end - start) * (np.arange(pieces) / pieces)[:, None])
+    return np.vstack(points)
+
+
+def fill_polygon(corners: FloatArray, spacing: float) -> FloatArray:
+    """Return the outline's points and a square lattice inside, at most `spacing` metres apart."""
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    x, y = (np.arange(a, b, spacing) for a, b in zip(low, high, strict=True))
+    lattice = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+    inside = lattice[points_inside(lattice, corners)]
+    return np.ascontiguousarray(np.vstack([outline_points(corners, spacing), inside]))

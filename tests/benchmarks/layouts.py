@@ -1,0 +1,150 @@
+"""How each table of the documentation shows the rows of its figures."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from tests.benchmarks.table import Rows
+
+NONE = "–"
+"""Shown where a row has no value."""
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Columns of a table.
+
+    Attributes:
+        columns: heading -> a format string over the row.
+        failed: a format string over the row, which precedes its text under `failed` in the list
+            below the table; empty for no such list.
+    """
+
+    columns: Mapping[str, str]
+    failed: str = ""
+
+
+LAYOUTS: dict[str, Layout] = {
+    "courses": Layout(
+        {
+            "robot": "{robot}", "course": "`{course}`", "passed": "{success}",
+            "median time": "{time s:.1f} s", "driven / shortest": "{driven / shortest:.2f}",
+            "least clearance": "{clearance cm:.1f} cm",
+        },
+        failed="{robot}, `{course}`",
+    ),
+    "barn": Layout(
+        {
+            "controller": "{controller}", "worlds": "{worlds}", "success": "{success %:.1f} %",
+            "score, k = 2": "{score k=2:.3f}", "score, k = 4": "{score k=4:.3f}",
+            "median time": "{time s:.1f} s", "least clearance": "{clearance cm:.1f} cm",
+        },
+        failed="{controller}",
+    ),
+    "dyna": Layout({
+        "controller": "{controller}", "reached": "{success}", "drove into": "{contact}",
+        "was struck": "{struck}", "timeout": "{timeout}", "gave up": "{gave_up}",
+        "median time": "{time s:.1f} s",
+    }),
+    "missions": Layout(
+        {
+            "mission": "{mission}", "success": "{success}", "contacts": "{collisions}",
+            "pushed into": "{pushed into}", "median time": "{time s:.1f} s",
+            "median distance": "{distance m:.1f} m", "least clearance": "{clearance m:.2f} m",
+            "mean pose error": "{error mean m:.3f} m", "largest": "{error max m:.2f} m",
+            "recoveries": "{recoveries}",
+        },
+        failed="{mission}",
+    ),
+    "wall": Layout({
+        "side": "{side}", "success": "{success}/{seeds}", "samples": "{samples}",
+        "RMS error, worst seed": "{RMS cm (worst seed):.1f} cm",
+    }),
+    "kidnap": Layout(
+        {
+            "runs": "{seeds}", "success": "{success}", "noticed within 5 s": "{noticed within 5 s}",
+            "corrected within 30 s": "{corrected within 30 s}", "both": "{both}",
+            "median until noticed": "{median notice s:.1f} s",
+            "median until corrected": "{median correction s:.1f} s", "by a marker": "{by marker}",
+        },
+        failed="of {seeds}",
+    ),
+    "speed": Layout({
+        "controller": "{controller}", "recording": "{recording}", "success": "{success}",
+        "× real time": "{x real time:.1f}", "start to first tick": "{start to first tick s:.1f} s",
+        "memory": "{peak memory MB:.0f} MB",
+        **{stage: f"{{{stage} ms:.2f}} ms"
+           for stage in ("body", "estimate", "costmap", "navigate", "safety", "publish")},
+    }),
+    "commands": Layout({
+        "command": "{command}", "median": "{median s:.2f} s", "best": "{best s:.2f} s",
+        "processor time": "{processor s:.2f} s",
+    }),
+    "planning": Layout({
+        "": "{what}", "queries": "{queries}", "refused": "{refused}",
+        "median": "{median_ms:.2f} ms", "95 %": "{p95_ms:.2f} ms", "worst": "{worst_ms:.1f} ms",
+        "median length": "{path_m:.1f} m", "cells expanded": "{expanded}",
+        "worst path of cells over the optimum": "{cells_over_optimum_%:.2f} %",
+        "median path over the optimum": "{path_over_optimum_%:.1f} %",
+    }),
+    "planners": Layout({
+        "planner": "{planner}", "robot": "{robot}", "found": "{found}",
+        "median": "{median_ms:.2f} ms", "worst": "{worst_ms:.1f} ms",
+        "length / astar's": "{length_ratio:.3f}", "cost / astar's": "{cost_ratio:.3f}",
+    }),
+    "trees": Layout({
+        "tree, nodes": "{tree}", "treepilot": "{ours us:.1f} µs",
+        "py_trees": "{py_trees us:.1f} µs",
+        "treepilot, monitored": "{ours monitored us:.1f} µs",
+        "py_trees, monitored": "{py_trees monitored us:.1f} µs",
+        "ratio, monitored": "{both monitored:.1f}",
+    }),
+    "control": Layout({
+        "controller": "{controller}", "place": "{place}", "commands": "{commands}",
+        "median": "{median ms:.2f} ms", "95 %": "{95 % ms:.2f} ms",
+    }),
+    "costmap": Layout({
+        "": "{what}", "beams": "{beams}", "updates": "{updates}", "median": "{median_ms:.2f} ms",
+        "95 %": "{p95_ms:.2f} ms",
+    }),
+}  # fmt: skip
+
+
+def _courses(rows: Rows) -> tuple[str, str]:
+    return "narrow passages", f"{_total(rows)} passed"
+
+
+def _missions(rows: Rows) -> tuple[str, str]:
+    contacts = sum(row["collisions"] for row in rows)
+    return "shipped missions", f"{_total(rows)} succeeded, {contacts} contacts"
+
+
+def _barn(rows: Rows) -> tuple[str, str]:
+    first = rows[0]
+    return (
+        f"BARN, {first['worlds']} worlds",
+        f"{first['success %']:.1f} % success, score {first['score k=2']:.3f} of 0.5",
+    )
+
+
+def _speed(rows: Rows) -> tuple[str, str]:
+    factors = [
+        f"{row['x real time']:.1f} × real time with recording {row['recording']}"
+        for row in rows
+        if row["controller"] == rows[0]["controller"]
+    ]
+    return f"office patrol on one core, {rows[0]['controller']}", ", ".join(factors)
+
+
+def _total(rows: Rows) -> str:
+    """The sum over rows of successes such as 19/20."""
+    counts = [map(int, row["success"].split("/")) for row in rows]
+    good, runs = (sum(column) for column in zip(*counts, strict=True))
+    return f"{good}/{runs}"
+
+
+SUMMARY: dict[str, Callable[[Rows], tuple[str, str]]] = {
+    "courses": _courses, "missions": _missions, "barn": _barn, "speed": _speed,
+}  # fmt: skip
+"""The lines of the README's table: what was measured, and the result."""
