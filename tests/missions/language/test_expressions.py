@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from behaviours.testing import ScriptedRobot
-from missions.language.expressions.expression import Surroundings, check_expression
+from missions.language.expressions.expression import NameContext, check_expression
 from missions.language.expressions.scope import UNSET, NotSet, Role, Scope, Symbol
 from missions.language.expressions.value_types import (
     ANYTHING,
@@ -36,7 +36,7 @@ SYMBOLS = {
         Symbol("photo", Role.KEY, TEXT, MARK, UNSET),
     )
 }
-AROUND = Surroundings(Scope((SYMBOLS,)), knows_error=True, knows_attempt=True)
+AROUND = NameContext(Scope((SYMBOLS,)), knows_error=True, knows_attempt=True)
 
 
 def bound(source, wanted=ANYTHING):

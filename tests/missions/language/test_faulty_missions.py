@@ -1,4 +1,7 @@
-"""Faulty missions: each with the codes and positions that reading it must report."""
+"""Faulty missions: each with the codes and positions that reading it must report.
+
+One file: a test compares the codes of all its tables with the table of codes.
+"""
 
 from textwrap import dedent
 
@@ -23,7 +26,7 @@ blackboard:
   word: {type: text, initial: hm}
 run:
 """
-"""Eight lines; what is tried stands in line 9 onwards, indented by two."""
+"""Eight lines; the tested node is in line 9 onwards, indented by two."""
 
 
 def findings(folder, text, **overrides):
@@ -282,7 +285,7 @@ def test_faulty_files(tmp_path, text, expected):
     assert findings(tmp_path, text) == expected
 
 
-def test_there_are_many():
+def test_there_are_at_least_200_cases():
     """Those of YAML, included files, worlds and `tests` are in their own test files."""
     assert len(NODES) + len(FILES) + len(WARNINGS) >= 200
 
@@ -315,7 +318,7 @@ def test_every_finding_comes_in_one_go(tmp_path):
         ("wait: {time: 2 m}", "allowed units: s, ms, min, h"),
     ],
 )
-def test_a_finding_says_how_to_mend_it(tmp_path, node, hint):
+def test_a_finding_suggests_a_fix(tmp_path, node, hint):
     with pytest.raises(InputError) as caught:
         read_text(tmp_path, f"{NAMES}  {node}\n")
     assert hint in str(caught.value)
@@ -387,7 +390,7 @@ def test_warnings_do_not_stop_a_mission(tmp_path, text, expected):
     assert found == expected
 
 
-def test_what_others_refuse_is_reported_where_it_is_named(tmp_path):
+def test_errors_of_resources_are_reported_at_their_key(tmp_path):
     def refuse(*_):
         raise InputError("there is none of that name")
 
@@ -486,7 +489,7 @@ PIECES = [
         max_size=4,
     )
 )
-def test_whatever_is_written_gives_findings_and_never_a_traceback(tmp_path_factory, cuts):
+def test_damaged_missions_give_findings_and_never_a_traceback(tmp_path_factory, cuts):
     text = WHOLE
     for at, length, piece in cuts:
         text = text[:at] + piece + text[at + length :]

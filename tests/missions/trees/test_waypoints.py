@@ -1,4 +1,4 @@
-"""`follow_waypoints`: the order of things, what is missed and told, and where it goes."""
+"""`follow_waypoints`: order of the waypoints, missed waypoints, events and outputs."""
 
 from dataclasses import dataclass
 
@@ -82,7 +82,7 @@ def test_it_stops_at_the_first_failure_and_the_reason_names_the_waypoint(run):
     assert (found["missed"], found["reached"], found["distance"]) == ("[2]", "1", "5")
 
 
-def test_with_continue_the_missed_are_passed_over_told_and_handed_out(run):
+def test_with_continue_missed_waypoints_are_reported_and_output(run):
     it = run(
         f"{KEYS}\nrun: {{follow_waypoints: {THREE}, on_failure: continue, "
         f"do: {{act: look}}, {OUT}}}"
@@ -103,7 +103,7 @@ def test_with_continue_the_missed_are_passed_over_told_and_handed_out(run):
     assert (found["missed"], found["reached"], found["distance"]) == ("[1, 3]", "1", "7.5")
 
 
-def test_the_row_says_which_one_it_is_at(run):
+def test_the_row_shows_the_current_waypoint(run):
     it = run("run: {follow_waypoints: [$lobby, [2, 0]], on_failure: continue, do: {act: look}}")
     it.robot.answers.update(look="r", shut=(9.0,))
     it.ticks(4)
@@ -121,7 +121,7 @@ def test_the_waypoint_and_its_number_can_be_read(run):
     assert [Pose2D(3.0, 0.0)] in it.robot.log
 
 
-def test_a_second_run_begins_a_new_account(run):
+def test_a_second_run_resets_the_outputs(run):
     it = run(f"{KEYS}\nrun: {{follow_waypoints: {THREE}, on_failure: continue, {OUT}, repeat: 2}}")
     it.robot.answers["shut"] = (1.0,)
     it.ticks(4)
@@ -140,12 +140,12 @@ def test_a_drive_that_takes_too_long_is_missed(run):
     it.robot.stuck = True
     it.ticks(10)
     assert texts(it, "waypoint_missed") == [
-        "waypoint 1 of 2 missed: TIMED_OUT not done after 0.3 s",
-        "waypoint 2 of 2 missed: TIMED_OUT not done after 0.3 s",
+        "waypoint 1 of 2 missed: TIMED_OUT not finished after 0.3 s",
+        "waypoint 2 of 2 missed: TIMED_OUT not finished after 0.3 s",
     ]
 
 
-def test_an_event_comes_back_to_the_waypoint_under_way(run):
+def test_after_an_event_the_current_waypoint_continues(run):
     it = run("""
         events:
           - low: {when: battery.charge < 0.2, do: {act: charge}}
@@ -163,7 +163,7 @@ def test_an_event_comes_back_to_the_waypoint_under_way(run):
     ]  # fmt: skip
 
 
-def test_it_is_drawn_as_the_loop_that_it_is(run):
+def test_it_is_drawn_as_a_loop(run):
     it = run(f"run: {{follow_waypoints: {THREE}, do: {{act: look}}}}")
     drawn = show.text(it.tree)
     assert "· follow_waypoints" in drawn
