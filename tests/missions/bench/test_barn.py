@@ -107,7 +107,7 @@ def test_what_the_lidar_cannot_see_is_touched_and_ends_the_run(tmp_path):
     file.write_text(gazebo_world(sill + unit_cylinder(0, -2.25, 20.0)))
     (run,) = barn(file)
     assert run.status == "contact" and score_of(run, 4.0) == 0.0
-    assert "touched at (-2." in run.cause and "m/s" in run.cause
+    assert "contact with a static obstacle at (-2." in run.cause and "m/s" in run.cause
     assert (tmp_path / "out" / "failures" / "barn-sill-0.png").exists()
 
 

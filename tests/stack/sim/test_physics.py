@@ -135,7 +135,9 @@ def test_two_worlds_in_one_process_do_not_mix(build):
 
 def test_an_unknown_wheel_joint_is_refused():
     wrong = replace(ROVER, wheels=Wheels(("left_wheel",), ("right_wheel_joint",), 0.08, 0.32))
-    with pytest.raises(BodyError, match=r"no wheel joint 'left_wheel'; it has .*left_wheel_joint"):
+    with pytest.raises(
+        BodyError, match=r"no wheel joint 'left_wheel'; its joints are .*left_wheel_joint"
+    ):
         Physics(wrong, EMPTY, Pose2D(0.0, 0.0), SETTINGS)
 
 

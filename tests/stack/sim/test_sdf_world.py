@@ -82,7 +82,7 @@ def test_a_tilted_box_becomes_its_upright_bounding_box_with_a_warning(tmp_path):
     (box,) = world.boxes
     # 2 x 0.6 turned by 45 degrees in the x-z plane: (2 + 0.6) / sqrt 2 in both
     assert box.size == pytest.approx((2.6 / sqrt(2), 1.0, 1.0 + 1.3 / sqrt(2)))
-    assert sentences(world) == ["tilted, an upright box round it stands for it: ramp"]
+    assert sentences(world) == ["tilted shapes are replaced by upright boxes: ramp"]
 
 
 def test_a_horizontal_cylinder_becomes_a_box_and_a_sphere_a_cylinder(tmp_path):
