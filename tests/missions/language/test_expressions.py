@@ -8,7 +8,16 @@ from hypothesis import strategies as st
 
 from missions.language.expressions import Surroundings, check_expression
 from missions.language.scope import UNSET, NotSet, Role, Scope, Symbol
-from missions.language.value_types import ANYTHING, BOOL, INT, NUMBER, POSE, TEXT, ValueType
+from missions.language.value_types import (
+    ANYTHING,
+    BOOL,
+    INT,
+    NUMBER,
+    POSE,
+    TEXT,
+    ValueType,
+    type_of_annotation,
+)
 from missions.trees.execution import Execution
 from missions.trees.slots import Frame, Slot
 from stack.documents import Mark
@@ -155,6 +164,27 @@ CONDITIONS = st.recursive(
 def test_precedence_is_pythons(source):
     expected = eval(source.replace("$n", "7").replace("$m", "2"))
     assert bound(source)[1]() == expected
+
+
+@pytest.mark.parametrize("first", ["<", "<=", ">", ">=", "==", "!="])
+@pytest.mark.parametrize("second", ["<", "<=", ">", ">=", "==", "!="])
+def test_comparisons_do_not_chain(first, second):
+    checked, (problem,) = check_expression(f"$n {first} $m {second} 3", AROUND)
+    assert checked is None
+    assert "comparisons do not chain" in problem.sentence
+    assert problem.at == len(f"$n {first} $m ")
+
+
+@pytest.mark.parametrize(
+    ("annotation", "unit", "expected"),
+    [
+        (float | None, "m", ValueType(float, "m")), (None | int, "", INT),
+        (list[float] | None, "m", ValueType(list, item=ValueType(float, "m"))),
+        (float | str, "m", ANYTHING), (Pose2D | str | None, "", ANYTHING),
+    ],
+)  # fmt: skip
+def test_what_may_be_left_out_has_the_type_of_what_is_given(annotation, unit, expected):
+    assert type_of_annotation(annotation, unit) == expected
 
 
 @settings(deadline=None, max_examples=300)
