@@ -97,12 +97,12 @@ def test_the_room_beside_a_long_robot_turns_with_it():
     """1 m by 0.2 m: along it, it reaches 0.5 m, across it 0.1 m; discs stand out a little."""
     long = Footprint(np.array([[-0.5, -0.1], [0.5, -0.1], [0.5, 0.1], [-0.5, 0.1]]))
     outline = Outline.of(long, 0.05)
-    somebody = track((0.0, 2.0), (0.0, 0.0), 0.3)
-    across, along = room_beside(
-        outline, np.array([[0.0, 0.0, 0.0], [0.0, 0.0, np.pi / 2]]), np.zeros(2), somebody
-    )
-    assert across == pytest.approx(2.0 - 0.3 - 0.1, abs=0.08)
-    assert along == pytest.approx(2.0 - 0.3 - 0.5, abs=0.08)
+    headings = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, np.pi / 2]])
+    for side in (2.0, -2.0):
+        somebody = track((0.0, side), (0.0, 0.0), 0.3)
+        across, along = room_beside(outline, headings, np.zeros(2), somebody)
+        assert across == pytest.approx(2.0 - 0.3 - 0.1, abs=0.08)
+        assert along == pytest.approx(2.0 - 0.3 - 0.5, abs=0.08)
 
 
 def test_nobody_near_costs_nothing():

@@ -204,6 +204,27 @@ def test_a_sonar_frees_its_cone_when_it_hears_nothing_and_forgets_in_time():
     assert at(costmap, 0.525, 0.025) == UNKNOWN_COST
 
 
+def lethal(costmap):
+    """The middles of the lethal cells, metres."""
+    cells = np.argwhere(costmap.grid.cells == LETHAL_COST)
+    return {tuple(round(value, 6) for value in costmap.grid.centre_of(*cell)) for cell in cells}
+
+
+@pytest.mark.parametrize(("x", "y"), [(0.275, 0.025), (-0.225, 0.425), (0.125, -0.325)])
+def test_what_a_sonar_has_heard_keeps_its_place_and_age_when_the_window_rolls(x, y):
+    costmap = made({"use": "range", "decay": "5 s"}, "inflation", window=6.0, parameters=ONLY_CELLS)
+    for step in range(4):
+        costmap.update(Pose2D(0.025, 0.025), None, 0.1 * step, readings=[sonar(1.0)])
+    heard, origin = lethal(costmap), costmap.grid.origin
+    assert (1.025, 0.025) in heard
+    costmap.update(Pose2D(x, y), None, 0.4)
+    assert costmap.grid.origin != origin
+    assert lethal(costmap) == heard
+    assert costmap.explain(1.025, 0.025) == CellOrigin("range", "front_sonar", pytest.approx(0.3))
+    costmap.update(Pose2D(x, y), None, 6.1)  # 5 s after the last of the readings
+    assert lethal(costmap) == set()
+
+
 # Noise
 
 
