@@ -39,6 +39,21 @@ def test_the_window_is_what_can_be_reached_in_the_simulated_time():
     assert window(DwbParameters(), robot(), STANDSTILL, 0.8).linear.min() == pytest.approx(-0.1)
 
 
+def test_the_window_grows_with_the_simulated_time():
+    """2 s: 0.4 + 2 · 0.2 and 0.4 - 2 · 0.1 m/s, 0.1 -+ 2 · 0.5 rad/s."""
+    p = DwbParameters(simulation_time=2.0, cruise_speed=1.5, turn_speed=1.5)
+    slow = robot(
+        linear_speed=1.5, linear_acceleration=0.2, linear_deceleration=0.1,
+        angular_acceleration=0.5, angular_speed=1.5,
+    )  # fmt: skip
+    speeds = window(p, slow, Twist(0.4, 0.1), 1.5)
+    moving = speeds.linear[speeds.linear != 0.0]  # standing is always added
+    assert (moving.min(), moving.max()) == (pytest.approx(0.2), pytest.approx(0.8))
+    assert (speeds.angular.min(), speeds.angular.max()) == (
+        pytest.approx(-0.9), pytest.approx(1.1),
+    )  # fmt: skip
+
+
 def test_motions_ramp_to_their_speeds_and_follow_arcs():
     p = DwbParameters(simulation_time=2.0, simulation_step=0.1)
     fast = robot(linear_acceleration=1.0, angular_acceleration=100.0)
