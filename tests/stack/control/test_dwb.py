@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stack.control.dwb import critics
-from stack.control.dwb.controller import drive, window
+from stack.control.dwb.controller import Dwb, drive, window
 from stack.control.dwb.critics import Sampling, Speeds
 from stack.control.dwb.parameters import DwbParameters
 from stack.types import STANDSTILL, CostGrid, Pose2D, Twist
@@ -52,6 +52,25 @@ def test_the_window_grows_with_the_simulated_time():
     assert (speeds.angular.min(), speeds.angular.max()) == (
         pytest.approx(-0.9), pytest.approx(1.1),
     )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("begun", "kept"),
+    [
+        (Twist(0.3, 0.0), [True, False, True, True]),  # ahead: no more backward
+        (Twist(-0.3, 0.5), [False, True, True, True]),  # backward: turning is free
+        (Twist(0.0, 0.5), [True, True, True, False]),  # to the left in place: no more to the right
+    ],
+)
+def test_a_direction_just_taken_is_kept_until_the_robot_has_moved_on(begun, kept):
+    driver, here = Dwb(P, robot(), 0.05), Pose2D(1.0, 2.0, 0.3)
+    speeds = Speeds(*np.array([[0.2, -0.2, 0.0, 0.0], [0.0, 0.0, 0.4, -0.4], [0.0] * 4]))
+    assert list(driver._not_oscillating(here, speeds)) == [True] * 4
+    driver._note_direction(here, begun)
+    assert list(driver._not_oscillating(here, speeds)) == kept
+    moved = here.compose(Pose2D(P.oscillation_distance + 0.01, 0.0))
+    assert list(driver._not_oscillating(moved, speeds)) == [True] * 4
+    assert list(driver._not_oscillating(here, speeds)) == [True] * 4
 
 
 def test_motions_ramp_to_their_speeds_and_follow_arcs():

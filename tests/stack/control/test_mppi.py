@@ -405,6 +405,14 @@ def test_the_local_path_begins_at_the_robot_and_ends_at_the_goal():
     assert list(np.flatnonzero(~path.open)) == [10]  # x = 1.5 lies in the inscribed cell
 
 
+@pytest.mark.parametrize("y", [-0.02, 0.52])
+def test_a_path_beside_the_costmap_is_open(y):
+    """Ten rows of 5 cm from y = 0 on, all lethal; the path runs a row below or above them."""
+    costs = CostGrid(np.full((10, 40), 254, np.uint8), 0.05, (0.0, 0.0))
+    track = Track(polyline((0.1, y), (1.1, y)))
+    assert LocalPath.of(track, Pose2D(0.1, y), costs, 5.0, 0.05).open.all()
+
+
 def test_all_goals_are_reached_sideways_by_an_omnidirectional_robot():
     for goal in (Pose2D(5.0, 4.0, pi / 2), Pose2D(1.0, 3.6, 0.0)):
         toy = toy_drive("mppi", room(8, 6), Pose2D(1.2, 3.0), kind="omni", batch=500)

@@ -320,6 +320,11 @@ def test_roll_outs_are_dense_and_end_where_the_legs_do(who):
         for before, after in pairwise(poses):
             rim = before.distance_to(after) + radius * abs(after.heading - before.heading)
             assert rim < 0.0201
+        driven = sum(leg.amount for leg in legs if not leg.turns)
+        turned = sum(leg.amount for leg in legs if leg.turns)
+        assert (rollout.length[-1], rollout.turned[-1]) == pytest.approx((driven, turned))
+        assert rollout.amount[-1] == pytest.approx(legs[-1].amount)
+        assert rollout.leg[-1] == len(legs) - 1
         pose = MIDDLE
         for leg in legs:  # the closed form of an arc, by many small steps
             for _ in range(400):
