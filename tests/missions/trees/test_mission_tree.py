@@ -4,6 +4,7 @@ import py_trees
 import pytest
 from hypothesis import given, reject, settings
 from hypothesis import strategies as st
+from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from behaviours.base import RobotBehaviour
@@ -49,6 +50,8 @@ def test_an_exception_is_the_first_cause_when_it_ends_the_mission(run):
 
 class FailsTwice(RobotBehaviour):
     """Fails with a reason, then without one; it has nothing but `update`."""
+
+    terminate = Behaviour.terminate
 
     def update(self):
         self.robot.log.append(self.failure)
