@@ -28,6 +28,17 @@ def test_interior_and_outline_count_and_heading_turns_the_outline():
     assert footprint_cost(grid, BAR, Pose2D(0.3, -0.4, pi / 2)) == LETHAL_COST
 
 
+@pytest.mark.parametrize(
+    ("x", "y", "cell"),
+    [(0.0, 0.01, (0.2, 0.12)), (0.0, -0.01, (0.2, -0.12)), (0.01, 0.0, (0.52, 0.02)),
+     (-0.01, 0.0, (-0.12, 0.02))],
+)  # fmt: skip
+def test_a_cell_that_an_edge_reaches_by_a_centimetre_counts(x, y, cell):
+    """The bar is 0.6 m by 0.2 m; its edges lie on the sides of cells until it moves by 1 cm."""
+    assert footprint_cost(grid_with(cell), BAR, Pose2D(x, y)) == LETHAL_COST
+    assert footprint_cost(grid_with(cell), BAR, Pose2D(-3.0 * x, -3.0 * y)) == FREE_COST
+
+
 def test_outside_and_unknown_count_as_asked():
     outside = Pose2D(1.8, 0.0)
     assert footprint_cost(grid_with(), BAR, outside) == UNKNOWN_COST

@@ -88,6 +88,10 @@ def test_a_lethal_cell_says_which_layer_and_source_marked_it_and_when():
     assert costmap.explain(99.0, 0.0) is None
     costmap.update(Pose2D(0.025, -0.975), scan([1.0]), 5.5)
     assert costmap.explain(1.025, -0.975) == CellOrigin("obstacle", "lidar", 5.5)
+    above = made("static", "obstacle", "inflation", zone, static=static)
+    above.update(Pose2D(0.025, -0.975), scan([1.0]), 4.25)
+    assert above.explain(1.025, -0.975) == CellOrigin("obstacle", "lidar", 4.25)
+    assert above.explain(1.5, 0.5) == CellOrigin("keepout", "stairs")
 
 
 @given(st.lists(st.tuples(st.floats(0.3, 2.4), st.floats(-2, 2)), min_size=1, max_size=8))
@@ -340,6 +344,16 @@ def test_the_space_before_a_walker_costs_and_the_space_behind_does_not():
     assert at(costmap, 0.325, 0.025) == int(200 * exp(-0.5 * (behind / 0.3) ** 2))
     assert at(costmap, -0.225, 0.025) == 0
     assert not costmap.sensed.any()
+
+
+@pytest.mark.parametrize("ahead", [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)])
+def test_the_whole_way_before_a_walker_costs_wherever_it_leads(ahead):
+    """200 (1 - 0.6 t / 2) t seconds ahead, up to the horizon of 2 s."""
+    costmap = made("static", "obstacle", "inflation", "social")
+    costmap.update(Pose2D(0.0, 0.0), None, 0.0, tracks=[walker(1.0, 0.0, *ahead)])
+    for time in (0.925, 1.425, 1.925):
+        there = at(costmap, 1.001 + time * ahead[0], 0.001 + time * ahead[1])
+        assert there == int(200 * (1 - 0.6 * time / 2))
 
 
 def test_the_cost_follows_the_walker_and_goes_with_it():
