@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from stack.description import OmniWheels, SteeredWheels
 from stack.errors import ParameterError
 from stack.navigation.escape import kernels
-from stack.navigation.escape.primitives import motions, roll_out
+from stack.navigation.escape.primitives import Leg, motions, roll_out
 from stack.navigation.escape.surroundings import Surroundings
 from stack.navigation.following import standing
 from stack.navigation.tasks import Moment
@@ -255,6 +255,25 @@ def test_legs_are_driven_with_one_metre_or_one_radian_per_unit(who):
             speed = hypot(leg.twist.linear, leg.twist.lateral)
             assert abs(leg.twist.angular if leg.turns else speed) == pytest.approx(1.0)
             assert 0.0 < leg.amount <= max(1.5, pi)
+
+
+@pytest.mark.parametrize(
+    ("leg", "speed", "acceleration"),
+    [
+        (Leg(Twist(angular=-1.0), 0.8), 0.6, 1.0),  # the robot's turning speed, below 1 rad/s
+        (Leg(Twist(1.0), 0.8), 0.15, 0.4),
+        (Leg(Twist(-1.0, 3.0), 0.8), 0.15, 0.4),
+        (Leg(Twist(1.0, 8.0), 0.8), 0.6 / 8.0, 0.4),  # 8 rad/m at no more than 0.6 rad/s
+    ],
+)
+def test_legs_speed_up_by_half_of_what_the_drive_can(make, leg, speed, acceleration):
+    who = robot(angular_speed=0.6, angular_acceleration=2.0, linear_acceleration=0.8)
+    toy = make(ToyWorld(room(6, 6), who, MIDDLE))
+    toy.navigation.escape()
+    stroke = toy.navigation._activity._stroke(leg)
+    assert (stroke.total, stroke.speed, stroke.acceleration) == pytest.approx(
+        (0.8, speed, acceleration)
+    )
 
 
 CROSS = np.array([[1.0, 2.0, 3.0, 4.0]])
