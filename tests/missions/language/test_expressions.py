@@ -18,6 +18,7 @@ from missions.language.expressions.value_types import (
     POSE,
     TEXT,
     ValueType,
+    type_of_annotation,
 )
 from missions.trees.context import Execution
 from missions.trees.slots import Frame, Slot
@@ -168,6 +169,27 @@ CONDITIONS = st.recursive(
 def test_precedence_is_pythons(source):
     expected = eval(source.replace("$n", "7").replace("$m", "2"))
     assert bound(source)[1]() == expected
+
+
+@pytest.mark.parametrize("first", ["<", "<=", ">", ">=", "==", "!="])
+@pytest.mark.parametrize("second", ["<", "<=", ">", ">=", "==", "!="])
+def test_comparisons_do_not_chain(first, second):
+    checked, (problem,) = check_expression(f"$n {first} $m {second} 3", AROUND)
+    assert checked is None
+    assert "comparisons do not chain" in problem.sentence
+    assert problem.at == len(f"$n {first} $m ")
+
+
+@pytest.mark.parametrize(
+    ("annotation", "unit", "expected"),
+    [
+        (float | None, "m", ValueType(float, "m")), (None | int, "", INT),
+        (list[float] | None, "m", ValueType(list, item=ValueType(float, "m"))),
+        (float | str, "m", ANYTHING), (Pose2D | str | None, "", ANYTHING),
+    ],
+)  # fmt: skip
+def test_what_may_be_left_out_has_the_type_of_what_is_given(annotation, unit, expected):
+    assert type_of_annotation(annotation, unit) == expected
 
 
 @settings(deadline=None, max_examples=300)

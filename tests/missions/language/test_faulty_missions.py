@@ -46,6 +46,7 @@ NODES = [
     ("{timeout: 3 s, name: a}", "E120 9:3"),
     ("navigate_to_pos: $dock", "E121 9:3"),
     ("stop", "E121 9:3"),
+    ("{for_each: {t: [1, 2.5]}, do: {plain.Plain: {ticks: $t}}}", "E141 9:55"),
     ("nowhere.Thing: {}", "E121 9:3"),
     ("use: inspect", "E122 9:8"),
     ("use:", "E122 9:3"),

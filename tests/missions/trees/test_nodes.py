@@ -74,6 +74,13 @@ def test_nodes_without_motion_are_halted_within_the_tick_before_later_children(r
     assert it.ticks() == ["b starts", "a starts", "b halted"]
 
 
+def test_a_plain_class_that_is_run_again_does_not_halt_the_drive(run):
+    """It has no `uses_wheels`, so it does not move the robot."""
+    it = run("run: {reactive: [{plain.Plain: {ticks: 1}}, {drive: work}]}")
+    it.robot.answers["work"] = "r"
+    assert it.ticks(3) == ["work starts"]
+
+
 def test_a_failing_earlier_child_that_moved_starts_the_later_one_again(run):
     it = run("run: {reactive_fallback: [{drive: a}, {act: b}]}")
     it.robot.answers.update(a="ff", b="r")

@@ -67,6 +67,16 @@ def test_no_waypoints_succeed_at_once(run):
     assert it.tree.status is Status.SUCCESS
 
 
+def test_the_outputs_begin_with_nothing_reached(run):
+    keys = (
+        "blackboard: {reached: {type: int, initial: 7}, missed: {type: list of int, initial: [7]}}"
+    )
+    it = run(f"{keys}\nrun: {{follow_waypoints: [], out: {{missed: $missed, reached: $reached}}}}")
+    it.ticks()
+    found = it.tree.blackboard()
+    assert (found["missed"], found["reached"]) == ("[]", "0")
+
+
 def test_it_stops_at_the_first_failure_and_the_reason_names_the_waypoint(run):
     it = run(f"{KEYS}\nrun: {{follow_waypoints: {THREE}, {OUT}}}")
     it.robot.answers["shut"] = (2.0,)

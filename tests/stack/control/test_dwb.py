@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stack.control.dwb import critics
-from stack.control.dwb.controller import drive, window
+from stack.control.dwb.controller import Dwb, drive, window
 from stack.control.dwb.critics import Sampling, Speeds
 from stack.control.dwb.parameters import DwbParameters
 from stack.types import STANDSTILL, CostGrid, Pose2D, Twist
@@ -37,6 +37,40 @@ def test_the_window_is_what_can_be_reached_in_the_simulated_time():
     assert (angular.min(), angular.max()) == (pytest.approx(-0.4), pytest.approx(0.6))
     assert window(p, robot(), STANDSTILL, 0.25).linear.max() == pytest.approx(0.25)
     assert window(DwbParameters(), robot(), STANDSTILL, 0.8).linear.min() == pytest.approx(-0.1)
+
+
+def test_the_window_grows_with_the_simulated_time():
+    """2 s: 0.4 + 2 · 0.2 and 0.4 - 2 · 0.1 m/s, 0.1 -+ 2 · 0.5 rad/s."""
+    p = DwbParameters(simulation_time=2.0, cruise_speed=1.5, turn_speed=1.5)
+    slow = robot(
+        linear_speed=1.5, linear_acceleration=0.2, linear_deceleration=0.1,
+        angular_acceleration=0.5, angular_speed=1.5,
+    )  # fmt: skip
+    speeds = window(p, slow, Twist(0.4, 0.1), 1.5)
+    moving = speeds.linear[speeds.linear != 0.0]  # standing is always added
+    assert (moving.min(), moving.max()) == (pytest.approx(0.2), pytest.approx(0.8))
+    assert (speeds.angular.min(), speeds.angular.max()) == (
+        pytest.approx(-0.9), pytest.approx(1.1),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("begun", "kept"),
+    [
+        (Twist(0.3, 0.0), [True, False, True, True]),  # ahead: no more backward
+        (Twist(-0.3, 0.5), [False, True, True, True]),  # backward: turning is free
+        (Twist(0.0, 0.5), [True, True, True, False]),  # to the left in place: no more to the right
+    ],
+)
+def test_a_direction_just_taken_is_kept_until_the_robot_has_moved_on(begun, kept):
+    driver, here = Dwb(P, robot(), 0.05), Pose2D(1.0, 2.0, 0.3)
+    speeds = Speeds(*np.array([[0.2, -0.2, 0.0, 0.0], [0.0, 0.0, 0.4, -0.4], [0.0] * 4]))
+    assert list(driver._not_oscillating(here, speeds)) == [True] * 4
+    driver._note_direction(here, begun)
+    assert list(driver._not_oscillating(here, speeds)) == kept
+    moved = here.compose(Pose2D(P.oscillation_distance + 0.01, 0.0))
+    assert list(driver._not_oscillating(moved, speeds)) == [True] * 4
+    assert list(driver._not_oscillating(here, speeds)) == [True] * 4
 
 
 def test_motions_ramp_to_their_speeds_and_follow_arcs():

@@ -7,7 +7,7 @@ from stack.components import ControlState
 from stack.control.mppi.critics import critics
 from stack.control.mppi.critics import kernels as critic_kernels
 from stack.control.mppi.parameters import MppiParameters
-from stack.control.mppi.scene import Obstacles, Outline
+from stack.control.mppi.scene import Obstacles, Outline, clearance_to
 from stack.errors import NavigationError
 from stack.types import STANDSTILL, CostGrid, Footprint, Pose2D, TrackedObject
 from tests.stack.control.courses import controller
@@ -81,6 +81,30 @@ def test_closeness_is_the_clearance_that_is_missing_when_the_rollout_comes_by():
     assert judged(critics.moving, rollouts, moving=True, moving_weight=10.0) == pytest.approx(
         expected, rel=1e-4
     )
+
+
+def test_the_room_beside_somebody_is_what_is_left_between_two_circles():
+    """A walker from (1, 2) with (0.5, -0.25) m/s is at (2, 1.5) after 2 s."""
+    outline = Outline.of(Footprint.circle(0.2), 0.05)
+    radius = float(outline.discs[0, 2])
+    poses = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 2.0], [2.0, 0.0, 1.0], [-1.0, -2.5, 0.3]])
+    rooms = clearance_to(
+        outline, poses, np.array([0.0, 2.0, 2.0, 2.0]), track((1.0, 2.0), (0.5, -0.25), 0.3)
+    )
+    apart = np.array([5.0**0.5, 2.5, 1.5, 5.0])
+    assert rooms == pytest.approx(apart - radius - 0.3, abs=1e-6)
+
+
+def test_the_room_beside_a_long_robot_turns_with_it():
+    """1 m by 0.2 m: along it, it reaches 0.5 m, across it 0.1 m; discs stand out a little."""
+    long = Footprint(np.array([[-0.5, -0.1], [0.5, -0.1], [0.5, 0.1], [-0.5, 0.1]]))
+    outline = Outline.of(long, 0.05)
+    headings = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, np.pi / 2]])
+    for side in (2.0, -2.0):
+        somebody = track((0.0, side), (0.0, 0.0), 0.3)
+        across, along = clearance_to(outline, headings, np.zeros(2), somebody)
+        assert across == pytest.approx(2.0 - 0.3 - 0.1, abs=0.08)
+        assert along == pytest.approx(2.0 - 0.3 - 0.5, abs=0.08)
 
 
 def test_nobody_near_costs_nothing():

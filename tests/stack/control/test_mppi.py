@@ -117,6 +117,45 @@ def test_excess_is_what_controls_ask_beyond_the_limits():
     assert judged(critics.constraint, rollouts) == pytest.approx(4.0 * 0.05 * 6.0, rel=1e-5)
 
 
+def pursued(*points, speed=0.8, lookahead=0.6, steps=3, limits=FREE, **parameters):
+    """Controls (2, steps) of a pure pursuit of points from the origin, looking along x."""
+    controls = np.zeros((2, steps, 1), np.float32)
+    kernels.pursue(
+        np.array(points, np.float32), np.array([0.0, 0.0, 0.0, 1.0, 0.0], np.float32),
+        bounds(MppiParameters(**parameters), moving("differential", **limits)), speed, lookahead,
+        0, controls,
+    )  # fmt: skip
+    return controls[:, :, 0]
+
+
+def test_a_pursuit_aims_at_the_point_ahead_and_slows_for_what_it_cannot_turn_into():
+    """Curvature 2 y / d²: 2 · 0.5 / 0.5 = 2 / m, which 1 rad/s allows at 0.5 m/s."""
+    path = (0.0, 0.0), (0.5, 0.5), (2.0, 2.0)
+    assert pursued(*path, turn_speed=1.0)[:, 0] == pytest.approx([0.5, 1.0])
+    assert pursued(*path, speed=0.4, turn_speed=1.0)[:, 0] == pytest.approx([0.4, 0.8])
+    right = (0.0, 0.0), (0.5, -0.5), (2.0, -2.0)
+    assert pursued(*right, turn_speed=1.0)[:, 0] == pytest.approx([0.5, -1.0])
+
+
+def test_a_pursuit_goes_on_from_where_it_has_come_to():
+    """Towards (0.5, 0.2) on the arc of curvature 2 · 0.2 / 0.29: it stays on that arc."""
+    linear, angular = pursued((0.5, 0.2), (9.0, 0.2), lookahead=0.3, steps=4)
+    assert linear == pytest.approx([0.8] * 4)
+    assert angular[:4] == pytest.approx([0.8 * 0.4 / 0.29] * 4, rel=0.01)
+
+
+def test_a_pursuit_speeds_up_and_stops_as_the_robot_can():
+    limits = {"linear_acceleration": 1.0, "linear_deceleration": 2.0, "angular_acceleration": 9.0}
+    rising = pursued((5.0, 0.0), (9.0, 0.0), steps=3, limits=limits)
+    assert rising[0] == pytest.approx([0.05, 0.1, 0.15])  # 1.0 m/s² · 0.05 s a step
+    # before the end at 0.09 m it may drive sqrt(2 · (0.5 · 2.0) · 0.09) = 0.424 m/s, and does not
+    # reach that; nor does it drive to a point behind it
+    assert pursued((0.09, 0.0), steps=1, limits=FREE)[0] == pytest.approx([0.8])
+    slow = {**FREE, "linear_deceleration": 2.0}
+    assert pursued((0.09, 0.0), steps=1, limits=slow)[0] == pytest.approx([0.18**0.5])
+    assert pursued((-1.0, 0.1), (-2.0, 0.1), steps=1)[0] == pytest.approx([0.0])
+
+
 def test_a_car_turns_no_tighter_than_its_radius():
     rollouts = driven(constant(0.6, 1.8), model="ackermann")
     assert abs(rollouts.velocities[1]).max() == pytest.approx(0.6 / 0.5, rel=1e-5)
@@ -368,6 +407,14 @@ def test_the_local_path_begins_at_the_robot_and_ends_at_the_goal():
     assert path.remaining == pytest.approx(1.0)
     assert path.goal_distance == pytest.approx(hypot(1.0, 0.1))
     assert list(np.flatnonzero(~path.open)) == [10]  # x = 1.5 lies in the inscribed cell
+
+
+@pytest.mark.parametrize("y", [-0.02, 0.52])
+def test_a_path_beside_the_costmap_is_open(y):
+    """Ten rows of 5 cm from y = 0 on, all lethal; the path runs a row below or above them."""
+    costs = CostGrid(np.full((10, 40), 254, np.uint8), 0.05, (0.0, 0.0))
+    track = PathProgress(polyline((0.1, y), (1.1, y)))
+    assert LocalPath.of(track, Pose2D(0.1, y), costs, 5.0, 0.05).open.all()
 
 
 def test_all_goals_are_reached_sideways_by_an_omnidirectional_robot():

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stack.components import ControlState
+from stack.control.cusp_splitter import CuspSplitter
 from stack.control.manoeuvre import ArcPrimitive
 from stack.control.path_progress import PathProgress
 from stack.control.pure_pursuit import PurePursuit, PurePursuitParameters
@@ -203,6 +204,21 @@ def test_the_local_plan_is_the_arc_commanded():
     plan = controller.local_plan
     assert plan.length == pytest.approx(twist.linear * 1.0, abs=1e-6)
     assert wrap_angle(plan.goal.heading) == pytest.approx(twist.angular, abs=1e-6)
+
+
+@pytest.mark.parametrize(("goal", "sign"), [(5.0, 1.0), (1.0, -1.0)])
+def test_the_local_plan_of_a_leg_looks_as_the_robot_does(goal, sign):
+    """Ahead or backward along x, the robot looks along x all the time."""
+    world = ToyWorld(room(6, 6), robot(), Pose2D(3.0, 3.0))
+    driver = CuspSplitter(PurePursuit, PurePursuitParameters(), world.robot, world.period)
+    path = polyline((3, 3), (goal, 3))
+    driver.set_path(Path(path.points * (1.0, 1.0, 0.0)))
+    costs = ToyCostmap(world)
+    twist = driver.command(ControlState(0.0, world.pose, STANDSTILL, costs.grid))
+    assert twist.linear * sign > 0.0
+    plan = driver.local_plan.points
+    assert (plan[-1, 0] - plan[0, 0]) * sign > 0.0
+    assert np.cos(plan[:, 2]) == pytest.approx(1.0)
 
 
 def test_padding_tuned_live_is_kept_from_the_next_command_on():

@@ -245,6 +245,18 @@ def test_a_rolling_window_does_not_smear_what_it_saw(places):
         assert middle.distance_to(Pose2D(x, y)) <= 0.05
 
 
+@pytest.mark.parametrize(("dx", "dy"), [(0.05, 0.0), (-0.05, 0.0), (0.0, 0.05), (0.0, -0.05)])
+def test_what_was_seen_keeps_its_place_when_the_window_rolls_cell_by_cell(dx, dy):
+    costmap = Costmap(replace(ONLY_CELLS, decay=0.0), TINY, None, window=4.0)
+    costmap.update(Pose2D(0.025, 0.025), scan([1.0]), 0.0)
+    for step in range(1, 11):
+        x, y = 0.025 + step * dx, 0.025 + step * dy
+        costmap.update(Pose2D(x, y), None, 0.1 * step)
+        assert costmap.grid.origin == pytest.approx((x - 2.0, y - 2.0), abs=0.05)
+        (mark,) = np.argwhere(costmap.grid.cells == LETHAL_COST)
+        assert costmap.grid.centre_of(*mark) == pytest.approx((1.025, 0.025))
+
+
 def test_the_window_takes_static_cells_at_their_places_and_drops_what_it_leaves():
     static = room()
     static.cells[40, 40] = OCCUPIED  # middle (1.025, 0.025)

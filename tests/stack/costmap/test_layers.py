@@ -90,6 +90,10 @@ def test_a_lethal_cell_says_which_layer_and_source_marked_it_and_when():
     assert costmap.explain(99.0, 0.0) is None
     costmap.update(Pose2D(0.025, -0.975), scan([1.0]), 5.5)
     assert costmap.explain(1.025, -0.975) == CellProvenance("obstacle", "lidar", 5.5)
+    above = made("static", "obstacle", "inflation", zone, static=static)
+    above.update(Pose2D(0.025, -0.975), scan([1.0]), 4.25)
+    assert above.explain(1.025, -0.975) == CellProvenance("obstacle", "lidar", 4.25)
+    assert above.explain(1.5, 0.5) == CellProvenance("keepout", "stairs")
 
 
 @given(st.lists(st.tuples(st.floats(0.3, 2.4), st.floats(-2, 2)), min_size=1, max_size=8))
@@ -199,6 +203,28 @@ def test_a_sonar_frees_its_cone_when_it_hears_nothing_and_forgets_in_time():
     assert at(costmap, 0.525, 0.025) == LETHAL_COST
     costmap.update(pose, None, 6.1)
     assert at(costmap, 0.525, 0.025) == UNKNOWN_COST
+
+
+def lethal(costmap):
+    """The middles of the lethal cells, metres."""
+    cells = np.argwhere(costmap.grid.cells == LETHAL_COST)
+    return {tuple(round(value, 6) for value in costmap.grid.centre_of(*cell)) for cell in cells}
+
+
+@pytest.mark.parametrize(("x", "y"), [(0.275, 0.025), (-0.225, 0.425), (0.125, -0.325)])
+def test_what_a_sonar_has_heard_keeps_its_place_and_age_when_the_window_rolls(x, y):
+    costmap = made({"use": "range", "decay": "5 s"}, "inflation", window=6.0, parameters=ONLY_CELLS)
+    for step in range(4):
+        costmap.update(Pose2D(0.025, 0.025), None, 0.1 * step, readings=[sonar(1.0)])
+    heard, origin = lethal(costmap), costmap.grid.origin
+    assert (1.025, 0.025) in heard
+    costmap.update(Pose2D(x, y), None, 0.4)
+    assert costmap.grid.origin != origin
+    assert lethal(costmap) == heard
+    marked = CellProvenance("range", "front_sonar", pytest.approx(0.3))
+    assert costmap.explain(1.025, 0.025) == marked
+    costmap.update(Pose2D(x, y), None, 6.1)  # 5 s after the last of the readings
+    assert lethal(costmap) == set()
 
 
 # Noise
@@ -316,6 +342,16 @@ def test_the_space_before_a_walker_costs_and_the_space_behind_does_not():
     assert at(costmap, 0.325, 0.025) == int(200 * exp(-0.5 * (behind / 0.3) ** 2))
     assert at(costmap, -0.225, 0.025) == 0
     assert not sensed(costmap).any()
+
+
+@pytest.mark.parametrize("ahead", [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)])
+def test_the_whole_way_before_a_walker_costs_wherever_it_leads(ahead):
+    """200 (1 - 0.6 t / 2) t seconds ahead, up to the horizon of 2 s."""
+    costmap = made("static", "obstacle", "inflation", "social")
+    costmap.update(Pose2D(0.0, 0.0), None, 0.0, tracks=[walker(1.0, 0.0, *ahead)])
+    for time in (0.925, 1.425, 1.925):
+        there = at(costmap, 1.001 + time * ahead[0], 0.001 + time * ahead[1])
+        assert there == int(200 * (1 - 0.6 * time / 2))
 
 
 def test_the_cost_follows_the_walker_and_goes_with_it():

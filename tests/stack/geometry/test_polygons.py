@@ -78,6 +78,17 @@ def test_filling_leaves_no_gap_inside():
     assert max(nearest) <= 0.1 * hypot(0.5, 0.5) + 1e-9  # half the diagonal of a lattice square
 
 
+@pytest.mark.parametrize(
+    ("x", "y", "cell"),
+    [(0.0, 0.01, (0.2, 0.12)), (0.0, -0.01, (0.2, -0.12)), (0.01, 0.0, (0.52, 0.02)),
+     (-0.01, 0.0, (-0.12, 0.02))],
+)  # fmt: skip
+def test_a_cell_that_an_edge_reaches_by_a_centimetre_counts(x, y, cell):
+    """The bar is 0.6 m by 0.2 m; its edges lie on the sides of cells until it moves by 1 cm."""
+    assert footprint_cost(grid_with(cell), BAR, Pose2D(x, y)) == LETHAL_COST
+    assert footprint_cost(grid_with(cell), BAR, Pose2D(-3.0 * x, -3.0 * y)) == 0
+
+
 @given(
     st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), st.floats(-pi, pi), st.floats(0, 1), st.floats(0, 1)
 )

@@ -85,6 +85,19 @@ def test_beams_are_classified():
     assert (credits[5:] > 0.99).all()
 
 
+@pytest.mark.parametrize(
+    ("limit", "kind"), [(2.3, kernels.IGNORED), (2.6, kernels.MISSING), (1.9, kernels.SILENT)]
+)
+def test_a_wall_in_the_last_half_metre_need_not_return_a_beam(limit, kind):
+    """From the middle the wall stands 2.0 m away: within 0.5 m of 2.3 m, not of 2.6 m."""
+    field = surface_field(room())
+    kinds, _ = kernels.judge_beams(
+        field.occupancy, field.distances, *field.placement, np.zeros(3), np.zeros(1),
+        np.array([inf]), limit, 0.08,
+    )  # fmt: skip
+    assert kinds[0] == kind
+
+
 @settings(deadline=None, max_examples=40)
 @given(st.floats(-0.1, 0.1), st.floats(-0.1, 0.1), st.floats(-0.08, 0.08))
 def test_alignment_finds_the_pose_a_scan_was_taken_at(dx, dy, turn):
@@ -102,6 +115,28 @@ def test_alignment_finds_the_pose_a_scan_was_taken_at(dx, dy, turn):
     )
     assert hypot(*(found[:2] - true[:2])) < 0.01
     assert abs(found[2] - true[2]) < 0.01
+
+
+def test_a_system_of_three_equations_is_solved():
+    """H = L L' with L = [[2, 0, 0], [1, 3, 0], [-1, 2, 1]], and g = H (1, -2, 3), by hand."""
+    h = np.array([[4.0, 2.0, -2.0], [nan, 10.0, 5.0], [nan, nan, 6.0]])  # the upper triangle counts
+    solution = kernels._solve(h, np.array([-6.0, -3.0, 6.0]))
+    assert solution == pytest.approx([1.0, -2.0, 3.0], abs=1e-6)
+
+
+def test_a_wall_at_45_degrees_draws_the_pose_along_its_normal():
+    """Minimise (n p - d)² + λ |p - p0|²: p = p0 - n (n p0 - d) / (1 + λ), here λ = 0.5.
+
+    The wall is x + y = 4, so p0 = (1.8, 1.5) lies 0.7 / sqrt(2) m before it and moves by
+    0.7 / (2 · 1.5) m along both axes. A point at the base says nothing of the heading.
+    """
+    row, column = np.mgrid[:80, :80]
+    distances = (((row + column + 1) * RESOLUTION - 4.0) / 2**0.5).astype(np.float32)
+    found = kernels.refine_pose(
+        distances, RESOLUTION, 0.0, 0.0, np.array([1.8, 1.5, 0.7]), 0.5 * np.eye(3),
+        np.zeros((1, 2)), 1e6,
+    )  # fmt: skip
+    assert found == pytest.approx([1.8 + 0.7 / 3.0, 1.5 + 0.7 / 3.0, 0.7], abs=1e-4)
 
 
 def test_a_strong_prior_holds_the_pose():

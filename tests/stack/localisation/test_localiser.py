@@ -1,5 +1,6 @@
 """The particle filter driving through a drawn office with drifting odometry."""
 
+from itertools import pairwise
 from math import cos, pi, sin
 
 import numpy as np
@@ -110,6 +111,22 @@ def test_one_scan_aligns_a_rough_start():
     assert np.median(errors) < 0.015
 
 
+@pytest.mark.parametrize("moved", [Pose2D(0.06, 0.0), Pose2D(0.0, 0.0, 0.06)])
+def test_once_settled_scans_weigh_only_after_moving(moved):
+    """Standing, the first scan weighs; then none does before 0.05 m or 0.05 rad have gone."""
+    place, generator = office(), np.random.default_rng(5)
+    localiser, pose = Localiser(place.grid, LocaliserParameters(), 5), Pose2D(5.75, 2.0, 0.3)
+    half = Pose2D(moved.x / 2, moved.y / 2, moved.heading / 2)
+    localiser.update(Pose2D(0.0, 0.0), None)
+    localiser.start(pose, 0.03, 0.03)
+    spreads = []
+    for step, at in enumerate([Pose2D(0.0, 0.0)] * 4 + [half, moved]):
+        localiser.update(at, place.scan(pose.compose(at), 0.1 * step, generator))
+        spreads.append(localiser.estimate.covariance)
+    weighed = [not np.array_equal(a, b) for a, b in pairwise(spreads)]
+    assert weighed == [False, False, False, False, True]
+
+
 def test_scattered_particles_find_the_robot():
     place, generator = office(), np.random.default_rng(11)
     localiser = Localiser(place.grid, LocaliserParameters(), 11)
@@ -140,3 +157,16 @@ def test_kld_bound_against_the_formula_by_hand():
     two = np.array([[0.1, 0.1, 0.01], [3.0, 0.1, 0.01]])
     assert kld_bound(two) == 66
     assert kld_bound(two[:1]) == 1
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_bins_are_told_apart_along_every_axis(axis):
+    """k = 11: 10 / 0.1 (1 - 2/90 + sqrt(2/90) 2.33)^3 = 100 * 1.32512^3 = 232.68."""
+    poses = np.tile([0.1, 0.1, 0.01], (11, 1))
+    poses[:, axis] += np.arange(11) * (0.5, 0.5, pi / 18)[axis]
+    assert kld_bound(poses) == 232
+
+
+def test_headings_a_full_turn_apart_share_a_bin():
+    poses = np.array([[0.1, 0.1, 0.01 + turns * 2.0 * pi] for turns in (-1, 0, 1)])
+    assert kld_bound(poses) == 1

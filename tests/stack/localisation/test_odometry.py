@@ -107,6 +107,22 @@ def test_a_rotation_by_hand_does_not_change_the_bias():
     assert fused.pose.heading == pytest.approx(0.5 * 2.0, abs=0.02)
 
 
+@pytest.mark.parametrize(
+    ("rate", "turned"), [(0.07, 0.07 * 2.0), (-0.07, -0.07 * 2.0), (0.04, 0.0)]
+)
+def test_a_standing_robot_is_turned_by_hand_beyond_what_may_be_bias(rate, turned):
+    """3 s with standing wheels, the last 2 s at a rate; a bias is at most 0.05 rad/s."""
+    fusion = OdometryFusion()
+    for step in range(61):
+        now = 0.05 * step
+        imu = gyro(now - 0.05, now, rate if step > 20 else 0.0)
+        wheels = Odometry(now, Pose2D(0.0, 0.0), Twist())
+        fused = fusion.update(Observation(now, wheels, FULL, imu=imu))
+    # half a sample of the trapezoid: 0.07 * 0.005
+    assert fused.pose.heading == pytest.approx(turned, abs=0.001)
+    assert (fusion.gyro_bias == 0.0) == bool(turned)
+
+
 def test_a_standing_robot_does_not_creep():
     generator = np.random.default_rng(0)
     fusion = OdometryFusion()

@@ -11,8 +11,10 @@ from hypothesis import strategies as st
 
 from stack.drivetrain.description import OmniWheels, SteeredWheels
 from stack.errors import ParameterError
-from stack.navigation.escape.primitives import motions, roll_out
+from stack.navigation.escape import kernels
+from stack.navigation.escape.primitives import EscapeSegment, motions, roll_out
 from stack.navigation.escape.surroundings import Surroundings
+from stack.navigation.following import standing
 from stack.navigation.tasks import NavigationState
 from stack.types import (
     STANDSTILL,
@@ -84,6 +86,7 @@ def test_five_centimetres_on_three_sides_are_enough_to_get_out(make, who, free):
     toy.local.grid.cells[:] = toy.globe.grid.cells[:] = 254
     task = toy.navigator.escape()
     assert toy.finish(task, 90) is TaskStatus.SUCCEEDED
+    assert standing(world.twist)
     assert world.clearance() > 0.12
     assert world.nearest > 0.03
 
@@ -224,6 +227,113 @@ def test_motions_keep_to_what_the_drive_can_do():
     assert all(leg.twist.linear >= 0.0 for legs in motions(forward_only, 1.5) for leg in legs)
 
 
+def written(legs):
+    """Legs in figures that compare: forward, turning, sideways, amount; nothing is minus zero."""
+    return tuple(
+        tuple(
+            round(value, 9) + 0.0
+            for value in (leg.twist.linear, leg.twist.angular, leg.twist.lateral, leg.amount)
+        )
+        for leg in legs
+    )
+
+
+@pytest.mark.parametrize("fine", [False, True])
+@pytest.mark.parametrize("who", [DIFFERENTIAL, ROUND, CAR, OMNI, robot(reverse_speed=0.0)])
+def test_every_motion_has_its_mirror_image(who, fine):
+    found = {written(legs) for legs in motions(who, 1.5, fine)}
+    mirrored = {
+        tuple((x, -turn + 0.0, -y + 0.0, amount) for x, turn, y, amount in legs) for legs in found
+    }
+    assert found == mirrored
+
+
+@pytest.mark.parametrize("who", [DIFFERENTIAL, CAR, OMNI])
+def test_legs_are_driven_with_one_metre_or_one_radian_per_unit(who):
+    for legs in [*motions(who, 1.5), *motions(who, 1.5, fine=True)]:
+        for leg in legs:
+            speed = hypot(leg.twist.linear, leg.twist.lateral)
+            assert abs(leg.twist.angular if leg.turns else speed) == pytest.approx(1.0)
+            assert 0.0 < leg.amount <= max(1.5, pi)
+
+
+@pytest.mark.parametrize(
+    ("leg", "speed", "acceleration"),
+    [
+        (
+            EscapeSegment(Twist(angular=-1.0), 0.8),
+            0.6,
+            1.0,
+        ),  # limited by 0.6 rad/s
+        (EscapeSegment(Twist(1.0), 0.8), 0.15, 0.4),
+        (EscapeSegment(Twist(-1.0, 3.0), 0.8), 0.15, 0.4),
+        (EscapeSegment(Twist(1.0, 8.0), 0.8), 0.6 / 8.0, 0.4),  # 8 rad/m at no more than 0.6 rad/s
+    ],
+)
+def test_legs_speed_up_by_half_of_what_the_drive_can(make, leg, speed, acceleration):
+    who = robot(angular_speed=0.6, angular_acceleration=2.0, linear_acceleration=0.8)
+    toy = make(ToyWorld(room(6, 6), who, MIDDLE))
+    toy.navigator.escape()
+    profile = toy.navigator._executor._profile(leg)
+    assert (profile.total, profile.speed, profile.acceleration) == pytest.approx(
+        (0.8, speed, acceleration)
+    )
+
+
+CROSS = np.array([[1.0, 2.0, 3.0, 4.0]])
+"""Metres that beams ahead, left, behind and right reach."""
+
+
+def known(point, ranges=CROSS, increment=pi / 2, trail=(), view=(0.0, 0.0, 0.0), angle_min=0.0):
+    """Whether a point is known ground for a robot of 0.4 m by 0.2 m."""
+    corners = np.array([[0.2, 0.1], [-0.2, 0.1], [-0.2, -0.1], [0.2, -0.1]])
+    return kernels.known_until(
+        np.zeros((1, 3)), np.array([point]), np.array([view]), ranges, angle_min, increment,
+        np.array(trail, dtype=float).reshape(-1, 3), corners,
+    ) == 1  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("bearing", "reach"), [(pi / 4, 1.0), (3 * pi / 4, 2.0), (-3 * pi / 4, 3.0), (-pi / 4, 1.0)]
+)
+def test_ground_between_two_beams_is_known_as_far_as_the_shorter_one(bearing, reach):
+    for distance, expected in ((reach - 0.01, True), (reach + 0.01, False)):
+        point = (distance * cos(bearing), distance * sin(bearing))
+        assert known(point) is expected
+
+
+def test_ground_beside_the_field_of_view_is_not_known():
+    quarter = CROSS[:, :3]  # beams at 0, 45 and 90 degrees
+    for point, expected in [
+        ((0.5, 0.1), True), ((0.1, 0.5), True), ((0.5, -0.1), False), ((-0.1, 0.5), False),
+        ((-0.5, -0.1), False),
+    ]:  # fmt: skip
+        assert known(point, quarter, increment=pi / 4) is expected
+
+
+def test_ground_behind_an_invalid_beam_is_not_known():
+    assert not known((0.5, 0.5), np.array([[np.nan, 2.0, 3.0, 4.0]]))
+    assert not known((0.5, 0.5), np.array([[1.0, np.nan, 3.0, 4.0]]))
+
+
+def test_a_lidar_looks_from_where_it_is_mounted():
+    """It stands at (1, 2), beam 0 looks along y + 90 deg = -x, so -x reaches 1 m, -y 2 m."""
+    view, angle_min = (1.0, 2.0, pi / 4), 3 * pi / 4
+    for step, expected in ((0.65, True), (0.75, False)):  # 0.92 and 1.06 m at 45 deg
+        point = (1.0 - step, 2.0 - step)
+        assert known(point, view=view, angle_min=angle_min) is expected
+
+
+def test_ground_is_known_where_the_outline_has_stood():
+    nothing = np.zeros((1, 4))
+    trail = [(1.0, 2.0, pi / 2), (5.0, 5.0, 0.0)]
+    for point, expected in [
+        ((0.95, 2.15), True), ((0.85, 2.15), False), ((1.05, 1.85), True), ((1.05, 1.75), False),
+        ((5.15, 5.05), True), ((5.15, 5.15), False), ((4.75, 5.05), False),
+    ]:  # fmt: skip
+        assert known(point, nothing, trail=trail) is expected
+
+
 @pytest.mark.parametrize("who", [DIFFERENTIAL, CAR, OMNI])
 def test_rollouts_are_dense_and_end_where_the_segments_do(who):
     radius = who.footprint.circumscribed_radius
@@ -233,6 +343,11 @@ def test_rollouts_are_dense_and_end_where_the_segments_do(who):
         for before, after in pairwise(poses):
             rim = before.distance_to(after) + radius * abs(after.heading - before.heading)
             assert rim < 0.0201
+        driven = sum(leg.amount for leg in legs if not leg.turns)
+        turned = sum(leg.amount for leg in legs if leg.turns)
+        assert (rollout.length[-1], rollout.turned[-1]) == pytest.approx((driven, turned))
+        assert rollout.amount[-1] == pytest.approx(legs[-1].amount)
+        assert rollout.segment[-1] == len(legs) - 1
         pose = MIDDLE
         for leg in legs:  # the closed form of an arc, by many small steps
             for _ in range(400):

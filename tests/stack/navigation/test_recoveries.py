@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from stack.drivetrain.description import OmniWheels, SteeredWheels
 from stack.errors import ParameterError
+from stack.navigation.recoveries import MotionProfile
 from stack.types import STANDSTILL, FailureCode, Footprint, Pose2D, TaskStatus, Twist
 from tests.stack.navigation.toy_drive import ToyDrive
 from tests.stack.navigation.toy_world import ToyWorld, robot, room
@@ -184,3 +185,18 @@ def test_every_recovery_notices_that_it_stalls_and_runs_out_of_time(make, begin)
     task = begin(toy.navigator)
     toy.finish(task, 300)
     assert task.failure.code == FailureCode.TIMED_OUT
+
+
+@pytest.mark.parametrize(
+    ("rate", "remaining", "expected"),
+    [
+        (0.0, 1.0, 0.05),  # 1.0 m/s² · 0.05 s
+        (0.19, 1.0, 0.2),  # its top speed
+        (0.2, 0.03, 0.1),  # sqrt(0.01 + 0.03) - 0.1
+        (0.2, 0.0, 0.02),  # a tenth of the top speed is always driven
+    ],
+)
+def test_a_stroke_speeds_up_and_slows_down_by_its_acceleration(rate, remaining, expected):
+    """Two periods late, braking at half its acceleration: sqrt((2 a T)² + a s) - 2 a T."""
+    stroke = MotionProfile(1.0, 0.2, 1.0, 0.0, "m")
+    assert stroke.next_rate(rate, remaining, 0.05) == pytest.approx(expected)

@@ -93,7 +93,7 @@ class Rig:
         world = ToyWorld(room(8, 6), robot(), Pose2D(1.0, 3.0))
         self.toy, self.world = ToyDrive(world), world
         self.estimator, self.detector = ToyEstimator(world), ToyDetector()
-        navigator = self.toy.navigator
+        navigator, self.covered = self.toy.navigator, []
         self.facade = RobotFacade(
             FacadeParts(
                 ToyBody(world), navigator, self.estimator, self.toy.local, self.toy.globe,
@@ -103,6 +103,7 @@ class Rig:
                     "navigation": Tunable.of(navigator),
                     "safety": Tunable.of(self.toy.safety),
                 },
+                cover=lambda poses: self.covered.append(list(poses)),
             )
         )  # fmt: skip
 
@@ -176,6 +177,24 @@ def test_better_odometry_is_used_where_there_is_one(rig):
 )
 def test_what_is_asked_is_done(rig, ask):
     assert rig.finish(ask(rig.facade)) is TaskStatus.SUCCEEDED
+
+
+NEAR, FAR = Pose2D(2.0, 3.0), Pose2D(3.0, 3.0)
+
+
+@pytest.mark.parametrize(
+    ("ask", "poses"),
+    [
+        (lambda p: p.navigate_to(FAR), [FAR]),
+        (lambda p: p.navigate_through([NEAR, FAR]), [NEAR, FAR]),
+        (lambda p: p.plan(FAR), [FAR]),
+    ],
+)
+def test_the_ground_of_the_costmaps_is_made_to_hold_every_goal(rig, ask, poses):
+    ask(rig.facade)
+    assert rig.covered == [poses]
+    rig.step()
+    assert rig.covered[-1] == [rig.facade.pose]
 
 
 def test_a_velocity_is_driven_for_its_time(rig):

@@ -110,6 +110,22 @@ def test_the_time_to_contact_is_exact_for_a_straight_line_and_a_turn():
     assert monitor.contact(Twist(-0.5), wall, 5.0, 0.03).time == inf
 
 
+@pytest.mark.parametrize("angular", [0.4, -0.4])
+@pytest.mark.parametrize("course", [0.0, pi / 2, -pi / 2, pi, 2.5])
+def test_the_time_to_contact_is_exact_on_an_arc_in_any_direction(course, angular):
+    """A circle of 0.28 m on an arc of R = 0.4 / 0.4 = 1 m, a point 90 degrees along that arc.
+
+    Both are 2 R sin(a / 2) apart when the arc between them is a: contact 2 asin(0.14) before.
+    """
+    monitor = CollisionMonitor(robot(Footprint.circle(0.25)))
+    c, s, side = np.cos(course), np.sin(course), np.copysign(1.0, angular)
+    point = np.array([[c - s * side, s + c * side]])
+    twist = Twist(0.4 * c, angular, 0.4 * s)
+    contact = monitor.contact(twist, point, 5.0, 0.03)
+    # the 16-gon that stands for the circle is up to 5 mm inside it: 0.012 s at 0.4 m/s
+    assert contact.time == pytest.approx((pi / 2 - 2.0 * np.arcsin(0.14)) / 0.4, abs=0.02)
+
+
 def test_a_point_in_the_notch_of_an_l_shape_is_outside():
     monitor = CollisionMonitor(robot(L_SHAPE))
     notch = np.array([[0.15, 0.15]])

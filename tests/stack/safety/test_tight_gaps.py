@@ -56,7 +56,7 @@ def test_few_points_are_no_trouble(count):
     assert steadied(wall(1.0)[:count]).shape == (count, 2)
 
 
-def through(gap):
+def through(gap, speed=0.6):
     """How fast a box 0.4 m wide gets on between two walls, and the least that was free."""
     middle = 4.0
     posts = [(3, 0, 3, middle - gap / 2), (5, 0, 5, middle - gap / 2),
@@ -66,7 +66,7 @@ def through(gap):
     safety = Safety(world.robot, PARAMETERS, world.period)
     inside = []
     for _ in range(500):
-        twist = safety.limit(Twist(0.6), scan=world.scan, time=world.time, measured=world.twist)
+        twist = safety.limit(Twist(speed), scan=world.scan, time=world.time, measured=world.twist)
         world.drive(twist)
         if 3.0 < world.pose.x < 4.5:
             inside.append(twist.linear)
@@ -79,6 +79,11 @@ def test_a_gap_within_the_padding_is_passed_at_a_crawl():
     assert world.pose.x > 5.0
     assert max(speeds) <= PARAMETERS.tight_speed + 1e-9
     assert world.nearest == pytest.approx(0.02, abs=1e-3)
+
+
+def test_who_asks_for_less_than_a_crawl_gets_it_in_a_gap_within_the_padding():
+    _, speeds = through(0.44, speed=0.1)
+    assert min(speeds) == max(speeds) == pytest.approx(0.1)
 
 
 def test_a_wider_one_is_passed_as_it_was_asked_for():

@@ -73,6 +73,20 @@ def test_a_zone_may_hold_for_some_speeds_only():
     assert limited(Twist(0.6), speed_to=0.5) == (Twist(0.6), "")
 
 
+def test_a_zone_may_hold_for_one_speed_alone():
+    assert limited(Twist(0.3), speed_from=0.3, speed_to=0.3)[0] == STANDSTILL
+    for other in (Twist(0.29), Twist(0.31)):
+        assert limited(other, speed_from=0.3, speed_to=0.3) == (other, "")
+
+
+def test_a_zone_for_driving_backward_leaves_driving_forward_alone():
+    assert limited(Twist(0.2), speed_to=0.0) == (Twist(0.2), "")
+    behind = np.array([[0.8 - 1.5, y] for y in (-0.1, 0.0, 0.1, 0.2)])
+    corners = [[-1.2, -0.4], [-0.2, -0.4], [-0.2, 0.4], [-1.2, 0.4]]
+    for twist, driven in ((Twist(-0.2), STANDSTILL), (Twist(0.2), Twist(0.2))):
+        assert limited(twist, behind, corners=corners, speed_to=0.0)[0] == driven
+
+
 def test_the_strictest_zone_has_its_say():
     zones = read_zones([
         {"action": "slow_down", "radius": 2.0, "ratio": 0.5, "name": "wide"},

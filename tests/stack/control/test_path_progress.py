@@ -1,0 +1,129 @@
+"""Progress on a path and the pieces it is cut into, by hand."""
+
+from math import cos, pi, sin
+
+import numpy as np
+import pytest
+
+from stack.control import kernels
+from stack.control.cusp_splitter import segments_of
+from stack.control.path_progress import PathProgress
+from stack.types import Path, Pose2D
+from tests.stack.control.test_pure_pursuit import polyline
+
+CORNER = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 2.0]])
+LENGTHS = np.array([0.0, 2.0, 4.0])
+
+
+@pytest.mark.parametrize(
+    ("place", "first", "reach", "expected"),
+    [
+        ((0.5, 0.3), 0, 9.0, (0, 0.5, 0.3)),
+        ((1.9, 1.5), 0, 9.0, (1, 3.5, 0.1)),
+        ((1.9, 1.5), 0, 1.0, (0, 1.9, 1.5)),  # the second side begins beyond the reach
+        ((1.0, -1.0), 1, 9.0, (1, 2.0, 2.0**0.5)),  # what lies behind does not count
+        ((-3.0, 4.0), 0, 1.0, (0, 0.0, 5.0)),
+    ],
+)
+def test_the_nearest_place_of_a_polyline(place, first, reach, expected):
+    assert kernels.project(CORNER, LENGTHS, *place, first, reach) == pytest.approx(expected)
+
+
+def test_a_point_that_a_path_holds_twice_does_not_hide_the_rest():
+    twice = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 0.0], [2.0, 0.0]])
+    lengths = np.array([0.0, 1.0, 1.0, 2.0])
+    assert kernels.project(twice, lengths, 1.6, 0.2, 0, 9.0) == pytest.approx((2, 1.6, 0.2))
+
+
+@pytest.mark.parametrize(
+    ("place", "length", "distance", "expected"),
+    [
+        ((0.5, 0.0), 0.5, 1.0, 1.5),
+        ((0.5, 0.3), 0.5, 0.5, 0.9),  # 3-4-5
+        ((1.5, 0.0), 1.5, 1.0, 2.0 + 0.75**0.5),  # round the corner
+        ((2.0, 1.0), 3.0, 0.5, 3.5),
+        ((0.0, 2.0), 0.5, 1.0, 1.5),  # farther than that already
+        ((2.0, 2.0), 3.5, 3.0, 4.0),  # nothing is that far away
+    ],
+)
+def test_the_first_place_ahead_at_a_distance(place, length, distance, expected):
+    found = kernels.length_at_distance(CORNER, LENGTHS, *place, length, distance)
+    assert found == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(
+    ("travelled", "distance", "expected"),
+    [
+        (0.0, 0.7, [0.0, 0.3, 0.6]),
+        (0.0, 9.0, [0.0, 0.3, 0.6, 0.9, 1.0]),
+        (0.5, 9.0, [0.5, 0.8, 1.0]),
+        (0.1, 9.0, [0.1, 0.4, 0.7, 1.0]),
+        (0.08, 9.0, [0.08, 0.38, 0.68, 0.98]),  # the goal is nearer to the last than 0.2 · 0.3
+        (2.0, 9.0, [1.0]),
+    ],
+)
+def test_samples_of_a_path_end_with_its_goal(travelled, distance, expected):
+    track = PathProgress(polyline((0, 0), (1, 0)))
+    track.travelled = travelled
+    assert track.sampled(distance, 0.3)[:, 0] == pytest.approx(expected)
+
+
+def test_samples_may_go_on_beyond_the_goal():
+    track = PathProgress(polyline((0, 0), (1, 0)))
+    track.travelled = 0.5
+    assert track.sampled(1.0, 0.25, beyond=True)[:, 0] == pytest.approx([0.5, 0.75, 1.0, 1.25, 1.5])
+
+
+def arc(turn, radius=1.0, last=None):
+    """A path from the origin along x, then round to the left."""
+    angles = np.linspace(0.0, turn, 41)
+    points = np.column_stack([radius * np.sin(angles), radius * (1.0 - np.cos(angles)), angles])
+    points[-1, 2] = turn if last is None else last
+    return Path(points)
+
+
+def test_beyond_its_end_a_cars_path_goes_on_as_the_car_looks():
+    track = PathProgress(arc(pi / 2), steered=True)
+    assert track.arrival.heading == pytest.approx(pi / 2, abs=1e-9)
+    assert track.sampled(track.length + 1.0, track.length + 1.0, beyond=True)[-1] == pytest.approx(
+        [1.0, 2.0], abs=1e-3
+    )
+
+
+def test_a_heading_that_does_not_belong_to_the_path_is_left_to_the_robot():
+    """The chord of the last 0.15 m of a circle of 1 m lies about 0.075 rad behind its tangent."""
+    track = PathProgress(arc(pi / 2, last=-pi / 2), steered=True)
+    assert track.arrival.heading == pytest.approx(pi / 2 - 0.075, abs=0.025)
+    assert PathProgress(arc(pi / 2, last=-pi / 2)).arrival.heading == -pi / 2
+
+
+def test_a_path_of_one_place_goes_on_as_its_goal_looks():
+    track = PathProgress(Path(np.array([[1.0, 2.0, 0.5], [1.0, 2.0, 0.5]])))
+    assert track.sampled(1.0, 1.0, beyond=True)[-1] == pytest.approx(
+        [1.0 + cos(0.5), 2.0 + sin(0.5)]
+    )
+
+
+def test_a_path_is_cut_where_its_direction_changes():
+    """0.4 m ahead, 0.2 m back, 0.3 m ahead, in steps of 0.1 m and all the time along x."""
+    xs = np.array([0.0, 0.1, 0.2, 0.3, 0.4, 0.3, 0.2, 0.3, 0.4, 0.5])
+    path = Path(np.column_stack([xs, 0.0 * xs, 0.0 * xs]))
+    legs = segments_of(path)
+    assert [leg.backward for leg in legs] == [False, True, False]
+    ends = [(leg.path.points[0, 0], leg.path.points[-1, 0]) for leg in legs]
+    assert ends == [(0.0, 0.4), (0.4, 0.2), (0.2, 0.5)]
+    assert [leg.path.length for leg in legs] == pytest.approx([0.4, 0.2, 0.3])
+
+
+def test_a_path_without_a_step_is_one_leg_ahead():
+    (leg,) = segments_of(Path(np.array([[1.0, 2.0, 0.5], [1.0, 2.0, 0.9]])))
+    assert not leg.backward
+
+
+def test_progress_never_shrinks_and_waits_at_a_cusp():
+    xs = np.concatenate([np.arange(0.0, 1.01, 0.1), np.arange(0.9, -0.01, -0.1)])
+    track = PathProgress(Path(np.column_stack([xs, 0.0 * xs, 0.0 * xs])), [1.0])
+    for x, travelled in ((0.5, 0.5), (0.4, 0.5), (0.8, 0.8), (0.95, 0.95), (0.7, 1.3)):
+        track.advance(Pose2D(x, 0.0))
+        assert track.travelled == pytest.approx(travelled)
+    assert track.remaining == pytest.approx(0.7)
