@@ -224,10 +224,10 @@ class Costmap:
         self._painting.lay_out(self._frame)
         self._recompute()
 
-    def _take_in(self, senses: SensorUpdate) -> None:
-        self._follow(senses.pose)
-        marked = joined([layer.update(senses) for layer in self._painting.marking])
-        added = joined([layer.update(senses) for layer in self._adding])
+    def _take_in(self, sensors: SensorUpdate) -> None:
+        self._follow(sensors.pose)
+        marked = joined([layer.update(sensors) for layer in self._painting.marking])
+        added = joined([layer.update(sensors) for layer in self._adding])
         self._repaint(marked, added)
 
     def _follow(self, pose: Pose2D) -> None:

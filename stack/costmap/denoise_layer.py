@@ -45,7 +45,7 @@ class DenoiseLayer:
     def lay_out(self, frame: Frame, shift: tuple[int, int] | None) -> None:
         """Do nothing: the layer stores no cells."""
 
-    def update(self, senses: SensorUpdate) -> Box:
+    def update(self, sensors: SensorUpdate) -> Box:
         """Change nothing: the layer uses no sensor data."""
         return NO_BOX
 

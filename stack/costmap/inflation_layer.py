@@ -84,7 +84,7 @@ class InflationLayer:
         """Inflate a box of `base` into `cells` (both cover the whole costmap)."""
         self._kernels.inflate(cells, base, self._costs, self._reach, *box)
 
-    def update(self, senses: SensorUpdate) -> Box:
+    def update(self, sensors: SensorUpdate) -> Box:
         """Change nothing: the layer uses no sensor data."""
         return NO_BOX
 

@@ -149,7 +149,7 @@ class CostmapLayer(Protocol):
         """
         ...
 
-    def update(self, senses: SensorUpdate) -> Box:
+    def update(self, sensors: SensorUpdate) -> Box:
         """Process new sensor data; return the box of the cells to repaint."""
         ...
 

@@ -76,12 +76,12 @@ class ObstacleLayer:
             self._marked_at = shifted(self._marked_at, frame.shape, shift, -np.inf)
             self._seen = shifted(self._seen, frame.shape, shift, 0)
 
-    def update(self, senses: SensorUpdate) -> Box:
+    def update(self, sensors: SensorUpdate) -> Box:
         """Expire old marks, add a scan, and clear the cells under the footprint."""
-        touched = [self._forget_old(senses.time)]
-        if senses.scan is not None and senses.source == self._parameters.source:
-            touched.append(self._sense(senses.pose, senses.scan, senses.time))
-        touched.append(self._clear_footprint(senses.pose))
+        touched = [self._forget_old(sensors.time)]
+        if sensors.scan is not None and sensors.source == self._parameters.source:
+            touched.append(self._sense(sensors.pose, sensors.scan, sensors.time))
+        touched.append(self._clear_footprint(sensors.pose))
         return joined(touched)
 
     def paint(self, canvas: Canvas) -> None:

@@ -106,11 +106,11 @@ class RangeLayer:
             self._probability = shifted(self._probability, frame.shape, shift, _PRIOR)
             self._heard_at = shifted(self._heard_at, frame.shape, shift, -np.inf)
 
-    def update(self, senses: SensorUpdate) -> Box:
+    def update(self, sensors: SensorUpdate) -> Box:
         """Expire old cells, add readings, and clear the cells under the footprint."""
-        touched = [self._forget_old(senses.time)]
-        touched += [self._hear(senses.pose, item, senses.time) for item in senses.readings]
-        touched.append(self._clear_footprint(senses.pose))
+        touched = [self._forget_old(sensors.time)]
+        touched += [self._hear(sensors.pose, item, sensors.time) for item in sensors.readings]
+        touched.append(self._clear_footprint(sensors.pose))
         return joined(touched)
 
     def paint(self, canvas: Canvas) -> None:

@@ -69,12 +69,12 @@ class SocialLayer:
         """Store the new frame; tracks are in the map frame."""
         self._frame = frame
 
-    def update(self, senses: SensorUpdate) -> Box:
+    def update(self, sensors: SensorUpdate) -> Box:
         """Replace the tracks by the new ones."""
-        if senses.tracks is None:
+        if sensors.tracks is None:
             return NO_BOX
         before = [self._box(track) for track in self._tracks]
-        self._time, self._tracks = senses.time, senses.tracks
+        self._time, self._tracks = sensors.time, sensors.tracks
         return joined([*before, *map(self._box, self._tracks)])
 
     def paint(self, canvas: Canvas) -> None:

@@ -64,7 +64,7 @@ class StaticLayer:
         for strip in edges(frame.shape, shift, lead=0, trail=0):
             part(self.cells, strip)[:] = self._sampled(strip)
 
-    def update(self, senses: SensorUpdate) -> Box:
+    def update(self, sensors: SensorUpdate) -> Box:
         """Change nothing: sensors do not change the map."""
         return NO_BOX
 

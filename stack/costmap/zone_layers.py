@@ -56,7 +56,7 @@ class KeepoutLayer:
         """Draw the zones in the new frame."""
         self._cells.lay_out(frame, shift)
 
-    def update(self, senses: SensorUpdate) -> Box:
+    def update(self, sensors: SensorUpdate) -> Box:
         """Change nothing: zones do not depend on sensors."""
         return NO_BOX
 
@@ -104,7 +104,7 @@ class PreferredLanesLayer:
         """Draw the lanes in the new frame."""
         self._cells.lay_out(frame, shift)
 
-    def update(self, senses: SensorUpdate) -> Box:
+    def update(self, sensors: SensorUpdate) -> Box:
         """Change nothing: zones do not depend on sensors."""
         return NO_BOX
 
@@ -205,7 +205,7 @@ class SpeedZonesLayer:
     def lay_out(self, frame: Frame, shift: tuple[int, int] | None) -> None:
         """Do nothing: limits are looked up by position."""
 
-    def update(self, senses: SensorUpdate) -> Box:
+    def update(self, sensors: SensorUpdate) -> Box:
         """Change nothing: zones do not depend on sensors."""
         return NO_BOX
 

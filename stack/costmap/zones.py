@@ -1,4 +1,4 @@
-"""Zones of the floor given as polygons or as a mask, and the cells that lie in them."""
+"""Floor zones from polygons or a mask, and the costmap cells inside them."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Zone:
     """A polygon on the floor, map frame."""
 
     corners: tuple[Any, ...] = parameter((), help="at least three [x, y] in metres, map frame")
-    name: str = parameter("", help="what it is called")
+    name: str = parameter("", help="name for messages")
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "corners", read_corners(self.corners))
@@ -42,10 +42,10 @@ ZoneKind = TypeVar("ZoneKind", bound=Zone)
 
 
 def read_corners(raw: Any) -> Corners:
-    """The corners of a polygon as they stand in a file.
+    """Read the corners of a polygon from a file value.
 
     Raises:
-        ParameterError: fewer than three, or something that is not [x, y].
+        ParameterError: fewer than three corners, or a corner that is not [x, y].
     """
     if not isinstance(raw, list | tuple) or len(raw) < 3:
         raise ParameterError("corners", f"expected a list of at least three [x, y], got {raw!r}")
@@ -56,10 +56,10 @@ def read_corners(raw: Any) -> Corners:
 
 
 def read_zones(kind: type[ZoneKind], raw: Iterable[Any]) -> tuple[ZoneKind, ...]:
-    """Zones from what stands in a file: mappings, or lists of corners.
+    """Read zones from file values: mappings, or lists of corners.
 
     Raises:
-        ParameterError: one will not do; named `zones`.
+        ParameterError: a zone is wrong; the parameter named is `zones`.
     """
     zones = []
     for number, item in enumerate(raw, start=1):
@@ -75,10 +75,10 @@ def read_zones(kind: type[ZoneKind], raw: Iterable[Any]) -> tuple[ZoneKind, ...]
 
 
 def read_mask(file: str) -> OccupancyGrid | None:
-    """The mask in a ROS map.yaml, None for an empty name.
+    """Read the mask from a ROS map.yaml; None for an empty name.
 
     Raises:
-        InputError: it cannot be read; every finding with its position.
+        InputError: the file cannot be read; every finding has its position.
     """
     if not file:
         return None
@@ -88,11 +88,11 @@ def read_mask(file: str) -> OccupancyGrid | None:
 
 
 class ZoneCells:
-    """Which zone each cell of a costmap lies in, kept while the costmap moves.
+    """Zone number of each cell of a costmap, updated as the costmap moves.
 
     Attributes:
-        cells: (rows, columns) uint8: 0 none, n the n-th zone (the last one where several are),
-            IN_MASK where only the mask is occupied.
+        cells: (rows, columns) uint8: 0 for no zone, n for the n-th zone (the last one where zones
+            overlap), IN_MASK where only the mask is occupied.
     """
 
     def __init__(self, zones: tuple[Zone, ...], mask: OccupancyGrid | None) -> None:
@@ -103,7 +103,7 @@ class ZoneCells:
         self.cells: NDArray[np.uint8] = np.empty((0, 0), dtype=np.uint8)
 
     def lay_out(self, frame: Frame, shift: tuple[int, int] | None) -> None:
-        """The costmap's cells lie elsewhere from now on."""
+        """Follow a move or resize of the costmap."""
         same = self.cells.shape == frame.shape
         self.frame = frame
         if shift is None or not same:
@@ -115,7 +115,7 @@ class ZoneCells:
             self._draw(strip)
 
     def name_at(self, row: int, column: int) -> str | None:
-        """The name of the zone that a cell lies in."""
+        """Return the name of the zone at a cell, None outside all zones."""
         number = int(self.cells[row, column])
         if number == 0:
             return None
@@ -132,9 +132,14 @@ class ZoneCells:
 
 
 def cells_inside(frame: Frame, corners: FloatArray, within: Box) -> tuple[Box, NDArray[np.bool_]]:
-    """The box around a polygon (n, 2) as far as it lies in another box, and its cells inside.
+    """Return the part of a polygon's bounding box within another box, and the cells inside.
 
-    A cell is inside when its middle is.
+    A cell is inside the polygon when its centre is.
+
+    Args:
+        frame: cell grid, map frame.
+        corners: (n, 2) of the polygon, metres, map frame.
+        within: limit of the box, cells.
     """
     low, high = corners.min(axis=0), corners.max(axis=0)
     around = frame.box_around((low[0], low[1]), (high[0], high[1]))

@@ -1,4 +1,4 @@
-"""Compiled inner loop of the collision monitor."""
+"""Numba kernels of the collision monitor."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from stack.types import FloatArray
 
 @njit(cache=True, nogil=True)
 def signed_distance(corners: FloatArray, x: float, y: float) -> float:
-    """Distance of a point to a polygon, metres; negative inside.
+    """Signed distance from a point to a polygon, metres; negative inside.
 
     Args:
-        corners: (n, 2) of a simple polygon, metres; the same corner twice is none more.
+        corners: (n, 2) of a simple polygon, metres; repeated corners are ignored.
         x: of the point, in the frame of the corners.
         y: likewise.
     """
@@ -39,26 +39,26 @@ def time_to_contact(
     points: FloatArray, corners: FloatArray, radius: float, padding: float, slack: float,
     linear: float, lateral: float, angular: float, horizon: float,
 ) -> tuple[float, int]:  # fmt: skip
-    """How long a twist can be driven before a point comes within `padding` of the footprint.
+    """Time until a twist brings a point within `padding` of the footprint.
 
-    A point that is nearer already may stay as near but not come nearer: the robot may always
-    move away. Each point is followed by conservative advancement (B. Mirtich, "Impulse-based
-    Dynamic Simulation", 1996): no point of the footprint moves faster than speed plus turning
-    rate times radius, so the clearance divided by that is time in which nothing can happen.
+    A point that is already nearer must not come nearer; moving away is always allowed. Each point
+    is followed by conservative advancement (B. Mirtich, "Impulse-based Dynamic Simulation", 1996):
+    no point of the footprint moves faster than speed plus turning rate times radius, so the
+    clearance divided by that speed is a time without contact.
 
     Args:
         points: (m, 2) in the base frame, metres, standing still.
         corners: (n, 2) of the footprint in the base frame, metres.
-        radius: of the circle round the base that holds the footprint.
-        padding: metres to keep free.
-        slack: metres that a point nearer than the padding may still come nearer (noise).
+        radius: circumscribed radius of the footprint, metres.
+        padding: clearance to keep, metres.
+        slack: metres by which a point within the padding may still approach, for sensor noise.
         linear: m/s forward.
         lateral: m/s to the left.
         angular: rad/s to the left.
         horizon: seconds to look ahead.
 
     Returns:
-        Seconds, inf when nothing comes near within the horizon; and which point does (-1).
+        Seconds (inf: no contact within the horizon), and the index of the point (-1: none).
     """
     fastest = hypot(linear, lateral) + abs(angular) * radius
     best, found = inf, -1
@@ -90,7 +90,7 @@ def time_to_contact(
 
 @njit(cache=True, nogil=True)
 def nearest(points: FloatArray, corners: FloatArray) -> float:
-    """Distance from a polygon (n, 2) to the nearest of the points (m, 2), metres; inf for none."""
+    """Distance from a polygon (n, 2) to the nearest of points (m, 2), metres; inf for none."""
     best = inf
     for i in range(points.shape[0]):
         best = min(best, signed_distance(corners, points[i, 0], points[i, 1]))

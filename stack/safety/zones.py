@@ -1,4 +1,4 @@
-"""Zones round the robot that change how it may drive when something is in them."""
+"""Safety zones: polygons around the robot that stop or slow it when an obstacle is inside."""
 
 from __future__ import annotations
 
@@ -19,27 +19,29 @@ _METRES = Declaration("corners", float, unit="m")
 
 @dataclass(frozen=True)
 class SafetyZone:
-    """A polygon or circle round the robot, and what happens while something is in it.
+    """A polygon or circle around the robot and the action while an obstacle is inside.
 
-    Without corners and radius it is the footprint. Names and meanings follow Nav2's collision
-    monitor: `stop` lets the robot only drive away from what is there, `slow_down` drives at a share
-    of the speed, `limit` no faster than two limits, `approach` so that the outline, driven on,
-    reaches nothing sooner than `time`.
+    Without corners and radius the zone is the footprint. Actions follow Nav2's collision monitor:
+    `stop` allows only motion away from the obstacle, `slow_down` scales the speed by `ratio`,
+    `limit` caps linear and angular speed, `approach` slows down so that the outline touches
+    nothing within `time`.
     """
 
-    action: str = parameter("stop", one_of=ACTIONS, help="what happens")
-    name: str = parameter("", help="what it is called; its action unless it has a name")
+    action: str = parameter("stop", one_of=ACTIONS, help="action while an obstacle is inside")
+    name: str = parameter("", help="name for messages; default: the action")
     corners: tuple[Any, ...] = parameter((), help="at least three [x, y] in metres, base frame")
-    radius: float = parameter(0.0, "m", at_least=0.0, help="of a circle round the base instead")
-    points: int = parameter(4, at_least=1, help="this many scan points inside count as something")
-    ratio: float = parameter(0.5, at_least=0.0, at_most=1.0, help="slow_down: share of the speed")
+    radius: float = parameter(
+        0.0, "m", at_least=0.0, help="radius of a circle around the base, instead of corners"
+    )
+    points: int = parameter(4, at_least=1, help="scan points inside that count as an obstacle")
+    ratio: float = parameter(0.5, at_least=0.0, at_most=1.0, help="slow_down: factor for the speed")
     linear: float = parameter(0.5, "m/s", above=0.0, help="limit: top speed")
     angular: float = parameter(0.5, "rad/s", above=0.0, help="limit: top turning speed")
     time: float = parameter(2.0, "s", above=0.0, at_most=10.0, help="approach: time to contact")
     speed_from: float = parameter(
-        -inf, "m/s", help="in force only while driving at least this fast; backward is negative"
+        -inf, "m/s", help="active only at or above this forward speed; backward is negative"
     )
-    speed_to: float = parameter(inf, "m/s", help="in force only while driving at most this fast")
+    speed_to: float = parameter(inf, "m/s", help="active only at or below this forward speed")
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "corners", tuple(map(self._corner, self.corners)))
@@ -55,7 +57,7 @@ class SafetyZone:
         object.__setattr__(self, "name", self.name or self.action)
 
     def outline(self, footprint: Footprint) -> FloatArray:
-        """(n, 2) corners in the base frame, metres; a circle is a 16-gon round it."""
+        """Return (n, 2) corners in the base frame, metres; a circle becomes a 16-gon around it."""
         if self.corners:
             return np.array(self.corners, dtype=np.float64)
         outline = Footprint.circle(self.radius) if self.radius else footprint
@@ -69,10 +71,10 @@ class SafetyZone:
 
 
 def read_zones(raw: Any, parameters: Any = None) -> tuple[SafetyZone, ...]:
-    """Zones as they stand in a mission or robot file.
+    """Read safety zones from a mission or robot file.
 
     Raises:
-        ParameterError: one will not do; named `zones`.
+        ParameterError: a zone is wrong; the parameter named is `zones`.
     """
     if not isinstance(raw, Sequence) or isinstance(raw, str):
         raise ParameterError("zones", f"expected a list of zones, got {raw!r}")

@@ -1,4 +1,4 @@
-"""What a world's fixed things cover of the floor: upright rectangles and discs, seen from above."""
+"""Outlines of a world's fixed objects on the floor: rectangles and discs."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from stack.types import FloatArray, Pose2D
 
 @dataclass(frozen=True, slots=True)
 class Rectangle:
-    """A rectangle on the floor: pose of its middle, half its length (along x) and half its width.
+    """A rectangle on the floor: centre pose, half length (along x) and half width.
 
     Metres in the world frame; `name` is for messages.
     """
@@ -25,7 +25,7 @@ class Rectangle:
     name: str = ""
 
     def depth_at(self, points: FloatArray) -> FloatArray:
-        """How deep inside points (n, 2) lie: (n,) metres to the nearest side, negative outside."""
+        """Return the depth of points (n, 2): (n,) metres to the nearest side, negative outside."""
         local = self.pose.inverse().transform(points)
         reach = np.array([self.half_length, self.half_width])
         depth: FloatArray = np.min(reach - np.abs(local), axis=1)
@@ -33,7 +33,7 @@ class Rectangle:
 
     @property
     def extent(self) -> tuple[float, float, float, float]:
-        """The smallest x_min, y_min, x_max, y_max around it, metres."""
+        """Bounding box x_min, y_min, x_max, y_max, metres."""
         signs = np.array([[1, 1], [1, -1], [-1, -1], [-1, 1]], dtype=float)
         corners = self.pose.transform(signs * (self.half_length, self.half_width))
         (x_min, y_min), (x_max, y_max) = corners.min(axis=0), corners.max(axis=0)
@@ -50,13 +50,13 @@ class Disc:
     name: str = ""
 
     def depth_at(self, points: FloatArray) -> FloatArray:
-        """How deep inside points (n, 2) lie: (n,) metres to the rim, negative outside."""
+        """Return the depth of points (n, 2): (n,) metres to the rim, negative outside."""
         depth: FloatArray = self.radius - np.linalg.norm(points - (self.x, self.y), axis=1)
         return depth
 
     @property
     def extent(self) -> tuple[float, float, float, float]:
-        """The smallest x_min, y_min, x_max, y_max around it, metres."""
+        """Bounding box x_min, y_min, x_max, y_max, metres."""
         r = self.radius
         return self.x - r, self.y - r, self.x + r, self.y + r
 
@@ -65,11 +65,11 @@ Outline = Rectangle | Disc
 
 
 def outlines(world: World, *, mapped_only: bool = False) -> list[Outline]:
-    """The outlines of walls, boxes and cylinders, in that order; doors and people are left out.
+    """Return the outlines of walls, boxes and cylinders, in that order, without doors and people.
 
     Args:
-        world: the place.
-        mapped_only: leave out what is not drawn on maps.
+        world: world to outline.
+        mapped_only: only objects that are on the map.
     """
     found: list[Outline] = []
     for wall in world.walls:
@@ -87,7 +87,7 @@ def outlines(world: World, *, mapped_only: bool = False) -> list[Outline]:
 
 
 def wall_slabs(wall: Wall) -> list[Rectangle]:
-    """One rectangle for each stretch of a wall, half a thickness longer at each inner joint.
+    """Return one rectangle per wall segment, half a thickness longer at each inner joint.
 
     The overlap fills a right-angled corner exactly; the free ends of a wall end where its points
     do. A wall whose last point is its first has no free ends.

@@ -1,4 +1,4 @@
-"""Draws the map that a world deserves: what a patient surveyor would hand over."""
+"""Rasterises a world into the occupancy grid that a perfect survey would give."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from stack.types import FREE, OCCUPIED, UNKNOWN, FloatArray, OccupancyGrid
 
 MAX_CELLS = 8192 * 8192
 TOUCHING = 1e-6
-"""Metres of overlap that still count as none: a wall flush with a cell's edge leaves it free."""
+"""Overlap in metres that counts as none: a wall flush with a cell's edge leaves the cell free."""
 
 
 def rasterise(world: World, resolution: float = 0.05) -> OccupancyGrid:
-    """The occupancy grid of a world, over its bounds.
+    """Return the occupancy grid of a world, over its bounds.
 
     A cell is OCCUPIED when anything drawn on maps covers any part of it, so the surface that a
     lidar sees lies in an occupied cell and walls are closed however thin. Doors count as open;
@@ -26,7 +26,7 @@ def rasterise(world: World, resolution: float = 0.05) -> OccupancyGrid:
     (stepping over cell edges) is FREE and everything else UNKNOWN.
 
     Args:
-        world: the place.
+        world: world to draw.
         resolution: side of a cell, metres.
 
     Raises:
@@ -51,7 +51,7 @@ def rasterise(world: World, resolution: float = 0.05) -> OccupancyGrid:
 
 
 def _cover(covered: NDArray[np.bool_], outline: Outline, grid: OccupancyGrid) -> None:
-    """Mark the cells that an outline overlaps, looking only at those near it."""
+    """Mark the cells that an outline overlaps; only cells near it are tested."""
     x_min, y_min, x_max, y_max = outline.extent
     first_row, first_column = grid.cell_at(x_min - TOUCHING, y_min - TOUCHING)
     last_row, last_column = grid.cell_at(x_max + TOUCHING, y_max + TOUCHING)
@@ -70,7 +70,7 @@ def _cover(covered: NDArray[np.bool_], outline: Outline, grid: OccupancyGrid) ->
 
 
 def _disc_overlap(disc: Disc, xs: FloatArray, ys: FloatArray, half: float) -> NDArray[np.bool_]:
-    """Whether square cells around (xs, ys), half a side wide, overlap a disc."""
+    """Tell whether square cells with centres (xs, ys) and side 2 half overlap a disc."""
     beside_x = np.maximum(np.abs(xs - disc.x) - half, 0.0)
     beside_y = np.maximum(np.abs(ys - disc.y) - half, 0.0)
     overlapping: NDArray[np.bool_] = np.hypot(beside_x, beside_y) < disc.radius - TOUCHING
@@ -80,7 +80,7 @@ def _disc_overlap(disc: Disc, xs: FloatArray, ys: FloatArray, half: float) -> ND
 def _rectangle_overlap(
     rectangle: Rectangle, xs: FloatArray, ys: FloatArray, half: float
 ) -> NDArray[np.bool_]:
-    """Whether square cells overlap a rectangle: separating axes, the two of each."""
+    """Tell whether square cells overlap a rectangle, by the separating axes of both."""
     pose = rectangle.pose
     c, s = np.cos(pose.heading), np.sin(pose.heading)
     dx, dy = xs - pose.x, ys - pose.y
@@ -97,7 +97,7 @@ def _rectangle_overlap(
 
 
 def _reached(passable: NDArray[np.bool_], start: tuple[int, int]) -> NDArray[np.bool_]:
-    """The cells joined to the start over edges; none when the start is covered or off the grid."""
+    """Return the cells 4-connected to the start; none when it is occupied or off the grid."""
     import cv2
 
     _, labels = cv2.connectedComponents(passable.astype(np.uint8), connectivity=4)
