@@ -4,16 +4,17 @@ A test follows one page from top to bottom in a folder of its own, as a reader w
 
 * `python` with `file=NAME` is saved as NAME. Tests among these files pass; the others load as
   plugins. Other `python` blocks are executed.
-* `yaml` is read by its first key: `mission`, `world` or `robot` is a whole file and has no findings.
-  A comment names a JSON Schema; the page's mission is valid under it. Anything else is a snippet: its
-  keys complete the page's mission, a list of nodes is a `run`. A snippet without `run` stays in
-  force for the rest of the page. Cases under `tests` pass.
+* `yaml` is read by its first key: `mission`, `world` or `robot` is a whole file and has no
+  findings. A comment names a JSON Schema; the page's mission is valid under it. Anything else is a
+  snippet: its keys complete the page's mission, a list of nodes is a `run`. A snippet without `run`
+  stays in force for the rest of the page. Cases under `tests` pass.
 * `sh` lines are executed. OPTIONS and PARSED_ONLY say which `treepilot` lines are shortened. The
   targets of `make` exist.
 * `json` is a route graph, `toml` and `lua` name entry points and commands that exist.
 * `text` is output, compared by a function of its own in OUTPUTS.
 
-The page's mission is `my_mission.yaml`: the first whole mission of the page, otherwise a shipped one.
+The page's mission is `my_mission.yaml`: the first whole mission of the page, otherwise a shipped
+one.
 """
 
 from __future__ import annotations
