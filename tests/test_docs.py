@@ -57,6 +57,9 @@ COMMAND = get_command(app)
 SHORT = "01_drive_to_a_point"
 """A shipped mission of ten simulated seconds."""
 
+LONG = ("README", "benchmarks", "tuning")
+"""Pages whose commands take more than five seconds."""
+
 SHIPPED = {"routes.md": "12_route_graph"}
 """The shipped mission that a page's snippets complete; SHORT on other pages."""
 
@@ -65,7 +68,7 @@ DRAWINGS = {"architecture.md"}
 
 OPTIONS = {
     "run": ["--headless", "--speed", "max", "--no-rerun"],
-    "tune": ["--samples", "4", "--seeds", "1", "--refine", "0", "--confirm", "0", "--jobs", "1"],
+    "tune": ["--samples", "2", "--seeds", "1", "--refine", "0", "--confirm", "0", "--jobs", "1"],
     "bench missions": [SHORT, "--seeds", "1"],
     "bench courses": ["--course", "door", "--robots", "scout", "--trials", "1"],
     "bench dyna": ["--worlds", "1", "--controllers", "pure_pursuit"],
@@ -83,7 +86,7 @@ PARSED_ONLY = {
 PLACEHOLDERS = {"COMMAND": "run", "TICKS": "5", "OUTCOME": "success"}
 """What stands for a word in capitals where any word would not do."""
 
-UNUSED = {"W102", "W103"}
+UNUSED = ("W102", "W103")
 """Warnings of unused names: the rest of a completed mission may use less than before."""
 
 USAGE_ERROR = typer.BadParameter.__mro__[1]
@@ -307,7 +310,7 @@ def plain(text: str):
     return read_text(text, "block.yaml").plain()
 
 
-def findings(file: Path, but: frozenset[str] | set[str] = frozenset()) -> list[str]:
+def findings(file: Path, but: tuple[str, ...] = ()) -> list[str]:
     lines = check_files([str(file)])
     return [line.text for line in lines if not (line.finding and line.finding.code in but)]
 
@@ -352,7 +355,11 @@ def every_option(command=COMMAND) -> Iterator[str]:
         yield from every_option(inner)
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+@pytest.mark.parametrize(
+    "page",
+    [pytest.param(page, marks=[pytest.mark.slow] * (page.stem in LONG)) for page in PAGES],
+    ids=lambda page: page.stem,
+)
 def test_every_block_of_the_page_works(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     follower = Follower(page, tmp_path)
