@@ -9,16 +9,17 @@ IS_311 := -c 'import sys; sys.exit(sys.version_info[:2] != (3, 11))'
 PYTHON := $(shell for candidate in python3.11 python3 "$$(uv python find 3.11 2>/dev/null)"; do \
 	command -v "$$candidate" >/dev/null 2>&1 && "$$candidate" $(IS_311) 2>/dev/null && { echo "$$candidate"; break; }; done)
 
-.PHONY: run test check bench figures figures-timing figures-driving clean help
+.PHONY: run test check wheel-test bench figures figures-timing figures-driving clean help
 
 help:
-	@echo "make run     install into .venv and drive missions/02_office_patrol.yaml"
-	@echo "make test    the whole test suite"
-	@echo "make check   ruff, formatting, mypy --strict"
-	@echo "make bench   a short run of every benchmark (also written to bench/*.json)"
-	@echo "make figures-timing    measure the times in docs/benchmarks.md again (needs a quiet machine)"
-	@echo "make figures-driving   measure the driving in docs/benchmarks.md again (BARN=FOLDER: BARN too)"
-	@echo "make figures           write the tables of docs and README from docs/figures"
+	@echo "make run              install into .venv and run missions/02_office_patrol.yaml"
+	@echo "make test             run the test suite"
+	@echo "make check            ruff, formatting, mypy --strict"
+	@echo "make wheel-test       build the wheel, install it elsewhere and run a mission with it"
+	@echo "make bench            a short run of every benchmark (also written to bench/*.json)"
+	@echo "make figures-timing   measure the times in docs/benchmarks.md again (needs a quiet machine)"
+	@echo "make figures-driving  measure the driving in docs/benchmarks.md again (BARN=FOLDER: BARN too)"
+	@echo "make figures          write the tables of docs and README from docs/figures"
 
 $(VENV)/bin/python:
 	@if [ -z "$(PYTHON)" ]; then \
@@ -47,6 +48,9 @@ check: $(VENV)/.installed-test
 	$(VENV)/bin/ruff check $(SOURCES)
 	$(VENV)/bin/ruff format --check $(SOURCES)
 	$(VENV)/bin/mypy
+
+wheel-test: $(VENV)/bin/python
+	$(VENV)/bin/python -m tests.wheel
 
 bench: $(VENV)/.installed-test
 	$(VENV)/bin/python -m tests.benchmarks --trials 2 --worlds 5 --seeds 2 --kidnaps 10 --runs 1

@@ -1,1 +1,1 @@
-"""Behaviours that missions are made of, and the base class to write your own."""
+"""Built-in behaviours, and the base class for behaviours of your own."""

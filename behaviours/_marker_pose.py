@@ -1,9 +1,9 @@
-"""Which pose of the robot explains a marker sighting: both solutions, tried against the map.
+"""Hypotheses of the robot's pose from marker sightings, refined by scan matching.
 
-A square seen from afar has two poses that explain its picture nearly as well (IPPE, Collins and
-Bartoli, 2014), and even the right one is poor in one direction only: the marker's bearing and
-distance are sharp, the angle it is seen under is not. So each candidate is swung about the marker
-to where the lidar fits the map best.
+A square marker at a distance has two poses with nearly the same reprojection error (IPPE, Collins
+and Bartoli, 2014). Even the correct one is accurate only in bearing and distance; the viewing angle
+is uncertain. Each candidate is therefore rotated about the marker to the pose where the scan fits
+the map best.
 """
 
 from __future__ import annotations
@@ -18,21 +18,22 @@ from stack.types import MarkerSighting, Pose2D, wrap_angle
 
 Fit = Callable[[Pose2D], float]
 
-SWINGS = tuple(radians(angle) for angle in np.arange(-18.0, 18.1, 2.0))
-STRETCHES = (0.92, 0.96, 1.0, 1.04, 1.08)
-FINE_SWINGS = tuple(radians(angle) for angle in np.arange(-1.5, 1.6, 0.5))
-SAME_PLACE, SAME_HEADING = 0.4, radians(12.0)
+ROTATIONS = tuple(radians(angle) for angle in np.arange(-18.0, 18.1, 2.0))
+DISTANCE_FACTORS = (0.92, 0.96, 1.0, 1.04, 1.08)
+FINE_ROTATIONS = tuple(radians(angle) for angle in np.arange(-1.5, 1.6, 0.5))
+SAME_DISTANCE, SAME_HEADING = 0.4, radians(12.0)
+"""Metres and radians: hypotheses closer than this are the same pose."""
 
 
 @dataclass(frozen=True, slots=True)
 class Hypothesis:
-    """Where the robot may be.
+    """A hypothesis of the robot's pose.
 
     Attributes:
-        map_from_odom: the odom frame in the map frame, which stays the same while it drives.
-        fit: of the scan with the map there, in [0, 1].
+        map_from_odom: pose of the odom frame in the map frame; constant while the robot drives.
+        fit: fit of the scan to the map at this pose, in [0, 1].
         error: reprojection error, pixels.
-        stamps: of the pictures that say so, seconds.
+        stamps: of the pictures that support it, seconds.
     """
 
     map_from_odom: Pose2D
@@ -41,13 +42,13 @@ class Hypothesis:
     stamps: tuple[float, ...]
 
     def pose(self, odometry: Pose2D) -> Pose2D:
-        """The robot's pose in the map frame when its odometry says this."""
+        """Return the robot's pose in the map frame for its odometry pose."""
         return self.map_from_odom.compose(odometry)
 
 
-def swung(pose: Pose2D, centre: tuple[float, float], angle: float, stretch: float) -> Pose2D:
-    """The pose turned about a point by an angle, its distance to the point stretched."""
-    dx, dy = stretch * (pose.x - centre[0]), stretch * (pose.y - centre[1])
+def rotated(pose: Pose2D, centre: tuple[float, float], angle: float, factor: float) -> Pose2D:
+    """Rotate a pose about a point by `angle`, and scale its distance to the point by `factor`."""
+    dx, dy = factor * (pose.x - centre[0]), factor * (pose.y - centre[1])
     c, s = cos(angle), sin(angle)
     return Pose2D(
         centre[0] + c * dx - s * dy, centre[1] + s * dx + c * dy, wrap_angle(pose.heading + angle)
@@ -55,31 +56,31 @@ def swung(pose: Pose2D, centre: tuple[float, float], angle: float, stretch: floa
 
 
 def best_fit(pose: Pose2D, centre: tuple[float, float], fit: Fit) -> tuple[Pose2D, float]:
-    """The best-fitting pose near this one that sees the marker at `centre` in the same direction.
+    """Return the best-fitting pose near this one with the same bearing to `centre`, and its fit.
 
-    One coordinate after the other: swing, distance, swing again in small steps. Of equals, the
-    one nearest to the candidate.
+    Searches one coordinate after the other: rotation, distance, rotation in smaller steps. Among
+    equal fits the pose nearest to the candidate wins.
     """
 
-    def best(tried: Iterable[Pose2D]) -> Pose2D:
-        return max(tried, key=lambda one: (round(fit(one), 6), -one.distance_to(pose)))
+    def best(poses: Iterable[Pose2D]) -> Pose2D:
+        return max(poses, key=lambda one: (round(fit(one), 6), -one.distance_to(pose)))
 
-    found = best(swung(pose, centre, angle, 1.0) for angle in SWINGS)
-    found = best(swung(found, centre, 0.0, stretch) for stretch in STRETCHES)
-    found = best(swung(found, centre, angle, 1.0) for angle in FINE_SWINGS)
+    found = best(rotated(pose, centre, angle, 1.0) for angle in ROTATIONS)
+    found = best(rotated(found, centre, 0.0, factor) for factor in DISTANCE_FACTORS)
+    found = best(rotated(found, centre, angle, 1.0) for angle in FINE_ROTATIONS)
     return found, fit(found)
 
 
 def hypotheses(
     sighting: MarkerSighting, at_stamp: Pose2D, now: Pose2D, fit: Fit
 ) -> list[Hypothesis]:
-    """What a sighting says, a hypothesis for each of its candidates, best fit first.
+    """Return one hypothesis per candidate of a sighting, best fit first.
 
     Args:
-        sighting: with poses of the base at the picture's stamp.
-        at_stamp: odometry when the picture was exposed.
-        now: odometry when the scan was taken that `fit` looks at.
-        fit: health of the newest scan at a pose, in [0, 1].
+        sighting: its candidates are poses of the base at the picture's stamp, map frame.
+        at_stamp: odometry pose at the picture's stamp.
+        now: odometry pose at the stamp of the scan that `fit` evaluates.
+        fit: fit of the newest scan to the map at a pose, in [0, 1].
     """
     since, centre = now.relative_to(at_stamp), sighting.marker.position[:2]
     found = []
@@ -93,7 +94,7 @@ def hypotheses(
 def merged(
     known: list[Hypothesis], new: Iterable[Hypothesis], odometry: Pose2D
 ) -> list[Hypothesis]:
-    """All hypotheses, those of the same place made one (the better fit, the stamps of both)."""
+    """Merge hypotheses of the same pose: keep the better fit and the stamps of both."""
     result = list(known)
     for one in new:
         for index, other in enumerate(result):
@@ -109,4 +110,4 @@ def merged(
 
 def _agree(one: Pose2D, other: Pose2D) -> bool:
     turn = abs(wrap_angle(one.heading - other.heading))
-    return one.distance_to(other) <= SAME_PLACE and turn <= SAME_HEADING
+    return one.distance_to(other) <= SAME_DISTANCE and turn <= SAME_HEADING

@@ -1,4 +1,4 @@
-"""Where dead reckoning said the robot was lately: distance driven, and motion since a stamp."""
+"""Recent odometry: distance driven, and motion since a stamp."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from stack.types import Pose2D, wrap_angle
 
 
 class OdometryTrail:
-    """Odometry poses of the last seconds, fed once a tick.
+    """Odometry poses of the last seconds, recorded once per tick.
 
     Args:
-        memory: seconds to look back, at most.
+        memory: length of the history, seconds.
     """
 
     def __init__(self, memory: float = 3.0) -> None:
@@ -20,7 +20,7 @@ class OdometryTrail:
         self._poses: deque[tuple[float, Pose2D]] = deque()
 
     def record(self, time: float, pose: Pose2D) -> None:
-        """Add the pose of now (odom frame); `distance` grows by the way from the last one."""
+        """Add the current pose (odom frame); `distance` grows by the step from the previous one."""
         if self._poses:
             self.distance += pose.distance_to(self._poses[-1][1])
         self._poses.append((time, pose))
@@ -28,7 +28,7 @@ class OdometryTrail:
             self._poses.popleft()
 
     def at(self, stamp: float) -> Pose2D:
-        """The odom-frame pose at a stamp, interpolated; the nearest known one outside."""
+        """Return the odom-frame pose at a stamp: interpolated, clamped to the recorded times."""
         later = next((n for n, (time, _) in enumerate(self._poses) if time >= stamp), None)
         if later is None:
             return self._poses[-1][1]
@@ -42,5 +42,5 @@ class OdometryTrail:
         )
 
     def since(self, stamp: float) -> Pose2D:
-        """The pose of now seen from the pose at the stamp."""
+        """Return the current pose relative to the pose at the stamp."""
         return self._poses[-1][1].relative_to(self.at(stamp))

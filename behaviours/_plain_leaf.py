@@ -1,4 +1,4 @@
-"""Any py_trees leaf class as a behaviour: its ports are what its constructor takes."""
+"""Plain py_trees leaves as behaviours: the constructor arguments are the ports."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from stack.parameters import REQUIRED, Declaration
 
 
 def ports(cls: type[Behaviour]) -> dict[str, Declaration]:
-    """A declaration for each constructor argument but `name`; an Enum is written as its word."""
+    """Return a declaration per constructor argument, `name` excluded; an Enum becomes words."""
     hints = _hints(cls)
     return {
         name: _declaration(name, hints.get(name, Any), argument.default)
@@ -25,10 +25,10 @@ def ports(cls: type[Behaviour]) -> dict[str, Declaration]:
 
 
 def build(cls: type[Behaviour], name: str, values: Mapping[str, Any]) -> Behaviour:
-    """An instance with these arguments.
+    """Construct the leaf with these port values.
 
     Raises:
-        ParameterError: the constructor does not take them.
+        ParameterError: the constructor rejects them.
     """
     hints, arguments = _hints(cls), dict(values)
     for port, value in values.items():
@@ -39,7 +39,7 @@ def build(cls: type[Behaviour], name: str, values: Mapping[str, Any]) -> Behavio
     try:
         leaf = cls(**arguments)
     except Exception as error:
-        raise ParameterError("", f"{cls.__name__} refuses its ports: {error}") from error
+        raise ParameterError("", f"{cls.__name__} rejects its ports: {error}") from error
     leaf.name = name
     return leaf
 
@@ -61,7 +61,7 @@ def _arguments(cls: type[Behaviour]) -> dict[str, inspect.Parameter]:
 
 
 def _hints(cls: type[Behaviour]) -> dict[str, Any]:
-    """Types of the constructor's arguments; none where they cannot be resolved."""
+    """Return the types of the constructor arguments; empty if they cannot be resolved."""
     try:
         return typing.get_type_hints(cls.__init__)
     except (NameError, TypeError):

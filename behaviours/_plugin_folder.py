@@ -1,7 +1,7 @@
-"""Loads the files of a plugin folder as modules of their own, sys.path left alone.
+"""Imports the files of a plugin folder as modules, without changing sys.path.
 
-Each folder becomes a package with a name made from its path, so that its files may import each
-other (`from ._shelf import Shelf`) and two folders may hold files of the same name.
+Each folder becomes a package named after its path. Its files can import each other
+(`from ._shelf import Shelf`), and two folders can contain files with the same name.
 """
 
 from __future__ import annotations
@@ -15,14 +15,16 @@ from importlib.util import module_from_spec
 from pathlib import Path
 from types import ModuleType
 
+from behaviours._renamed import hint_for
+
 
 def is_path(plugin: str) -> bool:
-    """Whether a plugin is written as a folder or file, not as a dotted module."""
+    """Return whether a plugin is written as a path, not as a dotted module."""
     return plugin.startswith((".", "~")) or "/" in plugin or plugin.endswith(".py")
 
 
 def plugin_files(path: Path) -> list[Path]:
-    """The files of a folder that may define behaviours, by name: no tests, nothing private."""
+    """Return the files that may define behaviours, sorted; tests and private files excluded."""
     if path.is_file():
         return [path]
     return [
@@ -33,7 +35,7 @@ def plugin_files(path: Path) -> list[Path]:
 
 
 class FolderLoader:
-    """Imports the files of one folder, afresh for each loader."""
+    """Imports the files of one folder; a new loader imports them again."""
 
     def __init__(self, folder: Path) -> None:
         digest = sha256(str(folder.resolve()).encode()).hexdigest()[:12]
@@ -46,16 +48,16 @@ class FolderLoader:
         importlib.invalidate_caches()
 
     def load(self, file: Path) -> ModuleType:
-        """The module of a file in the folder.
+        """Import a file of the folder.
 
         Raises:
-            Exception: whatever the file raises.
+            Exception: any exception that the file raises.
         """
         return importlib.import_module(f"{self._package}.{file.stem}")
 
 
 def sentence_for(error: BaseException) -> str:
-    """What went wrong in foreign code and in which line, without a traceback."""
+    """Describe an exception in a plugin: line and message, without a traceback."""
     if isinstance(error, SyntaxError):
         return f"line {error.lineno}: {error.msg}"
     frames = traceback.extract_tb(error.__traceback__)
@@ -70,5 +72,5 @@ def sentence_for(error: BaseException) -> str:
     if isinstance(error.__cause__, TypeError):  # Python 3.11 wraps what __set_name__ raises
         error = error.__cause__
     if isinstance(error, ImportError):
-        return f"{line}cannot import: {error}"
+        return f"{line}cannot import: {error}{hint_for(error)}"
     return f"{line}{type(error).__name__}: {error}"

@@ -1,4 +1,4 @@
-"""Which types a port may have: those that a mission file can write."""
+"""Types that a port can have: those that can be written in a mission file."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ SCALARS = (float, int, bool, str, Pose2D)
 
 
 def check_ports(ports: Mapping[str, Declaration]) -> None:
-    """Raise ParameterError on a port that no mission file can give, or with a wrong default."""
+    """Raise ParameterError if a port has an unsupported type or an invalid default."""
     for declared in ports.values():
         if not _writable(declared.type):
             kind = getattr(declared.type, "__name__", declared.type)
@@ -39,7 +39,9 @@ def _check_default(declared: Declaration) -> None:
     try:
         declared.read(declared.default)
     except ParameterError as error:
-        raise ParameterError(f"port {declared.name}", f"its default: {error.sentence}") from None
+        raise ParameterError(
+            f"port {declared.name}", f"invalid default: {error.sentence}"
+        ) from None
 
 
 def _writable(kind: Any) -> bool:
@@ -53,7 +55,7 @@ def _writable(kind: Any) -> bool:
 
 
 def _optional(kind: Any) -> bool:
-    """Whether the type is X | None, with a single X."""
+    """Return whether the type is X | None, with a single X."""
     arms = typing.get_args(kind)
     union = typing.get_origin(kind) in (typing.Union, types.UnionType)
     return union and len(arms) == 2 and types.NoneType in arms

@@ -1,9 +1,9 @@
-"""From a lidar scan to the curve that runs along a wall at a set distance. Arrays in, arrays out.
+"""Contour of a lidar scan, and the offset curve along a wall. Arrays in, arrays out.
 
-A scan becomes a contour: chains of neighbouring returns, each return pulled onto the line through
+A scan becomes a contour: chains of neighbouring returns, each return moved onto the line through
 its neighbours (total least squares; moving least squares of Levin, 1998), doorways bridged. The
-curve to drive is the way of a disc's centre that rolls along the contour: it rounds outer corners
-on an arc, turns before a wall ahead, and passes over what is too narrow for the disc.
+curve to drive is the path of the centre of a disc that rolls along the contour: it rounds outer
+corners on an arc, turns before a wall ahead, and skips openings that are too narrow for the disc.
 
 All points are (n, 2) float64, metres, in the base frame, in the order of the beams.
 """
@@ -19,15 +19,15 @@ from numpy.typing import NDArray
 from stack.types import FloatArray
 
 LINK = 0.3
-"""Metres; neighbouring returns nearer than this belong to the same chain."""
-FEWEST = 3
-"""Returns; a shorter chain is a stray return, or dust."""
+"""Metres; neighbouring returns closer than this belong to the same chain."""
+MIN_RETURNS = 3
+"""Number of returns; a shorter chain is noise, for example dust."""
 SMOOTHING_RADIUS = 0.2
 SMOOTHING_BEAMS = 14
 SPACING = 0.03
-"""Metres between the points of a contour; the error of a distance to it is under 1 mm at 0.2 m."""
+"""Metres between contour points; a distance of 0.2 m to the contour is then within 1 mm."""
 JAMB = 0.15
-"""Metres; walls end in a face about this wide, which says nothing about where they lead."""
+"""Metres; a wall ends in a face about this wide, which is left out of the fit of its direction."""
 FIT_LENGTH = 0.6
 LINE_TOLERANCE = 0.12
 STEP = 0.05
@@ -36,18 +36,18 @@ Chains = list[FloatArray]
 
 
 def chains_of(points: FloatArray) -> Chains:
-    """Runs of neighbouring returns, strays left out; a run may go on from the last to the first."""
-    if len(points) < FEWEST:
+    """Split returns into chains of neighbours; the last and the first return may be neighbours."""
+    if len(points) < MIN_RETURNS:
         return []
     cuts = np.flatnonzero(np.linalg.norm(np.diff(points, axis=0), axis=1) > LINK) + 1
     chains = np.split(points, cuts)
     if len(chains) > 1 and np.linalg.norm(points[0] - points[-1]) <= LINK:
         chains = [np.vstack([chains[-1], chains[0]]), *chains[1:-1]]
-    return [chain for chain in chains if len(chain) >= FEWEST]
+    return [chain for chain in chains if len(chain) >= MIN_RETURNS]
 
 
 def smoothed(chain: FloatArray) -> FloatArray:
-    """Each point moved onto the total-least-squares line through its neighbours in the chain."""
+    """Move each point onto the total-least-squares line through its neighbours in the chain."""
     count = len(chain)
     offsets = np.arange(-SMOOTHING_BEAMS, SMOOTHING_BEAMS + 1)
     index = np.arange(count)[:, None] + offsets
@@ -70,7 +70,7 @@ def smoothed(chain: FloatArray) -> FloatArray:
 
 
 def filled(chain: FloatArray) -> FloatArray:
-    """The chain with points put in between, at most SPACING apart."""
+    """Insert points so that neighbours are at most SPACING apart."""
     if len(chain) < 2:
         return chain
     steps = np.diff(chain, axis=0)
@@ -82,7 +82,7 @@ def filled(chain: FloatArray) -> FloatArray:
 
 
 def bridges(chains: Chains, gap: float) -> Chains:
-    """Straight pieces over the gaps, at most `gap` wide, after which a wall goes on in line."""
+    """Return straight segments across gaps, at most `gap` metres wide, within collinear walls."""
     found = []
     for chain in chains:
         for inwards in (chain, chain[::-1]):
@@ -93,11 +93,11 @@ def bridges(chains: Chains, gap: float) -> Chains:
 
 
 def _bridge_from(chain: FloatArray, everything: FloatArray, gap: float) -> FloatArray | None:
-    """From the first point of a chain on, away from the chain; None when no wall goes on there."""
+    """Bridge a gap before the chain's first point; None if no collinear wall is behind the gap."""
     end = chain[0]
     distances = np.linalg.norm(chain - end, axis=1)
     wall = chain[(distances >= JAMB) & (distances <= FIT_LENGTH)]
-    if len(wall) < FEWEST:
+    if len(wall) < MIN_RETURNS:
         return None
     centre = wall.mean(axis=0)
     outwards = np.linalg.svd(wall - centre, full_matrices=False)[2][0]
@@ -118,7 +118,7 @@ def _bridge_from(chain: FloatArray, everything: FloatArray, gap: float) -> Float
 
 
 def contour_of(points: FloatArray, gap: float) -> FloatArray:
-    """(n, 2) dense points of everything the scan saw, smoothed, gaps in line bridged."""
+    """Return the (n, 2) dense contour of a scan: smoothed, with gaps in walls bridged."""
     chains = [smoothed(chain) for chain in chains_of(points)]
     pieces = [filled(chain) for chain in chains + bridges(chains, gap)]
     return np.vstack(pieces) if pieces else np.empty((0, 2))
@@ -128,18 +128,18 @@ _BEHIND = radians(160.0)
 _OTHER_SIDE = radians(20.0)
 _BESIDE = radians(45.0)
 _REACH = 0.4
-"""Metres ahead in which a passage is looked at before it is entered."""
+"""Metres ahead in which a passage is checked before it is entered."""
 
 
 @dataclass(frozen=True, slots=True)
 class Course:
-    """How a wall is to be followed.
+    """Settings of wall following.
 
     Attributes:
-        side: sign of the side the wall is on: +1 left, -1 right.
-        distance: from the wall, metres.
-        closest: least distance from anything, metres; a passage narrower than twice this is taken
-            for closed, one narrower than twice the distance is driven in its middle.
+        side: side of the wall: +1 left, -1 right.
+        distance: wanted distance to the wall, metres.
+        closest: least distance to any obstacle, metres. A passage narrower than twice this counts
+            as closed; in one narrower than twice `distance` the robot drives along the middle.
     """
 
     side: int
@@ -147,20 +147,21 @@ class Course:
     closest: float
 
     def along(self, towards_wall: FloatArray) -> FloatArray:
-        """(2,) direction of travel that has a wall in direction `towards_wall` (2,) beside it."""
+        """Return the (2,) direction of travel along a wall in direction `towards_wall` (2,)."""
         x, y = towards_wall
         return np.array([y, -x]) * self.side
 
 
 @dataclass(frozen=True, slots=True)
 class OffsetCurve:
-    """The way ahead along the wall.
+    """The curve to drive along the wall.
 
     Attributes:
-        points: (n, 2), the first beside the robot, STEP metres apart on straight wall.
+        points: (n, 2), the first next to the robot, STEP metres apart on a straight wall.
         tangent: (2,) unit direction of travel at the first point.
-        wall_distance: metres from the robot to the wall.
-        error: metres by which that is more than wanted; in a narrow passage its middle is wanted.
+        wall_distance: distance from the robot to the wall, metres.
+        error: `wall_distance` minus the wanted distance, metres; in a narrow passage the wanted
+            distance is that of its middle.
     """
 
     points: FloatArray
@@ -171,7 +172,7 @@ class OffsetCurve:
 
 @dataclass(frozen=True, slots=True)
 class _Contact:
-    """A point of the wall (2,) that the disc touches next, and at which distance."""
+    """The point of the wall (2,) that the disc touches next, and the wanted distance to it."""
 
     point: FloatArray
     distance: float
@@ -180,9 +181,10 @@ class _Contact:
 def _contact(
     contour: FloatArray, position: FloatArray, tangent: FloatArray, course: Course
 ) -> _Contact | None:
-    """The nearest point ahead or on the wall's side, or what closes the passage; None if neither.
+    """Return the nearest point ahead or on the wall's side, or the point that closes the passage.
 
-    What lies on the other side is not the wall that is followed, but may leave less room.
+    Points on the other side do not belong to the followed wall, but may reduce the room. None if
+    there is no wall.
     """
     relative = contour - position
     along = relative @ tangent
@@ -207,7 +209,7 @@ def _contact(
 
 
 def _nearest(squares: FloatArray, eligible: NDArray[np.bool_]) -> int | None:
-    """Index of the smallest among the eligible; None when there is none."""
+    """Return the index of the smallest eligible value; None if none is eligible."""
     if not eligible.any():
         return None
     return int(np.argmin(np.where(eligible, squares, np.inf)))
@@ -216,16 +218,16 @@ def _nearest(squares: FloatArray, eligible: NDArray[np.bool_]) -> int | None:
 def offset_curve(
     contour: FloatArray, course: Course, tangent: FloatArray, length: float = 1.2
 ) -> OffsetCurve | None:
-    """The way ahead from beside the robot (the origin).
+    """Compute the curve along the wall, from a point next to the robot (the origin).
 
     Args:
-        contour: dense points, from `contour_of`.
+        contour: (n, 2) dense points, from `contour_of`.
         course: side and distances.
-        tangent: (2,) about the present direction of travel, for telling the wall from others.
-        length: of the curve, metres.
+        tangent: (2,) approximate direction of travel; selects the wall to follow.
+        length: length of the curve, metres.
 
     Returns:
-        None when no wall is on that side.
+        The curve; None if there is no wall on that side.
     """
     position, direction = np.zeros(2), tangent
     points: list[FloatArray] = []
@@ -250,6 +252,6 @@ def offset_curve(
 
 
 def room_ahead(points: FloatArray, half_width: float) -> float:
-    """Metres straight ahead of the base to the first return in a lane; inf if none."""
+    """Return the distance straight ahead to the first return in a lane, metres; inf if none."""
     lane = points[(points[:, 0] > 0.0) & (np.abs(points[:, 1]) <= half_width)]
     return float(lane[:, 0].min()) if len(lane) else float("inf")

@@ -1,4 +1,4 @@
-"""Drive straight back."""
+"""Driving straight backward."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from behaviours.base import RobotBehaviour, port
 
 
 class BackUp(RobotBehaviour):
-    """Drive straight back; gives up rather than touch what the lidar sees."""
+    """Drive straight backward; fails before touching an obstacle seen by the lidar."""
 
-    distance: float = port("how far", unit="m", default=0.3, above=0.0)
-    speed: float | None = port("the robot's own when left out", unit="m/s", default=None, above=0.0)
+    distance: float = port("distance to drive", unit="m", default=0.3, above=0.0)
+    speed: float | None = port("speed; default: the robot's", unit="m/s", default=None, above=0.0)
 
     uses_wheels = True
 
     def initialise(self) -> None:
-        """Begin to back up."""
+        """Start the task."""
         self._task = self.robot.back_up(self.distance, speed=self.speed)
 
     def update(self) -> Status:
-        """Report on the way back."""
+        """Return the status of the task."""
         return self.follow(self._task)

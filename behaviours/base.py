@@ -1,15 +1,16 @@
-"""The base class of every behaviour, and its typed ports.
+"""Base class of behaviours, with typed ports.
 
     class NavigateToPose(RobotBehaviour):
         '''Drive to a pose in the map frame.'''
 
         goal: Pose2D = port("where to go")
-        tolerance: float = port("how near counts as there", unit="m", default=0.25, above=0.0)
+        tolerance: float = port("goal tolerance", unit="m", default=0.25, above=0.0)
         path_length: float = output("length of the path driven", unit="m")
 
-A port holds a literal, or is bound by the compiler to a place the value is read from or written to
-(a blackboard slot, an argument, a loop variable). Private attributes are plain assignments in
-`initialise`, without annotations: an annotated one would become a constructor argument.
+A port holds a literal value, or the compiler binds it to a source that is read on every access: a
+blackboard key, an argument, a loop variable. An output can be bound to a blackboard key. Set
+private attributes in `initialise`, without annotations: an annotated attribute becomes a
+constructor argument.
 """
 
 from __future__ import annotations
@@ -37,14 +38,17 @@ _RESERVED = frozenset(dir(Behaviour)) | {
 
 
 class Port:
-    """Data descriptor of one port: reads and writes the node's own value or its binding."""
+    """Data descriptor of one port: reads and writes the node's value or its binding."""
 
     def __init__(self, declared: Declaration, writes: bool) -> None:
         self.declared, self.writes, self.name = declared, writes, ""
 
     def __set_name__(self, owner: type, name: str) -> None:
         if name in _RESERVED or name.startswith("_"):
-            raise TypeError(f"{owner.__name__}: a port may not be called {name!r}")
+            raise TypeError(
+                f"{owner.__name__}: a port may not be called {name!r}: the name is private or "
+                "belongs to py_trees; choose another one"
+            )
         self.name = name
 
     def __get__(self, node: Any, owner: type) -> Any:
@@ -74,32 +78,32 @@ def port(  # noqa: PLR0913 - the vocabulary of a declaration
     help: str, *, default: Any = REQUIRED, unit: str = "", at_least: float | None = None,
     at_most: float | None = None, above: float | None = None, one_of: tuple[str, ...] = (),
 ) -> Any:  # fmt: skip
-    """An input of a behaviour; its type is the attribute's annotation."""
+    """Declare an input of a behaviour; the attribute's annotation is its type."""
     declared = Declaration("", None, help, unit, default, at_least, at_most, above, one_of)
     return Port(declared, writes=False)
 
 
 def output(help: str, *, unit: str = "", init: typing.Literal[False] = False) -> Any:
-    """A result of a behaviour: assigning to it writes the bound blackboard key, if any."""
+    """Declare an output of a behaviour; an assignment also writes the bound blackboard key."""
     return Port(Declaration("", None, help, unit, None), writes=True)
 
 
 @dataclass_transform(kw_only_default=True, field_specifiers=(port, output))
 class RobotBehaviour(Behaviour):
-    """A leaf of the tree with a robot to command.
+    """A leaf of the tree that can command the robot.
 
-    The constructor takes settings only; the robot arrives in `setup`, so that a mission can be
-    compiled, checked and drawn where there is no robot.
+    The constructor takes settings only. The robot is passed to `setup`, so that a mission can be
+    compiled, checked and drawn without a robot.
     """
 
     robot: Robot
     failure: Failure | None
     uses_wheels: typing.ClassVar[bool] = False
-    """Whether it moves the robot: two such behaviours may not run at the same time."""
+    """Whether it moves the robot. Two such behaviours cannot run at the same time."""
     takes_time: typing.ClassVar[bool] = False
-    """Whether it never succeeds in the tick it starts in; what moves the robot need not say so."""
+    """Whether it never succeeds in its first tick. Not needed when `uses_wheels` is set."""
     can_fail: typing.ClassVar[bool] = True
-    """Whether it may fail at all. `check` warns of retrying what cannot."""
+    """Whether it can fail. `check` warns about retries of a behaviour that cannot."""
 
     def __init__(self, name: str = "", **ports: Any) -> None:
         super().__init__(name or type(self).__name__)
@@ -122,36 +126,36 @@ class RobotBehaviour(Behaviour):
 
     @classmethod
     def ports(cls) -> Mapping[str, Declaration]:
-        """The inputs by name, with types, in the order they are declared."""
+        """Return the declarations of the inputs by name, in the order of declaration."""
         return _declared(cls)[0]
 
     @classmethod
     def outputs(cls) -> Mapping[str, Declaration]:
-        """The outputs by name, with types."""
+        """Return the declarations of the outputs by name."""
         return _declared(cls)[1]
 
     def bind_input(self, name: str, read: Callable[[], Any]) -> None:
-        """Read a port from elsewhere from now on."""
+        """Read the port with this function from now on."""
         self._readers[name] = read
 
     def bind_output(self, name: str, write: Callable[[Any], None]) -> None:
-        """Write an output there as well from now on."""
+        """Also call this function on every assignment to the output."""
         self._writers[name] = write
 
     def setup(self, **resources: Any) -> None:
-        """Take the robot from the resources that the mission runner hands to the tree."""
+        """Store the robot from the resources that the mission runner passes to the tree."""
         self.robot = resources["robot"]
 
     def fail(self, code: str, sentence: str) -> Status:
-        """FAILURE with a reason: `return self.fail(FailureCode.NO_WALL, "no wall within 1 m")`."""
+        """Return FAILURE with a reason: `self.fail(FailureCode.NO_WALL, "no wall within 1 m")`."""
         self.failure = Failure(code, sentence)
         self.feedback_message = sentence
         return Status.FAILURE
 
     def follow(self, task: Task) -> Status:
-        """The status of a task as this node's own, its feedback and failure passed on.
+        """Return the task's status as this node's status, with its feedback and failure.
 
-        The task is cancelled, and so the robot stopped, when the tree ends this node early.
+        When the tree ends this node early, the task is cancelled and the robot stops.
         """
         self._followed = task
         if task.status is TaskStatus.RUNNING:
@@ -164,7 +168,7 @@ class RobotBehaviour(Behaviour):
         return self.fail(why.code, why.sentence)
 
     def terminate(self, new_status: Status) -> None:
-        """Cancel the task followed last. Whoever overrides this calls it too."""
+        """Cancel the followed task. An override must call `super().terminate(new_status)`."""
         if self._followed is not None:
             self._followed.cancel()
             self._followed = None

@@ -1,8 +1,8 @@
-"""Finds behaviours: the built-in ones, plugins by folder or module, and installed packages'.
+"""Catalogue of behaviours: built-in, plugins by folder or module, and installed packages.
 
-NavigateToPose is written navigate_to_pose in a mission. Any py_trees leaf may also be used by its
-dotted name, e.g. py_trees.behaviours.Success. A plugin that is broken is reported with its file
-and a sentence; the others go on working.
+The class NavigateToPose is navigate_to_pose in a mission. Any py_trees leaf can also be used by its
+dotted name, e.g. py_trees.behaviours.Success. A broken plugin is reported with its file and a
+sentence; the other plugins still work.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from stack.parameters import Declaration, suggestion
 from stack.types import Assignments, Expression
 
 GROUP = "treepilot.behaviours"
-"""Entry-point group; a value is a module, or module:Class."""
+"""Entry-point group; an entry is a module or module:Class."""
 
 MISSION_WORDS = frozenset({
     "sequence", "reactive", "fallback", "reactive_fallback", "parallel", "round_robin",
@@ -40,21 +40,21 @@ MISSION_WORDS = frozenset({
     "timeout", "retry", "repeat", "recover", "every", "on_failure", "attempts", "unless", "then",
     "hold", "doc",
 })  # fmt: skip
-"""Words that mean something else beside a node in a mission file."""
+"""Words of the mission language; no behaviour can have one of these names."""
 
 
 @dataclass(frozen=True)
 class BehaviourKind:
-    """A behaviour that a mission may name.
+    """A behaviour that missions can use.
 
     Attributes:
         name: as written in missions.
         ports: inputs by name.
-        outputs: results by name; none for a plain py_trees leaf.
-        doc: its docstring, unindented.
-        summary: the docstring's first line.
-        source: the file it is defined in.
-        uses_wheels: it moves the robot.
+        outputs: outputs by name; empty for a plain py_trees leaf.
+        doc: docstring, unindented.
+        summary: first line of the docstring.
+        source: file that defines it.
+        uses_wheels: whether it moves the robot.
     """
 
     name: str
@@ -68,7 +68,7 @@ class BehaviourKind:
 
     @property
     def bindable(self) -> bool:
-        """Whether ports can follow a `$key`; those of a plain py_trees leaf are constants."""
+        """Whether ports can be bound to a `$key`; those of a plain py_trees leaf are constants."""
         return issubclass(self.cls, RobotBehaviour)
 
 
@@ -77,8 +77,8 @@ class Problem:
     """A plugin, or part of one, that cannot be used.
 
     Attributes:
-        file: or module.
-        plugin: its number among those that were asked for; -1 of one that is installed.
+        file: file or module.
+        plugin: index in the list of requested plugins; -1 for an installed package.
     """
 
     file: str
@@ -88,27 +88,27 @@ class Problem:
 
 @dataclass(frozen=True)
 class Catalogue:
-    """Every behaviour that was found.
+    """The behaviours that were found.
 
     Attributes:
-        kinds: by name, the built-in ones first.
-        problems: what cannot be used.
+        kinds: behaviours by name, built-in ones first.
+        problems: plugins that cannot be used.
     """
 
     kinds: Mapping[str, BehaviourKind]
     problems: tuple[Problem, ...] = ()
 
     def names(self) -> list[str]:
-        """What a mission may write, in alphabetical order; dotted names not included."""
+        """Return the names that missions can use, sorted; dotted names are not included."""
         return sorted(self.kinds)
 
     def get(self, name: str) -> BehaviourKind | None:
-        """The kind of that name, or of the py_trees leaf with that dotted name; else None."""
+        """Return the behaviour with this name, or the py_trees leaf with this dotted name."""
         found = self._look_up(name)
         return found if isinstance(found, BehaviourKind) else None
 
     def why_not(self, name: str) -> str:
-        """Why `get` answers None, in a sentence; empty when it does not."""
+        """Return why `get` returns None, as a sentence; empty if it does not."""
         found = self._look_up(name)
         return found if isinstance(found, str) else ""
 
@@ -123,12 +123,12 @@ class Catalogue:
             return f"{name!r} cannot be used: {error}"
 
 
-def find_behaviours(plugins: Sequence[str] = (), beside: Path | None = None) -> Catalogue:
-    """Every behaviour there is: built in, installed, and of these plugins.
+def find_behaviours(plugins: Sequence[str] = (), folder: Path | None = None) -> Catalogue:
+    """Find all behaviours: built-in, of installed packages, and of these plugins.
 
     Args:
         plugins: folders or files (with a slash, or ending in .py), or dotted modules.
-        beside: the folder that relative paths start from; the current one when None.
+        folder: base of relative paths; default: the current folder.
     """
     search = _Search()
     search.add_dotted("behaviours")
@@ -136,25 +136,25 @@ def find_behaviours(plugins: Sequence[str] = (), beside: Path | None = None) -> 
         search.attempt(_entry_label(entry), partial(search.add_entry, entry))
     for search.plugin, plugin in enumerate(plugins):
         if _plugin_folder.is_path(plugin):
-            path = (beside or Path()) / Path(plugin).expanduser()
+            path = (folder or Path()) / Path(plugin).expanduser()
             search.add_path(path)
         else:
             search.attempt(plugin, partial(search.add_dotted, plugin))
     return Catalogue(search.kinds, tuple(search.problems))
 
 
-def plugin_modules(plugins: Sequence[str], beside: Path | None = None) -> Iterator[ModuleType]:
-    """The modules of plugins, for what they hold besides behaviours.
+def plugin_modules(plugins: Sequence[str], folder: Path | None = None) -> Iterator[ModuleType]:
+    """Import the modules of plugins, for components that they define besides behaviours.
 
-    Those that cannot be imported are left out: `find_behaviours` says why.
+    Modules that cannot be imported are skipped; `find_behaviours` reports why.
 
     Args:
-        plugins: as of `find_behaviours`.
-        beside: likewise.
+        plugins: as in `find_behaviours`.
+        folder: as in `find_behaviours`.
     """
     for plugin in plugins:
         if _plugin_folder.is_path(plugin):
-            path = (beside or Path()) / Path(plugin).expanduser()
+            path = (folder or Path()) / Path(plugin).expanduser()
             loader = _plugin_folder.FolderLoader(path if path.is_dir() else path.parent)
             files = _plugin_folder.plugin_files(path) if path.exists() else []
             loads = [partial(loader.load, file) for file in files]
@@ -165,15 +165,15 @@ def plugin_modules(plugins: Sequence[str], beside: Path | None = None) -> Iterat
                 yield load()
 
 
-def plugin_sources(plugins: Sequence[str], beside: Path | None = None) -> list[Path]:
-    """The files in plugin folders, private ones too; none of plugins that are dotted modules.
+def plugin_sources(plugins: Sequence[str], folder: Path | None = None) -> list[Path]:
+    """Return the files in plugin folders, private ones included; dotted modules are skipped.
 
     Args:
-        plugins: as of `find_behaviours`.
-        beside: likewise.
+        plugins: as in `find_behaviours`.
+        folder: as in `find_behaviours`.
     """
     paths = [
-        (beside or Path()) / Path(plugin).expanduser()
+        (folder or Path()) / Path(plugin).expanduser()
         for plugin in plugins
         if _plugin_folder.is_path(plugin)
     ]
@@ -183,15 +183,15 @@ def plugin_sources(plugins: Sequence[str], beside: Path | None = None) -> list[P
 
 
 def build(kind: BehaviourKind, name: str, ports: Mapping[str, Any]) -> Behaviour:
-    """Make one node.
+    """Build one node.
 
     Args:
         kind: from the catalogue.
-        name: its label.
-        ports: raw or checked values; None stands for one that is bound later.
+        name: label of the node.
+        ports: raw or checked values; None for a port that is bound later.
 
     Raises:
-        ParameterError: a port that does not exist, is missing, or has a value that will not do.
+        ParameterError: a port does not exist, is missing, or has an invalid value.
     """
     for port in ports:
         if port not in kind.ports:
@@ -207,48 +207,48 @@ def build(kind: BehaviourKind, name: str, ports: Mapping[str, Any]) -> Behaviour
 
 
 def _value(declared: Declaration, raw: Any) -> Any:
-    """What `raw` means; expressions arrive compiled."""
+    """Convert a raw value; expressions are already compiled."""
     if raw is None or declared.type in (Expression, Assignments):
         return raw
     return declared.read(raw)
 
 
 def name_of(cls: type) -> str:
-    """NavigateToPose -> navigate_to_pose, HTTPGet -> http_get."""
+    """Return the name in missions: NavigateToPose -> navigate_to_pose, HTTPGet -> http_get."""
     pattern = r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])"
     return re.sub(pattern, "_", cls.__name__).lower()
 
 
 class _Unusable(Exception):
-    """A class or module that cannot stand in a mission; the message says why."""
+    """A class or module that missions cannot use; the message says why."""
 
 
 @dataclass
 class _Search:
-    """What was found so far; `plugin` is the number of the one being searched, as of `Problem`."""
+    """Search results so far; `plugin` is the index of the current plugin, as in `Problem`."""
 
     kinds: dict[str, BehaviourKind] = field(default_factory=dict)
     problems: list[Problem] = field(default_factory=list)
     plugin: int = -1
 
-    def complain(self, label: str, sentence: str) -> None:
+    def report(self, label: str, sentence: str) -> None:
         self.problems.append(Problem(label, sentence, self.plugin))
 
     def attempt(self, label: str, action: Callable[[], None]) -> None:
-        """Run an action on foreign code; whatever it raises becomes a problem of `label`."""
+        """Run an action on plugin code; an exception becomes a problem of `label`."""
         try:
             action()
         except (Exception, SystemExit) as error:
-            self.complain(label, _plugin_folder.sentence_for(error))
+            self.report(label, _plugin_folder.sentence_for(error))
 
     def add_path(self, path: Path) -> None:
         if not path.exists():
             what = "file" if path.suffix == ".py" else "folder"
-            self.complain(str(path), f"there is no such plugin {what}")
+            self.report(str(path), f"there is no such plugin {what}")
             return
         files = _plugin_folder.plugin_files(path)
         if not files:
-            self.complain(str(path), "there is no plugin file (*.py) in this folder")
+            self.report(str(path), "this folder contains no plugin file (*.py)")
         loader = _plugin_folder.FolderLoader(path if path.is_dir() else path.parent)
         for file in files:
             self.attempt(str(file), partial(self._add_file, loader, file))
@@ -270,7 +270,7 @@ class _Search:
             self.add_dotted(entry.module)
 
     def add_module(self, module: ModuleType, label: str = "") -> None:
-        """Every leaf that the module itself defines; names with an underscore are private."""
+        """Add every leaf that the module itself defines; names with an underscore are private."""
         for item in vars(module).copy().values():
             if inspect.isclass(item) and item.__module__ == module.__name__ and _is_leaf(item):
                 self.add(item, label or str(module.__file__))
@@ -285,7 +285,7 @@ class _Search:
             if other is not None and other.cls is not cls:
                 raise _Unusable(f"{name!r} is already defined in {other.source}; rename the class")
         except _Unusable as error:
-            self.complain(label, f"{cls.__name__}: {error}")
+            self.report(label, f"{cls.__name__}: {error}")
         else:
             self.kinds.setdefault(name, kind)
 
@@ -341,7 +341,7 @@ def _class_named(dotted: str) -> type:
 
 
 def _module_names(name: str) -> list[str]:
-    """The module; of a package also the modules in it that are not private."""
+    """Return the module; for a package, also its public modules."""
     package = import_module(name)
     inside = pkgutil.iter_modules(getattr(package, "__path__", ()), f"{name}.")
     names = sorted(info.name for info in inside)

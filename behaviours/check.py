@@ -1,4 +1,4 @@
-"""Ask whether something is true."""
+"""Checking a condition."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from stack.types import Expression, FailureCode
 
 
 class Check(RobotBehaviour):
-    """Succeed if a condition holds at this moment, else fail with CHECK_FAILED and its values."""
+    """Succeed if a condition is true now; otherwise fail with CHECK_FAILED and its values."""
 
-    condition: Expression = port("what must be true")
+    condition: Expression = port("condition that must be true")
 
     def update(self) -> Status:
         """Evaluate the condition once."""

@@ -1,4 +1,4 @@
-"""Forget obstacles that were sensed."""
+"""Clearing sensed obstacles."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from behaviours.base import RobotBehaviour, port
 
 
 class ClearCostmap(RobotBehaviour):
-    """Forget sensed obstacles; what the map shows stays."""
+    """Remove sensed obstacles from the costmaps; obstacles of the map remain."""
 
     can_fail = False
 
-    which: str = port("which costmap", default="both", one_of=("local", "global", "both"))
+    which: str = port("costmap to clear", default="both", one_of=("local", "global", "both"))
 
     def update(self) -> Status:
-        """Clear at once."""
+        """Clear the costmaps."""
         self.robot.clear_costmap(self.which)
         return Status.SUCCESS

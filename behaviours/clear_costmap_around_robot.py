@@ -1,4 +1,4 @@
-"""Forget obstacles that were sensed near the robot."""
+"""Clearing sensed obstacles near the robot."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from behaviours.base import RobotBehaviour, port
 
 
 class ClearCostmapAroundRobot(RobotBehaviour):
-    """Forget sensed obstacles near the robot, by one layer or all; what lies farther off stays."""
+    """Remove sensed obstacles near the robot, from one layer or from all layers."""
 
-    radius: float = port("how far from the robot", unit="m", above=0.0)
-    which: str = port("which costmap", default="both", one_of=("local", "global", "both"))
-    layer: str = port("the one layer that is to forget; empty is every one", default="")
+    radius: float = port("clear within this distance of the robot", unit="m", above=0.0)
+    which: str = port("costmap to clear", default="both", one_of=("local", "global", "both"))
+    layer: str = port("layer to clear; empty: all layers", default="")
 
     def update(self) -> Status:
-        """Clear at once."""
+        """Clear the costmaps."""
         self.robot.clear_costmap(self.which, radius=self.radius, layer=self.layer or None)
         return Status.SUCCESS

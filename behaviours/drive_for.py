@@ -1,4 +1,4 @@
-"""Drive at a velocity for a time."""
+"""Driving at a velocity for a time."""
 
 from __future__ import annotations
 
@@ -8,25 +8,26 @@ from behaviours.base import RobotBehaviour, port
 from stack.types import STANDSTILL, Twist
 
 TIME_TO_LIVE = 0.3
-"""Seconds one command lasts: three ticks, so that a late tick does not make the robot stutter."""
+"""Seconds that a command is valid: three ticks, so that a late tick does not stop the robot."""
 ROUNDING = 1e-9
+"""Seconds; a clock summed from periods has rounding errors."""
 
 
 class DriveFor(RobotBehaviour):
-    """Drive at a velocity for a time; safety may slow the robot down meanwhile."""
+    """Drive at a velocity for a time; the safety layer may slow the robot down."""
 
-    time: float = port("how long", unit="s", above=0.0)
-    linear: float = port("speed forward; negative is backward", unit="m/s", default=0.0)
-    angular: float = port("turning speed, positive to the left", unit="rad/s", default=0.0)
+    time: float = port("duration", unit="s", above=0.0)
+    linear: float = port("forward speed; negative: backward", unit="m/s", default=0.0)
+    angular: float = port("angular speed, positive to the left", unit="rad/s", default=0.0)
 
     uses_wheels = True
 
     def initialise(self) -> None:
-        """Note when it is over."""
+        """Store the end time."""
         self._end = self.robot.time + self.time
 
     def update(self) -> Status:
-        """Command the velocity anew on every tick."""
+        """Command the velocity on every tick until the time is over."""
         left = self._end - self.robot.time
         if left <= ROUNDING:
             return Status.SUCCESS
@@ -35,7 +36,7 @@ class DriveFor(RobotBehaviour):
         return Status.RUNNING
 
     def terminate(self, new_status: Status) -> None:
-        """Stand still, unless it was over already and somebody else may be driving."""
+        """Stop the robot if this node was running; another node may drive it otherwise."""
         super().terminate(new_status)
         if self.status is Status.RUNNING:
             self.robot.drive_for(STANDSTILL, TIME_TO_LIVE)

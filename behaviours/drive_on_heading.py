@@ -1,4 +1,4 @@
-"""Drive straight."""
+"""Driving straight."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from behaviours.base import RobotBehaviour, port
 
 
 class DriveOnHeading(RobotBehaviour):
-    """Drive straight and hold the heading; gives up rather than touch what the lidar sees.
+    """Drive straight and keep the heading; fails before touching an obstacle seen by the lidar.
 
     Needs no map and no pose. Fails with COLLISION_AHEAD, NO_PROGRESS or TIMED_OUT.
     """
 
-    distance: float = port("how far; negative is backward", unit="m")
-    speed: float | None = port("the robot's own when left out", unit="m/s", default=None, above=0.0)
+    distance: float = port("distance to drive; negative: backward", unit="m")
+    speed: float | None = port("speed; default: the robot's", unit="m/s", default=None, above=0.0)
     direction: float = port(
-        "of travel, positive to the left of its front; omnidirectional robots only",
+        "direction of travel, positive to the left of the heading; omnidirectional robots only",
         unit="rad",
         default=0.0,
         at_least=-3.15,
@@ -26,11 +26,11 @@ class DriveOnHeading(RobotBehaviour):
     uses_wheels = True
 
     def initialise(self) -> None:
-        """Begin to drive."""
+        """Start the task."""
         self._task = self.robot.drive_on_heading(
             self.distance, speed=self.speed, direction=self.direction
         )
 
     def update(self) -> Status:
-        """Report on the way."""
+        """Return the status of the task."""
         return self.follow(self._task)

@@ -1,4 +1,4 @@
-"""Drive past several poses without stopping in between."""
+"""Navigation through several poses."""
 
 from __future__ import annotations
 
@@ -10,33 +10,33 @@ from stack.types import FailureCode, Pose2D
 
 
 class NavigateThrough(RobotBehaviour):
-    """Drive past poses in turn to the last one, without stopping in between.
+    """Drive through several poses without stopping; stop at the last one.
 
-    The planners hybrid_astar and lattice pass each pose with its heading, astar and theta_star at
-    whatever heading the way has there.
+    The planners hybrid_astar and lattice pass each pose with its heading. With astar and theta_star
+    the robot passes it with the heading of the path.
     """
 
-    goals: list[Pose2D] = port("poses to pass, the last is where to stop, map frame")
+    goals: list[Pose2D] = port("poses to drive through, map frame; the robot stops at the last")
     tolerance: float | None = port(
-        "how near the last pose counts as there; the robot's own when left out",
+        "goal tolerance at the last pose; default: the robot's",
         unit="m",
         default=None,
         above=0.0,
     )
-    path_length: float = output("length of the way driven", unit="m")
-    time_taken: float = output("from the start to the end of the drive", unit="s")
+    path_length: float = output("distance driven", unit="m")
+    time_taken: float = output("duration of the drive", unit="s")
 
     uses_wheels = True
 
     def initialise(self) -> None:
-        """Send the robot off; there is nothing to send it to when the list is empty."""
+        """Start the drive, unless the list is empty."""
         goals = list(self.goals)
         self._task = self.robot.navigate_through(goals, tolerance=self.tolerance) if goals else None
         self._started = self.robot.time
         self._trail = OdometryTrail()
 
     def update(self) -> Status:
-        """Report on the drive; how far and how long it was is known when it ends."""
+        """Return the status of the drive; write the outputs at its end."""
         if self._task is None:
             return self.fail(FailureCode.FAILED, "goals is an empty list; give at least one pose")
         self._trail.record(self.robot.time, self.robot.odometry)

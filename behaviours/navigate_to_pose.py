@@ -1,4 +1,4 @@
-"""Drive to one pose."""
+"""Navigation to one pose."""
 
 from __future__ import annotations
 
@@ -10,30 +10,31 @@ from stack.types import Pose2D
 
 
 class NavigateToPose(RobotBehaviour):
-    """Drive to a pose in the map frame, planning again as the world changes.
+    """Drive to a pose in the map frame; replans when the world changes.
 
-    Fails with the navigation's reason: NO_VALID_PATH, GOAL_OCCUPIED, NO_PROGRESS and others. Where
-    the goal cannot be reached it stays where it is, unless `partial` or the planner's own
-    `allow_partial` says otherwise: then it drives to the nearest place that can be reached. With
-    `partial` that is success, and `remaining` how far away the goal is; without, NO_VALID_PATH.
+    Fails with the reason of the navigation: NO_VALID_PATH, GOAL_OCCUPIED, NO_PROGRESS and others.
+    If the goal cannot be reached, the robot stays where it is. With `partial`, or with
+    `allow_partial` of the planner, it drives to the nearest reachable pose instead. With `partial`
+    this is a success, and `remaining` is the distance left to the goal; without, it fails with
+    NO_VALID_PATH.
     """
 
-    goal: Pose2D = port("where to go, map frame")
+    goal: Pose2D = port("goal pose, map frame")
     tolerance: float | None = port(
-        "how near counts as there; the robot's own when left out",
+        "goal tolerance; default: the robot's",
         unit="m",
         default=None,
         above=0.0,
     )
-    partial: bool = port("as near as there is a way to will do", default=False)
-    remaining: float = output("from where the drive ended to the goal, straight", unit="m")
-    path_length: float = output("length of the way driven", unit="m")
-    time_taken: float = output("from the start to the end of the drive", unit="s")
+    partial: bool = port("accept the nearest reachable pose", default=False)
+    remaining: float = output("straight-line distance left to the goal", unit="m")
+    path_length: float = output("distance driven", unit="m")
+    time_taken: float = output("duration of the drive", unit="s")
 
     uses_wheels = True
 
     def initialise(self) -> None:
-        """Send the robot off."""
+        """Start the drive."""
         self._task = self.robot.navigate_to(
             self.goal, tolerance=self.tolerance, partial=self.partial
         )
@@ -41,7 +42,7 @@ class NavigateToPose(RobotBehaviour):
         self._trail = OdometryTrail()
 
     def update(self) -> Status:
-        """Report on the drive; how far and how long it was is known when it ends."""
+        """Return the status of the drive; write the outputs at its end."""
         self._trail.record(self.robot.time, self.robot.odometry)
         status = self.follow(self._task)
         if status is not Status.RUNNING:

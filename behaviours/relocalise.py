@@ -1,4 +1,4 @@
-"""Find out where the robot is when its pose cannot be trusted."""
+"""Recovery of the robot's pose when the localisation is lost."""
 
 from __future__ import annotations
 
@@ -17,74 +17,80 @@ from stack.types import STANDSTILL, FailureCode, Image, Twist, wrap_angle
 
 TIME_TO_LIVE = 0.3
 FIRST_PICTURE, NEXT_PICTURE = 2.0, 1.0
-"""Seconds to wait for a picture: from a camera that was off, and from one that is on."""
+"""Seconds to wait for a picture from a camera that was off, and from one that is on."""
 CONFIRM_AFTER, CONFIRM_WITHIN = 1.0, 2.0
-"""Seconds a new pose gets to prove itself: not judged before the first, nor after the second."""
+"""Seconds after which a new pose can be confirmed, and within which it must be."""
 FULL_TURN, LONGEST_TURN = 2.0 * pi, 2.5 * pi
 STEP_SHARE, STEP_RANGE = 0.6, (radians(20.0), radians(60.0))
-"""Share of the camera's field of view turned from stop to stop, so that pictures overlap."""
+"""Part of the field of view to turn between two stops, so that pictures overlap; and its limits."""
 SURE_FIT, SURE_ERROR, LEAD = 0.6, 1.0, 0.05
+"""A hypothesis from one picture needs this fit and reprojection error (pixels); the best one must
+lead by this fit."""
 DEVIATION = 0.1
+"""Standard deviation of a pose from a marker, metres and radians."""
 FINE_HEALTH, FINE_TIME = 0.5, 1.0
 MOVE_SPEED, MOVE_DISTANCE, MOVE_TIME, MOVE_SPARE = 0.25, 1.0, 6.0, 0.3
 
 Steps = Generator[None, None, bool]
-"""A piece of work spread over ticks: yields once a tick, returns whether it worked out."""
+"""A procedure over several ticks: yields once per tick, returns whether it succeeded."""
 
 
 class Relocalise(RobotBehaviour):
-    """Find the pose again: by markers, turning in place, else from the lidar alone.
+    """Find the robot's pose again: by markers while turning in place, then by the lidar.
 
-    A marker's pose counts when the lidar fits the map there; the lidar's own search fails rather
-    than guess, and gets a second chance from a place a little further on. Fails with AMBIGUOUS or
-    LOST. Takes 2 s to 25 s.
+    A pose from a marker is accepted only if the scan fits the map there. The search with the lidar
+    fails if the result is ambiguous; the robot then drives up to a metre and searches again. Fails
+    with AMBIGUOUS or LOST. Takes 2 s to 25 s.
     """
 
-    use_camera: bool = port("look for markers first", default=True)
+    use_camera: bool = port("search for markers first", default=True)
     only_if_lost: bool = port(
-        f"do nothing when the health stays at {FINE_HEALTH:g} or more for {FINE_TIME:g} s",
+        f"do nothing if the health stays at {FINE_HEALTH:g} or more for {FINE_TIME:g} s",
         default=False,
     )
     min_fit: float = port(
-        "how well the scan must fit the map at a marker's pose",
+        "least fit of the scan to the map at a pose from a marker",
         default=0.35, at_least=0.0, at_most=1.0,
     )  # fmt: skip
     min_health: float = port(
-        "localisation health that proves the new pose", default=0.4, at_least=0.0, at_most=1.0
+        "least localisation health that confirms the new pose",
+        default=0.4,
+        at_least=0.0,
+        at_most=1.0,
     )
-    method: str = output("how the pose was found: marker, lidar, or kept when it was fine")
+    method: str = output("source of the pose: marker, lidar, or kept if it was good")
 
     uses_wheels = True
 
     def initialise(self) -> None:
-        """Begin the search with the first tick."""
+        """Prepare the search; it begins with the first tick."""
         self._trail = OdometryTrail()
         self._known: list[Hypothesis] = []
         self._looked_until = self.robot.time
         self._steps = self._search()
 
     def update(self) -> Status:
-        """Do what can be done in this tick."""
+        """Run the search until its next tick."""
         self._trail.record(self.robot.time, self.robot.odometry)
         if self._uses_camera():
-            self.robot.image()  # asking keeps the camera on between two stops
+            self.robot.image()  # a request keeps the camera on between two stops
         try:
             next(self._steps)
-        except StopIteration as over:
-            if over.value:
+        except StopIteration as ended:
+            if ended.value:
                 return Status.SUCCESS
-            assert self.failure is not None, "the lidar's search failed last, with a reason"
+            assert self.failure is not None, "the lidar search failed last and set a reason"
             return self.fail(self.failure.code, self.failure.sentence)
         return Status.RUNNING
 
     def terminate(self, new_status: Status) -> None:
-        """Stand still."""
+        """Stop the robot."""
         super().terminate(new_status)
         if self.status is Status.RUNNING:
             self.robot.drive_for(STANDSTILL, TIME_TO_LIVE)
 
     def _search(self) -> Steps:
-        """Markers, lidar, move on, lidar."""
+        """Search by markers, then by lidar; move and search by lidar again."""
         if self.only_if_lost and (yield from self._is_fine()):
             return self._found("kept")
         self.robot.drive_for(STANDSTILL, TIME_TO_LIVE)
@@ -92,7 +98,7 @@ class Relocalise(RobotBehaviour):
             return self._found("marker")
         if (yield from self._by_lidar()):
             return self._found("lidar")
-        yield from self._move_on()
+        yield from self._move_for_another_view()
         return (yield from self._by_lidar()) and self._found("lidar")
 
     def _found(self, method: str) -> bool:
@@ -112,7 +118,7 @@ class Relocalise(RobotBehaviour):
         return False
 
     def _by_markers(self) -> Steps:
-        """Stop and look, turn by a part of the field of view, and so on all round."""
+        """Take pictures at stops of a full turn in place."""
         picture = yield from self._new_picture(FIRST_PICTURE)
         if picture is None:
             self.feedback_message = "no camera"
@@ -129,15 +135,15 @@ class Relocalise(RobotBehaviour):
             if not (yield from self._done(self.robot.spin(step))):
                 return False
             turned += step
-            self._looked_until = self.robot.time  # what was exposed in the turn does not count
+            self._looked_until = self.robot.time  # pictures taken while turning do not count
 
     def _look(self) -> Steps:
-        """Weigh up to two pictures from here; the second only when the first was promising."""
+        """Evaluate up to two pictures; the second only if the first gave a hypothesis."""
         for _ in range(2):
             picture = yield from self._new_picture(NEXT_PICTURE)
             if picture is None:
                 return False
-            self._weigh(picture.stamp)
+            self._evaluate(picture.stamp)
             best = self._best()
             if best is not None and (yield from self._try(best)):
                 return True
@@ -146,7 +152,7 @@ class Relocalise(RobotBehaviour):
         return False
 
     def _new_picture(self, patience: float) -> Generator[None, None, Image | None]:
-        """The next picture exposed after the last one looked at, None if none comes."""
+        """Return the next picture that was exposed after the last one; None after `patience` s."""
         start = self.robot.time
         while self.robot.time - start < patience:
             picture = self.robot.image()
@@ -156,8 +162,8 @@ class Relocalise(RobotBehaviour):
             yield
         return None
 
-    def _weigh(self, stamp: float) -> None:
-        """Turn the sightings of a picture into hypotheses that the lidar agrees with."""
+    def _evaluate(self, stamp: float) -> None:
+        """Add the hypotheses of a picture's sightings whose scan fit is sufficient."""
         now = self.robot.odometry
         for sighting in self.robot.marker_sightings():
             if sighting.stamp != stamp:
@@ -168,7 +174,7 @@ class Relocalise(RobotBehaviour):
             self._known = merged(self._known, good, now)
 
     def _best(self) -> Hypothesis | None:
-        """The hypothesis to believe, if one is ahead of the others and seen often enough."""
+        """Return the best hypothesis if it is certain enough and leads the others; else None."""
         if not self._known:
             return None
         best, *others = self._known
@@ -178,7 +184,7 @@ class Relocalise(RobotBehaviour):
         return best if sure and leads else None
 
     def _try(self, hypothesis: Hypothesis) -> Steps:
-        """Believe it, and see whether the localisation settles there."""
+        """Set the pose of a hypothesis and wait for the localisation to confirm it."""
         pose = hypothesis.pose(self.robot.odometry)
         self.robot.set_pose(
             pose, position_deviation=DEVIATION, heading_deviation=DEVIATION, source="marker"
@@ -204,12 +210,12 @@ class Relocalise(RobotBehaviour):
         if (yield from self._is_confirmed()):
             return True
         health = self.robot.localisation_health
-        sentence = f"health {health:.2f} at the pose found, below {self.min_health:g}"
+        sentence = f"health {health:.2f} at the pose found, expected at least {self.min_health:g}"
         self.fail(FailureCode.LOST, sentence)
         return False
 
-    def _move_on(self) -> Steps:
-        """Drive up to a metre in the freest direction: things look different from there."""
+    def _move_for_another_view(self) -> Steps:
+        """Drive up to a metre in the direction with most room, for another view."""
         scan = self.robot.scan
         if scan is None:
             return False
@@ -220,21 +226,23 @@ class Relocalise(RobotBehaviour):
         direction = wrap_angle(float(scan.angles[int(np.argmax(room))]) + scan.mount.heading)
         if not (yield from self._done(self.robot.spin(direction))):
             return False
-        end, enough = self._trail.distance + MOVE_DISTANCE, self.robot.time + MOVE_TIME
-        while self._trail.distance < end and self.robot.time < enough and self._room() > MOVE_SPARE:
-            self.feedback_message = "moving on to see more"
+        end, deadline = self._trail.distance + MOVE_DISTANCE, self.robot.time + MOVE_TIME
+        while (
+            self._trail.distance < end and self.robot.time < deadline and self._room() > MOVE_SPARE
+        ):
+            self.feedback_message = "moving for another view"
             self.robot.drive_for(Twist(MOVE_SPEED), TIME_TO_LIVE)
             yield
         self.robot.drive_for(STANDSTILL, TIME_TO_LIVE)
         return True
 
     def _room(self) -> float:
-        """Metres before the robot's front; 0 without a scan."""
+        """Return the free distance ahead of the footprint, metres; 0 without a scan."""
         scan, radius = self.robot.scan, self.robot.footprint.circumscribed_radius
         return room_ahead(scan.points(), radius + 0.05) - radius if scan is not None else 0.0
 
     def _done(self, task: Task) -> Steps:
-        """Wait for a task; whether it succeeded."""
+        """Wait for the end of a task; return whether it succeeded."""
         while (status := self.follow(task)) is Status.RUNNING:
             yield
         return status is Status.SUCCESS

@@ -1,4 +1,4 @@
-"""Tell the operator something."""
+"""Messages to the operator."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from behaviours.base import RobotBehaviour, port
 
 
 class Say(RobotBehaviour):
-    """Put a line into the event log, where the operator and the report see it."""
+    """Write a message to the event log."""
 
     can_fail = False
 
-    text: str = port("what to say")
+    text: str = port("message")
 
     def update(self) -> Status:
-        """Say it once."""
+        """Write the message."""
         self.robot.say(self.text)
         self.feedback_message = self.text
         return Status.SUCCESS

@@ -1,4 +1,4 @@
-"""Writes the beginnings of a new behaviour: a plugin file that works, and its test."""
+"""Templates for a new behaviour: a working plugin file and its test."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from behaviours.catalogue import MISSION_WORDS, find_behaviours
 from stack.errors import InputError
 
 LONGEST_NAME = 40
-"""Letters; longer ones do not fit on the dashboard, or on a line of the file written here."""
+"""Characters; a longer name does not fit in the dashboard or in a line of the template."""
 
 BEHAVIOUR = '''"""{Sentence}."""
 
@@ -26,23 +26,23 @@ from stack.types import FailureCode
 class {Class}(RobotBehaviour):
     """{Sentence}.
 
-    What it does stands in for your own: it waits until the robot has stood still. In a mission:
+    Example to replace: it waits until the robot has not moved for a time. In a mission:
 
         plugins: [./{folder}]
         run:
           - {name}: {{still_for: 2 s}}
     """
 
-    still_for: float = port("how long the robot must stand still", unit="s", default=1.0, above=0.0)
-    patience: float = port("how long to wait for that", unit="s", default=10.0, above=0.0)
-    waited: float = output("how long it took", unit="s")
+    still_for: float = port("time without motion", unit="s", default=1.0, above=0.0)
+    patience: float = port("time limit", unit="s", default=10.0, above=0.0)
+    waited: float = output("time waited", unit="s")
 
     def initialise(self) -> None:
-        """Called when the tree comes to this node: begin afresh."""
+        """Called when the node starts: reset the state."""
         self._started = self._moved = self.robot.time
 
     def update(self) -> Status:
-        """Called on every tick: look, perhaps command something, and answer at once."""
+        """Called on every tick: read, command, and return at once."""
         now = self.robot.time
         if abs(self.robot.speed.linear) > 0.01 or abs(self.robot.speed.angular) > 0.01:
             self._moved = now
@@ -50,10 +50,8 @@ class {Class}(RobotBehaviour):
         if now - self._moved >= self.still_for:
             return Status.SUCCESS
         if self.waited >= self.patience:
-            return self.fail(
-                FailureCode.TIMED_OUT, f"did not stand still within {{self.patience:g}} s"
-            )
-        self.feedback_message = f"stood still for {{now - self._moved:.1f}} s"
+            return self.fail(FailureCode.TIMED_OUT, f"no standstill within {{self.patience:g}} s")
+        self.feedback_message = f"no motion for {{now - self._moved:.1f}} s"
         return Status.RUNNING
 '''
 
@@ -76,7 +74,7 @@ def kind():
     return catalogue.get(NAME)
 
 
-def test_succeeds_when_the_robot_has_stood_still(kind):
+def test_succeeds_after_a_time_without_motion(kind):
     behaviour = build(kind, "wait for it", {{"still_for": "2 s"}})
     robot = ScriptedRobot(speed=Twist(0.3))
     assert tick(behaviour, robot, 1.0) is Status.RUNNING
@@ -86,27 +84,27 @@ def test_succeeds_when_the_robot_has_stood_still(kind):
     assert behaviour.waited == pytest.approx(3.0, abs=0.15)
 
 
-def test_fails_with_a_reason_when_it_never_does(kind):
+def test_fails_when_the_robot_keeps_moving(kind):
     behaviour = build(kind, "wait for it", {{"patience": "3 s"}})
     robot = ScriptedRobot(speed=Twist(0.3))
     assert tick(behaviour, robot, 5.0) is Status.FAILURE
     assert behaviour.failure.code == "TIMED_OUT"
-    assert behaviour.failure.sentence == "did not stand still within 3 s"
+    assert behaviour.failure.sentence == "no standstill within 3 s"
 """
 
 
 def new_behaviour(name: str, folder: Path) -> list[Path]:
-    """Write `<name>.py` and `test_<name>.py` into a plugin folder, made if need be.
+    """Write `<name>.py` and `test_<name>.py` to a plugin folder; create the folder if necessary.
 
     Args:
-        name: as a mission will write it, e.g. close_gripper.
-        folder: where plugins are; a mission names it under `plugins`.
+        name: name of the behaviour in missions, e.g. close_gripper.
+        folder: plugin folder; missions list it under `plugins`.
 
     Returns:
         The files written.
 
     Raises:
-        InputError: the name will not do, or a file of that name is there already.
+        InputError: the name is invalid or taken, or one of the files exists.
     """
     check_name(name, "a behaviour")
     taken = find_behaviours().get(name)
@@ -123,14 +121,14 @@ def new_behaviour(name: str, folder: Path) -> list[Path]:
 
 
 def write_new(texts: Mapping[Path, str]) -> list[Path]:
-    """Write files that are not there yet, all or none; their folders are made.
+    """Write new files, all or none, and create their folders.
 
     Raises:
-        InputError: one of them is there already.
+        InputError: one of the files exists.
     """
     for file in texts:
         if file.exists():
-            raise InputError(f"{file} is there already; choose another name, or delete it first")
+            raise InputError(f"{file} already exists; choose another name or delete the file")
     for file, text in texts.items():
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(text, encoding="utf-8")
@@ -138,15 +136,15 @@ def write_new(texts: Mapping[Path, str]) -> list[Path]:
 
 
 def check_name(name: str, what: str) -> None:
-    """Raise InputError unless a plugin's class and file may have this name in missions."""
+    """Raise InputError if a plugin cannot have this name in missions."""
     if not re.fullmatch(r"[a-z][a-z0-9]*(_[a-z][a-z0-9]*)*", name):
         raise InputError(
             f"{name!r} cannot name {what}: use lower-case words joined by underscores, "
             "e.g. close_gripper"
         )
     if len(name) > LONGEST_NAME:
-        raise InputError(f"{name!r} is too long: at most {LONGEST_NAME} letters")
+        raise InputError(f"{name!r} is too long: {len(name)} characters, at most {LONGEST_NAME}")
     if name in MISSION_WORDS or keyword.iskeyword(name):
         raise InputError(f"{name!r} is a word of the mission language or of Python; choose another")
     if name.startswith("test_"):
-        raise InputError(f"{name!r} would be taken for a test; choose a name without test_")
+        raise InputError(f"{name!r} is the name of a test; choose a name without test_")

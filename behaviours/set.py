@@ -1,4 +1,4 @@
-"""Write to the blackboard."""
+"""Assignments to blackboard keys."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from stack.types import Assignments
 
 
 class Set(RobotBehaviour):
-    """Write blackboard keys; every value is worked out before the first is written."""
+    """Write blackboard keys; all expressions are evaluated before the first key is written."""
 
-    assignments: Assignments = port("keys and the expressions for their new values")
+    assignments: Assignments = port("keys and expressions for their new values")
 
     def update(self) -> Status:
-        """Evaluate all, then write all, so that `{a: $b, b: $a}` swaps."""
+        """Evaluate all expressions, then write all keys: `{a: $b, b: $a}` swaps."""
         writes = self.assignments.writes
         values = [value() for _, value, _ in writes]
         for (_, _, write), value in zip(writes, values, strict=True):

@@ -1,4 +1,4 @@
-"""Close or open an edge of the route graph."""
+"""Closing and opening edges of the route graph."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from stack.types import FailureCode
 
 
 class SetEdge(RobotBehaviour):
-    """Close or open an edge of the route graph that `planner: {use: route}` plans on.
+    """Close or open an edge of the route graph of `planner: {use: route}`.
 
-    A drive under way plans anew at once. Fails when there is no such edge.
+    A running drive replans at once. Fails if the graph has no such edge.
     """
 
     edge: str = port("id of the edge, as in the GeoJSON file")
-    closed: bool = port("whether nobody may drive on it from now on", default=True)
+    closed: bool = port("true closes the edge, false opens it", default=True)
 
     def update(self) -> Status:
-        """Change it at once."""
+        """Close or open the edge."""
         try:
             self.robot.set_edge(self.edge, closed=self.closed)
         except ParameterError as error:

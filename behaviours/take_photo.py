@@ -1,4 +1,4 @@
-"""Take a picture and keep it."""
+"""Taking and saving pictures."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from stack.types import FailureCode
 
 
 class TakePhoto(RobotBehaviour):
-    """Keep a picture that was exposed after the behaviour began; fails with NO_IMAGE."""
+    """Save a new picture of the camera; fails with NO_IMAGE if none arrives in time."""
 
     takes_time = True
 
-    label: str = port("begins the file's name", default="photo")
-    patience: float = port("how long to wait for the camera", unit="s", default=2.0, above=0.0)
-    image: str = output("path of the picture in the run's folder")
+    label: str = port("prefix of the file name", default="photo")
+    patience: float = port("time limit for a new picture", unit="s", default=2.0, above=0.0)
+    image: str = output("path of the picture, relative to the folder of the run")
 
     def initialise(self) -> None:
-        """Note from when on a picture is new enough."""
+        """Store the start time; older pictures do not count."""
         self._started = self.robot.time
 
     def update(self) -> Status:
-        """Look for a new picture; looking keeps the camera on."""
+        """Ask for a new picture; every request keeps the camera on."""
         picture = self.robot.image()
         if picture is not None and picture.stamp >= self._started:
             label = re.sub(r"[^\w-]+", "_", self.label)

@@ -1,4 +1,4 @@
-"""Test behaviours without a simulator: a robot of plain attributes, and a helper that ticks.
+"""Test kit for behaviours: a scripted robot without a simulator, and a function that ticks.
 
 robot = ScriptedRobot()
 drive = NavigateToPose(goal=Pose2D(1, 0))
@@ -38,12 +38,12 @@ from stack.types import (
 )
 
 TICK_PERIOD = 0.1
-"""Seconds between two ticks of the tree in a mission."""
+"""Seconds between two ticks of the tree."""
 
 
 @dataclass
 class ScriptedTask:
-    """A task whose outcome the test decides."""
+    """A task whose outcome the test sets."""
 
     status: TaskStatus = TaskStatus.RUNNING
     feedback: str = ""
@@ -52,42 +52,42 @@ class ScriptedTask:
     path: Path | None = None
 
     def succeed(self, path: Path | None = None) -> None:
-        """End it well."""
+        """End the task with success."""
         self.status, self.path = TaskStatus.SUCCEEDED, path
 
-    def fail(self, code: str = FailureCode.FAILED, sentence: str = "the test says so") -> None:
-        """End it badly."""
+    def fail(self, code: str = FailureCode.FAILED, sentence: str = "failed by the test") -> None:
+        """End the task with a failure."""
         self.status, self.failure = TaskStatus.FAILED, Failure(code, sentence)
 
     def cancel(self) -> None:
-        """End it early; does nothing once it is over."""
+        """Cancel the task; no effect after its end."""
         if self.status is TaskStatus.RUNNING:
             self.status = TaskStatus.CANCELLED
             self.failure = Failure(FailureCode.CANCELLED, "cancelled")
 
 
-def _fits_nowhere(pose: Pose2D) -> float:
+def _no_fit(pose: Pose2D) -> float:
     return 0.0
 
 
 @dataclass
 class ScriptedRobot:
-    """A stack.robot.Robot that the test plays the world for.
+    """A stack.robot.Robot of plain attributes.
 
-    What the behaviour may read are attributes that the test sets: `robot.battery = Battery(0.1)`.
-    What it asks for is kept in `calls` as (name, arguments); the newest task is `task`.
+    The test sets what the behaviour reads: `robot.battery = Battery(0.1)`. Every call of the
+    behaviour is recorded in `calls` as (name, arguments); the newest task is `task`.
 
     Attributes:
-        picture: what `image()` answers.
-        sightings: what `marker_sightings()` answers.
-        fit: stands for `fit_at`.
+        picture: returned by `image()`.
+        sightings: returned by `marker_sightings()`.
+        fit: called by `fit_at()`.
         covariance: (3, 3) of x, y, heading, in `estimate`.
-        said: lines for the operator.
-        twist: velocity last commanded by `drive_for`.
-        calls: everything asked of the robot, in order.
-        task: the newest task; its outcome is the test's to set.
-        motion: the newest task that drives; a newer one cancels it.
-        edges: of the route graph.
+        said: messages for the operator.
+        twist: last velocity of `drive_for`.
+        calls: all calls in order.
+        task: the newest task; the test sets its outcome.
+        motion: the newest motion task; a newer one cancels it.
+        edges: ids of the edges of the route graph.
     """
 
     time: float = 0.0
@@ -102,7 +102,7 @@ class ScriptedRobot:
     markers: tuple[Marker, ...] = ()
     picture: Image | None = None
     sightings: tuple[MarkerSighting, ...] = ()
-    fit: Callable[[Pose2D], float] = _fits_nowhere
+    fit: Callable[[Pose2D], float] = _no_fit
     said: list[str] = field(default_factory=list)
     twist: Twist = STANDSTILL
     calls: list[tuple[str, dict[str, Any]]] = field(default_factory=list)
@@ -111,76 +111,76 @@ class ScriptedRobot:
     edges: tuple[str, ...] = ()
 
     def advance(self, seconds: float) -> None:
-        """Let time pass. A test with a world of its own overrides this and moves the robot."""
+        """Advance the clock. A subclass can override this to move the robot."""
         self.time = round(self.time + seconds, 9)
 
     def asked(self, name: str) -> list[dict[str, Any]]:
-        """The arguments of every call of that name, in order."""
+        """Return the arguments of every call with this name, in order."""
         return [arguments for called, arguments in self.calls if called == name]
 
     @property
     def estimate(self) -> PoseEstimate:
-        """Pose, covariance and health in one."""
+        """The pose estimate: pose, covariance and health."""
         return PoseEstimate(self.pose, self.covariance, self.localisation_health)
 
     def image(self) -> Image | None:
-        """The picture that the test set."""
+        """Return `picture`."""
         return self.picture
 
     def marker_sightings(self) -> tuple[MarkerSighting, ...]:
-        """The sightings that the test set."""
+        """Return `sightings`."""
         return self.sightings
 
     def fit_at(self, pose: Pose2D) -> float:
-        """The answer of the function that the test set."""
+        """Return `fit(pose)`."""
         return self.fit(pose)
 
     def navigate_to(
         self, goal: Pose2D, *, tolerance: float | None = None, partial: bool = False
     ) -> ScriptedTask:
-        """A new motion task."""
+        """Return a new motion task."""
         return self._move("navigate_to", goal=goal, tolerance=tolerance, partial=partial)
 
     def navigate_through(
         self, goals: list[Pose2D], *, tolerance: float | None = None
     ) -> ScriptedTask:
-        """A new motion task."""
+        """Return a new motion task."""
         return self._move("navigate_through", goals=goals, tolerance=tolerance)
 
     def follow_path(self, path: Path) -> ScriptedTask:
-        """A new motion task."""
+        """Return a new motion task."""
         return self._move("follow_path", path=path)
 
     def plan(self, goal: Pose2D, start: Pose2D | None = None) -> ScriptedTask:
-        """A new task; the test ends it with `robot.task.succeed(path)`."""
+        """Return a new task; the test ends it with `robot.task.succeed(path)`."""
         return self._ask("plan", goal=goal, start=start)
 
     def spin(self, angle: float, *, speed: float | None = None) -> ScriptedTask:
-        """A new motion task."""
+        """Return a new motion task."""
         return self._move("spin", angle=angle, speed=speed)
 
     def back_up(self, distance: float, *, speed: float | None = None) -> ScriptedTask:
-        """A new motion task."""
+        """Return a new motion task."""
         return self._move("back_up", distance=distance, speed=speed)
 
     def drive_on_heading(
         self, distance: float, *, speed: float | None = None, direction: float = 0.0
     ) -> ScriptedTask:
-        """A new motion task."""
+        """Return a new motion task."""
         return self._move("drive_on_heading", distance=distance, speed=speed, direction=direction)
 
     def escape(
         self, *, clearance: float | None = None, distance: float = 1.5, speed: float | None = None
     ) -> ScriptedTask:
-        """A new motion task."""
+        """Return a new motion task."""
         return self._move("escape", clearance=clearance, distance=distance, speed=speed)
 
     def assisted_teleop(self, seconds: float, *, silence: float = 30.0) -> ScriptedTask:
-        """A new motion task."""
+        """Return a new motion task."""
         return self._move("assisted_teleop", seconds=seconds, silence=silence)
 
     def drive_for(self, twist: Twist, seconds: float) -> None:
-        """Keep the velocity in `twist`; cancels a motion under way, as the real robot does."""
+        """Store the velocity in `twist`; cancel the motion task, as the real robot does."""
         self.motion.cancel()
         self.twist = twist
         self.calls.append(("drive_for", {"twist": twist, "seconds": seconds}))
@@ -188,25 +188,25 @@ class ScriptedRobot:
     def clear_costmap(
         self, which: str = "both", *, radius: float | None = None, layer: str | None = None
     ) -> None:
-        """Note the call."""
-        given = {"radius": radius, "layer": layer}
-        rest = {name: value for name, value in given.items() if value is not None}
+        """Record the call."""
+        options = {"radius": radius, "layer": layer}
+        rest = {name: value for name, value in options.items() if value is not None}
         self.calls.append(("clear_costmap", {"which": which, **rest}))
 
     def set_edge(self, edge: str, *, closed: bool) -> None:
-        """Note the call; an edge that is not in `edges` does not exist."""
+        """Record the call. Raises ParameterError for an edge that is not in `edges`."""
         if edge not in self.edges:
             raise ParameterError("edge", f"the route graph has no edge {edge!r}")
         self.calls.append(("set_edge", {"edge": edge, "closed": closed}))
 
     def relocalise(self) -> ScriptedTask:
-        """A new task."""
+        """Return a new task."""
         return self._ask("relocalise")
 
     def set_pose(
         self, pose: Pose2D, *, position_deviation: float, heading_deviation: float, source: str
     ) -> None:
-        """Believe it, and note the call."""
+        """Set `pose` and record the call."""
         self.pose = pose
         deviations = {
             "position_deviation": position_deviation,
@@ -215,12 +215,12 @@ class ScriptedRobot:
         self.calls.append(("set_pose", {"pose": pose, **deviations, "source": source}))
 
     def save_image(self, image: Image, name: str) -> str:
-        """Keep nothing, answer the path that it would have."""
+        """Record the call; return the path that a real robot would use."""
         self.calls.append(("save_image", {"image": image, "name": name}))
         return f"images/{name}.png"
 
     def say(self, text: str) -> None:
-        """Keep the line in `said`."""
+        """Append the message to `said`."""
         self.said.append(text)
         self.calls.append(("say", {"text": text}))
 
@@ -236,9 +236,9 @@ class ScriptedRobot:
 
 
 def tick(behaviour: Behaviour, robot: ScriptedRobot, seconds: float = 0.0) -> Status:
-    """Tick once now, then every 0.1 s of the robot's clock, until it ends or the time is over.
+    """Tick once now, then every 0.1 s of the robot's clock, until it ends or `seconds` are over.
 
-    A fresh behaviour is set up with the robot first. Returns the status after the last tick.
+    Sets the behaviour up with the robot if necessary. Returns the status after the last tick.
     """
     if getattr(behaviour, "robot", None) is not robot:
         behaviour.setup(robot=robot)
@@ -252,9 +252,9 @@ def tick(behaviour: Behaviour, robot: ScriptedRobot, seconds: float = 0.0) -> St
 
 
 def halt(behaviour: Behaviour) -> None:
-    """End it as a tree does that has found something more important."""
+    """Halt the behaviour as a tree does when another node pre-empts it."""
     behaviour.stop(Status.INVALID)
 
 
 if TYPE_CHECKING:
-    _IS_A_ROBOT: Robot = ScriptedRobot()  # the type checker compares every member
+    _IS_A_ROBOT: Robot = ScriptedRobot()  # checked by the type checker

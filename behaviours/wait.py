@@ -1,4 +1,4 @@
-"""Let time pass."""
+"""Waiting for a time."""
 
 from __future__ import annotations
 
@@ -7,23 +7,23 @@ from py_trees.common import Status
 from behaviours.base import RobotBehaviour, port
 
 ROUNDING = 1e-9
-"""Seconds; a clock summed from periods may stand a hair before the round figure."""
+"""Seconds; a clock summed from periods has rounding errors."""
 
 
 class Wait(RobotBehaviour):
-    """Succeed when a time has passed on the robot's clock."""
+    """Succeed after a time on the robot's clock."""
 
     takes_time = True
     can_fail = False
 
-    time: float = port("how long", unit="s", at_least=0.0)
+    time: float = port("duration", unit="s", at_least=0.0)
 
     def initialise(self) -> None:
-        """Note when it is over."""
+        """Store the end time."""
         self._end = self.robot.time + self.time
 
     def update(self) -> Status:
-        """Compare with the robot's clock."""
+        """Compare the end time with the robot's clock."""
         left = self._end - self.robot.time
         if left <= ROUNDING:
             return Status.SUCCESS

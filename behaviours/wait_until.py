@@ -1,4 +1,4 @@
-"""Wait for something to become true."""
+"""Waiting for a condition."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from stack.types import Expression
 
 
 class WaitUntil(RobotBehaviour):
-    """Succeed as soon as a condition holds; a `timeout` beside it limits the wait."""
+    """Succeed as soon as a condition is true; add the modifier `timeout` to limit the wait."""
 
     can_fail = False
 
-    condition: Expression = port("what must become true, looked at on every tick")
+    condition: Expression = port("condition to wait for, evaluated on every tick")
 
     def update(self) -> Status:
-        """Evaluate the condition, and show its values while it does not hold."""
+        """Evaluate the condition; show its values while it is false."""
         if self.condition():
             return Status.SUCCESS
         self.feedback_message = f"waiting for {self.condition.explain()}"

@@ -1,4 +1,4 @@
-"""Follow a wall."""
+"""Wall following."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ from stack.types import STANDSTILL, FailureCode, FloatArray, Pose2D, Twist, wrap
 
 TIME_TO_LIVE = 0.3
 LOOKAHEAD = 0.45
-"""Metres along the curve; 1.3 s at 0.35 m/s, well above the delay of scan and drive (0.2 s)."""
+"""Metres along the curve; 1.3 s at 0.35 m/s, well above the delay of scan and actuators (0.2 s)."""
 STRAIGHT = 0.17
-"""Radians the curve may bend in its first 0.6 m and still count as straight (10 degrees)."""
+"""Radians; a curve that turns less than this in its first 0.6 m is straight (10 degrees)."""
 SETTLING = 1.0
-"""Metres of straight wall after which the distance error is counted."""
+"""Metres of straight wall before the distance error is recorded."""
 FASTEST_TURN, SLOWEST_TURN = 1.2, 0.5
 SPARE_ROOM, SPARE_ROOM_BACK, TURNED_BACK = 0.06, 0.02, 1.5
-"""Metres round the robot's corners below which a passage is not entered, and the same for the way
-out of a dead end, which is the first metres after turning back."""
+"""Metres of clearance below which a passage is not entered: normally, and on the way out of a dead
+end, which is the first TURNED_BACK metres after turning back."""
 LOOP_LENGTH, LOOP_DISTANCE, LOOP_TURN = 3.0, 0.4, pi / 3.0
 STUCK_TIME, STUCK_DISTANCE = 10.0, 0.15
 BLIND_TIME = 2.0
 
 
 @dataclass(frozen=True, slots=True)
-class _Beginning:
-    """When the wall was first followed at the right distance: what `until_…` counts from."""
+class _FollowStart:
+    """Start of wall following at the wanted distance; the `until_…` ports count from it."""
 
     time: float
     travelled: float
@@ -40,9 +40,9 @@ class _Beginning:
 
 @dataclass(slots=True)
 class _Record:
-    """What is known about the following so far; the errors are those on settled straights."""
+    """Progress of wall following; distance errors are recorded on straight walls only."""
 
-    beginning: _Beginning | None = None
+    start: _FollowStart | None = None
     bent_at: float = 0.0
     count: int = 0
     squares: float = 0.0
@@ -53,30 +53,38 @@ class _Record:
 
 
 class WallFollow(RobotBehaviour):
-    """Drive along a wall at a set distance, round its corners and past its doorways.
+    """Drive along a wall at a set distance, around corners and past doorways.
 
-    Approaches the wall first if it is not beside it. Succeeds at the first `until_…` that holds;
-    without any it follows until it is halted. Fails with NO_WALL when there is none within
-    `search`, and with NO_PROGRESS when something holds the robot up.
+    Approaches the wall first if necessary. Succeeds at the first `until_…` that is reached; without
+    any, it follows the wall until it is halted. Fails with NO_WALL if there is no wall within
+    `search`, and with NO_PROGRESS if the robot is stuck.
     """
 
-    side: str = port("where the wall is", default="left", one_of=("left", "right"))
-    distance: float = port("from the wall to the robot's middle", unit="m", default=0.5, above=0.0)
-    speed: float = port("on a straight wall", unit="m/s", default=0.35, above=0.0, at_most=2.0)
-    gap: float = port("doorways up to this wide are passed by", unit="m", default=1.2, at_least=0.0)
-    search: float = port("how far to drive to find a wall", unit="m", default=5.0, above=0.0)
-    until_travelled: float | None = port("end after this way", unit="m", default=None, above=0.0)
+    side: str = port("side of the wall", default="left", one_of=("left", "right"))
+    distance: float = port(
+        "distance from the wall to the robot's centre", unit="m", default=0.5, above=0.0
+    )
+    speed: float = port(
+        "speed on a straight wall", unit="m/s", default=0.35, above=0.0, at_most=2.0
+    )
+    gap: float = port("doorways up to this width are passed", unit="m", default=1.2, at_least=0.0)
+    search: float = port(
+        "longest distance to drive to find a wall", unit="m", default=5.0, above=0.0
+    )
+    until_travelled: float | None = port(
+        "end after this distance", unit="m", default=None, above=0.0
+    )
     until_time: float | None = port("end after this time", unit="s", default=None, above=0.0)
     until_place: Pose2D | None = port("end near this place, map frame", default=None)
-    place_radius: float = port("how near counts as near", unit="m", default=0.5, above=0.0)
-    until_loop: bool = port("end back where following began", default=False)
-    travelled: float = output("way along the wall", unit="m")
-    distance_error_rms: float = output("root mean square on straight wall", unit="m")
+    place_radius: float = port("radius around `until_place`", unit="m", default=0.5, above=0.0)
+    until_loop: bool = port("end when the robot is back at the start of the wall", default=False)
+    travelled: float = output("distance along the wall", unit="m")
+    distance_error_rms: float = output("RMS distance error on straight walls", unit="m")
 
     uses_wheels = True
 
     def initialise(self) -> None:
-        """Look for the wall from here."""
+        """Start to search for the wall."""
         self._radius = self.robot.footprint.circumscribed_radius
         self._trail = OdometryTrail()
         self._moved_at = self._seen_at = self.robot.time
@@ -86,20 +94,20 @@ class WallFollow(RobotBehaviour):
         self._turned_back_at = -TURNED_BACK
 
     def update(self) -> Status:
-        """Steer for a point a little further along the wall."""
+        """Steer towards a point ahead on the curve along the wall."""
         self._trail.record(self.robot.time, self.robot.odometry)
         self._write_outputs()
         if self.distance <= self._radius:
             return self.fail(
                 FailureCode.FAILED,
                 f"distance {self.distance:g} m leaves no room for the robot, whose corners are "
-                f"{self._radius:.2f} m from its middle",
+                f"{self._radius:.2f} m from its centre; set a larger distance",
             )
         if self._is_over():
             return Status.SUCCESS
         if self._is_stuck():
-            return self.fail(FailureCode.NO_PROGRESS, f"did not get on for {STUCK_TIME:g} s")
-        if self._record.beginning is None and self._trail.distance > self.search:
+            return self.fail(FailureCode.NO_PROGRESS, f"no progress for {STUCK_TIME:g} s")
+        if self._record.start is None and self._trail.distance > self.search:
             return self.fail(FailureCode.NO_WALL, f"no wall found within {self.search:g} m")
         points = self._points()
         if points is None:
@@ -109,13 +117,13 @@ class WallFollow(RobotBehaviour):
         return Status.RUNNING
 
     def terminate(self, new_status: Status) -> None:
-        """Stand still."""
+        """Stop the robot."""
         super().terminate(new_status)
         if self.status is Status.RUNNING:
             self.robot.drive_for(STANDSTILL, TIME_TO_LIVE)
 
     def _points(self) -> FloatArray | None:
-        """Returns of the newest scan, moved into the base frame of now."""
+        """Return the newest scan's points, (n, 2) metres, in the current base frame."""
         scan = self.robot.scan
         if scan is None or self.robot.time - scan.stamp > BLIND_TIME:
             return None
@@ -133,13 +141,13 @@ class WallFollow(RobotBehaviour):
         ahead = geometry.room_ahead(points, self._radius + 0.02) - self._radius
         if curve is None:
             self.feedback_message = "looking for a wall"
-            return Twist(_careful(self.speed, ahead))
-        self._judge(curve)
+            return Twist(_limit_speed(self.speed, ahead))
+        self._record_progress(curve)
         x, y = curve.points[min(round(LOOKAHEAD / geometry.STEP), len(curve.points) - 1)]
         return _pursue(float(x), float(y), self.speed, ahead)
 
     def _curve(self, contour: FloatArray) -> geometry.OffsetCurve | None:
-        """The way ahead; a robot that just turned back in a dead end may squeeze out of it."""
+        """Return the curve ahead. After turning back in a dead end, less clearance is allowed."""
         turn = wrap_angle(self._course - self.robot.odometry.heading)
         tangent = np.array([cos(turn), sin(turn)])
         turned_back = self._trail.distance - self._turned_back_at < TURNED_BACK
@@ -159,33 +167,33 @@ class WallFollow(RobotBehaviour):
         self._course = wrap_angle(heading)
         return curve
 
-    def _judge(self, curve: geometry.OffsetCurve) -> None:
-        """Notice that following has begun; keep the distance error of straight stretches."""
+    def _record_progress(self, curve: geometry.OffsetCurve) -> None:
+        """Record the start of wall following, and the distance errors on straight walls."""
         off_course = abs(atan2(curve.tangent[1], curve.tangent[0]))
-        record, way = self._record, self._trail.distance
-        if record.beginning is None and abs(curve.error) < 0.1 and off_course < 0.35:
-            record.beginning = _Beginning(self.robot.time, way, self.robot.pose)
-        if record.beginning is None or _bend(curve.points) > STRAIGHT:
-            record.bent_at = way
-        elif way - record.bent_at > SETTLING:
+        record, distance = self._record, self._trail.distance
+        if record.start is None and abs(curve.error) < 0.1 and off_course < 0.35:
+            record.start = _FollowStart(self.robot.time, distance, self.robot.pose)
+        if record.start is None or _bend(curve.points) > STRAIGHT:
+            record.bent_at = distance
+        elif distance - record.bent_at > SETTLING:
             record.count += 1
             record.squares += curve.error**2
         self.feedback_message = f"{curve.wall_distance:.2f} m from the wall"
 
     def _is_over(self) -> bool:
-        begun, here = self._record.beginning, self.robot.pose
-        if begun is None:
+        start, here = self._record.start, self.robot.pose
+        if start is None:
             return False
-        way, time = self._trail.distance - begun.travelled, self.robot.time - begun.time
-        back = here.distance_to(begun.pose) <= LOOP_DISTANCE and (
-            abs(wrap_angle(here.heading - begun.pose.heading)) <= LOOP_TURN
+        travelled, time = self._trail.distance - start.travelled, self.robot.time - start.time
+        back = here.distance_to(start.pose) <= LOOP_DISTANCE and (
+            abs(wrap_angle(here.heading - start.pose.heading)) <= LOOP_TURN
         )
         place = self.until_place
         return (
-            (self.until_travelled is not None and way >= self.until_travelled)
+            (self.until_travelled is not None and travelled >= self.until_travelled)
             or (self.until_time is not None and time >= self.until_time - 1e-9)
             or (place is not None and here.distance_to(place) <= self.place_radius)
-            or (self.until_loop and way >= LOOP_LENGTH and back)
+            or (self.until_loop and travelled >= LOOP_LENGTH and back)
         )
 
     def _is_stuck(self) -> bool:
@@ -195,43 +203,43 @@ class WallFollow(RobotBehaviour):
         return self.robot.time - self._moved_at > STUCK_TIME
 
     def _write_outputs(self) -> None:
-        begun = self._record.beginning
-        self.travelled = self._trail.distance - begun.travelled if begun else 0.0
+        start = self._record.start
+        self.travelled = self._trail.distance - start.travelled if start else 0.0
         self.distance_error_rms = self._record.error_rms
 
 
 def _pursue(x: float, y: float, speed: float, ahead: float) -> Twist:
     """Pure pursuit (Coulter, 1992) of a point in the base frame, slower in turns.
 
-    Turns on the spot when the point is far off to the side, and does not slow its turn down with
-    its speed before an obstacle: the arc gets tighter instead.
+    Turns in place if the point is far to the side. In front of an obstacle the linear speed
+    decreases and the angular speed does not, so the arc gets tighter.
     """
     angle, distance = atan2(y, x), max(hypot(x, y), 0.1)
     if abs(angle) > 1.0:
         return Twist(0.0, FASTEST_TURN if angle > 0.0 else -FASTEST_TURN)
     wanted = speed * max(0.3, 1.0 - (angle / 0.9) ** 2)
     angular = 2.0 * max(wanted, 0.2) * sin(angle) / distance
-    linear = _careful(wanted, ahead)
+    linear = _limit_speed(wanted, ahead)
     if linear < 0.02:
         angular = copysign(max(abs(angular), SLOWEST_TURN), angle)
     return Twist(linear, min(max(angular, -FASTEST_TURN), FASTEST_TURN))
 
 
-def _careful(linear: float, ahead: float) -> float:
-    """A speed from which the robot stops in time; `ahead` is the room before its front, metres."""
+def _limit_speed(linear: float, ahead: float) -> float:
+    """Limit a speed so that the robot can stop; `ahead` is the free distance ahead, metres."""
     return min(linear, max(0.0, 0.8 * (ahead - 0.05)))
 
 
-def _direction_at(points: FloatArray, way: float) -> FloatArray:
-    """(2,) unit direction of a curve after a way along it, metres; of its end if it is shorter."""
-    last = min(round(way / geometry.STEP) + 1, len(points) - 1)
+def _direction_at(points: FloatArray, distance: float) -> FloatArray:
+    """Return the (2,) unit direction of a curve at `distance` metres along it, or at its end."""
+    last = min(round(distance / geometry.STEP) + 1, len(points) - 1)
     step = points[last] - points[max(last - 2, 0)]
     direction: FloatArray = step / max(float(np.linalg.norm(step)), 1e-9)
     return direction
 
 
 def _bend(points: FloatArray) -> float:
-    """Radians by which the first 0.6 m of a curve turn."""
+    """Return the angle by which the first 0.6 m of a curve turn, radians."""
     if len(points) < 12:
         return pi
     first, last = points[3] - points[0], points[11] - points[8]

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 __all__ = ["run"]
 
 
-def run(  # noqa: PLR0913 - what a run is made of, all by keyword
+def run(  # noqa: PLR0913 - the settings of a run, all by keyword
     mission: str | Path,
     *,
     seed: int = 0,
@@ -31,22 +31,22 @@ def run(  # noqa: PLR0913 - what a run is made of, all by keyword
     rerun: bool = False,
     parameters: Mapping[str, str] | None = None,
 ) -> Report:
-    """Run a whole mission in the caller's own process.
+    """Run a whole mission in the caller's process.
 
     Args:
         mission: the mission file, or the name of a shipped one.
-        seed: of every random stream; the same seed gives the same run, bit for bit.
-        arguments: values for the mission's arguments, as `--set` takes them.
-        robot: another robot than the mission's: a name or the path of a robot.yaml.
-        world: another world: a name or a path.
-        start: another start: a place or "x,y,heading".
-        out: the run's folder; must be empty or absent. None keeps no records.
-        speed: simulated seconds per wall second; 0 is as fast as the machine can.
+        seed: seed of every random stream; the same seed gives a bit-identical run.
+        arguments: values for the mission's arguments, as text, like `--set`.
+        robot: replaces the mission's robot: a name or the path of a robot.yaml.
+        world: replaces the mission's world: a name or a path.
+        start: replaces the mission's start: a place or "x,y,heading" (metres, radians).
+        out: the run folder; must be empty or absent. None writes no records.
+        speed: simulated seconds per wall second; 0 is as fast as possible.
         rerun: record mission.rrd into the folder.
-        parameters: `controller.cruise_speed` -> value as text, over everything in files.
+        parameters: `controller.cruise_speed` -> value as text; overrides all files.
 
     Raises:
-        InputError: the mission, robot or world is wrong; nothing has moved.
+        InputError: the mission, robot or world has errors; nothing has moved.
     """
     from missions.execution.prepare import RunOptions
     from missions.execution.runner import run_mission

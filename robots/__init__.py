@@ -1,1 +1,1 @@
-"""Robot descriptions and the bodies that move them."""
+"""Robot descriptions, their reader, and the bodies."""

@@ -1,4 +1,4 @@
-"""Codes of findings and the values that several parts of a robot.yaml share."""
+"""Finding codes and declarations that the readers of robot.yaml share."""
 
 from __future__ import annotations
 
@@ -11,18 +11,19 @@ URDF = "E302"
 FOOTPRINT = "E303"
 
 FARTHEST = 10.0
+"""Largest coordinate or length on a robot, metres."""
 
 
 def coordinate(name: str) -> Declaration:
-    """A coordinate of something on the robot."""
+    """Declare a coordinate in the base frame."""
     return Declaration(name, float, "base frame", "m", at_least=-FARTHEST, at_most=FARTHEST)
 
 
 def length(name: str, help: str) -> Declaration:
-    """A size of something on the robot."""
+    """Declare a length above 0."""
     return Declaration(name, float, help, "m", above=0.0, at_most=FARTHEST)
 
 
 X, Y, Z = coordinate("x"), coordinate("y"), coordinate("z")
 HEADING = Declaration("heading", float, "base frame", "rad", at_least=-2 * pi, at_most=2 * pi)
-RADIUS = length("radius", "of a circle")
+RADIUS = length("radius", "radius of the circle or wheel")

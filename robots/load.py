@@ -1,6 +1,6 @@
-"""Reads a robot.yaml and the URDF beside it, and reports everything wrong in one go.
+"""Reader of robot.yaml and the URDF next to it; reports all findings at once.
 
-What `wheels` may hold stands in robots.wheels.
+robots.wheels reads the section `wheels`.
 Codes: E301 shape and values · E302 the URDF · E303 the footprint.
 """
 
@@ -31,20 +31,20 @@ HERE = Path(__file__).parent
 
 
 def robot_names() -> list[str]:
-    """The robots that come with treepilot."""
+    """Names of the robots that are part of treepilot."""
     return sorted(file.parent.name for file in HERE.glob("*/robot.yaml"))
 
 
 def find_robot(name_or_path: str, beside: Path) -> Path:
-    """The robot.yaml of a robot.
+    """Return the path of a robot.yaml.
 
     Args:
         name_or_path: a name such as `scout`, or the path of a robot.yaml or of its folder (with a
-            slash or an ending), relative to the file that mentions it.
-        beside: the folder of that file, or the file itself.
+            slash or a suffix), relative to the file that mentions it.
+        beside: that file, or its folder.
 
     Raises:
-        InputError: there is no robot of that name. Paths are not looked at; reading them is.
+        InputError: there is no robot of that name. A path is not checked here.
     """
     if "/" in name_or_path or "\\" in name_or_path or Path(name_or_path).suffix:
         folder = beside.parent if beside.is_file() else beside
@@ -57,18 +57,22 @@ def find_robot(name_or_path: str, beside: Path) -> Path:
 
 
 def read_robot(path: Path, text: str | None = None) -> RobotDescription:
-    """The robot in a robot.yaml, or in a text that an editor has not saved there yet.
+    """Read a robot.yaml.
+
+    Args:
+        path: the file.
+        text: unsaved content of an editor, read instead of the file.
 
     Raises:
-        InputError: every finding, each with its position.
+        InputError: all findings, each with its position.
     """
     findings = Findings()
     top = Section(read_document(path, "robot file", text), findings, "a robot file", SHAPE)
-    name = top.value(Declaration("robot", str, "its name"))
-    top.value(Declaration("format", int, "of this file", default=1, at_least=1, at_most=1))
-    top.value(Declaration("doc", str, "what it is", default=""))
+    name = top.value(Declaration("robot", str, "name of the robot"))
+    top.value(Declaration("format", int, "file format", default=1, at_least=1, at_most=1))
+    top.value(Declaration("doc", str, "description", default=""))
     footprint = _footprint(top)
-    height = top.value(length("height", "of everything on it"))
+    height = top.value(length("height", "height of the whole robot"))
     wheels = read_wheels(top)
     urdf = _urdf(top, path, wheels)
     limits = parameters_of(top.section("limits"), Limits)
@@ -90,7 +94,10 @@ def read_robot(path: Path, text: str | None = None) -> RobotDescription:
 
 
 def _footprint(top: Section) -> Footprint | None:
-    """A circle given by its radius, or the corners of a polygon; made anticlockwise."""
+    """Read a footprint: the radius of a circle, or the corners of a polygon.
+
+    Clockwise corners are reversed.
+    """
     node = top.node_of("footprint", required=True)
     if node is None:
         return None
@@ -116,12 +123,12 @@ def _polygon(top: Section, node: Node, points: FloatArray) -> Footprint | None:
         return None
     following = np.roll(points, -1, axis=0)
     repeated = np.all(points == following, axis=1)
-    if repeated.any():  # e.g. the first once more at the end, as outlines are often written
+    if repeated.any():  # e.g. the first corner repeated at the end
         return _polygon(top, node, points[~repeated])
     crosses = points[:, 0] * following[:, 1] - points[:, 1] * following[:, 0]
     area = float(crosses.sum()) / 2
     if abs(area) < 1e-6:
-        sentence = f"footprint: these {len(points)} corners enclose nothing"
+        sentence = f"footprint: these {len(points)} corners enclose no area"
         top.findings.error(FOOTPRINT, node.mark, sentence)
         return None
     if not _holds_origin(points):
@@ -143,7 +150,7 @@ def _holds_origin(points: FloatArray) -> bool:
 
 
 def _urdf(top: Section, path: Path, wheels: AnyWheels | None) -> Path | None:
-    """The URDF's path, once it parses and has the named wheel joints."""
+    """The URDF's path, if it parses; its wheel joints are checked."""
     node = top.node_of("urdf", required=True)
     if node is None:
         return None
@@ -155,7 +162,7 @@ def _urdf(top: Section, path: Path, wheels: AnyWheels | None) -> Path | None:
         root = ElementTree.parse(urdf).getroot()
     except FileNotFoundError:
         near = [file.name for file in path.parent.glob("*.urdf")]
-        sentence = f"urdf: there is no file {node.value!r} beside this one"
+        sentence = f"urdf: there is no file {node.value!r} in the folder of this file"
         top.findings.error(URDF, node.mark, sentence, suggestion(node.value, near))
         return None
     except (OSError, UnicodeDecodeError) as error:
@@ -165,7 +172,7 @@ def _urdf(top: Section, path: Path, wheels: AnyWheels | None) -> Path | None:
         top.findings.error(URDF, node.mark, f"urdf: {node.value!r} is not XML: {error}")
         return None
     if root.tag != "robot":
-        sentence = f"urdf: {node.value!r} holds a <{root.tag}>, expected a <robot>"
+        sentence = f"urdf: expected <robot> in {node.value!r}, got <{root.tag}>"
         top.findings.error(URDF, node.mark, sentence)
         return None
     if wheels is not None:
@@ -174,7 +181,7 @@ def _urdf(top: Section, path: Path, wheels: AnyWheels | None) -> Path | None:
 
 
 def _navigation(top: Section) -> dict[str, Any]:
-    """Component choices by kind, raw: the mission checks them together with its own."""
+    """Component choices by kind, unchecked: the mission checks them together with its own."""
     section = top.section("navigation")
     found: dict[str, Any] = {}
     for key, node in section.node.entries if section is not None else ():
@@ -183,6 +190,6 @@ def _navigation(top: Section) -> dict[str, Any]:
         elif node.is_mapping:
             found[str(key.value)] = node.plain()
         else:
-            sentence = f"navigation: {key.value} is a name or a mapping, got {node.words()}"
+            sentence = f"navigation: {key.value} must be a name or a mapping, got {node.words()}"
             top.findings.error(SHAPE, node.mark, sentence)
     return found

@@ -1,4 +1,4 @@
-"""What stands in a robot.yaml of lidars, sonars and cameras."""
+"""Reader of the sensors in robot.yaml: lidars, sonars and cameras."""
 
 from __future__ import annotations
 
@@ -14,19 +14,26 @@ from stack.types import CameraModel, Pose2D
 
 T = TypeVar("T")
 
-YAW = Declaration("yaw", float, "to the left", "rad", 0.0, at_least=-pi, at_most=2 * pi)
-PITCH = Declaration("pitch", float, "looking down", "rad", 0.0, at_least=-pi / 2, at_most=pi / 2)
+YAW = Declaration("yaw", float, "positive to the left", "rad", 0.0, at_least=-pi, at_most=2 * pi)
+PITCH = Declaration(
+    "pitch", float, "positive looking down", "rad", 0.0, at_least=-pi / 2, at_most=pi / 2
+)
 PIXELS = tuple(
-    Declaration(name, int, "of the picture", default=default, at_least=16, at_most=4096)
+    Declaration(
+        name, int, f"{name} of the picture in pixels", default=default, at_least=16, at_most=4096
+    )
     for name, default in (("width", 320), ("height", 240))
 )
 FIELD_OF_VIEW = Declaration(
-    "field_of_view", float, "from left to right", "rad", pi * 70 / 180, above=0.0, at_most=2.8
+    "field_of_view", float, "horizontal opening angle", "rad", pi * 70 / 180, above=0.0, at_most=2.8
 )
 
 
 def parameters_of(section: Section | None, kind: type[T], **more: Any) -> T:
-    """A parameter dataclass from a section, its other fields given; the defaults without one."""
+    """Read a parameter dataclass from a section; `more` has the fields without declaration.
+
+    Without a section all parameters have their defaults.
+    """
     if section is None:
         return kind(**more)
     values = {
@@ -37,6 +44,7 @@ def parameters_of(section: Section | None, kind: type[T], **more: Any) -> T:
 
 
 def read_lidar(section: Section | None) -> LidarDescription | None:
+    """Read a lidar; None without a section."""
     if section is None:
         return None
     lidar = parameters_of(section, LidarDescription, mount=_mount(section))
@@ -51,6 +59,7 @@ def read_lidar(section: Section | None) -> LidarDescription | None:
 
 
 def read_camera(section: Section | None) -> CameraDescription | None:
+    """Read the camera; None without a section."""
     if section is None:
         return None
     width, height = (section.value(declared) for declared in PIXELS)
@@ -65,12 +74,12 @@ def read_camera(section: Section | None) -> CameraDescription | None:
 
 
 def read_lidars(top: Section) -> dict[str, LidarDescription]:
-    """Lidars besides `lidar`, by name."""
+    """Read the additional lidars, by name."""
     return _named(top, "lidars", read_lidar)
 
 
 def read_sonars(top: Section) -> dict[str, SonarDescription]:
-    """Sonars by name."""
+    """Read the sonars, by name."""
     return _named(top, "sonars", _sonar)
 
 
@@ -79,7 +88,7 @@ def _named(top: Section, key: str, read: Callable[[Section | None], T | None]) -
     found: dict[str, T] = {}
     for name, node in section.node.entries if section is not None else ():
         if name.value == "lidar":
-            top.findings.error(SHAPE, name.mark, f"{key}: `lidar` is the name of the main one")
+            top.findings.error(SHAPE, name.mark, f"{key}: the name `lidar` is reserved")
             continue
         sensor = read(Section(node, top.findings, f"`{key}.{name.value}`", SHAPE))
         if sensor is not None:

@@ -1,4 +1,4 @@
-"""A robot in a simulated world: the Body that missions run on without hardware.
+"""Simulated robot: the Body that missions use without hardware.
 
     body = SimulatedBody(description, world, start=Pose2D(0.0, 0.0), seed=7)
     while body.time < 10.0:
@@ -7,8 +7,9 @@
         body.wait(0.05)
     body.close()
 
-Same description, world, start, seed and commands: the same bits, at any pace, whatever sensors
-are listened to. Beyond Body there is what only a simulation knows, for scoring and for screens.
+The same description, world, start, seed and commands give bit-identical results, at any pace and
+with any subset of sensors in use. In addition to Body it has members that only a simulation can
+provide, for scoring and displays.
 """
 
 from __future__ import annotations
@@ -25,22 +26,22 @@ from stack.sim.simulation import Simulation
 from stack.sim.worlds.world import World
 from stack.types import FloatArray, Observation, Pose2D, Twist
 
-PATIENCE = 0.25
-"""Wall seconds behind schedule after which the lost time is forgotten."""
+MAX_DELAY = 0.25
+"""Delay behind schedule, wall seconds, above which the schedule restarts from now."""
 
 
 class SimulatedBody:
-    """A wheeled robot with lidar, odometry, IMU, camera and battery in PyBullet.
+    """Wheeled robot with lidar, odometry, IMU, camera and battery in PyBullet.
 
     Args:
         description: the robot.
-        world: where it drives.
-        start: of the base frame, world frame.
+        world: the world it drives in.
+        start: pose of the base frame, world frame.
         seed: of every random stream.
         settings: rates and pace.
 
     Raises:
-        BodyError: the robot's shape cannot be read.
+        BodyError: the robot's URDF cannot be read.
         ParameterError: a sensor's period is not a multiple of the physics period.
     """
 
@@ -64,21 +65,21 @@ class SimulatedBody:
         return self._simulation.time
 
     def sense(self) -> Observation:
-        """What came in since the last call; the newest scan and picture, all IMU samples."""
+        """Return the measurements since the last call: newest scan and picture, all IMU samples."""
         image = self._camera.take(self.time) if self._camera else None
         return self._simulation.observation(image)
 
     def drive(self, twist: Twist) -> None:
-        """Command a velocity; ramps, limits and the dead-man stop follow in `wait`."""
+        """Command a velocity; `wait` applies ramps, limits and the dead-man stop."""
         self._simulation.drive.command(twist)
 
     def ask_for_image(self) -> None:
-        """Expose a picture now if the camera's rate allows; it arrives `latency` later."""
+        """Take a picture now if the camera's rate allows; it is delivered `latency` later."""
         if self._camera is not None and self._camera.is_ready(self.time):
             self._camera.expose(self.time, self._simulation.render_request())
 
     def wait(self, period: float) -> None:
-        """Step the physics through a period, and keep pace with the wall clock if one is set.
+        """Advance the simulation by `period` seconds, at the set pace.
 
         Raises:
             ParameterError: the period is not a multiple of the physics period.
@@ -90,7 +91,7 @@ class SimulatedBody:
             self._schedule = None
 
     def close(self) -> None:
-        """Let go of physics and renderer. Safe to call twice."""
+        """Close physics and renderer. Safe to call twice."""
         if not self._closed:
             self._closed = True
             self._simulation.close()
@@ -109,33 +110,33 @@ class SimulatedBody:
 
     @property
     def clearance(self) -> float:
-        """Smallest distance so far between the robot and anything but the floor; at most 1 m."""
+        """Smallest distance so far between the robot and an obstacle, metres; at most 1 m."""
         return self._simulation.clearance
 
     @property
     def people(self) -> FloatArray:
-        """(n, 3) x, y, radius of everybody, metres."""
+        """(n, 3) x, y, radius of the people, world frame, metres."""
         return self._simulation.people.places
 
     @property
     def doors(self) -> dict[str, bool]:
-        """Which doors are closed, by name."""
+        """Doors: name -> closed."""
         return dict(self._simulation.doors)
 
     @property
     def scene_changes(self) -> int:
-        """Grows when a door moves."""
+        """Number of door movements so far."""
         return self._simulation.scene_changes
 
     def news(self) -> list[tuple[str, str]]:
-        """What happened since the last call: (kind, sentence), for the event log."""
+        """Return the events since the last call, each (kind, sentence), for the event log."""
         return self._simulation.take_news()
 
     def _keep_pace(self, seconds: float) -> None:
-        """Sleep until this period is over on the wall clock. The simulation knows nothing of it."""
+        """Sleep until the period is over on the wall clock; does not affect the simulation."""
         now = wall_clock.monotonic()  # noqa: TID251 - pacing inside a body's wait
         due, pace = self._schedule or (now, self.pace)
-        if pace != self.pace or now - due > PATIENCE:
+        if pace != self.pace or now - due > MAX_DELAY:
             due = now
         due += seconds
         self._schedule = (due, self.pace)

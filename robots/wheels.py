@@ -1,4 +1,4 @@
-"""Reads the `wheels` of a robot.yaml, one kind of drive at a time, and checks the URDF's joints."""
+"""Reader of the section `wheels` of robot.yaml for each kind of drive; checks the URDF's joints."""
 
 from __future__ import annotations
 
@@ -19,26 +19,28 @@ from stack.types import Pose2D
 AnyWheels = Wheels | OmniWheels | SteeredWheels
 
 DRIVE = Declaration(
-    "drive", str, "which velocities the wheels can make", default=str(DriveKind.DIFFERENTIAL),
+    "drive", str, "kind of drive", default=str(DriveKind.DIFFERENTIAL),
     one_of=tuple(map(str, DriveKind)),
 )  # fmt: skip
-LEFT = Declaration("left", list[str], "URDF joints of the wheels that turn together on the left")
-RIGHT = Declaration("right", list[str], "URDF joints of the wheels that turn together on the right")
-SEPARATION = length("separation", "between the middles of left and right")
+LEFT = Declaration("left", list[str], "URDF joints of the left wheels")
+RIGHT = Declaration("right", list[str], "URDF joints of the right wheels")
+SEPARATION = length("separation", "distance between the centres of left and right wheels")
 MOUNTS = Declaration("mounts", list[Any], "omnidirectional wheels, each {joint: …, at: …}")
-JOINT = Declaration("joint", str, "the wheel's, in the URDF")
+JOINT = Declaration("joint", str, "URDF joint of the wheel")
 AT = (X, Y, HEADING)
 STEERING = Declaration(
     "steering", list[str], "URDF joints that turn the front wheels, left and right"
 )
 REAR = Declaration("rear", list[str], "URDF joints of the driven rear wheels, left and right")
-WHEELBASE = length("wheelbase", "from the rear axle to the front axle")
-TRACK = length("track", "between the middles of left and right wheels")
+WHEELBASE = length("wheelbase", "distance between the rear and the front axle")
+TRACK = length("track", "distance between the centres of left and right wheels")
 STEERING_ANGLE = Declaration(
-    "steering_angle", float, "the most that the middle of the front axle steers", "rad",
+    "steering_angle", float, "largest steering angle at the middle of the front axle", "rad",
     above=0.0, at_most=1.4,
 )  # fmt: skip
-STEERING_SPEED = Declaration("steering_speed", float, "how fast it steers", "rad/s", above=0.0)
+STEERING_SPEED = Declaration(
+    "steering_speed", float, "rate of the steering angle", "rad/s", above=0.0
+)
 
 KEYS: dict[str, tuple[Declaration, ...]] = {
     DriveKind.DIFFERENTIAL: (LEFT, RIGHT, RADIUS, SEPARATION),
@@ -47,21 +49,21 @@ KEYS: dict[str, tuple[Declaration, ...]] = {
         STEERING, REAR, RADIUS, WHEELBASE, TRACK, STEERING_ANGLE, STEERING_SPEED,
     ),
 }  # fmt: skip
-"""What stands under `wheels` beside `drive`, by kind; all of it is needed."""
+"""The keys of `wheels` besides `drive`, by kind of drive; all are required."""
 
 LEAST_SINGULAR_VALUE = 1e-3
-"""Of wheels' Jacobian; below it some velocity needs wheels a thousand times as fast."""
+"""Of the wheels' Jacobian; below it some velocity needs wheels a thousand times as fast."""
 
 
 def read_wheels(top: Section) -> AnyWheels | None:
-    """The wheels; None, with everything noted, when something is wrong."""
+    """Read the wheels; None if something is wrong, which is reported."""
     section = top.section("wheels", required=True)
     if section is None:
         return None
     kind = section.value(DRIVE)
     written = section.node.get("drive")
     if written is not None and written.value not in KEYS:
-        return None  # what else should stand here hangs on it
+        return None  # the other keys depend on the kind of drive
     wheels: AnyWheels | None
     if kind == DriveKind.OMNI:
         wheels = _omni(section)
@@ -75,22 +77,24 @@ def read_wheels(top: Section) -> AnyWheels | None:
 
 
 def check_lateral_speed(top: Section, wheels: AnyWheels | None, limits: Limits) -> None:
-    """Only omnidirectional wheels go sideways, and they must be told how fast."""
+    """Check that lateral_speed is above 0 for omnidirectional wheels and 0 for others."""
     listed = top.node.get("limits")
     node = (listed.get("lateral_speed") if listed is not None else None) or listed or top.node
     if wheels is None:
         return
     if isinstance(wheels, OmniWheels) and limits.lateral_speed <= 0.0:
-        sentence = "limits: an omnidirectional robot has a lateral_speed above 0"
-        top.findings.error(SHAPE, node.mark, sentence, "lateral_speed: 0.5 m/s")
+        sentence = "limits: an omnidirectional robot needs a lateral_speed above 0"
+        top.findings.error(SHAPE, node.mark, sentence, "add e.g. lateral_speed: 0.5 m/s")
     elif not isinstance(wheels, OmniWheels) and limits.lateral_speed > 0.0:
-        sentence = f"lateral_speed: these wheels cannot go sideways, got {limits.lateral_speed:g}"
-        hint = "leave it out, or describe omnidirectional wheels (drive: omni)"
+        sentence = (
+            f"lateral_speed: these wheels cannot drive sideways, got {limits.lateral_speed:g}"
+        )
+        hint = "remove it, or describe omnidirectional wheels (drive: omni)"
         top.findings.error(SHAPE, node.mark, sentence, hint)
 
 
 def check_joints(top: Section, root: ElementTree.Element, wheels: AnyWheels) -> None:
-    """Every wheel is a continuous joint of the URDF, every steering joint a revolute one."""
+    """Check that wheels are continuous joints of the URDF and steering joints revolute ones."""
     joints = {str(joint.get("name")): joint for joint in root.iter("joint")}
     listed = top.node.get("wheels")
     for named in _named_joints(listed) if listed is not None else ():
@@ -100,10 +104,10 @@ def check_joints(top: Section, root: ElementTree.Element, wheels: AnyWheels) -> 
             top.findings.error(URDF, named.node.mark, sentence, suggestion(named.name, joints))
         elif joint.get("type") != named.wanted:
             sentence = f"wheels: the URDF's joint {named.name!r} is {joint.get('type')}"
-            hint = f"a {named.role}'s joint is {named.wanted}"
+            hint = f"a {named.role} joint must be {named.wanted}"
             top.findings.error(URDF, named.node.mark, sentence, hint)
         elif isinstance(wheels, SteeredWheels) and named.wanted == "revolute":
-            _check_stop(top, named, joint, wheels)
+            _check_joint_limit(top, named, joint, wheels)
 
 
 def _differential(section: Section) -> Wheels | None:
@@ -111,8 +115,9 @@ def _differential(section: Section) -> Wheels | None:
     radius, separation = section.value(RADIUS), section.value(SEPARATION)
     for side, joints in (("left", left), ("right", right)):
         if joints == []:
-            sentence = f"wheels: {side} names no joint"
-            section.findings.error(SHAPE, section.node.mark, sentence, f"{side}: [{side}_wheel]")
+            sentence = f"wheels: {side} has no joint"
+            hint = f"add one, e.g. {side}: [{side}_wheel]"
+            section.findings.error(SHAPE, section.node.mark, sentence, hint)
     if left is None or right is None or radius is None or separation is None:
         return None
     return Wheels(tuple(left), tuple(right), radius, separation)
@@ -131,7 +136,7 @@ def _omni(section: Section) -> OmniWheels | None:
 
 
 def _mount(section: Section, node: Node) -> tuple[str, Pose2D] | None:
-    """A wheel's joint and where it touches the floor; its heading is the way that it pushes."""
+    """Read a wheel: its joint, and its contact point with the driving direction as heading."""
     mount = Section(node, section.findings, "a wheel under `mounts`", SHAPE)
     joint, at = mount.value(JOINT), mount.node_of("at", required=True)
     place = None if at is None else mount.parts("at", at, AT)
@@ -142,11 +147,11 @@ def _mount(section: Section, node: Node) -> tuple[str, Pose2D] | None:
 def _check_mounts(section: Section, wheels: OmniWheels) -> None:
     node = section.node.get("mounts") or section.node
     if len(wheels.mounts) < 3:
-        sentence = f"mounts: three velocities take at least 3 wheels, got {len(wheels.mounts)}"
+        sentence = f"mounts: at least 3 wheels are required, got {len(wheels.mounts)}"
         section.findings.error(SHAPE, node.mark, sentence)
     elif float(np.linalg.svd(wheels.jacobian, compute_uv=False)[-1]) < LEAST_SINGULAR_VALUE:
-        sentence = "mounts: these wheels cannot go forward, sideways and turn at will"
-        hint = "their headings must not all be parallel, nor all pass through one point"
+        sentence = "mounts: these wheels cannot drive forward, sideways and turn independently"
+        hint = "their lines of driving must not all be parallel nor all meet in one point"
         section.findings.error(SHAPE, node.mark, sentence, hint)
 
 
@@ -159,10 +164,11 @@ def _steered(section: Section) -> SteeredWheels | None:
     wheels = SteeredWheels(pairs[0], pairs[1], *values[2:])
     if wheels.turning_radius <= wheels.track / 2.0:
         sentence = (
-            f"wheels: steering by {degrees(wheels.steering_angle):.0f} deg would turn about a "
-            f"point {wheels.turning_radius:.2f} m off the middle, between the rear wheels"
+            f"wheels: with a steering_angle of {degrees(wheels.steering_angle):.0f} deg the "
+            f"centre of rotation is {wheels.turning_radius:.2f} m from the middle, between the "
+            "rear wheels"
         )
-        hint = "a smaller steering_angle, a longer wheelbase or a narrower track"
+        hint = "use a smaller steering_angle, a longer wheelbase or a narrower track"
         section.findings.error(SHAPE, section.node.mark, sentence, hint)
         return None
     return wheels
@@ -180,7 +186,7 @@ def _pair(
 
 
 def _report_misplaced(section: Section, kind: str) -> None:
-    """Keys that another kind of drive has."""
+    """Report keys that belong to another kind of drive."""
     own = {declared.name for declared in KEYS[kind]}
     for other, keys in KEYS.items():
         for name in [declared.name for declared in keys if declared.name not in own]:
@@ -188,13 +194,13 @@ def _report_misplaced(section: Section, kind: str) -> None:
                 continue
             node = section.node_of(name)
             assert node is not None
-            sentence = f"wheels: {name!r} is for drive: {other}, and this is drive: {kind}"
+            sentence = f"wheels: {name!r} is for drive: {other}, but this is drive: {kind}"
             section.findings.error(SHAPE, node.mark, sentence)
 
 
 @dataclass(frozen=True, slots=True)
 class _NamedJoint:
-    """A joint that `wheels` names, where, and what it should be."""
+    """A joint that `wheels` names: its position in the file, its role and its required type."""
 
     name: str
     node: Node
@@ -215,10 +221,10 @@ def _named_joints(listed: Node) -> Iterator[_NamedJoint]:
             yield _NamedJoint(str(joint.value), joint, "wheel", "continuous")
 
 
-def _check_stop(
+def _check_joint_limit(
     top: Section, named: _NamedJoint, joint: ElementTree.Element, wheels: SteeredWheels
 ) -> None:
-    """The wheel on the inside of the tightest arc steers more than the middle of the axle."""
+    """Check the limits of a steering joint: on the tightest arc the inner wheel steers most."""
     inner = atan(wheels.wheelbase / (wheels.turning_radius - wheels.track / 2.0))
     limit = joint.find("limit")
     try:
@@ -229,7 +235,7 @@ def _check_stop(
     if ends[0] > -inner or ends[1] < inner:
         sentence = (
             f"wheels: the URDF's joint {named.name!r} turns from {ends[0]:g} to {ends[1]:g} rad, "
-            f"and the inner wheel of the tightest arc stands at {inner:.3f} rad"
+            f"but the inner wheel of the tightest arc needs {inner:.3f} rad"
         )
-        hint = "widen the joint's <limit>, or lower steering_angle"
+        hint = "widen the joint's <limit>, or reduce steering_angle"
         top.findings.error(URDF, named.node.mark, sentence, hint)

@@ -1,1 +1,1 @@
-"""The navigation stack: how a robot moves, free of missions and screens."""
+"""The navigation stack: how a robot moves; independent of missions and dashboards."""

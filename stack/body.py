@@ -1,7 +1,7 @@
-"""The only seam between simulated, real and replayed robots.
+"""Body: the common interface of simulated, real and replayed robots.
 
-Time is `body.time`; only `wait` lets it pass. A body stops by itself when it has not been driven
-for DEAD_MAN seconds of its own time.
+Time is `body.time`; only `wait` advances it. A body stops by itself when it has received no drive
+command for DEAD_MAN seconds of its own time.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ DEAD_MAN = 0.3
 
 
 class Body(Protocol):
-    """A robot to sense with and to drive."""
+    """Interface of a robot: sensors and drive."""
 
     @property
     def description(self) -> RobotDescription:
-        """What kind of robot this is."""
+        """Description of the robot."""
         ...
 
     @property
@@ -29,25 +29,25 @@ class Body(Protocol):
         ...
 
     def sense(self) -> Observation:
-        """What came in since the last call."""
+        """Return the measurements since the last call."""
         ...
 
     def drive(self, twist: Twist) -> None:
-        """Command a velocity; acceleration limits and the dead-man stop are the body's own."""
+        """Command a velocity; the body applies acceleration limits and the dead-man stop."""
         ...
 
     def ask_for_image(self) -> None:
-        """Wish for the next camera picture; it comes with a later observation, `latency` on.
+        """Request a camera picture; an observation delivers it `latency` seconds later.
 
-        Does nothing when a picture is already under way, its time has not come, or there is no
-        camera. A picture is never rendered unless asked for.
+        Does nothing if a picture is pending, the camera's period has not passed, or there is no
+        camera. Pictures are rendered only on request.
         """
         ...
 
     def wait(self, period: float) -> None:
-        """Let time pass: step the physics, or sleep until the next period on hardware."""
+        """Advance time by `period` seconds: step the physics, or sleep on hardware."""
         ...
 
     def close(self) -> None:
-        """Stop the robot and let go of it. Safe to call twice."""
+        """Stop the robot and disconnect from it. Safe to call twice."""
         ...

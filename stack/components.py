@@ -1,12 +1,12 @@
-"""Planners, controllers and costmap layers: chosen by name, replaceable by plugin.
+"""Components: planners, controllers and costmap layers, chosen by name and extensible by plugins.
 
 A component class has a class attribute `Parameters` (a frozen dataclass of `parameter(...)` fields)
-and a docstring whose first line says what it is. Its module must not import numba, cv2 or its
-kernels at module level but in `__init__`, so that checking a mission imports none of them.
-What its parameters ask of the robot may be checked in a static method `check(parameters, robot)`,
-which raises InputError. Plugins name such a class under the entry-point groups
-`treepilot.planners`, `treepilot.controllers` and `treepilot.costmap_layers`. What a layer has to do
-is said in stack/costmap/layer.py.
+and a docstring whose first line describes it. Its module must not import numba, cv2 or its kernels
+at module level but in `__init__`, so that checking a mission imports none of them. An optional
+static method `check(parameters, robot)` checks the parameters against the robot and raises
+InputError. Plugins register classes in the entry-point groups `treepilot.planners`,
+`treepilot.controllers` and `treepilot.costmap_layers`. stack/costmap/layer.py defines the
+interface of layers.
 """
 
 from __future__ import annotations
@@ -67,34 +67,34 @@ GROUPS = {
 
 
 class CancelToken:
-    """A wish, from any thread, that a search be given up.
+    """Cancels a search from any thread.
 
     Attributes:
-        flag: (1,) uint8, 0 until it is wished for; compiled loops look at it now and then.
+        flag: (1,) uint8, 0 until cancellation is requested; compiled loops poll it.
     """
 
     def __init__(self) -> None:
         self.flag = np.zeros(1, np.uint8)
 
     def request(self) -> None:
-        """Wish for it."""
+        """Request cancellation."""
         self.flag[0] = 1
 
     def check(self) -> None:
-        """Raise NavigationError CANCELLED once it is wished for."""
+        """Raise NavigationError CANCELLED if cancellation was requested."""
         if self.flag[0]:
-            raise NavigationError(FailureCode.CANCELLED, "nobody wants the plan any more")
+            raise NavigationError(FailureCode.CANCELLED, "the plan was cancelled")
 
 
 @dataclass(frozen=True)
 class PlanOptions:
-    """On what terms a plan is asked for.
+    """Options of a plan request.
 
     Attributes:
-        partial: as near to the goal as can be will do, whatever the planner's parameters say.
-        direction: +1 or -1 when the robot drives forward or backward as the plan begins, 0 when it
-            stands: planners that know of directions count a change of it there as anywhere.
-        cancel: when this is wished for, the plan may be given up with CANCELLED.
+        partial: accept a path to the nearest reachable pose, whatever the planner's parameters.
+        direction: +1 or -1 if the robot drives forward or backward at the start of the plan, 0 if
+            it stands. Planners with directions count a change of direction there as anywhere.
+        cancel: when cancellation is requested, the planner may fail with CANCELLED.
     """
 
     partial: bool = False
@@ -103,14 +103,14 @@ class PlanOptions:
 
 
 DEFAULT_PLAN_OPTIONS = PlanOptions()
-"""The parameters' own, and nobody has the stop in hand."""
+"""Default options; such a plan is never cancelled."""
 
 
 class Planner(Protocol):
     """A global planner.
 
     Its `plan` may have a fourth parameter, `options: PlanOptions`. A planner without it cannot be
-    cancelled: a plan that is no longer wanted is computed to its end before the next one starts.
+    cancelled: an obsolete plan is computed to its end before the next one starts.
     """
 
     Parameters: ClassVar[type]
@@ -118,13 +118,13 @@ class Planner(Protocol):
     def __init__(self, parameters: Any, robot: RobotDescription) -> None: ...
 
     def plan(self, costs: CostGrid, start: Pose2D, goal: Pose2D) -> Path:
-        """A path of poses in the map frame from start to goal, smoothed, free of collisions.
+        """Plan a smooth, collision-free path from start to goal, map frame.
 
-        Headings are the robot's: where it drives backward they point against the motion.
+        Headings are those of the robot: on backward segments they point against the motion.
 
         Raises:
             NavigationError: NO_VALID_PATH, START_OCCUPIED, GOAL_OCCUPIED, START_OUTSIDE_MAP,
-                GOAL_OUTSIDE_MAP, TIMED_OUT at a limit of expansions, or CANCELLED.
+                GOAL_OUTSIDE_MAP, TIMED_OUT at the limit of expansions, or CANCELLED.
         """
         ...
 
@@ -132,7 +132,7 @@ class Planner(Protocol):
 def plan_with_options(
     planner: Any, costs: CostGrid, ends: tuple[Pose2D, Pose2D], options: PlanOptions
 ) -> Path:
-    """A plan from a pose to another, on terms where the planner knows of such."""
+    """Plan from `ends[0]` to `ends[1]`; the options are passed if the planner supports them."""
     if "options" in signature(planner.plan).parameters:
         path: Path = planner.plan(costs, *ends, options)
     else:
@@ -142,15 +142,17 @@ def plan_with_options(
 
 @dataclass(frozen=True, slots=True)
 class ControlState:
-    """What a controller may look at in one step.
+    """Input of a controller in one step.
 
     Attributes:
         time: seconds on the robot's clock.
-        pose: map frame.
-        twist: measured velocity.
-        costs: the local costmap, map frame, around the robot.
-        tracks: what moves around it, map frame, as of now; only for controllers that ask for it.
-        points: (m, 2) what the newest scan met, base frame of now, metres; None without a scan.
+        pose: estimate, map frame.
+        twist: measured velocity, base frame.
+        costs: local costmap around the robot, map frame.
+        tracks: moving objects extrapolated to `time`, map frame; only for controllers with
+            `needs_tracks`.
+        points: (m, 2) end points of the newest scan in the current base frame, metres; None
+            without a scan.
     """
 
     time: float
@@ -162,11 +164,13 @@ class ControlState:
 
 
 class Controller(Protocol):
-    """Follows a path. A class attribute `needs_tracks = True` asks for tracks of moving things.
+    """A path-following controller.
+
+    A class attribute `needs_tracks = True` requests tracks of moving objects.
 
     Attributes:
-        parameters: those in force; live tuning puts others there between two steps, or calls
-            `configure(parameters)` where there is such a method.
+        parameters: current parameters. Live tuning replaces them between two steps, or calls the
+            optional method `configure(parameters)`.
     """
 
     Parameters: ClassVar[type]
@@ -175,29 +179,33 @@ class Controller(Protocol):
     def __init__(self, parameters: Any, robot: RobotDescription, period: float) -> None: ...
 
     def set_path(self, path: Path) -> None:
-        """A new path to follow, map frame."""
+        """Set the path to follow, map frame."""
         ...
 
     def command(self, state: ControlState) -> Twist:
-        """The velocity to drive now.
+        """Compute the velocity command of this step, base frame.
 
         Raises:
-            NavigationError: COLLISION_AHEAD when nothing safe can be commanded.
+            NavigationError: COLLISION_AHEAD if no command is safe.
         """
         ...
 
     @property
     def local_plan(self) -> Path | None:
-        """What it means to drive next, map frame, for the screen."""
+        """The motion planned for the next seconds, map frame, for displays."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """A component by name with its checked parameters.
+    """A chosen component with its checked parameters.
 
     Attributes:
-        parts: what it is made of besides: the layers of a costmap, the zones of the safety stage.
+        kind: planner, controller, costmap_layer…
+        name: of the component.
+        component: its class.
+        parameters: instance of `component.Parameters`.
+        parts: sub-components: the layers of a costmap, the zones of the safety stage.
     """
 
     kind: str
@@ -208,7 +216,7 @@ class Choice:
 
 
 def available(kind: str) -> dict[str, str]:
-    """Names of a kind's components and where they are defined, built-ins first."""
+    """Available components of a kind: name -> `module:Class`, built-in ones first."""
     found = dict(BUILT_IN[kind])
     for entry in entry_points(group=GROUPS[kind]):
         found.setdefault(entry.name, entry.value)
@@ -216,12 +224,12 @@ def available(kind: str) -> dict[str, str]:
 
 
 def component(kind: str, name: str) -> type:
-    """The class of a component: by the name of an installed one, or as `module:Class`.
+    """The class of a component, by the name of an installed one or by `module:Class`.
 
     Raises:
         InputError: there is no such component, or its module cannot be imported.
     """
-    # Looking through everything that is installed takes its time: only for what is not built in.
+    # Scanning the entry points of all installed packages is slow: skip it for built-in components.
     known = BUILT_IN[kind] if name in BUILT_IN[kind] else available(kind)
     if name not in known and ":" not in name:
         what = kind.replace("_", " ")
@@ -230,7 +238,7 @@ def component(kind: str, name: str) -> type:
     module, _, attribute = where.partition(":")
     try:
         found: type = getattr(import_module(module), attribute)
-    except Exception as error:  # a plugin's module may raise anything
+    except Exception as error:  # a plugin's module may raise any exception
         raise InputError(f"the {kind} {name!r} in {where} cannot be used: {error}") from error
     if not hasattr(found, "Parameters"):
         raise InputError(f"the {kind} {name!r} in {where} cannot be used: it has no `Parameters`")
@@ -238,11 +246,11 @@ def component(kind: str, name: str) -> type:
 
 
 def choose(kind: str, name: str, values: dict[str, Any]) -> Choice:
-    """A component with its parameters read and checked.
+    """Choose a component; its parameters are read and checked.
 
     Raises:
-        InputError: no such component.
-        ParameterError: an unknown parameter or a value that will not do.
+        InputError: there is no such component.
+        ParameterError: a parameter is unknown or its value is wrong.
     """
     cls = component(kind, name)
     return Choice(kind, name, cls, build(cls.Parameters, values))  # type: ignore[attr-defined]

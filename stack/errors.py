@@ -1,11 +1,11 @@
-"""Failures that a caller may want to catch.
+"""Exceptions of treepilot.
 
 TreepilotError
-├── InputError          a file or an option is wrong: carries findings, each with its position
+├── InputError          a file or an option is wrong: has findings, each with its position
 ├── ParameterError      one value is wrong: names the parameter, the value and what was expected
-├── NavigationError     a planner or controller gives up: carries a FailureCode
-├── BodyError           the robot, real or simulated, stopped answering or cannot be built
-└── TelemetryError      no engine answers, or it speaks another version
+├── NavigationError     a planner or controller fails: has a FailureCode
+├── BodyError           the robot, real or simulated, does not respond or cannot be created
+└── TelemetryError      no engine responds, or it has another version
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class Mark:
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One thing wrong with a file: `file:line:column error[E012] sentence; hint`."""
+    """An error or warning about a file: `file:line:column error[E012] sentence; hint`."""
 
     mark: Mark
     code: str
@@ -44,11 +44,15 @@ class Finding:
 
 
 class TreepilotError(Exception):
-    """Base class of the errors treepilot raises on purpose."""
+    """Base class of treepilot's exceptions."""
 
 
 class InputError(TreepilotError):
-    """What the user gave is wrong. Nothing has moved; the command line exits with 2."""
+    """The user's input is wrong. No robot has moved; the command line exits with 2.
+
+    Attributes:
+        findings: what is wrong, each with its position; empty if constructed from a text.
+    """
 
     def __init__(self, findings: Sequence[Finding] | str) -> None:
         self.findings: tuple[Finding, ...] = () if isinstance(findings, str) else tuple(findings)
@@ -57,7 +61,13 @@ class InputError(TreepilotError):
 
 
 class ParameterError(TreepilotError):
-    """A value that a parameter or port cannot take; the sentence quotes both."""
+    """The value of a parameter or port is wrong.
+
+    Attributes:
+        name: of the parameter; may be empty.
+        sentence: quotes the value and what was expected.
+        hint: suggested fix; may be empty.
+    """
 
     def __init__(self, name: str, sentence: str, hint: str = "") -> None:
         self.name, self.sentence, self.hint = name, sentence, hint
@@ -65,7 +75,7 @@ class ParameterError(TreepilotError):
 
 
 class NavigationError(TreepilotError):
-    """A planner or controller cannot go on; `failure` says why."""
+    """A planner or controller cannot continue; `failure` has the reason."""
 
     def __init__(self, code: FailureCode, sentence: str) -> None:
         self.failure = Failure(code, sentence)
@@ -73,8 +83,8 @@ class NavigationError(TreepilotError):
 
 
 class BodyError(TreepilotError):
-    """The robot, real or simulated, stopped answering or cannot be built."""
+    """The robot, real or simulated, does not respond or cannot be created."""
 
 
 class TelemetryError(TreepilotError):
-    """No engine answers, or it speaks another version."""
+    """No engine responds, or it has another version."""

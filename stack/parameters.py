@@ -1,7 +1,7 @@
-"""One vocabulary for settings that document themselves: component parameters and behaviour ports.
+"""Self-documenting settings: declarations of component parameters and behaviour ports.
 
-A declaration carries type, unit, range and a sentence. From it come the checks of mission, world
-and robot files, `treepilot describe`, the documentation tables and live tuning.
+A declaration has type, unit, range and a help text. It is the source of the checks of mission,
+world and robot files, of `treepilot describe`, of the documentation tables and of live tuning.
 
     @dataclass(frozen=True)
     class PurePursuitParameters:
@@ -28,14 +28,14 @@ T = TypeVar("T")
 
 
 class _Required:
-    """Stands for a default that does not exist."""
+    """Type of the marker for a missing default."""
 
     def __repr__(self) -> str:
         return "REQUIRED"
 
 
 REQUIRED: Any = _Required()
-"""The default of a declaration that must be given."""
+"""Default of a declaration whose value is required."""
 
 _UNITS: dict[str, tuple[str, float]] = {
     "m": ("m", 1.0), "cm": ("m", 0.01), "mm": ("m", 0.001), "km": ("m", 1000.0),
@@ -54,15 +54,19 @@ _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\d\
 
 @dataclass(frozen=True, slots=True)
 class Declaration:
-    """What may stand for one name: used for parameters, ports, arguments and file keys.
+    """Declaration of a parameter, port, argument or file key: type, unit, default and range.
 
     Attributes:
         name: as written in files.
         type: float, int, bool, str, Pose2D, Expression, Assignments, a dataclass of `parameter`
             fields (written as a mapping), a list of those, X | None.
-        unit: SI unit of a float ("" for a plain number); durations are floats in "s".
-        default: REQUIRED when there is none.
         help: one sentence.
+        unit: SI unit of a float ("" for a plain number); durations are floats in "s".
+        default: REQUIRED if there is none.
+        at_least: inclusive lower bound of numbers.
+        at_most: inclusive upper bound of numbers.
+        above: exclusive lower bound of numbers.
+        one_of: the allowed texts; empty if any text is allowed.
     """
 
     name: str
@@ -77,15 +81,15 @@ class Declaration:
 
     @property
     def required(self) -> bool:
-        """Whether a value must be given."""
+        """Whether the value is required."""
         return self.default is REQUIRED
 
     def type_name(self) -> str:
-        """The type in the words of mission files: number, list of Pose, text…"""
+        """Name of the type for users: number, list of Pose, text…"""
         return type_name(self.type, self.unit)
 
     def range_text(self) -> str:
-        """The allowed values in words; empty when anything of the type will do."""
+        """The allowed values as text, such as `> 0 and <= 1`; empty without a restriction."""
         if self.one_of:
             return " | ".join(self.one_of)
         parts = []
@@ -98,17 +102,21 @@ class Declaration:
         return " and ".join(parts)
 
     def read(self, raw: Any) -> Any:
-        """The value that `raw` (as it stands in a file) means, checked.
+        """Convert a raw value of a file to the declared type and check it.
 
         Raises:
-            ParameterError: wrong type, unit or range; the sentence quotes value and expectation.
+            ParameterError: wrong type, unit or range; quotes the value and what was expected.
         """
         value = _convert(self, self.type, raw)
         self.check(value)
         return value
 
     def check(self, value: Any) -> None:
-        """Raise ParameterError if the value is outside the declared range."""
+        """Check that the value is within the declared range.
+
+        Raises:
+            ParameterError: it is not.
+        """
         if self.one_of and value is not None and value not in self.one_of:
             raise ParameterError(
                 self.name, f"{value!r} is not one of {', '.join(self.one_of)}",
@@ -132,11 +140,11 @@ class Declaration:
             )
 
 
-def parameter(  # noqa: PLR0913 - the vocabulary of a declaration
+def parameter(  # noqa: PLR0913 - the attributes of a declaration
     default: T, unit: str = "", *, help: str, at_least: float | None = None,
     at_most: float | None = None, above: float | None = None, one_of: tuple[str, ...] = (),
 ) -> T:  # fmt: skip
-    """A dataclass field that carries its own declaration."""
+    """Define a dataclass field with a declaration."""
     declared = Declaration("", None, help, unit, default, at_least, at_most, above, one_of)
     return dataclasses.field(default=default, metadata={"declaration": declared})
 
@@ -155,10 +163,10 @@ def declarations(parameters: type) -> dict[str, Declaration]:
 
 
 def build(parameters: type[T], values: Mapping[str, Any]) -> T:
-    """The parameter dataclass with these raw values, each read and checked.
+    """Construct a parameter dataclass from raw values; each is converted and checked.
 
     Raises:
-        ParameterError: an unknown name (with the nearest known one) or a value that will not do.
+        ParameterError: an unknown name (with the most similar known one) or a wrong value.
     """
     known = declarations(typing.cast("type", parameters))
     checked = {}
@@ -177,24 +185,24 @@ RENAMED = {
     "min_quality": "min_health",
     "quality_window": "health_window",
 }
-"""Words of older mission and parameter files, and what they are called now (CHANGELOG.md)."""
+"""Renamed names of mission and parameter files: old -> new (CHANGELOG.md)."""
 
 
 def suggestion(word: str, known: typing.Iterable[str]) -> str:
-    """Hint for an unknown word: its new name, a similar word, or the list of known words."""
+    """Hint for an unknown word: its new name, the most similar word, or all known words."""
     names = sorted(known)
     if RENAMED.get(word) in names:
         return f"{word!r} was renamed to {RENAMED[word]!r}"
     close = nearest(word, names)
     if close is not None:
         return f"did you mean {close!r}?"
-    return f"there are: {', '.join(names)}" if names else "nothing may stand here"
+    return f"available: {', '.join(names)}" if names else "none are available"
 
 
 def nearest(word: str, known: typing.Sequence[str]) -> str | None:
-    """The name that a misspelt word is most like; None when none is near.
+    """The known name most similar to a misspelt word; None if none is similar.
 
-    A word that is the beginning of one name alone means that one: `init` is `initial`, not `unit`.
+    A unique prefix takes precedence: `init` gives `initial`, not `unit`.
     """
     longer = [name for name in known if len(word) > 2 and name.startswith(word)]
     if len(longer) == 1:
@@ -203,10 +211,10 @@ def nearest(word: str, known: typing.Sequence[str]) -> str | None:
 
 
 def read_quantity(text: str, unit: str) -> float:
-    """A number with or without a unit, in SI: ("30 cm", "m") is 0.3.
+    """Convert a number with optional unit to SI: ("30 cm", "m") gives 0.3.
 
     Raises:
-        ParameterError: not a number, an unknown unit, or a unit of another dimension.
+        ParameterError: the text is not a number, its unit is unknown or of another dimension.
     """
     match = _QUANTITY.fullmatch(text)
     if not match:
@@ -229,12 +237,12 @@ def read_quantity(text: str, unit: str) -> float:
 
 
 def units() -> Mapping[str, tuple[str, float]]:
-    """Every unit that may be written in files: the SI unit of its dimension, and the factor."""
+    """The units allowed in files: unit -> (SI unit of its dimension, factor)."""
     return types.MappingProxyType(_UNITS)
 
 
 def type_name(kind: Any, unit: str = "") -> str:
-    """A type in the words of mission files."""
+    """Name of a type for users: number, list of Pose, text…"""
     origin = typing.get_origin(kind)
     if origin is list or origin is tuple:
         inner = typing.get_args(kind)
@@ -259,18 +267,18 @@ def _number_words(unit: str) -> str:
 
 def _units_hint(unit: str) -> str:
     units = [name for name, (dimension, _) in _UNITS.items() if dimension == unit]
-    return f"units here: {', '.join(units)}" if units else "no unit may stand here"
+    return f"allowed units: {', '.join(units)}" if units else "no unit is allowed here"
 
 
 def _convert(declared: Declaration, kind: Any, raw: Any) -> Any:
-    """Turn a raw scalar or list into `kind`, or raise ParameterError naming the declaration."""
+    """Convert a raw value to `kind`, or raise ParameterError with the declaration's name."""
     try:
         return _converted(kind, declared.unit, raw)
     except ParameterError as error:
         raise ParameterError(declared.name, error.sentence, error.hint) from None
 
 
-def _converted(kind: Any, unit: str, raw: Any) -> Any:  # noqa: C901 - a branch a type
+def _converted(kind: Any, unit: str, raw: Any) -> Any:  # noqa: C901 - one branch per type
     if kind is typing.Any or kind is object:
         return raw
     origin = typing.get_origin(kind)
@@ -308,7 +316,7 @@ def _converted(kind: Any, unit: str, raw: Any) -> Any:  # noqa: C901 - a branch 
 
 
 def has_fields(kind: Any) -> bool:
-    """Whether a type is a dataclass of `parameter` fields, written as a mapping."""
+    """Whether a type is a dataclass of `parameter` fields, which files write as a mapping."""
     return isinstance(kind, type) and dataclasses.is_dataclass(kind) and bool(declarations(kind))
 
 
@@ -336,7 +344,7 @@ def _pose(raw: list[Any] | tuple[Any, ...]) -> Pose2D:
         raise ParameterError("", f"a pose is [x, y] or [x, y, heading], got {_shown(raw)}")
     x, y = (_converted(float, "m", item) for item in raw[:2])
     heading = _converted(float, "rad", raw[2]) if len(raw) == 3 else 0.0
-    if abs(heading) > 2.0 * pi + 1e-9:  # nobody means this; everybody means degrees
+    if abs(heading) > 2.0 * pi + 1e-9:  # almost certainly degrees
         sentence = f"a heading of {heading:g} rad is more than a full turn"
         raise ParameterError("", sentence, f"write {raw[2]:g} deg" if _is_number(raw[2]) else "")
     return Pose2D(x, y, wrap_angle(heading))

@@ -1,7 +1,7 @@
-"""The robot as behaviours see it. Plugins import this module, stack.types and stack.errors.
+"""Interface of the robot for behaviours. Plugins import this module, stack.types, stack.errors.
 
-Nothing blocks. A call that takes time returns a task which keeps its own outcome; a newer motion
-task cancels the older. Names follow nav2_simple_commander.
+No call blocks. A call that takes time returns a task, which keeps its own outcome; a new motion
+task cancels the previous one. Names follow nav2_simple_commander.
 """
 
 from __future__ import annotations
@@ -25,16 +25,16 @@ from stack.types import (
 
 
 class Task(Protocol):
-    """Something asked of the robot that takes time. Holds its own outcome."""
+    """A request to the robot that takes time. Keeps its own outcome."""
 
     @property
     def status(self) -> TaskStatus:
-        """RUNNING until it succeeded, failed or was cancelled; never changes after that."""
+        """RUNNING until the task succeeds, fails or is cancelled; does not change after that."""
         ...
 
     @property
     def feedback(self) -> str:
-        """Progress in a few words for the operator, e.g. `3.2 m to go`."""
+        """Short progress text for the operator, e.g. `3.2 m to go`."""
         ...
 
     @property
@@ -44,21 +44,21 @@ class Task(Protocol):
 
     @property
     def distance_remaining(self) -> float:
-        """Metres left (radians for a spin); 0 when unknown or over."""
+        """Remaining distance, metres (radians for a spin); 0 if unknown or over."""
         ...
 
     @property
     def path(self) -> Path | None:
-        """The path in force, or the answer of `plan`; None when there is none."""
+        """The current path, or the result of `plan`; None without one."""
         ...
 
     def cancel(self) -> None:
-        """End it and stop the robot. Does nothing once the task is over."""
+        """Cancel the task and stop the robot. Does nothing if the task is over."""
         ...
 
 
 class Robot(Protocol):
-    """What a behaviour may ask of the robot."""
+    """Interface of the robot for behaviours."""
 
     @property
     def time(self) -> float:
@@ -72,27 +72,27 @@ class Robot(Protocol):
 
     @property
     def pose(self) -> Pose2D:
-        """Best estimate of where the robot is, in the map frame."""
+        """Estimated pose of the robot, map frame."""
         ...
 
     @property
     def odometry(self) -> Pose2D:
-        """Dead-reckoned pose in the odom frame: drifts, never jumps. For distances and turns."""
+        """Dead-reckoned pose, odom frame: drifts but never jumps. For distances and turns."""
         ...
 
     @property
     def localisation_health(self) -> float:
-        """In [0, 1]; below 0.3 the scans do not fit the map here."""
+        """Health of the localisation in [0, 1]; below 0.3 the scans do not match the map."""
         ...
 
     @property
     def speed(self) -> Twist:
-        """Measured velocity."""
+        """Measured velocity, base frame."""
         ...
 
     @property
     def footprint(self) -> Footprint:
-        """The robot's outline in the base frame."""
+        """Outline of the robot in the base frame."""
         ...
 
     @property
@@ -102,65 +102,73 @@ class Robot(Protocol):
 
     @property
     def scan(self) -> Scan | None:
-        """The newest lidar scan."""
+        """The newest lidar scan; None without one."""
         ...
 
     @property
     def markers(self) -> tuple[Marker, ...]:
-        """The known markers of this place, map frame."""
+        """The known markers of the map, map frame."""
         ...
 
     def image(self) -> Image | None:
-        """The newest camera picture; asking keeps the camera on for another second."""
+        """The newest camera picture; each call keeps the camera on for another second."""
         ...
 
     def marker_sightings(self) -> tuple[MarkerSighting, ...]:
-        """Known markers in the newest picture; keeps the camera on as `image` does."""
+        """Known markers in the newest picture; keeps the camera on, as `image` does."""
         ...
 
     def fit_at(self, pose: Pose2D) -> float:
-        """Localisation health that the newest scan would have at another pose, in [0, 1]."""
+        """Health in [0, 1] that localisation would have with the newest scan at this pose."""
         ...
 
     def navigate_to(
         self, goal: Pose2D, *, tolerance: float | None = None, partial: bool = False
     ) -> Task:
-        """Plan and drive to a pose in the map frame, replanning as the world changes.
+        """Plan and drive to a pose, with replanning when the world changes.
 
-        With `partial`, having come as near to it as there is a way to counts as success.
+        Args:
+            goal: map frame.
+            tolerance: metres; None: the robot's own.
+            partial: accept the nearest reachable pose as success.
         """
         ...
 
     def navigate_through(self, goals: list[Pose2D], *, tolerance: float | None = None) -> Task:
-        """Drive past poses in turn to the last one without stopping in between."""
+        """Drive through poses (map frame) in order, without stopping before the last one."""
         ...
 
     def follow_path(self, path: Path) -> Task:
-        """Drive along a given path, without replanning."""
+        """Drive along a path (map frame), without replanning."""
         ...
 
     def plan(self, goal: Pose2D, start: Pose2D | None = None) -> Task:
-        """Plan without driving; the answer is the task's `path`."""
+        """Plan without driving; the result is the task's `path`.
+
+        Args:
+            goal: map frame.
+            start: map frame; None: the robot's pose.
+        """
         ...
 
     def spin(self, angle: float, *, speed: float | None = None) -> Task:
-        """Turn in place by an angle (also above a full turn), positive to the left."""
+        """Turn in place by an angle, radians, positive to the left; may exceed a full turn."""
         ...
 
     def back_up(self, distance: float, *, speed: float | None = None) -> Task:
-        """Drive straight back by a distance; gives up rather than touch what the lidar sees."""
+        """Drive straight back by a distance, metres; fails before it touches an obstacle."""
         ...
 
     def drive_on_heading(
         self, distance: float, *, speed: float | None = None, direction: float = 0.0
     ) -> Task:
-        """Drive straight by a distance (negative: backward), holding the heading by odometry.
+        """Drive straight by a distance, with the heading held by odometry.
 
-        Gives up rather than touch what the lidar sees.
+        Fails before it touches an obstacle that the lidar sees.
 
         Args:
-            distance: metres.
-            speed: m/s; None is the robot's own.
+            distance: metres; negative: backward.
+            speed: m/s; None: the robot's own.
             direction: of travel in the base frame, radians; omnidirectional robots only.
         """
         ...
@@ -168,45 +176,45 @@ class Robot(Protocol):
     def escape(
         self, *, clearance: float | None = None, distance: float = 1.5, speed: float | None = None
     ) -> Task:
-        """Drive out of a tight spot by lidar and odometry alone; no costmap, map or pose is asked.
+        """Drive out of a tight spot by lidar and odometry, without costmap, map or pose estimate.
 
         Args:
-            clearance: metres wanted round the outline; None is the robot's own.
-            distance: metres to drive for it, at most.
-            speed: m/s; None is the robot's own.
+            clearance: required free distance around the footprint, metres; None: the robot's own.
+            distance: maximum driving distance, metres.
+            speed: m/s; None: the robot's own.
         """
         ...
 
     def assisted_teleop(self, seconds: float, *, silence: float = 30.0) -> Task:
-        """Let the operator drive; safety has the last word. Succeeds when the operator is done.
+        """Let the operator drive, limited by safety. Succeeds when the operator is done.
 
         Args:
-            seconds: for which, at most; fails TIMED_OUT after that.
+            seconds: time limit; fails with TIMED_OUT after that.
             silence: seconds without a velocity from the operator after which it fails.
         """
         ...
 
     def drive_for(self, twist: Twist, seconds: float) -> None:
-        """Velocity with a time to live, for behaviours that close their own loop each tick.
+        """Drive a velocity for some seconds, for behaviours with their own control loop.
 
-        Safety still has the last word. Cancels a motion task under way.
+        Safety still limits the velocity. Cancels the current motion task.
         """
         ...
 
     def clear_costmap(
         self, which: str = "both", *, radius: float | None = None, layer: str | None = None
     ) -> None:
-        """Forget sensed obstacles: `local`, `global` or `both`. The static map stays.
+        """Clear sensed obstacles from the costmaps. The static map is kept.
 
         Args:
-            which: costmap.
-            radius: metres round the robot; None is everywhere.
-            layer: name of the one layer that is to forget; None is all.
+            which: `local`, `global` or `both`.
+            radius: clear only within this distance of the robot, metres; None: everywhere.
+            layer: clear only this layer; None: all layers.
         """
         ...
 
     def set_edge(self, edge: str, *, closed: bool) -> None:
-        """Close or open an edge of the planner's route graph; a drive under way plans anew.
+        """Close or open an edge of the planner's route graph; a current drive replans.
 
         Raises:
             ParameterError: there is no such edge, or the planner has no route graph.
@@ -214,19 +222,26 @@ class Robot(Protocol):
         ...
 
     def relocalise(self) -> Task:
-        """Find the pose anywhere on the map from lidar alone; fails AMBIGUOUS rather than guess."""
+        """Find the pose anywhere on the map from the lidar; fails with AMBIGUOUS if not unique."""
         ...
 
     def set_pose(
         self, pose: Pose2D, *, position_deviation: float, heading_deviation: float, source: str
     ) -> None:
-        """Reset the localisation around a pose; `source` (e.g. `marker`) goes into the report."""
+        """Reset the localisation to a pose with uncertainty.
+
+        Args:
+            pose: map frame.
+            position_deviation: standard deviation of the position, metres.
+            heading_deviation: standard deviation of the heading, radians.
+            source: origin of the pose for the report, e.g. `marker`.
+        """
         ...
 
     def save_image(self, image: Image, name: str) -> str:
-        """Keep a picture in the run's folder; returns its path relative to that folder."""
+        """Save a picture in the run's folder; returns its path relative to that folder."""
         ...
 
     def say(self, text: str) -> None:
-        """Tell the operator: goes into the event log."""
+        """Show a text to the operator; recorded in the event log."""
         ...

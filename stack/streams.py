@@ -1,4 +1,4 @@
-"""Seeded random streams by name, so that one user of randomness never disturbs another."""
+"""Seeded random streams by name: independent streams for independent users."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ import numpy as np
 
 
 def stream(seed: int, name: str, step: int = 0) -> np.random.Generator:
-    """The generator for (seed, name, step): the same three, the same numbers, in any process.
+    """Return the random generator for (seed, name, step): the same numbers in every process.
 
-    Optional sensors draw each frame's noise from a fresh stream with the step it belongs to, so
-    that subscribing to one changes nothing else.
+    Optional sensors draw the noise of each measurement from a new stream with its step, so that
+    using one sensor does not change any other result.
     """
     words = np.frombuffer(sha256(name.encode()).digest()[:16], dtype=np.uint32)
     return np.random.Generator(np.random.PCG64([seed, step, *(int(word) for word in words)]))

@@ -1,1 +1,1 @@
-"""The terminal dashboard: a client of telemetry."""
+"""Terminal dashboard: a client of telemetry."""

@@ -1,6 +1,6 @@
-"""The dashboard: tree, map, vitals, charts and events of one run, and the keys to steer it.
+"""Dashboard of one run: tree, map, vitals, charts, events, and the keys that control the run.
 
-It is a client of telemetry and nothing else; closing it never stops a mission unless asked.
+It uses telemetry only. Closing it does not stop the mission unless the operator asks for that.
 """
 
 from __future__ import annotations
@@ -31,21 +31,20 @@ from tui.tree_pane import TreePane
 from tui.tuning import Change, Tuning
 from tui.vitals_pane import VitalsPane
 
-FASTEST = 64.0
-"""What `<` slows down from when a run goes as fast as it can."""
-
 REFRESH = 0.1
+"""Wall seconds between two refreshes."""
+
 PANES = ("tree", "map", "vitals", "events", "charts")
 
 WIDTHS = [(0, "-tiny"), (62, "-small"), (90, "-narrow"), (116, "-wide"), (160, "-huge")]
 HEIGHTS = [(0, "-short"), (32, "-tall"), (46, "-high")]
-"""Terminal columns and lines from which a class of the style sheet applies."""
+"""Smallest terminal width (columns) and height (lines) of each class of the style sheet."""
 
-DRIVING, TURNING, SIDEWAYS = 0.25, 0.6, 0.2
-"""m/s, rad/s and m/s of the arrow keys while the operator drives; a press lasts half a second."""
+TELEOP_LINEAR, TELEOP_ANGULAR, TELEOP_LATERAL = 0.25, 0.6, 0.2
+"""Velocities of the arrow keys in teleoperation: m/s, rad/s, m/s. One press acts for 0.5 s."""
 
 CONFIRM_WITHIN = 10
-"""Refreshes after which an unanswered emergency stop is shouted about: a second."""
+"""Refreshes (1 s in total) after which the banner reports an unconfirmed emergency stop."""
 
 
 class Charts(Vertical, can_focus=True):
@@ -55,8 +54,8 @@ class Charts(Vertical, can_focus=True):
 class Dashboard(App[str]):
     """Shows a run until the operator leaves.
 
-    Returns `over` (the run was over), `leave` (it goes on), `abort` (it was told to end) or
-    `lost` (the engine did not answer any more).
+    Returns `over` (the run has ended), `leave` (it continues), `abort` (the operator aborted it),
+    `interrupt` (a signal or ctrl+c) or `lost` (the engine does not answer).
     """
 
     CSS_PATH = "app.tcss"
@@ -69,25 +68,26 @@ class Dashboard(App[str]):
     def __init__(
         self, source: Source, *, live: bool = True, interrupted: Callable[[], bool] | None = None
     ) -> None:
-        """Watch a source.
+        """Show a source.
 
         Args:
-            source: the run; closed with the dashboard.
-            interrupted: given where the run was begun: looked at with each refresh, true leaves
-                with `interrupt`, and so does ctrl+c. Otherwise ctrl+c asks as q does.
-            live: refresh by a timer. Tests switch it off and call `refresh_now`.
+            source: the run; closed together with the dashboard.
+            interrupted: set by the process that started the run. Called at each refresh; if it
+                returns True, or on ctrl+c, the dashboard returns `interrupt`. Without it ctrl+c
+                acts like q.
+            live: refresh by a timer. Tests disable it and call `refresh_now`.
         """
         super().__init__()
         self.source, self._live, self._interrupted = source, live, interrupted
         self.snapshot: Snapshot | None = None
         self._speed_factor = 1.0
         self._stop_id, self._stop_age = "", 0
-        self._steering: deque[str] = deque(maxlen=50)
-        self._handed_over = False
+        self._teleop_ids: deque[str] = deque(maxlen=50)
+        self._was_teleop = False
         self._trouble = ""
 
     def compose(self) -> ComposeResult:
-        """Panes from left to right, the log below."""
+        """Compose the panes from left to right, with the event log below."""
         yield StatusBar()
         yield Banner()
         with Horizontal(id="body"):
@@ -98,20 +98,20 @@ class Dashboard(App[str]):
             with Charts(id="charts"):
                 speeds = {"set": palette.BUSY, "real": palette.PATH}
                 yield Chart("Speed", "m/s", speeds, 0.0, 0.2)
-                yield Chart("Scan fit", "", {"fit": palette.PARTICLE}, 0.0, 1.0)
-                yield Chart("Pose error", "m", {"off by": palette.PERSON}, 0.0, 0.05)
+                yield Chart("Localisation", "", {"health": palette.PARTICLE}, 0.0, 1.0)
+                yield Chart("Pose error", "m", {"error": palette.PERSON}, 0.0, 0.05)
         yield EventsPane()
         yield Footer(compact=True, show_command_palette=False)
 
     def on_mount(self) -> None:
-        """Begin to watch."""
+        """Focus the map and start the refresh timer."""
         self.query_one(MapPane).focus()
         self.refresh_now()
         if self._live:
             self.set_interval(REFRESH, self.refresh_now)
 
     def on_unmount(self) -> None:
-        """Let go of the run."""
+        """Close the source; the run continues."""
         self.source.close()
 
     @property
@@ -122,11 +122,11 @@ class Dashboard(App[str]):
         return ended or (snapshot is not None and snapshot.state.is_over)
 
     def refresh_now(self) -> None:
-        """Take what is new and show it."""
+        """Receive new data and show it."""
         if self._interrupted is not None and self._interrupted():
             self.exit("interrupt")
             return
-        self._keep_a_focus()
+        self._ensure_focus()
         fresh = self._receive()
         link = self._link()
         panes = self._panes
@@ -138,7 +138,7 @@ class Dashboard(App[str]):
 
     @property
     def _panes(self) -> Screen[object]:
-        """The screen with the panes, whatever lies over it."""
+        """The screen with the panes, below any dialog."""
         return self.screen_stack[0]
 
     def _receive(self) -> Snapshot | None:
@@ -151,7 +151,7 @@ class Dashboard(App[str]):
         for ack in acks:
             if ack.id == self._stop_id:
                 self._stop_id = ""
-            if not ack.done and ack.id not in self._steering:
+            if not ack.done and ack.id not in self._teleop_ids:
                 self.notify(ack.reason, severity="warning", title="refused", markup=False)
         if events:
             self._panes.query_one(EventsPane).add(events)
@@ -169,24 +169,24 @@ class Dashboard(App[str]):
         panes = self._panes
         tree = panes.query_one(TreePane)
         if tree.show(snapshot):
-            self.notify("the saved mission runs from its root", title="taken", timeout=3.0)
+            self.notify("the new tree starts from its root", title="reloaded", timeout=3.0)
         panes.query_one(MapPane).show(snapshot, self.source.info)
         panes.query_one(VitalsPane).show(snapshot)
-        speed, fit, error = panes.query(Chart)
+        speed, health, error = panes.query(Chart)
         now = snapshot.time
         speed.add(now, set=snapshot.commanded.linear, real=snapshot.measured.linear)
-        fit.add(now, fit=snapshot.health)
+        health.add(now, health=snapshot.health)
         error.display = snapshot.truth is not None
         if snapshot.truth is not None:
-            error.add(now, **{"off by": snapshot.pose.distance_to(snapshot.truth)})
-        if snapshot.teleop and not self._handed_over:
-            panes.query_one(MapPane).focus()  # a log that has the focus would scroll instead
-        self._handed_over = snapshot.teleop
+            error.add(now, error=snapshot.pose.distance_to(snapshot.truth))
+        if snapshot.teleop and not self._was_teleop:
+            panes.query_one(MapPane).focus()  # in the event log the arrow keys would scroll
+        self._was_teleop = snapshot.teleop
         panes.set_class(snapshot.state is MissionState.EMERGENCY_STOP, "stopped")
         panes.set_class(snapshot.state is MissionState.PAUSED, "paused")
 
     def _send(self, kind: str, **arguments: object) -> str:
-        """Send a command; its id, empty when it could not leave."""
+        """Send a command; return its id, or "" if it could not be sent."""
         command = Command(uuid4().hex, kind, arguments)
         try:
             self.source.send(command)
@@ -196,7 +196,7 @@ class Dashboard(App[str]):
         return command.id
 
     def action_estop(self) -> None:
-        """Stop at once."""
+        """Trigger the emergency stop."""
         self._stop_id, self._stop_age = self._send("estop", reason="operator"), 0
 
     def action_release(self) -> None:
@@ -204,13 +204,13 @@ class Dashboard(App[str]):
         self._send("release")
 
     def action_pause(self) -> None:
-        """Pause or go on."""
+        """Pause or resume."""
         paused = self.snapshot is not None and self.snapshot.state is MissionState.PAUSED
         self._send("resume" if paused else "pause")
 
     def action_abort(self) -> None:
-        """Ask, then end the mission."""
-        answers = {"": "No, go on", "abort": "Yes: the robot stops, the mission ends as aborted"}
+        """Abort the mission after a confirmation."""
+        answers = {"": "No, continue", "abort": "Yes: stop the robot and end the mission"}
         self.push_screen(Question("Abort the mission?", answers), self._abort_answered)
 
     def _abort_answered(self, answer: str | None) -> None:
@@ -218,14 +218,14 @@ class Dashboard(App[str]):
             self._send("abort", reason="operator")
 
     def action_interrupt(self) -> None:
-        """End the run that was begun with this dashboard; leave any other."""
+        """End a run that this dashboard started; leave any other run."""
         if self._interrupted is not None and not self.is_over:
             self.exit("interrupt")
         else:
             self.action_leave()
 
     def action_leave(self) -> None:
-        """Leave; while the mission runs, ask whether to leave it running."""
+        """Leave; while the mission runs, ask first."""
         if self.is_over:
             self.exit("over")
         elif self._trouble or self._link().is_lost(self.snapshot):
@@ -233,7 +233,7 @@ class Dashboard(App[str]):
         elif not isinstance(self.screen, Question):
             answers = {
                 "": "Stay here",
-                "leave": "Leave it running; `treepilot watch` comes back to it",
+                "leave": "Leave it running; `treepilot watch` attaches again",
                 "abort": "Abort it and leave",
             }
             self.push_screen(Question("The mission is still running.", answers), self._left)
@@ -243,21 +243,21 @@ class Dashboard(App[str]):
             self.exit(answer)
 
     def action_help(self) -> None:
-        """All keys."""
+        """Show all keys."""
         self.push_screen(Help())
 
     def action_zoom(self, factor: float) -> None:
-        """Map nearer or farther."""
+        """Zoom the map."""
         self.query_one(MapPane).zoom(factor)
 
     def action_fit(self) -> None:
-        """The whole map."""
+        """Show the whole map."""
         self.query_one(MapPane).fit()
 
     def action_pan(self, right: int, up: int) -> None:
-        """Drive while the operator may; else move the map, or choose a node of the tree."""
-        if self._driving:
-            self._steer(linear=DRIVING * up, angular=-TURNING * right)
+        """Drive in teleoperation; otherwise move the map, or select a node of the tree."""
+        if self._is_teleop:
+            self._teleop(linear=TELEOP_LINEAR * up, angular=-TELEOP_ANGULAR * right)
             return
         tree = self.query_one(TreePane)
         if tree.has_focus and up:
@@ -266,42 +266,42 @@ class Dashboard(App[str]):
             self.query_one(MapPane).pan(right, up)
 
     @property
-    def _driving(self) -> bool:
-        """Whether the mission lets the operator drive."""
+    def _is_teleop(self) -> bool:
+        """Whether the mission has handed control to the operator."""
         return self.snapshot is not None and self.snapshot.teleop
 
-    def _steer(self, **velocity: float) -> None:
-        """Send a velocity; a late one that is refused is not worth a word."""
-        self._steering.append(self._send("teleop", **velocity))
+    def _teleop(self, **velocity: float) -> None:
+        """Send a velocity; the refusal of a late one is not shown."""
+        self._teleop_ids.append(self._send("teleop", **velocity))
 
     def action_sideways(self, left: int) -> None:
-        """Drive sideways while the operator may."""
-        if self._driving:
-            self._steer(lateral=SIDEWAYS * left)
+        """Drive sideways in teleoperation."""
+        if self._is_teleop:
+            self._teleop(lateral=TELEOP_LATERAL * left)
 
     def action_teleop_done(self) -> None:
-        """Let the mission drive again."""
-        if self._driving:
+        """Return control to the mission."""
+        if self._is_teleop:
             self._send("teleop_done")
 
     def action_costs(self) -> None:
-        """Costmap on or off."""
+        """Show or hide the costmap."""
         self.query_one(MapPane).toggle_costs()
 
-    def on_tree_pane_order(self, order: TreePane.Order) -> None:
-        """Debug the tree as its pane asks."""
-        self._send(order.kind, **order.arguments)
+    def on_tree_pane_command_request(self, request: TreePane.CommandRequest) -> None:
+        """Send a debugging command of the tree pane."""
+        self._send(request.kind, **request.arguments)
 
     def action_follow_tree(self) -> None:
-        """Let the tree follow what runs."""
+        """Let the tree follow the running node."""
         self.query_one(TreePane).follow()
 
     def action_level(self) -> None:
-        """Next level of the event log."""
+        """Switch to the next level of the event log."""
         self.query_one(EventsPane).next_filter()
 
     def action_focus_pane(self, name: str) -> None:
-        """Give a pane the focus; one that has no room here comes over the whole screen."""
+        """Focus a pane; show a hidden pane on the full screen."""
         pane = self.screen.query_one(f"#{name}")
         filled = any(self.screen.has_class(f"full-{other}") for other in PANES)
         hidden = any(not node.display for node in (pane, pane.parent) if node is not None)
@@ -310,30 +310,30 @@ class Dashboard(App[str]):
         pane.focus()
 
     def action_zoom_pane(self) -> None:
-        """The focused pane over the whole screen, and back."""
+        """Show the focused pane on the full screen, or all panes again."""
         name = self.focused.id if self.focused is not None else None
         if name in PANES:
             self._fill_with("" if self.screen.has_class(f"full-{name}") else name)
 
     def action_all_panes(self) -> None:
-        """Back to all panes."""
+        """Show all panes."""
         self._fill_with("")
 
     def _fill_with(self, name: str) -> None:
         for pane in PANES:
             self.screen.set_class(pane == name, f"full-{pane}")
 
-    def _keep_a_focus(self) -> None:
-        """Give the map the focus when the pane that had it has no room any more."""
+    def _ensure_focus(self) -> None:
+        """Focus the map when the focused pane is no longer visible."""
         screen = self._panes
         filled = any(screen.has_class(f"full-{pane}") for pane in PANES)
         if not filled and (screen.focused is None or not screen.focused.size):
             screen.set_focus(screen.query_one(MapPane))
 
     def action_tune(self) -> None:
-        """Change a parameter in force."""
+        """Change a parameter."""
         if self.snapshot is None or not self.snapshot.parameters:
-            self.notify("this run has told no parameters yet", timeout=2.0)
+            self.notify("no parameters received yet", timeout=2.0)
             return
         self.push_screen(Tuning(self.snapshot.parameters), self._tuned)
 
@@ -346,8 +346,8 @@ class Dashboard(App[str]):
         self._ask_place("Send the robot to", "set_goal")
 
     def action_stands_at(self) -> None:
-        """Tell the localisation at which place the robot stands."""
-        self._ask_place("The robot stands at", "set_pose")
+        """Set the robot's pose to a place."""
+        self._ask_place("Set the robot's pose to", "set_pose")
 
     def _ask_place(self, question: str, kind: str) -> None:
         info = self.source.info
@@ -361,13 +361,13 @@ class Dashboard(App[str]):
                 pose = places[name]
                 self._send(kind, x=pose.x, y=pose.y, heading=pose.heading)
 
-        answers = {"": "Nowhere: go back"} | {
+        answers = {"": "Cancel"} | {
             name: f"{name}  ({pose.x:.2f}, {pose.y:.2f})" for name, pose in places.items()
         }
         self.push_screen(Question(question, answers), answered)
 
     def action_speed(self, factor: float) -> None:
-        """Simulate faster or slower."""
+        """Change the simulation speed."""
         wanted = min(64.0, max(0.25, self._speed_factor * factor))
         if self._send("speed", factor=wanted):
             self._speed_factor = wanted

@@ -1,4 +1,4 @@
-"""The banner under the status bar: what an operator must know now, and what to do about it."""
+"""Banner below the status bar: the situation that needs the operator's attention, and the keys."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from stack.telemetry.records import MissionState, Snapshot
 from tui.palette import BAD, BUSY, GOOD, TEXT, WARN, css
 
 LOST_AFTER = 5.0
-"""Wall seconds of silence after which the engine counts as lost."""
+"""Wall seconds without a message after which the engine counts as lost."""
 
-FIRST_WORD_WITHIN = 20.0
-"""Likewise before the first snapshot: a first start compiles kernels for some seconds."""
+FIRST_SNAPSHOT_WITHIN = 20.0
+"""The same before the first snapshot: a first start compiles kernels for several seconds."""
 
 MARGIN = 6
-"""Columns of the banner that are not text."""
+"""Columns of padding in the banner."""
 
 TONES = {"good": GOOD, "bad": BAD, "warn": WARN, "busy": BUSY}
 OUTCOMES = {
@@ -31,14 +31,14 @@ OUTCOMES = {
 
 @dataclass(frozen=True, slots=True)
 class Link:
-    """How the engine is heard.
+    """State of the connection to the engine.
 
     Attributes:
-        silent_for: wall seconds since it was last heard.
-        is_over: it has said that the run ended.
-        has_report: its report came.
-        trouble: why it cannot be understood; empty when it can.
-        stop_unconfirmed: an emergency stop was sent a while ago and not answered.
+        silent_for: wall seconds since the last message.
+        is_over: whether the engine has reported the end of the run.
+        has_report: whether its report arrived.
+        trouble: why its messages cannot be read; empty if they can.
+        stop_unconfirmed: whether an emergency stop was sent and not answered in time.
     """
 
     silent_for: float
@@ -48,61 +48,61 @@ class Link:
     stop_unconfirmed: bool = False
 
     def is_lost(self, snapshot: Snapshot | None) -> bool:
-        """Whether nobody is there any more although the run is not over."""
+        """Return whether the engine is silent although the run is not over."""
         over = self.is_over or (snapshot is not None and snapshot.state.is_over)
-        patience = FIRST_WORD_WITHIN if snapshot is None else LOST_AFTER
-        return not over and self.silent_for > patience
+        timeout = FIRST_SNAPSHOT_WITHIN if snapshot is None else LOST_AFTER
+        return not over and self.silent_for > timeout
 
 
 @dataclass(frozen=True, slots=True)
 class Notice:
-    """Tone (good, bad, warn or busy), headline, why, and what to do."""
+    """Content of the banner: tone (good, bad, warn or busy), headline, detail and keys to press."""
 
     tone: str
     headline: str
-    why: str
-    then: str
+    detail: str
+    keys: str
 
 
 def notice(snapshot: Snapshot | None, link: Link) -> Notice | None:
-    """What to say now; None while all goes well."""
+    """Return the notice for the current situation; None in normal operation."""
     if link.trouble:
-        return Notice("bad", "✘ THE ENGINE IS NOT UNDERSTOOD", link.trouble, "q leaves")
+        return Notice("bad", "✘ INCOMPATIBLE ENGINE", link.trouble, "q leaves")
     if snapshot is not None and snapshot.state.is_over:
         return _outcome(snapshot)
     if link.is_over:
-        return _ended_unseen(link)
+        return _ended_before_snapshot(link)
     if link.is_lost(snapshot):
         return _lost(snapshot, link.silent_for)
     if link.stop_unconfirmed:
-        why = "the engine has not answered; a body that is not driven stops by itself after 0.3 s"
-        return Notice("bad", "■ STOP SENT, NOT CONFIRMED", why, "space sends it again")
-    return None if snapshot is None else _standing(snapshot)
+        detail = "the engine has not answered; without commands a robot stops by itself after 0.3 s"
+        return Notice("bad", "■ STOP SENT, NOT CONFIRMED", detail, "space sends it again")
+    return None if snapshot is None else _held(snapshot)
 
 
-def _standing(snapshot: Snapshot) -> Notice | None:
+def _held(snapshot: Snapshot) -> Notice | None:
     if snapshot.state is MissionState.EMERGENCY_STOP:
         return Notice("bad", "■ EMERGENCY STOP", snapshot.reason, "R releases it")
     paused = snapshot.state is MissionState.PAUSED
     if snapshot.debugging.faults:
-        return _not_taken(snapshot.debugging.faults, paused)
+        return _reload_failed(snapshot.debugging.faults, paused)
     if paused and snapshot.debugging.held:
         where = snapshot.reason.removeprefix("stopped at breakpoint: ")
         return Notice(
-            "warn", "● STOPPED AT BREAKPOINT", where, "p goes on; in the tree n: one tick"
+            "warn", "● STOPPED AT BREAKPOINT", where, "p continues; in the tree n: one tick"
         )
     if paused:
-        return Notice("warn", "‖ PAUSED", snapshot.reason, "p goes on")
+        return Notice("warn", "‖ PAUSED", snapshot.reason, "p continues")
     if snapshot.teleop:
-        return Notice("busy", "◆ YOU DRIVE", snapshot.safety, "←↑↓→ drive, enter when done")
+        return Notice("busy", "◆ TELEOPERATION", snapshot.safety, "←↑↓→ drive, enter when done")
     return None
 
 
-def _not_taken(faults: tuple[str, ...], paused: bool) -> Notice:
-    """The file that the mission came from was saved with mistakes in it."""
-    headline = "✘ SAVED MISSION NOT TAKEN" + (", ‖ PAUSED" if paused else "")
+def _reload_failed(faults: tuple[str, ...], paused: bool) -> Notice:
+    """Return the notice for a mission file that was saved with errors."""
+    headline = "✘ RELOAD FAILED" + (", ‖ PAUSED" if paused else "")
     more = f"; and {len(faults) - 1} more in the log" if len(faults) > 1 else ""
-    return Notice("bad", headline, faults[0] + more, "the old one stays; save it again")
+    return Notice("bad", headline, faults[0] + more, "old tree continues; fix and save")
 
 
 def _outcome(snapshot: Snapshot) -> Notice:
@@ -115,48 +115,48 @@ def _outcome(snapshot: Snapshot) -> Notice:
     return Notice(tone, f"{headline}  {figures}", snapshot.reason, "q leaves")
 
 
-def _ended_unseen(link: Link) -> Notice:
+def _ended_before_snapshot(link: Link) -> Notice:
     if link.has_report:
-        return Notice("busy", "THE RUN IS OVER", "its report is in the run's folder", "q leaves")
-    why = "it ended without a report; the log in the run's folder says how far it came"
-    return Notice("bad", "✘ THE ENGINE CRASHED", why, "q leaves")
+        return Notice("busy", "RUN ENDED", "the report is in the run folder", "q leaves")
+    detail = "it ended without a report; see the log in the run folder"
+    return Notice("bad", "✘ ENGINE CRASHED", detail, "q leaves")
 
 
 def _lost(snapshot: Snapshot | None, silent_for: float) -> Notice:
     if snapshot is None:
-        why = "is a run alive? `treepilot watch` lists them"
-        return Notice("bad", f"✘ NO ENGINE ANSWERS, {silent_for:.0f} s", why, "q leaves")
-    why = "a body that is not driven stops by itself after 0.3 s; this picture is old"
-    then = "wait for it, or q and `treepilot watch`"
-    return Notice("bad", f"✘ ENGINE LOST, silent for {silent_for:.0f} s", why, then)
+        detail = "check with `treepilot watch` whether a run is alive"
+        return Notice("bad", f"✘ NO ENGINE ANSWERS, {silent_for:.0f} s", detail, "q leaves")
+    detail = "without commands a robot stops by itself after 0.3 s; this screen is out of date"
+    keys = "wait, or q and `treepilot watch`"
+    return Notice("bad", f"✘ ENGINE LOST, silent for {silent_for:.0f} s", detail, keys)
 
 
 class Banner(Static):
-    """Shows a notice; takes no room without one."""
+    """Shows a notice; hidden without one."""
 
     def __init__(self) -> None:
         super().__init__(id="banner")
         self.display = False
         self._shown: tuple[Notice | None, int] | None = None
 
-    def show(self, said: Notice | None) -> None:
-        """Show a notice, or nothing."""
-        wanted = (said, self.app.size.width)
+    def show(self, current: Notice | None) -> None:
+        """Show a notice, or hide the banner."""
+        wanted = (current, self.app.size.width)
         if wanted == self._shown:
             return
         self._shown = wanted
-        self.display = said is not None
-        if said is not None:
-            self._write(said)
+        self.display = current is not None
+        if current is not None:
+            self._write(current)
 
-    def _write(self, said: Notice) -> None:
+    def _write(self, current: Notice) -> None:
         for tone in TONES:
-            self.set_class(tone == said.tone, tone)
-        text = Text(said.headline, style=f"bold {css(TONES[said.tone])}")
-        then = Text(f"   {said.then}", style=f"bold {css(BUSY)}")
-        why = Text(said.why, style=f"not bold {css(TEXT)}")
-        if text.cell_len + then.cell_len + why.cell_len + 3 <= self.app.size.width - MARGIN:
-            text.append("   " if said.why else "").append_text(why).append_text(then)
+            self.set_class(tone == current.tone, tone)
+        text = Text(current.headline, style=f"bold {css(TONES[current.tone])}")
+        keys = Text(f"   {current.keys}", style=f"bold {css(BUSY)}")
+        detail = Text(current.detail, style=f"not bold {css(TEXT)}")
+        if text.cell_len + keys.cell_len + detail.cell_len + 3 <= self.app.size.width - MARGIN:
+            text.append("   " if current.detail else "").append_text(detail).append_text(keys)
         else:
-            text.append_text(then).append("\n").append_text(why)
+            text.append_text(keys).append("\n").append_text(detail)
         self.update(text)

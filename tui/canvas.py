@@ -1,6 +1,6 @@
-"""The map as characters: walls as quadrant blocks, costs as half blocks, the rest as braille.
+"""Map as characters: walls as quadrant blocks, costs as half blocks, overlays as braille dots.
 
-Pure arrays; no widget in sight. A character cell is 2 × 4 braille dots, and a dot is square.
+Arrays only, no widgets. A character cell has 2 × 4 braille dots; a dot is square.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ RAMP = np.array(
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """Which part of the map is shown: the middle (metres) and the size of a braille dot."""
+    """Visible part of the map: centre (metres, map frame) and size of a braille dot (metres)."""
 
     x: float
     y: float
@@ -43,28 +43,31 @@ class View:
 
     @staticmethod
     def fitting(grid: OccupancyGrid, columns: int, rows: int) -> View:
-        """The whole map, with a little air around it."""
+        """Return the view of the whole map, with a small margin."""
         height, width = (side * grid.resolution for side in grid.cells.shape)
         scale = max(width / max(1, columns * 2 - 4), height / max(1, rows * 4 - 4), 0.005)
         return View(grid.origin[0] + width / 2, grid.origin[1] + height / 2, scale)
 
     @staticmethod
     def around(pose: Pose2D, columns: int, span: float = 12.0) -> View:
-        """So many metres from left to right, the pose in the middle."""
+        """Return a view `span` metres wide, centred on the pose."""
         return View(0.0, 0.0, span / max(1, columns * 2)).centred(pose)
 
     def centred(self, pose: Pose2D) -> View:
-        """Moved to the pose by whole characters, so that walls keep their shape as it moves."""
+        """Return the view centred on the pose, to whole characters: walls keep their shape."""
         across, down = 2 * self.metres_per_dot, 4 * self.metres_per_dot
         return replace(self, x=round(pose.x / across) * across, y=round(pose.y / down) * down)
 
     def zoomed(self, factor: float) -> View:
-        """Nearer by a factor."""
+        """Return the view zoomed in by a factor."""
         scale = min(1.0, max(0.005, self.metres_per_dot / factor))
         return replace(self, metres_per_dot=scale)
 
     def dots(self, points: FloatArray, columns: int, rows: int) -> NDArray[np.int64]:
-        """Braille dot (column, row) of map points (n, 2); may lie outside."""
+        """Return the braille dots (n, 2), as column and row, of map points (n, 2), metres.
+
+        Dots may be outside the canvas.
+        """
         scaled = np.empty((len(points), 2))
         scaled[:, 0] = (points[:, 0] - self.x) / self.metres_per_dot + columns
         scaled[:, 1] = (self.y - points[:, 1]) / self.metres_per_dot + rows * 2
@@ -72,7 +75,7 @@ class View:
 
 
 class Canvas:
-    """A frame of characters being drawn: code points and two packed colours per cell."""
+    """A frame of characters: a code point and two packed colours per cell."""
 
     def __init__(self, view: View, columns: int, rows: int) -> None:
         self.view, self.columns, self.rows = view, columns, rows
@@ -85,7 +88,7 @@ class Canvas:
         self._dots = np.zeros(shape, dtype=np.uint32)
 
     def copy(self) -> Canvas:
-        """The same frame, to draw overlays on; it keeps where walls and words are."""
+        """Return a copy to draw overlays on, with the positions of walls and words."""
         other = Canvas(self.view, self.columns, self.rows)
         other.glyphs[:], other.foreground[:] = self.glyphs, self.foreground
         other.background[:] = self.background
@@ -93,7 +96,7 @@ class Canvas:
         return other
 
     def draw_costs(self, grid: OccupancyGrid | None, costs: CostGrid | None) -> None:
-        """Free, unknown and costly floor, two samples a character."""
+        """Draw free, unknown and costly cells, two samples per character."""
         x, y = self._sample_points(1, 2)
         unknown = np.zeros((self.rows * 2, self.columns), dtype=bool)
         occupied = np.zeros_like(unknown)
@@ -109,7 +112,7 @@ class Canvas:
         self.foreground[:], self.background[:] = colours[0::2], colours[1::2]
 
     def draw_walls(self, grid: OccupancyGrid) -> None:
-        """Occupied cells as quadrants, pooled so that thin walls survive any zoom."""
+        """Draw occupied cells as quadrants, pooled so that thin walls stay visible at any zoom."""
         x, y = self._sample_points(2, 2)
         filled = _look_up(grid, x, y, FREE) == OCCUPIED
         row, column = np.nonzero(grid.cells == OCCUPIED)
@@ -127,14 +130,14 @@ class Canvas:
             | filled[1::2, 0::2] << 2 | filled[1::2, 1::2] << 3
         )  # fmt: skip
         self._walls = mask > 0
-        # What shows beside the wall is the upper floor sample where the upper half is open.
+        # Where the upper half is free, the background next to the wall is the upper floor sample.
         upper_open = self._walls & (mask & 0b0011 == 0)
         self.background[upper_open] = self.foreground[upper_open]
         self.glyphs[self._walls] = QUADRANTS[mask[self._walls]]
         self.foreground[self._walls] = palette.WALL
 
     def draw_points(self, points: FloatArray, colour: int, *, below_words: bool = False) -> None:
-        """Map points (n, 2) as braille dots. A later colour takes the whole character."""
+        """Draw map points (n, 2), metres, as braille dots. A later colour recolours the cell."""
         cell_row, cell_column, bits = self._cells_of(points)
         if below_words:
             seen = ~self._words[cell_row, cell_column]
@@ -148,7 +151,7 @@ class Canvas:
         self.foreground[at] = colour
 
     def draw_hits(self, points: FloatArray, colour: int, wall_colour: int) -> None:
-        """Scan end points (n, 2): walls that explain them glow, the others become dots."""
+        """Draw scan end points (n, 2), metres: highlight walls at them, else draw dots."""
         cell_row, cell_column, _ = self._cells_of(points)
         explained = self._walls[cell_row, cell_column]
         glowing = (cell_row[explained], cell_column[explained])
@@ -160,7 +163,7 @@ class Canvas:
         self.draw_points(points[inside][~explained], colour)
 
     def draw_line(self, points: FloatArray, colour: int, *, below_words: bool = False) -> None:
-        """A polyline (n, 2) as braille dots, densely enough to have no holes."""
+        """Draw a polyline (n, 2), metres, as braille dots without gaps."""
         if len(points) < 2:
             return
         steps = np.diff(points, axis=0)
@@ -174,13 +177,13 @@ class Canvas:
     def draw_text(
         self, x: float, y: float, text: str, colour: int, back: int | None = None
     ) -> None:
-        """A word whose first character sits at a map point."""
+        """Draw a text whose first character is at a map point, metres."""
         row, column = self._cell_at(x, y)
         if 0 <= row < self.rows:
             self._write(row, column, text, colour, back)
 
     def draw_place(self, x: float, y: float, name: str, colour: int) -> None:
-        """A ring at a map point and its name beside, above or below, where nothing is covered."""
+        """Draw a ring at a map point, with its name beside, above or below it if there is room."""
         row, column = self._cell_at(x, y)
         if not self._is_free(row, column, 1):
             return
@@ -224,14 +227,14 @@ class Canvas:
     def _cells_of(
         self, points: FloatArray
     ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.uint32]]:
-        """Row, column and braille bit of the points that are in the picture."""
+        """Return row, column and braille bit of the points inside the canvas."""
         dots = self.view.dots(points, self.columns, self.rows)
         dots = dots[self._inside(dots)]
         column, row = dots[:, 0], dots[:, 1]
         return row // 4, column // 2, BRAILLE[row % 4, column % 2]
 
     def _sample_points(self, across: int, down: int) -> tuple[FloatArray, FloatArray]:
-        """Map x (1, n) and y (m, 1) of the middles of across × down samples a character."""
+        """Return map x (1, n) and y (m, 1) of the centres of across × down samples per cell."""
         dot = self.view.metres_per_dot
         column = (np.arange(self.columns * across, dtype=np.float64) + 0.5) * (2 / across)
         row = (np.arange(self.rows * down, dtype=np.float64) + 0.5) * (4 / down)
@@ -241,7 +244,7 @@ class Canvas:
 
 
 def scale_bar(view: View, at_most: int) -> tuple[int, float]:
-    """Characters and metres of the longest bar of a round length; (0, 0.0) when none fits."""
+    """Return characters and metres of the longest bar of round length; (0, 0.0) if none fits."""
     for metres in (50.0, 20.0, 10.0, 5.0, 2.0, 1.0, 0.5, 0.2, 0.1):
         characters = round(metres / (2 * view.metres_per_dot))
         if 2 <= characters <= at_most:
@@ -250,20 +253,20 @@ def scale_bar(view: View, at_most: int) -> tuple[int, float]:
 
 
 def circle(x: float, y: float, radius: float) -> FloatArray:
-    """(25, 2) points of a circle, closed."""
+    """Return the points (25, 2) of a closed circle."""
     angles = np.linspace(0.0, 2.0 * np.pi, 25)
     return np.column_stack([x + radius * np.cos(angles), y + radius * np.sin(angles)])
 
 
 def arrow(pose: Pose2D) -> str:
-    """The arrow glyph nearest to a heading."""
+    """Return the arrow glyph nearest to the heading."""
     return "→↗↑↖←↙↓↘"[round(pose.heading / (np.pi / 4)) % 8]
 
 
 def _look_up(
     grid: OccupancyGrid | CostGrid, x: FloatArray, y: FloatArray, outside: int
 ) -> NDArray[np.int64]:
-    """Values of the grid at every (y, x) of the outer product."""
+    """Return the grid's values (m, n) at x (1, n) and y (m, 1), metres; `outside` elsewhere."""
     column = np.floor((x - grid.origin[0]) / grid.resolution).astype(np.int64)
     row = np.floor((y - grid.origin[1]) / grid.resolution).astype(np.int64)
     rows, columns = grid.cells.shape

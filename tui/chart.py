@@ -1,4 +1,4 @@
-"""A small line chart in braille."""
+"""Small line chart in braille dots."""
 
 from __future__ import annotations
 
@@ -16,26 +16,26 @@ from tui.canvas import BRAILLE
 from tui.strips import style, to_strips
 
 SPAN = 60.0
-"""Seconds of the robot's clock from the left edge to the right."""
+"""Width of the chart in seconds of the robot's clock."""
 
 TICKS = 6
-"""Characters of the vertical scale."""
+"""Width of the vertical scale in characters."""
 
 
 class Chart(Widget):
-    """The last minute of a few values, newest at the right."""
+    """Chart of the last minute of several values, newest at the right."""
 
     def __init__(
         self, title: str, unit: str, series: dict[str, int], floor: float, top: float
     ) -> None:
-        """A chart without values.
+        """Create an empty chart.
 
         Args:
-            title: what is measured.
-            unit: of the values.
-            series: colour of each value by name; later ones are drawn over earlier ones.
-            floor: the scale reaches at least down to here,
-            top: and at least up to here.
+            title: measured quantity.
+            unit: unit of the values.
+            series: name -> colour; later series are drawn over earlier ones.
+            floor: highest lower end of the scale.
+            top: lowest upper end of the scale.
         """
         super().__init__(classes="chart")
         self.border_title = f"{title} [dim]{unit}[/]"
@@ -45,7 +45,7 @@ class Chart(Widget):
         self._strips: list[Strip] = []
 
     def add(self, time: float, **values: float) -> None:
-        """One more sample of every series, at a robot time; a second one of a time is ignored."""
+        """Add a sample of every series at a robot time; a repeated time is ignored."""
         if self._times and time <= self._times[-1]:
             return
         self._times.append(time)
@@ -62,11 +62,11 @@ class Chart(Widget):
         self._redraw()
 
     def on_resize(self) -> None:
-        """Draw at the new size."""
+        """Redraw at the new size."""
         self._redraw()
 
     def render_line(self, y: int) -> Strip:
-        """One line of the chart."""
+        """Return one line of the chart."""
         return self._strips[y] if y < len(self._strips) else Strip.blank(self.size.width)
 
     def _redraw(self) -> None:
@@ -96,7 +96,7 @@ class Chart(Widget):
 
 
 def sample(times: FloatArray, values: FloatArray, columns: int) -> FloatArray:
-    """(columns,) values, one a dot column, over the last SPAN seconds; NaN before the first."""
+    """Return values (columns,), one per dot column of the last SPAN seconds; NaN before data."""
     at = times[-1] - SPAN * (1.0 - np.arange(1, columns + 1) / columns)
     levels: FloatArray = np.interp(at, times, values, left=np.nan)
     return levels
@@ -105,12 +105,12 @@ def sample(times: FloatArray, values: FloatArray, columns: int) -> FloatArray:
 def draw_curve(
     glyphs: NDArray[np.uint32], colours: NDArray[np.uint32], shares: FloatArray, colour: int
 ) -> None:
-    """Draw shares of the height (2 × columns,) as one unbroken curve of braille dots."""
+    """Draw fractions of the height (2 × columns,) as a continuous curve of braille dots."""
     rows = glyphs.shape[0] * 4
     column = np.flatnonzero(np.isfinite(shares))
     row = np.clip(((1.0 - shares[column]) * (rows - 1)).round().astype(int), 0, rows - 1)
     before = np.concatenate([row[:1], row[:-1]])
-    # From just beyond the last dot to this one, so that steep pieces hang together.
+    # Fill from just after the previous dot, so that steep parts have no gaps.
     first = np.where(row > before, before + 1, row)
     last = np.where(row < before, before - 1, row)
     counts = last - first + 1

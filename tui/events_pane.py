@@ -1,4 +1,4 @@
-"""The event log, with a level filter."""
+"""Event log with a level filter."""
 
 from __future__ import annotations
 
@@ -12,14 +12,13 @@ from tui.palette import BAD, DIM, GOOD, TEXT, WARN, css
 
 LEVELS = {"everything": -1, "info and up": 0, "warnings and errors": 1, "errors": 2}
 RANK = {"info": 0, "warning": 1, "error": 2}
-LOOK = {"info": ("·", GOOD), "warning": ("▲", WARN), "error": ("✘", BAD)}
-"""Kinds that come many times a second; shown only with everything."""
+LEVEL_GLYPH = {"info": ("·", GOOD), "warning": ("▲", WARN), "error": ("✘", BAD)}
 
 KEPT = 2000
 
 
 class EventsPane(RichLog):
-    """Lines as they come; kept, so that a change of filter shows the past as well."""
+    """Shows events as lines and keeps them, so that a new filter also applies to old events."""
 
     BORDER_TITLE = "Events"
 
@@ -30,7 +29,7 @@ class EventsPane(RichLog):
         self._counts = {"warning": 0, "error": 0}
 
     def on_mount(self) -> None:
-        """Say what is shown."""
+        """Show the filter and the counts."""
         self._label()
 
     def add(self, events: list[Event]) -> None:
@@ -44,7 +43,7 @@ class EventsPane(RichLog):
         self._label()
 
     def next_filter(self) -> str:
-        """Show less, then everything, and round again; the name of what is shown now."""
+        """Switch to the next filter, cyclically; return its name."""
         names = list(LEVELS)
         self._filter = names[(names.index(self._filter) + 1) % len(names)]
         self.clear()
@@ -68,9 +67,9 @@ class EventsPane(RichLog):
 
 
 def line_of(event: Event) -> Text:
-    """An event as a line: time, glyph, source, sentence."""
+    """Return an event as a line: time, glyph, source, text."""
     minutes, seconds = divmod(event.time, 60.0)
-    glyph, colour = LOOK.get(event.level, ("?", TEXT))
+    glyph, colour = LEVEL_GLYPH.get(event.level, ("?", TEXT))
     line = Text(f"{int(minutes):02d}:{seconds:04.1f} ", style=css(DIM))
     line.append(f"{glyph} ", style=f"bold {css(colour)}")
     line.append(f"{event.source:<13}", style=css(DIM))

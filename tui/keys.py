@@ -1,4 +1,4 @@
-"""Every key in one table: the bindings, the footer, the help screen and the tests all read it."""
+"""Table of all keys, read by the bindings, the footer, the help screen and the tests."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from textual.binding import Binding
 
 @dataclass(frozen=True, slots=True)
 class Key:
-    """One key: what it does, in the footer's word and in a sentence.
+    """A key, its action and its texts.
 
     Attributes:
-        keys: Textual's names, separated by commas.
-        action: method of the dashboard, with arguments, as Textual writes it.
-        label: word in the footer; empty keeps it out of the footer.
-        sentence: line on the help screen; empty when the line of another key covers it.
-        shown_as: how people write the key, where that is not its name.
-        everywhere: works whatever screen or widget has the focus.
+        keys: Textual's names of the key, separated by commas.
+        action: action of the dashboard, with arguments, in Textual's syntax.
+        label: word in the footer; empty if the key is not in the footer.
+        sentence: line on the help screen; empty if the line of another key covers it.
+        shown_as: the key as displayed, if that is not its name.
+        everywhere: whether it works on every screen and in every widget.
     """
 
     keys: str
@@ -29,11 +29,11 @@ class Key:
 
     @property
     def shown(self) -> str:
-        """How people write the key."""
+        """The key as displayed."""
         return self.shown_as or self.keys
 
     def binding(self) -> Binding:
-        """As Textual wants it."""
+        """Return the Textual binding."""
         return Binding(
             self.keys, self.action, self.label or self.sentence, show=bool(self.label),
             key_display=self.shown, priority=self.everywhere,
@@ -41,12 +41,12 @@ class Key:
 
 
 KEYS = (
-    Key("space", "estop", "E-STOP", "stop at once, on any screen; nothing is asked", "space", True),
+    Key("space", "estop", "E-STOP", "emergency stop, on any screen", "space", True),
     Key("R", "release", "", "release the emergency stop"),
-    Key("p", "pause", "Pause", "pause, and again to go on; the robot stands meanwhile"),
-    Key("a", "abort", "Abort…", "end the mission; asks first"),
+    Key("p", "pause", "Pause", "pause or resume; the robot stops while paused"),
+    Key("a", "abort", "Abort…", "abort the mission; asks first"),
     Key("e", "tune", "", "change a parameter while it runs"),
-    Key("g", "goal", "", "send the robot to a place; i says at which place it stands", "g i"),
+    Key("g", "goal", "", "send the robot to a place; i: set its pose to a place", "g i"),
     Key("i", "stands_at"),
     Key("less_than_sign,comma", "speed(0.5)", "", "simulate slower or faster", "< >"),
     Key("greater_than_sign,full_stop", "speed(2.0)"),
@@ -54,12 +54,12 @@ KEYS = (
         "plus,equals_sign",
         "zoom(1.4)",
         "Zoom",
-        "map nearer, and - farther; it follows the robot",
+        "zoom in, - zooms out; the map follows the robot",
         "+",
     ),
     Key("minus", "zoom(0.714)"),
-    Key("f", "fit", "Fit", "the whole map"),
-    Key("left", "pan(-1,0)", "", "move the map, or choose a node in the tree", "←↑↓→"),
+    Key("f", "fit", "Fit", "show the whole map"),
+    Key("left", "pan(-1,0)", "", "move the map, or select a node in the tree", "←↑↓→"),
     Key("right", "pan(1,0)"),
     Key("up", "pan(0,1)"),
     Key("down", "pan(0,-1)"),
@@ -67,21 +67,21 @@ KEYS = (
         "enter",
         "teleop_done",
         "",
-        "done driving, when a mission hands over; ←↑↓→ drive until then",
+        "end teleoperation; until then ←↑↓→ drive",
         "enter",
     ),
     Key("shift+left", "sideways(1)"),
     Key("shift+right", "sideways(-1)"),
-    Key("c", "costs", "Costs", "costmap on or off"),
-    Key("t", "follow_tree", "", "let the tree follow what runs"),
+    Key("c", "costs", "Costs", "show or hide the costmap"),
+    Key("t", "follow_tree", "", "let the tree follow the running node"),
     Key("l", "level", "Log", "event log: info, warnings, errors, everything"),
-    Key("1", "focus_pane('tree')", "", "tree, map, vitals, events, charts", "1-5"),
+    Key("1", "focus_pane('tree')", "", "focus tree, map, vitals, events, charts", "1-5"),
     Key("2", "focus_pane('map')"),
     Key("3", "focus_pane('vitals')"),
     Key("4", "focus_pane('events')"),
     Key("5", "focus_pane('charts')"),
-    Key("z", "zoom_pane", "Full", "the focused pane over the whole screen, and back"),
-    Key("escape", "all_panes", "", "back to all panes", "esc"),
+    Key("z", "zoom_pane", "Full", "focused pane on the full screen, on or off"),
+    Key("escape", "all_panes", "", "show all panes", "esc"),
     Key("question_mark", "help", "Help", "this page", "?"),
     Key("q", "leave", "Quit", "leave; asks while the mission runs"),
     Key("ctrl+q", "leave", everywhere=True),
@@ -89,7 +89,7 @@ KEYS = (
         "ctrl+c",
         "interrupt",
         "",
-        "end a run begun here, at once; asks when watching",
+        "end a run started here, at once; asks in `watch`",
         "ctrl+c",
         True,
     ),
@@ -99,9 +99,9 @@ TREE_KEYS = (
     Key("b", "breakpoint", "Break"),
     Key("n", "step", "Step"),
     Key("f", "force", "Force"),
-    Key("c", "go_on", "Go on"),
+    Key("c", "continue", "Continue"),
 )
-"""What keys mean while the tree has the focus, whatever they mean elsewhere."""
+"""Keys of the tree; while it has the focus they replace the same keys of the dashboard."""
 
-TREE_SENTENCE = "in the tree (1): breakpoint, next tick, force outcome, go on"
-"""Line on the help screen about all of them."""
+TREE_SENTENCE = "in the tree (1): breakpoint, one tick, force outcome, continue"
+"""Line on the help screen for these keys."""

@@ -1,4 +1,4 @@
-"""The map pane: walls, costs, robot, path, scan, particles, people and places."""
+"""Map pane: walls, costs, robot, path, scan, particles, people and places."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from tui.strips import ink, paper, to_strips
 TRAIL_LENGTH, TRAIL_SPACING = 4000, 0.05
 PAN_SHARE = 0.25
 
-JUMP = 1.0
-"""Metres between two snapshots beyond which the trail starts afresh: the belief has jumped."""
+POSE_JUMP = 1.0
+"""Metres between two snapshots that count as a pose jump: the trail is cleared."""
 
 OUTLINE_FROM = 3.0
-"""Braille dots of the robot's radius from which its footprint is drawn."""
+"""Smallest radius of the robot, in braille dots, at which its footprint is drawn."""
 
 TRACK_SECONDS = 1.0
-"""How long the line is that shows a moving thing's velocity."""
+"""Time span of the line that shows the velocity of a tracked object."""
 
 LEGEND = " ".join(
     f"[{palette.css(colour)}]{glyph}[/]{word}"
@@ -37,7 +37,7 @@ LEGEND = " ".join(
 
 
 class MapPane(Widget, can_focus=True):
-    """Draws the newest snapshot; the ground is kept until map, costs, view or size change."""
+    """Draws the newest snapshot; the background is redrawn only when its inputs change."""
 
     BORDER_TITLE = "Map"
 
@@ -56,11 +56,11 @@ class MapPane(Widget, can_focus=True):
     def show(self, snapshot: Snapshot, info: RunInfo | None) -> None:
         """Draw a snapshot."""
         self.snapshot, self.info = snapshot, info
-        self._lay_trail(snapshot)
+        self._extend_trail(snapshot)
         self._redraw()
 
     def render_line(self, y: int) -> Strip:
-        """One line of the picture."""
+        """Return one line of the map."""
         if self.snapshot is None and y == self.size.height // 2:
             text = "waiting for the map".center(self.size.width)
             strip = Strip([Segment(text, ink(palette.DIM, italic=True))])
@@ -71,27 +71,27 @@ class MapPane(Widget, can_focus=True):
         return strip.apply_style(paper(palette.BACKDROP))
 
     def on_resize(self) -> None:
-        """Fit the map to the new size unless the operator chose a view."""
+        """Fit the map to the new size unless the operator changed the view."""
         if not self.following:
             self.view = None
         self._redraw()
 
     def on_mouse_scroll_up(self) -> None:
-        """The wheel zooms."""
+        """Zoom in."""
         self.zoom(1.25)
 
     def on_mouse_scroll_down(self) -> None:
-        """The wheel zooms."""
+        """Zoom out."""
         self.zoom(0.8)
 
     def zoom(self, factor: float) -> None:
-        """Nearer (above 1) or farther, following the robot."""
+        """Zoom in (factor above 1) or out, and follow the robot."""
         if self.view is not None:
             self.view, self.following = self.view.zoomed(factor), True
             self._redraw()
 
     def fit(self) -> None:
-        """The whole map again."""
+        """Show the whole map."""
         self.view, self.following = None, False
         self._redraw()
 
@@ -106,17 +106,17 @@ class MapPane(Widget, can_focus=True):
             self._redraw()
 
     def toggle_costs(self) -> None:
-        """Costmap on or off."""
+        """Show or hide the costmap."""
         self.costs_shown = not self.costs_shown
         self._redraw()
 
-    def _lay_trail(self, snapshot: Snapshot) -> None:
+    def _extend_trail(self, snapshot: Snapshot) -> None:
         here = (snapshot.pose.x, snapshot.pose.y)
         if self._trail:
             moved = float(np.hypot(here[0] - self._trail[-1][0], here[1] - self._trail[-1][1]))
             if moved < TRAIL_SPACING:
                 return
-            if moved > JUMP * max(1.0, snapshot.speed):
+            if moved > POSE_JUMP * max(1.0, snapshot.speed):
                 self._trail.clear()
         self._trail.append(here)
 
@@ -126,17 +126,17 @@ class MapPane(Widget, can_focus=True):
         if self.snapshot is None or columns < 4 or rows < 2:
             self._strips = []
             return
-        view = self.view = self._placed_view(self.snapshot, columns, rows)
+        view = self.view = self._current_view(self.snapshot, columns, rows)
         canvas = self._background(self.snapshot, view, columns, rows).copy()
         self._overlays(canvas, self.snapshot)
         self._strips = to_strips(canvas.glyphs, canvas.foreground, canvas.background)
         self._label(self.snapshot, view)
 
-    def _placed_view(self, snapshot: Snapshot, columns: int, rows: int) -> View:
+    def _current_view(self, snapshot: Snapshot, columns: int, rows: int) -> View:
         grid = _occupancy(snapshot.layers.get("map"))
         view = self.view
         if view is None:
-            # Without a map there is nothing to fit: keep the robot in the middle.
+            # Without a map to fit, follow the robot.
             self.following = grid is None
             view = (
                 View.around(snapshot.pose, columns)

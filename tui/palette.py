@@ -1,4 +1,4 @@
-"""The colours: dark navy, muted costs, one accent per meaning. Packed as 0xRRGGBB."""
+"""Colours: dark navy, muted costs, one accent per meaning. Packed as 0xRRGGBB."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ ROBOT, ROBOT_TEXT, GOAL, MARKER, PLACE = 0x4C8DFF, 0xFFFFFF, 0xFFC64D, 0xE6EDF7,
 TEXT, DIM, IDLE, FAINT = 0xC9D6EA, 0x7B8CA8, 0x64738E, 0x3B4961
 GOOD, BAD, BUSY, WARN = 0x3DDC97, 0xFF6B6B, 0x5AA2FF, 0xFFC64D
 
-FAILED_WORDS = 0xC98A92
+FAILED_MESSAGE = 0xC98A92
 
 STATUS_COLOUR = {"success": GOOD, "failure": BAD, "running": BUSY, "idle": FAINT}
 STATUS_GLYPH = {"success": "✔", "failure": "✘", "running": "▶", "idle": "·"}
@@ -30,12 +30,12 @@ STATE_GLYPH = {
 
 
 def css(colour: int) -> str:
-    """A packed colour as `#rrggbb`."""
+    """Return a packed colour as `#rrggbb`."""
     return f"#{colour:06x}"
 
 
 def blend(low: int, high: int, share: float) -> int:
-    """The colour a share of the way from low to high."""
+    """Return the colour at a fraction between low and high."""
     mixed = 0
     for shift in (16, 8, 0):
         a, b = (low >> shift) & 255, (high >> shift) & 255

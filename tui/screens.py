@@ -1,4 +1,4 @@
-"""Questions and help, over the dashboard."""
+"""Dialogs of the dashboard: questions and help."""
 
 from __future__ import annotations
 
@@ -18,60 +18,60 @@ from tui.palette import BUSY, DIM, TEXT, css
 
 MEANINGS = (
     ("✔", "success", palette.GOOD), ("✘", "failure", palette.BAD), ("▶", "running", palette.BUSY),
-    ("·", "not yet", palette.DIM), ("━", "plan", palette.PATH), ("━", "next", palette.LOCAL_PLAN),
+    ("·", "idle", palette.DIM), ("━", "plan", palette.PATH), ("━", "local", palette.LOCAL_PLAN),
     ("━", "driven", palette.TRAIL), ("•", "scan", palette.SCAN), ("•", "belief", palette.PARTICLE),
     ("●", "break", palette.BAD), ("◆", "forced", palette.WARN), ("○", "people", palette.PERSON),
     ("⚑", "goal", palette.GOAL), ("▪", "marker", palette.MARKER),
 )  # fmt: skip
 
-MEANINGS_A_LINE = 7
+MEANINGS_PER_LINE = 7
 
 
 class Question(ModalScreen[str]):
-    """A question with a few answers; escape gives the empty answer."""
+    """A question with a list of answers; escape returns the empty answer."""
 
     BINDINGS: ClassVar[list[BindingType]] = [Binding("escape", "cancel", "Back")]
 
     def __init__(self, question: str, answers: dict[str, str]) -> None:
-        """Ask.
+        """Create the dialog.
 
         Args:
             question: one line.
-            answers: text by the word that the screen returns; the harmless one first.
+            answers: result of the dialog -> text of the answer; the safe answer first.
         """
         super().__init__()
         self._question, self._answers = question, answers
 
     def compose(self) -> ComposeResult:
-        """The question and its answers."""
+        """Compose the question and its answers."""
         with Vertical(classes="dialog"):
             yield Label(self._question)
             yield OptionList(*(Option(text, id=key) for key, text in self._answers.items()))
-            yield Static(f"[{css(DIM)}]enter chooses · esc goes back · space still stops[/]")
+            yield Static(f"[{css(DIM)}]enter selects · esc cancels · space: emergency stop[/]")
 
     def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
-        """An answer was chosen."""
+        """Return the selected answer."""
         self.dismiss(event.option.id)
 
     def action_cancel(self) -> None:
-        """No answer."""
+        """Return the empty answer."""
         self.dismiss("")
 
 
 class Help(ModalScreen[None]):
-    """All keys, from the one table, and what the glyphs mean."""
+    """All keys, and the meaning of the glyphs."""
 
     BINDINGS: ClassVar[list[BindingType]] = [Binding("escape,question_mark,q", "close", "Back")]
 
     def compose(self) -> ComposeResult:
-        """One line a key, then the glyphs."""
+        """Compose one line per key, then the glyphs."""
         with VerticalScroll(classes="dialog wide") as dialog:
             dialog.border_title = "Keys"
-            dialog.border_subtitle = "esc goes back"
+            dialog.border_subtitle = "esc closes"
             yield Static(_keys())
 
     def action_close(self) -> None:
-        """Back to the dashboard."""
+        """Close the help."""
         self.dismiss(None)
 
 
@@ -83,7 +83,7 @@ def _keys() -> Text:
         text.append(f"{shown:>7}  ", style=f"bold {css(BUSY)}")
         text.append(f"{sentence}\n", style=css(TEXT))
     for number, (glyph, word, colour) in enumerate(MEANINGS):
-        text.append("\n" if number == MEANINGS_A_LINE else "", style=css(TEXT))
+        text.append("\n" if number == MEANINGS_PER_LINE else "", style=css(TEXT))
         text.append(f" {glyph} ", style=f"bold {css(colour)}")
         text.append(f"{word:<7}", style=css(TEXT))
     return text

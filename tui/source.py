@@ -1,4 +1,4 @@
-"""Where the dashboard gets its data: the telemetry client's face, so that tests can feed it too."""
+"""Data source of the dashboard: the interface of the telemetry client."""
 
 from __future__ import annotations
 
@@ -9,52 +9,52 @@ from stack.telemetry.records import Ack, Command, Event, RunInfo, Snapshot
 
 
 class Source(Protocol):
-    """A run to watch. Nothing blocks."""
+    """A run to show. No method blocks."""
 
     @property
     def info(self) -> RunInfo | None:
-        """What is fixed for the run; None until it was heard."""
+        """Description of the run; None until it arrived."""
         ...
 
     @property
     def silent_for(self) -> float:
-        """Wall seconds since the engine was last heard."""
+        """Wall seconds since the last message of the engine."""
         ...
 
     @property
     def is_over(self) -> bool:
-        """Whether the engine has said that the run ended."""
+        """Whether the engine has reported the end of the run."""
         ...
 
     @property
     def report(self) -> Mapping[str, Any] | None:
-        """The report once the run is over; None until then, and after a crash."""
+        """Report of the ended run; None before, and after a crash."""
         ...
 
     def poll(self) -> Snapshot | None:
-        """The newest snapshot since the last call, layers merged in; None when there is none.
+        """Return the newest snapshot since the last call, with its layers; None without a new one.
 
         Raises:
-            TelemetryError: the engine speaks another version.
+            TelemetryError: the engine uses another version of the protocol.
         """
         ...
 
     def events(self) -> list[Event]:
-        """New events, in order, without gaps."""
+        """Return the new events, in order, without gaps."""
         ...
 
     def send(self, command: Command) -> None:
-        """Give an order; the answer comes with `acks`.
+        """Send a command; `acks` returns the answer.
 
         Raises:
-            TelemetryError: the order cannot leave.
+            TelemetryError: the command cannot be sent.
         """
         ...
 
     def acks(self) -> list[Ack]:
-        """Answers since the last call."""
+        """Return the answers since the last call."""
         ...
 
     def close(self) -> None:
-        """Let go of the run; it goes on."""
+        """Detach from the run; it continues."""
         ...

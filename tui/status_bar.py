@@ -1,4 +1,4 @@
-"""The top line: mission, state in one word, time, what runs; fit, battery, speed at the right."""
+"""Status bar: mission, state, time and running node; localisation, battery and speed."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ from tui.palette import (
 )
 
 STALE_AFTER = 2.0
-"""Wall seconds of silence after which the picture is said to be old."""
+"""Wall seconds without a message after which the screen is marked as out of date."""
 
 
 class StatusBar(Static):
-    """One line that says how it goes."""
+    """One line with the state of the run."""
 
     def __init__(self) -> None:
         super().__init__(id="status")
 
     def show(self, snapshot: Snapshot | None, info: RunInfo | None, silent_for: float) -> None:
-        """Show a snapshot's state, or what is waited for."""
+        """Show the state of a snapshot, or that the engine is awaited."""
         left = Text(f" ◆ {info.title if info else 'treepilot'}  ", style=f"bold {css(TEXT)}")
         right = Text()
         if snapshot is None:
@@ -49,15 +49,15 @@ class StatusBar(Static):
         minutes, seconds = divmod(snapshot.time, 60)
         text.append(f"  {int(minutes):02d}:{seconds:04.1f}", style=css(TEXT))
         if silent_for > STALE_AFTER and not snapshot.state.is_over:
-            text.append(f"  no news for {silent_for:.0f} s", style=css(WARN))
+            text.append(f"  no data for {silent_for:.0f} s", style=css(WARN))
         elif not snapshot.state.is_over and (row := deepest_running(snapshot.tree)) is not None:
             text.append(f"  {row.name}", style=f"not bold {css(BUSY)}")
             text.append(f"  {row.message}", style=f"not bold {css(DIM)}")
 
     def _figures(self, text: Text, snapshot: Snapshot) -> None:
-        fit, charge = snapshot.health, snapshot.battery.charge
+        health, charge = snapshot.health, snapshot.battery.charge
         for label, value, colour in (
-            ("fit", f"{fit:.2f}", GOOD if fit > 0.5 else WARN if fit >= 0.3 else BAD),
+            ("loc", f"{health:.2f}", GOOD if health > 0.5 else WARN if health >= 0.3 else BAD),
             ("bat", f"{charge:.0%}", GOOD if charge > 0.4 else WARN if charge > 0.2 else BAD),
         ):
             text.append(f"  {label} ", style=css(DIM))
@@ -66,7 +66,7 @@ class StatusBar(Static):
 
 
 def deepest_running(tree: tuple[TreeRow, ...]) -> TreeRow | None:
-    """The running node with the most ancestors; the first of them when several have as many."""
+    """Return the running node with the most ancestors, the first if there are several."""
     depth_of: dict[int, int] = {-1: -1}
     deepest: tuple[int, TreeRow] | None = None
     for row in tree:

@@ -1,4 +1,4 @@
-"""Turns arrays of glyphs and colours into Textual strips, run by run, with cached styles."""
+"""Conversion of glyph and colour arrays to Textual strips, with cached styles."""
 
 from __future__ import annotations
 
@@ -16,31 +16,31 @@ from tui.palette import css
 
 @lru_cache(maxsize=4096)
 def style(foreground: int, background: int, bold: bool = False) -> Style:
-    """A style for packed colours."""
+    """Return the style of packed colours."""
     return Style(color=css(foreground), bgcolor=css(background), bold=bold)
 
 
 @lru_cache(maxsize=512)
 def ink(foreground: int, bold: bool = False, italic: bool = False) -> Style:
-    """A style that leaves the background alone."""
+    """Return a style without a background colour."""
     return Style(color=css(foreground), bold=bold, italic=italic)
 
 
 @lru_cache(maxsize=32)
 def paper(background: int) -> Style:
-    """A style that colours the background where nothing else does."""
+    """Return a style with a background colour only."""
     return Style(bgcolor=css(background))
 
 
 def to_strips(
     glyphs: NDArray[np.uint32], foreground: NDArray[np.uint32], background: NDArray[np.uint32]
 ) -> list[Strip]:
-    """One strip a row; neighbours of one style become one segment.
+    """Return one strip per row; adjacent cells of equal style form one segment.
 
     Args:
-        glyphs: (rows, columns) code points, all one cell wide.
+        glyphs: (rows, columns) code points, each one cell wide.
         foreground: (rows, columns) packed colours.
-        background: likewise.
+        background: (rows, columns) packed colours.
     """
     keys = (foreground.astype(np.uint64) << np.uint64(24)) | background.astype(np.uint64)
     strips = []

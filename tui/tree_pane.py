@@ -1,4 +1,4 @@
-"""The behaviour tree, a line a node, following what runs; the chosen node in full below."""
+"""Behaviour tree, one line per node, with the details of the selected node below."""
 
 from __future__ import annotations
 
@@ -27,20 +27,20 @@ KIND_GLYPH = {
 }  # fmt: skip
 
 DETAIL_LINES, DETAIL_FROM = 3, 11
-"""Lines for the chosen node, in panes of at least so many lines."""
+"""Lines for the selected node, and the smallest height of a pane that shows them."""
 
-SHOWN_FROM = 1.0
-"""Seconds after which a running node's age is worth a word."""
+AGE_FROM = 1.0
+"""Seconds from which the age of a running node is shown."""
 
 
 class TreePane(Widget, can_focus=True):
-    """Draws the rows of a snapshot; follows what runs until the operator chooses a node."""
+    """Draws the tree of a snapshot; follows the running node until the operator selects one."""
 
     BORDER_TITLE = "Mission tree"
     BINDINGS: ClassVar[list[BindingType]] = [key.binding() for key in TREE_KEYS]
 
-    class Order(Message):
-        """The operator wants something of the engine: kind and arguments of a Command."""
+    class CommandRequest(Message):
+        """Request to send a command to the engine: its kind and arguments."""
 
         def __init__(self, kind: str, arguments: dict[str, Any]) -> None:
             super().__init__()
@@ -50,104 +50,104 @@ class TreePane(Widget, can_focus=True):
         super().__init__(id="tree")
         self.chosen = 0
         self.top = 0
-        self.held = False
+        self.pinned = False
         self._rows: tuple[TreeRow, ...] = ()
         self._stems: list[str] = []
         self._time = 0.0
         self._debugging: Debugging | None = None
 
     def show(self, snapshot: Snapshot) -> bool:
-        """Draw the tree of a snapshot; whether it is another tree than before."""
+        """Draw the tree of a snapshot; return whether the mission was reloaded since the last."""
         before, self._debugging = self._debugging, snapshot.debugging
         replaced = before is not None and before.generation != snapshot.debugging.generation
         if replaced:
-            self.held = False
+            self.pinned = False
         if snapshot.tree != self._rows:
             self._rows = snapshot.tree
             self._stems = stems(self._rows)
         self._time = snapshot.time
-        self._settle()
+        self._update_selection()
         self.border_subtitle = self._counts()
         self.refresh()
         return replaced
 
     def choose(self, lines: int) -> None:
-        """Choose the node so many lines farther down; `follow` gives the choice back."""
-        self.held = True
+        """Select the node `lines` further down, and stop following the running node."""
+        self.pinned = True
         self.chosen = max(0, min(self.chosen + lines, len(self._rows) - 1))
-        self._settle()
+        self._update_selection()
         self.refresh()
 
     def follow(self) -> None:
-        """Follow what runs again."""
-        self.held = False
-        self._settle()
+        """Follow the running node."""
+        self.pinned = False
+        self._update_selection()
         self.refresh()
 
     def action_breakpoint(self) -> None:
-        """A breakpoint at the chosen node, or none any more."""
+        """Set or remove a breakpoint at the selected node."""
         row, debugging = self._chosen_row, self._debugging
         if row is not None and debugging is not None:
-            self._order("unbreak" if row.id in debugging.breakpoints else "break", row)
+            self._request("unbreak" if row.id in debugging.breakpoints else "break", row)
 
     def action_step(self) -> None:
-        """Go on for one tick."""
-        self.post_message(self.Order("step", {"ticks": 1}))
+        """Continue for one tick."""
+        self.post_message(self.CommandRequest("step", {"ticks": 1}))
 
-    def action_go_on(self) -> None:
-        """Go on after a breakpoint, a step or a pause."""
-        self.post_message(self.Order("continue", {}))
+    def action_continue(self) -> None:
+        """Continue after a breakpoint, a step or a pause."""
+        self.post_message(self.CommandRequest("continue", {}))
 
     def action_force(self) -> None:
-        """Ask which outcome the chosen node is to have."""
+        """Ask for the forced outcome of the selected node."""
         row, debugging = self._chosen_row, self._debugging
         if row is None or debugging is None:
             return
         answers = {
-            "": "Nothing: go back",
-            "success": "Success, at once, whenever it has a turn",
-            "failure": "Failure, likewise",
+            "": "Cancel",
+            "success": "Success, at once, whenever it is ticked",
+            "failure": "Failure, at once, whenever it is ticked",
         }
         if str(row.id) in debugging.forced:
             answers["off"] = "Off: let it run again"
         if row.kind == "event":
-            answers["due"] = "Due: let the event come now, once"
+            answers["due"] = "Due: trigger the event now, once"
 
         def answered(status: str | None) -> None:
             if status:
-                self._order("force", row, status=status)
+                self._request("force", row, status=status)
 
         self.app.push_screen(Question(f"Force the outcome of {row.name}?", answers), answered)
 
-    def _order(self, kind: str, row: TreeRow, **more: str) -> None:
+    def _request(self, kind: str, row: TreeRow, **more: str) -> None:
         generation = self._debugging.generation if self._debugging else 0
         arguments = {"node": str(row.id), "generation": generation, **more}
-        self.post_message(self.Order(kind, arguments))
+        self.post_message(self.CommandRequest(kind, arguments))
 
     @property
     def _chosen_row(self) -> TreeRow | None:
         return self._rows[min(self.chosen, len(self._rows) - 1)] if self._rows else None
 
     def on_resize(self) -> None:
-        """Keep the chosen node in sight."""
-        self._settle()
+        """Keep the selected node visible."""
+        self._update_selection()
 
     def on_mouse_scroll_down(self) -> None:
-        """The wheel moves on."""
+        """Select a node further down."""
         self.choose(3)
 
     def on_mouse_scroll_up(self) -> None:
-        """The wheel moves back."""
+        """Select a node further up."""
         self.choose(-3)
 
     @property
     def list_height(self) -> int:
-        """Lines for the nodes."""
+        """Lines available for nodes."""
         height = self.size.height
         return height - DETAIL_LINES if height >= DETAIL_FROM else height
 
     def render_line(self, y: int) -> Strip:
-        """One node, or a line about the chosen one."""
+        """Return the line of a node, or of the details."""
         width = self.size.width
         if not self._rows:
             text = "waiting for the mission" if y == self.size.height // 2 else ""
@@ -167,26 +167,26 @@ class TreePane(Widget, can_focus=True):
         words = palette.IDLE if row.status == "idle" else palette.TEXT
         age = self._age(row)
         room = width - cell_len(self._stems[index]) - 4 - len(age)
-        name = _fitted(row.name, room)
+        name = _shortened(row.name, room)
         room -= cell_len(name)
         message = self._message(row)
-        said = f"  {_fitted(message, room - 2)}" if message and room > 6 else ""
+        shown = f"  {_shortened(message, room - 2)}" if message and room > 6 else ""
         segments = [
             Segment(self._stems[index], ink(palette.FAINT)),
             *self._head(row),
             Segment(f"{KIND_GLYPH.get(row.kind, '⚙')} ", ink(palette.DIM)),
             Segment(name, ink(palette.BUSY if active else words, bold=active)),
-            Segment(set_cell_size(said, room), self._message_style(row)),
+            Segment(set_cell_size(shown, room), self._message_style(row)),
             Segment(age, ink(palette.DIM)),
         ]
         back = palette.ACTIVE_ROW if active else None
-        if index == self.chosen and (self.held or self.has_focus):
+        if index == self.chosen and (self.pinned or self.has_focus):
             back = palette.CHOSEN_ROW
         strip = Strip(segments).crop(0, width)
         return strip if back is None else strip.apply_style(paper(back))
 
     def _head(self, row: TreeRow) -> list[Segment]:
-        """The status, and what an operator has put at the node."""
+        """Return the glyphs of the status and of a breakpoint or forced outcome."""
         glyph, style = palette.STATUS_GLYPH[row.status], palette.STATUS_COLOUR[row.status]
         mark, colour = self._mark(row)
         if not mark:
@@ -197,11 +197,13 @@ class TreePane(Widget, can_focus=True):
         row = self._rows[min(self.chosen, len(self._rows) - 1)]
         if line == 0:
             marks = " · breakpoint" if self._mark(row)[0] == "●" else ""
-            title = _fitted(f"╴{row.name} · {row.kind}{marks}╶", width - 2)
+            title = _shortened(f"╴{row.name} · {row.kind}{marks}╶", width - 2)
             return Strip([Segment(f"─{title}".ljust(width, "─"), ink(palette.IDLE))])
-        took = f" for {self._time - row.since:.0f} s" if row.status == "running" else ""
-        status = f"{'not yet' if row.status == 'idle' else row.status}{took}"
-        status = "stopped before it; starts with the next tick" if self._is_held(row) else status
+        duration = f" for {self._time - row.since:.0f} s" if row.status == "running" else ""
+        status = f"{row.status}{duration}"
+        status = (
+            "stopped before this node; starts with the next tick" if self._is_held(row) else status
+        )
         words = self._forced(row) or row.message or status
         lines = wrap(words, max(8, width - 2), max_lines=DETAIL_LINES - 1, placeholder="…")
         text = f" {lines[line - 1]}" if line <= len(lines) else ""
@@ -209,10 +211,10 @@ class TreePane(Widget, can_focus=True):
 
     def _message_style(self, row: TreeRow) -> Style:
         failed = row.status == "failure"
-        return ink(palette.FAILED_WORDS if failed else palette.DIM, italic=True)
+        return ink(palette.FAILED_MESSAGE if failed else palette.DIM, italic=True)
 
     def _message(self, row: TreeRow) -> str:
-        """What stands behind the name."""
+        """Return the text after the name."""
         if self._is_held(row):
             return "starts next"
         return self._forced(row) or (row.message if row.status != "idle" else "")
@@ -225,14 +227,14 @@ class TreePane(Widget, can_focus=True):
         return f"forced: {forced}" if forced else ""
 
     def _mark(self, row: TreeRow) -> tuple[str, int]:
-        """What stands behind the status: a breakpoint, a forced outcome, or nothing."""
+        """Return the glyph and colour of a breakpoint or forced outcome, or no glyph."""
         if self._debugging is not None and row.id in self._debugging.breakpoints:
             return "●", palette.BAD
         return ("◆", palette.WARN) if self._forced(row) else ("", palette.DIM)
 
     def _age(self, row: TreeRow) -> str:
         age = self._time - row.since
-        return f" {age:.0f} s " if row.status == "running" and age >= SHOWN_FROM else ""
+        return f" {age:.0f} s " if row.status == "running" and age >= AGE_FROM else ""
 
     def _counts(self) -> str:
         counted = {status: 0 for status in ("success", "failure", "running")}
@@ -246,15 +248,15 @@ class TreePane(Widget, can_focus=True):
         return f"{shown}  of {len(self._rows)}"
 
     def _stopped_at(self) -> int | None:
-        """Index of the node that the mission stopped before."""
+        """Return the index of the node at which the mission is stopped."""
         held = self._debugging.held if self._debugging is not None else ()
         found = (index for index, row in enumerate(self._rows) if row.id in held)
         return next(found, None)
 
-    def _settle(self) -> None:
-        """Choose what runs unless held; scroll as little as keeps the chosen node in sight."""
-        if not self.held:
-            self.chosen = self._stopped_at() or of_interest(self._rows)
+    def _update_selection(self) -> None:
+        """Select the running node unless pinned; scroll to keep the selected node visible."""
+        if not self.pinned:
+            self.chosen = self._stopped_at() or default_selection(self._rows)
         height = max(1, self.list_height)
         margin = min(2, (height - 1) // 2)
         lowest = max(0, len(self._rows) - height)
@@ -266,7 +268,7 @@ class TreePane(Widget, can_focus=True):
 
 
 def stems(rows: tuple[TreeRow, ...]) -> list[str]:
-    """The lines that join each row to its parent, two characters a level."""
+    """Return the lines that connect each row to its parent, two characters per level."""
     last_child = {row.parent: row.id for row in rows}
     below: dict[int, str] = {}
     drawn = []
@@ -281,8 +283,8 @@ def stems(rows: tuple[TreeRow, ...]) -> list[str]:
     return drawn
 
 
-def of_interest(rows: tuple[TreeRow, ...]) -> int:
-    """Index of the deepest running node; when none runs, of the failure that failed the root."""
+def default_selection(rows: tuple[TreeRow, ...]) -> int:
+    """Return the index of the deepest running node, else of the cause of the root's failure."""
     for status in ("running", "failure"):
         depth_of: dict[int, int] = {-1: 0}
         best, deepest = 0, 0
@@ -296,7 +298,7 @@ def of_interest(rows: tuple[TreeRow, ...]) -> int:
     return 0
 
 
-def _fitted(text: str, room: int) -> str:
+def _shortened(text: str, room: int) -> str:
     if cell_len(text) <= room:
         return text
     return f"{set_cell_size(text, max(0, room - 1))}…" if room > 0 else ""

@@ -1,4 +1,4 @@
-"""Live tuning: choose a parameter in force, type its new value."""
+"""Live tuning dialog: select a parameter and type its new value."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ from textual.widgets.option_list import Option
 
 from tui.palette import BAD, DIM, css
 
-HINT = "enter chooses · esc goes back · the engine checks it"
+HINT = "enter selects · esc cancels · the engine checks the value"
 YES, NO = ("true", "yes", "on", "1"), ("false", "no", "off", "0")
 
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """A parameter's name and the value it is to have."""
+    """New value of a parameter."""
 
     name: str
     value: object
 
 
 def parsed(text: str, present: object) -> object:
-    """The value that a typed text means for a parameter, by the kind of its present value.
+    """Return the value of a typed text, of the same type as the parameter's present value.
 
     Raises:
-        ValueError: the text is no such value; says what was expected.
+        ValueError: the text has another type; the message states what was expected.
     """
     text = text.strip()
     if isinstance(present, bool):
@@ -48,15 +48,15 @@ def parsed(text: str, present: object) -> object:
 
 
 class ValueInput(Input):
-    """A line to type a value in, which leaves the space bar to the emergency stop."""
+    """Text input that leaves the space bar to the emergency stop."""
 
     def check_consume_key(self, key: str, character: str | None) -> bool:
-        """Whether the key is typed; Textual hides every binding of a key that is."""
+        """Return whether the key is typed; Textual disables the bindings of typed keys."""
         return key != "space" and super().check_consume_key(key, character)
 
 
 class Tuning(ModalScreen[Change | None]):
-    """All parameters; returns the change, or None."""
+    """List of all parameters; returns the change, or None."""
 
     BINDINGS: ClassVar[list[BindingType]] = [Binding("escape", "cancel", "Back")]
 
@@ -66,7 +66,7 @@ class Tuning(ModalScreen[Change | None]):
         self._chosen = ""
 
     def compose(self) -> ComposeResult:
-        """The list; the line to type in comes when a parameter is chosen."""
+        """Compose the list; the text input appears when a parameter is selected."""
         width = max(map(len, self._parameters))
         options = (
             Option(f"{name:<{width}}  {value}", id=name) for name, value in self._parameters.items()
@@ -78,9 +78,10 @@ class Tuning(ModalScreen[Change | None]):
             yield Static(f"[{css(DIM)}]{HINT}[/]")
 
     def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
-        """Type a value for the chosen parameter."""
+        """Show the text input for the selected parameter."""
         self._chosen = event.option.id or ""
-        self.query_one(Label).update(f"{self._chosen} is {self._parameters[self._chosen]}; now")
+        present = self._parameters[self._chosen]
+        self.query_one(Label).update(f"{self._chosen} is {present}; new value:")
         self.query_one(".dialog").add_class("editing")
         self.query_one(OptionList).display = False
         line = self.query_one(Input)
@@ -89,7 +90,7 @@ class Tuning(ModalScreen[Change | None]):
         line.focus()
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
-        """Hand the change over, or say what is wrong with it."""
+        """Return the change, or show what is wrong with it."""
         try:
             value = parsed(event.value, self._parameters[self._chosen])
         except ValueError as error:
@@ -98,5 +99,5 @@ class Tuning(ModalScreen[Change | None]):
         self.dismiss(Change(self._chosen, value))
 
     def action_cancel(self) -> None:
-        """Change nothing."""
+        """Close without a change."""
         self.dismiss(None)

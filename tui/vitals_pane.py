@@ -1,4 +1,4 @@
-"""Battery, localisation, speed, counters and the compute time of each stage."""
+"""Vitals pane: battery, localisation, speed, counters and the compute time of each stage."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ BAR, LABEL = 10, 9
 STAGES = ("estimate", "costmap", "tree", "navigate", "safety", "body")
 
 FULL_BAR = 0.010
-"""Compute seconds that fill a stage's bar: a fifth of a control period at 20 Hz."""
+"""Compute time of a full bar, seconds: a fifth of the control period at 20 Hz."""
 
 
 class VitalsPane(Static, can_focus=True):
-    """Figures that an operator glances at."""
+    """Shows the vital figures of the robot and the engine."""
 
     BORDER_TITLE = "Vitals"
 
@@ -42,15 +42,15 @@ class VitalsPane(Static, can_focus=True):
     def _battery(self, text: Text, snapshot: Snapshot) -> None:
         charge = snapshot.battery.charge
         colour = GOOD if charge > 0.4 else WARN if charge > 0.2 else BAD
-        flash = " charging" if snapshot.battery.charging else ""
+        charging = " charging" if snapshot.battery.charging else ""
         _bar(text, "battery", charge, colour)
-        text.append(f" {charge:.0%}{flash}\n", style=css(colour))
+        text.append(f" {charge:.0%}{charging}\n", style=css(colour))
 
     def _localisation(self, text: Text, snapshot: Snapshot) -> None:
         health = snapshot.health
         colour = GOOD if health > 0.5 else WARN if health >= 0.3 else BAD
         deviation = float(snapshot.covariance[:2, :2].trace()) ** 0.5
-        _bar(text, "fit", health, colour)
+        _bar(text, "health", health, colour)
         text.append(f" {health:.2f} ±{deviation * 100:.0f} cm\n", style=css(colour))
 
     def _counters(self, text: Text, snapshot: Snapshot) -> None:
@@ -65,7 +65,7 @@ class VitalsPane(Static, can_focus=True):
         )  # fmt: skip
         if snapshot.truth is not None:
             error = snapshot.pose.distance_to(snapshot.truth)
-            _line(text, "off by", f"{error * 100:5.1f} cm [true pose]")
+            _line(text, "error", f"{error * 100:5.1f} cm [true pose]")
 
     def _stages(self, text: Text, snapshot: Snapshot) -> None:
         for name in STAGES:

@@ -1,1 +1,1 @@
-"""Benchmarks against figures that others published: missions to run and their scoring."""
+"""Benchmarks: generated or published worlds, missions over seeds, scores and tables."""

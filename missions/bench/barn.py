@@ -1,4 +1,4 @@
-"""The BARN benchmark: which runs it is made of, and its report."""
+"""BARN benchmark: its runs and its report."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ from stack.errors import InputError
 def barn_entries(
     worlds: Path, setups: Sequence[Setup], trials: int, only: tuple[str, ...] = ()
 ) -> list[Entry]:
-    """Every world by every trial, for each setup in turn.
+    """Return the runs of every setup, trial and world.
 
     Args:
-        worlds: folder or file.
-        setups: of one mission, with different controllers.
-        trials: runs in each world.
-        only: names of worlds; empty for all.
+        worlds: folder or file of worlds.
+        setups: one mission with different controllers.
+        trials: runs per world.
+        only: names of the worlds to run; empty for all.
 
     Raises:
-        InputError: no worlds, or none of such a name.
+        InputError: there are no worlds, or a name is unknown.
     """
-    cases = _chosen(find_worlds(worlds), only)
+    cases = _selected(find_worlds(worlds), only)
     return [
         Entry(setup, case, trial) for setup in setups for trial in range(trials) for case in cases
     ]
 
 
 def report(runs: Sequence[Run]) -> list[str]:
-    """The whole table and the summary under it, in lines; for each setup."""
+    """Return the table of worlds and the summary of each setup, as lines."""
     lines: list[str] = []
     for label in dict.fromkeys(run.setup for run in runs):
         own = [run for run in runs if run.setup == label]
@@ -40,8 +40,8 @@ def report(runs: Sequence[Run]) -> list[str]:
     return lines[:-1]
 
 
-def _chosen(cases: list[Case], only: tuple[str, ...]) -> list[Case]:
+def _selected(cases: list[Case], only: tuple[str, ...]) -> list[Case]:
     unknown = [name for name in only if name not in {case.name for case in cases}]
     if unknown:
-        raise InputError(f"there is no world {unknown[0]!r} among the {len(cases)} here")
+        raise InputError(f"--only: no world {unknown[0]!r} among the {len(cases)} worlds")
     return [case for case in cases if not only or case.name in only]

@@ -1,4 +1,4 @@
-"""The worlds of a BARN run: Gazebo files, or the benchmark's cylinder grids as JSON."""
+"""Worlds of the BARN benchmark: Gazebo files, or its cylinder grids as JSON."""
 
 from __future__ import annotations
 
@@ -15,44 +15,44 @@ from stack.types import Pose2D
 CYLINDER_HEIGHT = 1.0
 
 GRID_CORNER, GRID_PITCH = (-4.425, 0.075), 0.15
-"""Metres: centre of the grid's cell (0, 0) in Gazebo's frame, and from cell to cell."""
+"""Centre of the grid's cell (0, 0) in Gazebo's frame, and distance between cells, metres."""
 
 
 def find_worlds(path: Path) -> list[Case]:
-    """The worlds in a folder of .world and .sdf files, in one such file, or in a JSON of grids.
+    """Read the worlds of a folder of .world and .sdf files, of one such file, or of a JSON file.
 
     Raises:
-        InputError: there are none, or one of them cannot be read.
+        InputError: there are no worlds, or one of them cannot be read.
     """
     if path.suffix == ".json":
         return read_grids(path)
     files = [path]
     if path.is_dir():
         found = {file for ending in ("world", "sdf") for file in path.glob(f"*.{ending}")}
-        files = sorted(found, key=lambda file: _natural(file.stem))
+        files = sorted(found, key=lambda file: _sort_key(file.stem))
     if not files or not path.exists():
-        raise _refused(path, "no BARN worlds here; expected .world files, one of them, or a .json")
+        raise _error(path, "no BARN worlds; expected a folder of .world files, one file or a .json")
     from missions.execution.resources import load_world
 
     return [Case(file.stem, load_world(str(file.resolve()), file.parent)) for file in files]
 
 
 def read_grids(path: Path) -> list[Case]:
-    """The worlds of a JSON file: {"radius", "worlds": [{"id", "path_len", "cyl": [[ix, iy]…]}…]}.
+    """Read a JSON file: {"radius", "worlds": [{"id", "path_len", "cyl": [[ix, iy]…]}…]}.
 
     Raises:
-        InputError: no such file, not JSON, or not of this form.
+        InputError: the file is missing, is not JSON, or has another structure.
     """
     try:
         content = json.loads(path.read_text("utf-8"))
         return [_grid_world(entry, float(content["radius"]), path) for entry in content["worlds"]]
     except OSError as error:
-        raise _refused(path, f"cannot be read: {error.strerror}") from None
+        raise _error(path, f"cannot be read: {error.strerror}") from None
     except json.JSONDecodeError as error:
         finding = Finding(Mark(str(path), error.lineno, error.colno), "E004", "not JSON", error.msg)
         raise InputError([finding]) from None
     except (KeyError, TypeError, ValueError) as error:
-        raise _refused(path, f"not a file of BARN grids: {type(error).__name__} {error}") from None
+        raise _error(path, f"not a file of BARN grids: {type(error).__name__} {error}") from None
 
 
 def _grid_world(entry: dict[str, Any], radius: float, path: Path) -> Case:
@@ -75,12 +75,12 @@ def _grid_world(entry: dict[str, Any], radius: float, path: Path) -> Case:
     return Case(name, world, path_length=float(entry["path_len"]))
 
 
-def _natural(stem: str) -> tuple[str, int]:
-    """Sorts world_2 before world_10."""
+def _sort_key(stem: str) -> tuple[str, int]:
+    """Return a key that sorts world_2 before world_10."""
     head = stem.rstrip("0123456789")
     tail = stem[len(head) :]
     return head, int(tail or -1)
 
 
-def _refused(path: Path, sentence: str) -> InputError:
+def _error(path: Path, sentence: str) -> InputError:
     return InputError([Finding(Mark(str(path)), "E001", sentence)])

@@ -1,4 +1,4 @@
-"""The narrow passages: which runs they are made of, and their report."""
+"""Benchmark of narrow passages: its runs and its report."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from missions.bench.courses import COURSES, Course
-from missions.bench.layout import written
+from missions.bench.layout import write_world
 from missions.bench.reporting import FIGURES, failures, figures
 from missions.bench.runs import Entry, Rules, Run, Setup
 from missions.execution.resources import MISSIONS, load_robot
@@ -21,12 +21,14 @@ ROBOTS = ("scout", "jackal")
 
 @dataclass(frozen=True)
 class CourseOptions:
-    """Which passages, by whom.
+    """Courses, robots and controllers of a benchmark.
 
     Attributes:
-        courses: names; empty for all.
-        controllers: names; empty for the default one.
         worlds: folder for the generated world files.
+        courses: names of courses; empty for all.
+        robots: names or files of robots.
+        controllers: names of controllers; empty for the default.
+        trials: runs per course.
     """
 
     worlds: Path
@@ -37,10 +39,10 @@ class CourseOptions:
 
 
 def course_entries(options: CourseOptions) -> list[Entry]:
-    """Every passage by every trial, for each robot and controller in turn.
+    """Return the runs of every robot, controller, course and trial.
 
     Raises:
-        InputError: no course or robot of such a name.
+        InputError: unknown course or robot.
     """
     return [
         entry
@@ -52,7 +54,7 @@ def course_entries(options: CourseOptions) -> list[Entry]:
 
 
 def report(runs: Sequence[Run]) -> list[str]:
-    """A line for each passage and setup, and each failure."""
+    """Return a line per setup and course, and one per failure."""
     lines = [f"{'setup':<36}{'course':<10}  passed{FIGURES}"]
     for setup, world in dict.fromkeys((run.setup, run.world) for run in runs):
         own = [run for run in runs if (run.setup, run.world) == (setup, world)]
@@ -63,7 +65,7 @@ def report(runs: Sequence[Run]) -> list[str]:
 
 def _course(name: str) -> Course:
     if name not in COURSES:
-        raise InputError(f"there is no course {name!r}; {suggestion(name, [*COURSES])}")
+        raise InputError(f"no course {name!r}; {suggestion(name, [*COURSES])}")
     return COURSES[name]
 
 
@@ -77,7 +79,7 @@ def _entries(
     description = load_robot(robot, Path.cwd())
     folder = options.worlds / description.name
     return [
-        Entry(setup, written(
+        Entry(setup, write_world(
             course.text(description, trial), course.name, folder / f"{course.name}_{trial}.yaml"
         ), trial)
         for trial in range(options.trials)

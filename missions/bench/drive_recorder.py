@@ -1,4 +1,4 @@
-"""What of a drive no report holds: how the commands changed, and how well goals were met."""
+"""Figures of a drive that the report does not contain: smoothness of commands, goal accuracy."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from stack.types import STANDSTILL, Pose2D, Twist
 
 
 class DriveRecorder:
-    """A telemetry sink that looks at every step of a simulated run.
+    """A telemetry sink that records every step of a simulated run.
 
     Attributes:
         time: robot's clock, seconds.
-        reached: (goal, true pose) whenever a drive to a pose was said to have succeeded.
+        reached: (goal, true pose) of every drive to a pose that succeeded.
     """
 
     def __init__(self) -> None:
         self.time = 0.0
         self.reached: list[tuple[Pose2D, Pose2D]] = []
         self._goal: Pose2D | None = None
-        self._met: Pose2D | None = None
+        self._goal_reached: Pose2D | None = None
         self._before, self._twist, self._last = STANDSTILL, STANDSTILL, 0.0
         self._moving, self._turning, self._jerk_squared = 0.0, 0.0, 0.0
 
@@ -37,31 +37,31 @@ class DriveRecorder:
         return sqrt(self._jerk_squared / self._moving) if self._moving else 0.0
 
     def open(self, info: RunInfo) -> None:
-        """Nothing to prepare."""
+        """Do nothing."""
 
     def event(self, event: Event) -> None:
-        """Note when a goal is met; what a recovery succeeds at is no goal."""
+        """Record that a goal was reached; the success of a recovery does not count."""
         if event.kind in ("goal", "recovery"):
             self._goal = None
         elif event.kind == "task" and event.fields.get("status") == "succeeded":
-            self._met, self._goal = self._goal, None
+            self._goal_reached, self._goal = self._goal, None
 
     def wants_snapshot(self, time: float) -> bool:
-        """Each step's."""
+        """Return True: every step is recorded."""
         return True
 
     def snapshot(self, snapshot: Snapshot) -> None:
-        """Take in a step; the last one comes twice."""
-        if self._met is not None and snapshot.truth is not None:
-            self.reached.append((self._met, snapshot.truth))
-        self._met = None
+        """Record a step; the last step arrives twice and counts once."""
+        if self._goal_reached is not None and snapshot.truth is not None:
+            self.reached.append((self._goal_reached, snapshot.truth))
+        self._goal_reached = None
         self._goal = snapshot.goal or self._goal
         if snapshot.time > self._last:
             self._command(snapshot.commanded, snapshot.time - self._last)
         self.time = self._last = snapshot.time
 
     def close(self, report: Mapping[str, Any] | None) -> None:
-        """Nothing to close."""
+        """Do nothing."""
 
     def _command(self, twist: Twist, period: float) -> None:
         before, now = self._before, self._twist

@@ -1,4 +1,4 @@
-"""The field of moving cylinders: which runs it is made of, and its report."""
+"""Benchmark of a field of moving cylinders: its runs and its report."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from missions.bench.dyna_worlds import WORLDS, dyna_text
-from missions.bench.layout import written
+from missions.bench.layout import write_world
 from missions.bench.reporting import FIGURES, failures, figures, short
 from missions.bench.runs import Entry, Rules, Run, Setup
 from missions.execution.resources import MISSIONS
@@ -24,7 +24,7 @@ FAST: dict[str, dict[str, str]] = {
     "graceful": {"controller.cruise_speed": "1.8", "controller.turn_speed": "3.5"},
     "pure_pursuit": {"controller.cruise_speed": "1.8"},
 }  # fmt: skip
-"""What makes each controller as fast as what it meets: the defaults are for 0.8 m/s indoors."""
+"""Parameters for 1.8 m/s by controller: the cylinders are faster than the default of 0.8 m/s."""
 
 MISSION = MISSIONS / "bench" / "dyna.yaml"
 RULES = Rules(goal_radius=1.0, time_limit=100.0)
@@ -34,13 +34,13 @@ def dyna_setups(
     controllers: Sequence[str], robot: str = "jackal", mission: str = str(MISSION),
     given: Mapping[str, str] = MappingProxyType({}),
 ) -> list[Setup]:  # fmt: skip
-    """A setup for each controller, as fast as what it meets.
+    """Return a setup for each controller, with the parameters of `FAST`.
 
     Args:
-        controllers: names.
-        robot: name or file.
-        mission: name or file.
-        given: further parameters, over those of FAST.
+        controllers: names of controllers.
+        robot: name or file of a robot.
+        mission: name or file of a mission.
+        given: further parameters; they override those of `FAST`.
     """
     return [
         Setup(
@@ -51,22 +51,22 @@ def dyna_setups(
 
 
 def dyna_entries(setups: Sequence[Setup], worlds: int, trials: int, folder: Path) -> list[Entry]:
-    """The first worlds by every trial, for each setup in turn.
+    """Return the runs of every setup, trial and world.
 
     Args:
-        setups: of one mission, with different controllers.
-        worlds: how many.
-        trials: runs in each world.
-        folder: for the generated world files.
+        setups: one mission with different controllers.
+        worlds: number of worlds, spread evenly over all.
+        trials: runs per world.
+        folder: folder for the generated world files.
 
     Raises:
-        InputError: more worlds than there are.
+        InputError: more worlds than exist.
     """
     if not 1 <= worlds <= WORLDS:
-        raise InputError(f"--worlds {worlds}: there are {WORLDS}, the fullest last")
+        raise InputError(f"--worlds {worlds}: expected 1 to {WORLDS}")
     numbers = [round(n * (WORLDS - 1) / max(1, worlds - 1)) for n in range(worlds)]
     cases = [
-        written(dyna_text(number), str(number), folder / f"dyna_{number}.yaml")
+        write_world(dyna_text(number), str(number), folder / f"dyna_{number}.yaml")
         for number in numbers
     ]
     return [
@@ -75,14 +75,14 @@ def dyna_entries(setups: Sequence[Setup], worlds: int, trials: int, folder: Path
 
 
 def report(runs: Sequence[Run]) -> list[str]:
-    """A line for each setup, and each failure."""
-    lines = [f"{'setup':<24}  reached  drove into  was struck  late  gave up{FIGURES}"]
+    """Return a line per setup, and one per failure."""
+    lines = [f"{'setup':<24}  reached  collided  was struck  timeout  gave up{FIGURES}"]
     for setup in dict.fromkeys(run.setup for run in runs):
         own = [run for run in runs if run.setup == setup]
         count = Counter(run.status for run in own)
         reached = f"{count['success']}/{len(own)}"
         lines.append(
-            f"{short(setup):<24}  {reached:<7}  {count['contact']:10d}  {count['struck']:10d}"
-            f"  {count['timeout']:4d}  {count['gave_up']:7d}{figures(own)}"
+            f"{short(setup):<24}  {reached:<7}  {count['contact']:8d}  {count['struck']:10d}"
+            f"  {count['timeout']:7d}  {count['gave_up']:7d}{figures(own)}"
         )
     return lines + failures(runs)

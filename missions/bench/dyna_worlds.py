@@ -1,11 +1,11 @@
-"""A walled field full of cylinders that move and wait for nobody.
+"""Worlds with moving cylinders that do not yield.
 
 After A. Nair, F. Jiang, K. Hou, Z. Xu, S. Li, X. Xiao and P. Stone, "DynaBARN: Benchmarking Metric
 Ground Navigation in Dynamic Environments", SSRR 2022, whose obstacles follow polynomials. The
-figures here are this project's own: a field of 20 x 20 m, cylinders of 0.5 m radius at 0.7 to
-1.7 m/s, one half on straight lines that bounce off the field's edges, one half on cubic curves,
-there and back for ever; 10 of them in the first world and 20 in the last. They pass through each
-other, and keep away from start and goal.
+figures here are this project's own: a walled field of 20 x 20 m with cylinders of 0.5 m radius at
+0.7 to 1.7 m/s. One half moves on straight lines and bounces off the field's edges, one half on
+cubic curves; both go back and forth without end. The first world has 10 cylinders, the last 20.
+Cylinders pass through each other and keep away from start and goal.
 """
 
 from __future__ import annotations
@@ -27,20 +27,20 @@ SLOWEST, FASTEST = 0.7, 1.7
 START, GOAL = Pose2D(1.2, WIDTH / 2), Pose2D(LENGTH - 1.2, WIDTH / 2)
 
 LOWEST, HIGHEST = np.array([3.2, 0.6]), np.array([LENGTH - 3.2, WIDTH - 0.6])
-"""Corners of the rectangle that the cylinders' middles keep to."""
+"""Corners of the rectangle that contains the centres of the cylinders, metres."""
 
-LEGS = 6
-"""Straight stretches of a path that bounces."""
+SEGMENTS = 6
+"""Straight segments of a bouncing path."""
 
 SAMPLES = 24
 """Points on a curve."""
 
 SHORTEST = 5.0
-"""Metres from end to end of a path, along it."""
+"""Smallest length of a path, metres."""
 
 
 def dyna_layout(number: int) -> Layout:
-    """The field of a world, counted from 0."""
+    """Return the layout of a world, counted from 0."""
     random = stream(number, "dyna world")
     count = FEWEST + round((MOST - FEWEST) * (number % WORLDS) / (WORLDS - 1))
     layout = Layout(START, GOAL)
@@ -50,9 +50,9 @@ def dyna_layout(number: int) -> Layout:
 
 
 def dyna_text(number: int) -> str:
-    """The world file of a world, counted from 0."""
+    """Return the file of a world, counted from 0."""
     layout = dyna_layout(number)
-    doc = f"A field with {len(layout.walkers)} cylinders that move and wait for nobody."
+    doc = f"A field with {len(layout.walkers)} moving cylinders that do not yield."
     return layout.text(f"dyna {number}", doc)
 
 
@@ -60,10 +60,10 @@ def _walker(number: int, random: Generator) -> dict[str, Any]:
     path = _bouncing(random) if number % 2 else _curve(random)
     while np.linalg.norm(np.diff(path, axis=0), axis=1).sum() < SHORTEST:
         path = _bouncing(random) if number % 2 else _curve(random)
-    there_and_back = np.vstack([path, path[-2:0:-1]])
+    loop = np.vstack([path, path[-2:0:-1]])
     return {
         "name": f"cylinder {number}",
-        "waypoints": np.round(there_and_back, 3).tolist(),
+        "waypoints": np.round(loop, 3).tolist(),
         "speed": round(random.uniform(SLOWEST, FASTEST), 3),
         "radius": RADIUS,
         "start": round(random.uniform(0.0, 0.99), 3),
@@ -72,23 +72,23 @@ def _walker(number: int, random: Generator) -> dict[str, Any]:
 
 
 def _bouncing(random: Generator) -> FloatArray:
-    """(LEGS + 1, 2) corners of a line that is thrown back by the edges."""
-    place = random.uniform(LOWEST, HIGHEST)
+    """Return the corners (SEGMENTS + 1, 2) of a line that bounces off the edges, metres."""
+    corner = random.uniform(LOWEST, HIGHEST)
     angle = random.uniform(-np.pi, np.pi)
-    way = np.array([np.cos(angle), np.sin(angle)])
-    corners = [place]
-    for _ in range(LEGS):
-        edge = np.where(way > 0.0, HIGHEST, LOWEST)
-        lengths = (edge - place) / way
+    direction = np.array([np.cos(angle), np.sin(angle)])
+    corners = [corner]
+    for _ in range(SEGMENTS):
+        edge = np.where(direction > 0.0, HIGHEST, LOWEST)
+        lengths = (edge - corner) / direction
         axis = int(np.argmin(lengths))
-        place = np.clip(place + lengths[axis] * way, LOWEST, HIGHEST)
-        way = way * np.where(np.arange(2) == axis, -1.0, 1.0)
-        corners.append(place)
+        corner = np.clip(corner + lengths[axis] * direction, LOWEST, HIGHEST)
+        direction = direction * np.where(np.arange(2) == axis, -1.0, 1.0)
+        corners.append(corner)
     return np.array(corners)
 
 
 def _curve(random: Generator) -> FloatArray:
-    """(SAMPLES, 2) points on a cubic in Bernstein form: it stays in the hull of four points."""
+    """Return points (SAMPLES, 2), metres, on a cubic Bézier curve; it stays in its points' hull."""
     control = random.uniform(LOWEST, HIGHEST, (4, 2))
     t = np.linspace(0.0, 1.0, SAMPLES)[:, None]
     weights = np.hstack([(1 - t) ** 3, 3 * t * (1 - t) ** 2, 3 * t**2 * (1 - t), t**3])

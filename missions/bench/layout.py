@@ -1,4 +1,4 @@
-"""Worlds that a benchmark generates: drawn in a frame of their own, written as world files."""
+"""Generated worlds of a benchmark: obstacles in a local frame, written as world files."""
 
 from __future__ import annotations
 
@@ -18,13 +18,14 @@ Point = tuple[float, float]
 
 @dataclass
 class Layout:
-    """What stands where, in metres.
+    """Obstacles, start and goal in a local frame, metres.
 
     Attributes:
-        walls: polylines along the middle of slabs `thickness` wide, and whether they are closed.
-        posts: x, y, radius; hidden ones are missing on the map.
-        crates: pose of the middle and length, width; hidden ones are missing on the map.
-        walkers: further entries of the world file's `people`, in the world frame.
+        walls: centrelines as polylines, and whether they are closed.
+        posts: x, y, radius; hidden posts are not on the map.
+        crates: pose of the centre, length and width; hidden crates are not on the map.
+        walkers: entries for the world file's `people`, in the world frame.
+        thickness: thickness of the walls.
     """
 
     start: Pose2D
@@ -38,7 +39,7 @@ class Layout:
     thickness: float = 0.1
 
     def mirrored(self) -> Layout:
-        """Left and right exchanged. What walks stays as it is."""
+        """Return the layout mirrored left to right, walkers excepted."""
 
         def flip(pose: Pose2D) -> Pose2D:
             return Pose2D(pose.x, -pose.y, -pose.heading)
@@ -54,7 +55,7 @@ class Layout:
         )  # fmt: skip
 
     def text(self, name: str, doc: str, at: Pose2D = Pose2D(0.0, 0.0)) -> str:
-        """The world file, the layout's frame standing `at` a pose of the world."""
+        """Return the world file, with the layout's frame at a pose of the world."""
         document: dict[str, Any] = {
             "world": name,
             "format": 1,
@@ -81,17 +82,17 @@ class Layout:
         return "\n".join(lines) + "\n"
 
 
-def written(text: str, name: str, file: Path) -> Case:
-    """The case of a world file that is written now, or stands there already.
+def write_world(text: str, name: str, file: Path) -> Case:
+    """Write a world file if it does not exist, and return its case.
 
     Raises:
-        InputError: another world stands there: the results beside it are not of this one.
+        InputError: the file has other content, so existing results are of another world.
     """
     if not file.exists():
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(text, "utf-8")
     elif file.read_text("utf-8") != text:
-        raise InputError(f"{file} is not the world that is generated now; choose another --out")
+        raise InputError(f"{file} differs from the generated world; choose another --out")
     return Case(name, load_world(str(file.resolve()), file.parent), file)
 
 

@@ -1,4 +1,4 @@
-"""Whole missions, driven to their own end and measured: what `bench missions` and `tune` run."""
+"""Runs of whole missions and their figures, for `bench missions` and `tune`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from typing import Any
 
 from missions.bench.drive_recorder import DriveRecorder
 from missions.bench.resumable import Key, Work
-from missions.bench.shortest import shortest_ways
+from missions.bench.shortest import shortest_path_lengths
 from missions.execution.prepare import PreparedMission, RunOptions, prepare
 from missions.execution.report import Report
 from missions.execution.runner import execute
@@ -26,14 +26,14 @@ TIMEOUT = "timeout"
 
 @dataclass(frozen=True)
 class MissionEntry:
-    """A mission to run once.
+    """One run of a mission to make.
 
     Attributes:
-        mission: name or path.
-        seed: of everything random.
-        time_limit: simulated seconds after which it has failed.
-        arguments: as `--set` gives them. robot: in place of the mission's.
-        parameters: `controller.cruise_speed` -> value as text, over everything in files.
+        mission: name or path of the mission.
+        seed: seed of all random streams.
+        time_limit: simulated seconds after which the run has failed.
+        arguments: values of the mission's arguments, as text. robot: replaces the mission's.
+        parameters: `controller.cruise_speed` -> value as text; overrides all files.
     """
 
     mission: str
@@ -45,12 +45,12 @@ class MissionEntry:
 
     @property
     def key(self) -> Key:
-        """Names it among all of a table."""
+        """Unique key of the run in a table."""
         return Path(self.mission).stem, settings_text(self.parameters), self.seed
 
     @property
     def options(self) -> RunOptions:
-        """How it is run."""
+        """Options of the run."""
         return RunOptions(
             seed=self.seed, arguments=dict(self.arguments), robot=self.robot, serve=False,
             parameters=self.parameters,
@@ -59,19 +59,19 @@ class MissionEntry:
 
 @dataclass(frozen=True, slots=True)
 class MissionRun:
-    """A run of a mission, as it stands in the table.
+    """One row of the table: a run of a mission.
 
     Attributes:
-        settings: `controller.cruise_speed=0.5 …`; empty for the mission as it is.
-        status: the mission's state at its end, or timeout. cause: why it failed.
+        settings: `controller.cruise_speed=0.5 …`; empty for the unchanged mission.
+        status: final state of the mission, or timeout. cause: why it failed.
         time: simulated seconds. driven: metres.
-        shortest: metres of the shortest way by the goals that were reached, where it reached them.
-        clearance: least true distance to anything, metres; 1 stands for more.
+        shortest: length of the shortest path through the true poses at the reached goals, metres.
+        clearance: smallest true distance to any obstacle, metres, measured up to 1 m.
         turning: mean absolute change of the commanded angular velocity, rad/s².
         jerk: root mean square of the commanded jerk, m/s³.
-        goal_error: mean true distance from the goals, where it took itself for there, metres;
+        goal_error: mean true distance to the goals when the robot reported them reached, metres;
             None when it drove to no goal.
-        collisions: contacts of the moving robot. pushed_into: of what ran into it as it stood.
+        collisions: contacts while the robot moved. pushed_into: contacts while it stood still.
         localisation_error: mean distance between estimate and truth, and the largest, metres.
         real_time_factor: simulated seconds per wall second. wall_seconds: compute time.
     """
@@ -98,31 +98,31 @@ class MissionRun:
 
     @property
     def success(self) -> bool:
-        """Whether the mission says so."""
+        """Whether the mission succeeded."""
         return self.status == MissionState.SUCCESS
 
     @property
     def detour(self) -> float | None:
-        """Metres driven per metre of the shortest way."""
+        """Metres driven per metre of the shortest path."""
         return self.driven / self.shortest if self.shortest else None
 
     @property
     def key(self) -> Key:
-        """That of its entry."""
+        """Key of its entry."""
         return self.mission, self.settings, self.seed
 
 
 def settings_text(parameters: Mapping[str, str]) -> str:
-    """Parameters in a line."""
+    """Return parameters as one line."""
     return " ".join(f"{name}={value}" for name, value in parameters.items())
 
 
 def conditions(entry: MissionEntry, plan: PreparedMission) -> dict[str, object]:
-    """What all runs of a mission depend on but their seeds, for `resumable.claim`.
+    """Return what the runs of a mission depend on besides the seed, for `record_settings`.
 
     Args:
-        entry: one of them.
-        plan: the mission without what may differ between its runs.
+        entry: one of the runs.
+        plan: the mission, without the settings that differ between its runs.
     """
     world = plan.world.source
     chosen = {
@@ -145,7 +145,7 @@ def run_entry(entry: MissionEntry) -> MissionRun:
     """Run a mission to its end.
 
     Raises:
-        InputError: the mission is wrong.
+        InputError: the mission has errors.
     """
     began = perf_counter()
     plan = prepare(entry.mission, entry.options)
@@ -158,7 +158,7 @@ def run_entry(entry: MissionEntry) -> MissionRun:
     return MissionRun(
         mission=name, settings=settings, seed=seed,
         status=TIMEOUT if late else report.status,
-        cause=f"still at it after {entry.time_limit:g} s" if late else report.reason,
+        cause=f"not finished after {entry.time_limit:g} s" if late else report.reason,
         time=round(report.simulated_seconds, 3),
         driven=round(report.distance_m, 3),
         shortest=None if shortest is None else round(shortest, 3),
@@ -167,12 +167,12 @@ def run_entry(entry: MissionEntry) -> MissionRun:
         jerk=round(recorder.jerk, 4),
         goal_error=round(mean(errors), 4) if errors else None,
         wall_seconds=round(perf_counter() - began, 2),
-        **_counted(report),
+        **_from_report(report),
     )  # fmt: skip
 
 
-def _counted(report: Report) -> dict[str, Any]:
-    """What is in the report as it is."""
+def _from_report(report: Report) -> dict[str, Any]:
+    """Return the figures copied from the report."""
     error = report.localisation_error or {"mean": 0.0, "max": 0.0}
     return {
         "collisions": report.collisions,
@@ -185,15 +185,15 @@ def _counted(report: Report) -> dict[str, Any]:
 
 
 def _shortest(plan: PreparedMission, stops: list[Pose2D]) -> float | None:
-    """Metres from the start by all stops; as the crow flies where no way can be drawn."""
+    """Return the shortest length from the start over all stops, metres; straight without a path."""
     if not stops:
         return None
     chain = [plan.start, *stops]
-    way = shortest_ways(plan.world, plan.robot, chain)
+    path_length = shortest_path_lengths(plan.world, plan.robot, chain)
 
     def length(here: Pose2D, there: Pose2D) -> float:
         try:
-            return way(here, there)
+            return path_length(here, there)
         except NavigationError:
             return here.distance_to(there)
 
@@ -201,10 +201,10 @@ def _shortest(plan: PreparedMission, stops: list[Pose2D]) -> float | None:
 
 
 def line_of(run: MissionRun) -> str:
-    """A run in a line."""
+    """Return a run as one line."""
     figures = f"{run.time:.1f} s, {run.driven:.1f} m, clearance {run.clearance:.2f} m"
-    what = figures if run.success else f"{run.status.upper()}: {run.cause}"
-    return f"{run.settings or run.mission} seed {run.seed}: {what}"
+    outcome = figures if run.success else f"{run.status.upper()}: {run.cause}"
+    return f"{run.settings or run.mission} seed {run.seed}: {outcome}"
 
 
 def _read(values: dict[str, Any]) -> MissionRun:

@@ -1,4 +1,4 @@
-"""Missions over seeds: which runs that is, and the table of them."""
+"""Benchmark of missions over seeds: its runs and its table."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from statistics import mean, median
 from typing import Any
 
 from missions.bench.mission_runs import MISSION_WORK, MissionEntry, MissionRun, conditions
-from missions.bench.resumable import TableOptions, claim, fill
+from missions.bench.resumable import TableOptions, fill, record_settings
 from missions.execution.prepare import prepare
 from missions.execution.resources import mission_files
 from stack.errors import InputError
 
 TIME_LIMIT = 7200.0
-"""Simulated seconds; the longest of the shipped missions takes some two minutes."""
+"""Simulated seconds; the longest of the shipped missions takes about two minutes."""
 
 FAILED = "failed"
 
@@ -22,21 +22,21 @@ FAILED = "failed"
 def mission_entries(
     names: Sequence[str], seeds: int, robot: str | None = None
 ) -> list[MissionEntry]:
-    """Every mission by every seed.
+    """Return the runs of every mission and seed.
 
     Args:
-        names: names or paths; empty for all that are shipped.
-        seeds: runs of each.
-        robot: in place of the missions' own.
+        names: names or paths of missions; empty for all shipped ones.
+        seeds: runs per mission.
+        robot: replaces the robot of the missions.
 
     Raises:
-        InputError: two missions of the same name, which no table could tell apart.
+        InputError: two missions have the same name.
     """
     chosen = names or [file.stem for file in mission_files()]
     stems = [Path(name).stem for name in chosen]
     for stem in stems:
         if stems.count(stem) > 1:
-            raise InputError(f"{stem} is named {stems.count(stem)} times; name each mission once")
+            raise InputError(f"{stem} is given {stems.count(stem)} times; use unique mission names")
     return [
         MissionEntry(name, seed, TIME_LIMIT, robot=robot)
         for name in chosen
@@ -45,29 +45,29 @@ def mission_entries(
 
 
 def measured(
-    entries: Sequence[MissionEntry], options: TableOptions, tell: Callable[[str], None]
+    entries: Sequence[MissionEntry], options: TableOptions, log: Callable[[str], None]
 ) -> list[MissionRun]:
-    """The runs that the table does not hold yet are made; all, in that order.
+    """Make the runs that are missing in the table; return all, in the order of the entries.
 
     Raises:
-        InputError: a wrong mission, or a folder with results of another version of it.
+        InputError: a mission has errors, or the folder has results of other settings.
     """
     first = {entry.key[0]: entry for entry in reversed(entries)}
-    claim(options.out, {
+    record_settings(options.out, {
         name: conditions(entry, prepare(entry.mission, entry.options))
         for name, entry in first.items()
     })  # fmt: skip
-    return fill(entries, options, MISSION_WORK, tell)
+    return fill(entries, options, MISSION_WORK, log)
 
 
 def rows_of(runs: Sequence[MissionRun]) -> list[dict[str, Any]]:
-    """One row a mission: successes, medians of time and way, worst and mean of the rest."""
+    """Return one row per mission: successes, medians of time and distance, sums, worst values."""
     names = dict.fromkeys(run.mission for run in runs)
     return [_row(name, [run for run in runs if run.mission == name]) for name in names]
 
 
 def table_lines(runs: Sequence[MissionRun]) -> Iterator[str]:
-    """The rows as columns, and under them each failure."""
+    """Yield the table, then a line per failure."""
     rows = rows_of(runs)
     columns = [name for name in rows[0] if name != FAILED]
     cells = [columns, *([_text(row[name]) for name in columns] for row in rows)]

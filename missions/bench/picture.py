@@ -1,4 +1,4 @@
-"""A picture of a failed run: the world from above, the way driven, where it ended, and why."""
+"""Picture of a failed run: world from above, driven path, final pose, and the cause."""
 
 from __future__ import annotations
 
@@ -14,66 +14,66 @@ from missions.execution.prepare import PreparedMission
 from stack.sim.worlds.rasterise import rasterise
 from stack.types import FREE, OCCUPIED, FloatArray
 
-METRE = 50
-"""Pixels, in a world that fits into LARGEST."""
+PIXELS_PER_METRE = 50
+"""Scale of a picture, unless the world would exceed LARGEST."""
 
 LARGEST, SMALLEST = 1600, 480
 """Pixels of a picture's longer and shorter side."""
 
 LINE, LETTER = 20, 8
-"""Pixels that a line and a letter of the caption take."""
+"""Height of a line and width of a letter of the caption, pixels."""
 
-FLOOR, STANDING, UNREACHED = (245, 245, 245), (70, 60, 50), (225, 225, 225)
+FLOOR, OBSTACLE, UNREACHED = (245, 245, 245), (70, 60, 50), (225, 225, 225)
 DRIVEN, ROBOT, GOAL, WALKER = (200, 110, 30), (40, 40, 220), (90, 170, 60), (190, 60, 160)
-"""Blue, red, green, violet (as OpenCV has them: blue first)."""
+"""Colours in OpenCV's order: blue, green, red."""
 
 
-def draw_story(path: Path, plan: PreparedMission, story: Trial) -> None:
-    """Write a PNG.
+def draw_trial(path: Path, plan: PreparedMission, trial: Trial) -> None:
+    """Write the picture of a trial as PNG.
 
     Args:
-        path: of the PNG.
-        plan: its world and footprint, and where the run began.
-        story: the run.
+        path: file to write.
+        plan: the mission, with its world and robot.
+        trial: the run.
     """
     import cv2
 
     x_min, y_min, x_max, y_max = plan.world.bounds
-    metre = min(METRE, LARGEST / (x_max - x_min), LARGEST / (y_max - y_min))
-    grid = rasterise(plan.world, 1.0 / metre)
+    scale = min(PIXELS_PER_METRE, LARGEST / (x_max - x_min), LARGEST / (y_max - y_min))
+    grid = rasterise(plan.world, 1.0 / scale)
     pixels = np.full((*grid.cells.shape, 3), UNREACHED, np.uint8)
-    pixels[grid.cells == FREE], pixels[grid.cells == OCCUPIED] = FLOOR, STANDING
+    pixels[grid.cells == FREE], pixels[grid.cells == OCCUPIED] = FLOOR, OBSTACLE
     pixels = np.ascontiguousarray(pixels[::-1])
 
-    def placed(points: FloatArray) -> Any:
-        """(n, 2) metres as whole pixels, y downward."""
-        x, y = ((points[:, :2] - grid.origin) * metre).T
+    def to_pixels(points: FloatArray) -> Any:
+        """Convert points (n, 2), metres, to pixels (n, 2), y downward."""
+        x, y = ((points[:, :2] - grid.origin) * scale).T
         return np.rint(np.column_stack([x, pixels.shape[0] - y])).astype(np.int32)
 
-    way = placed(np.array([(pose.x, pose.y) for pose in story.trace]))
-    cv2.polylines(pixels, [way], False, DRIVEN, 2, cv2.LINE_AA)
-    target = placed(np.array([[story.goal.x, story.goal.y]]))[0]
-    cv2.circle(pixels, target.tolist(), round(0.2 * metre), GOAL, 2, cv2.LINE_AA)
-    for (x, y), radius in zip(placed(story.walkers), story.walkers[:, 2], strict=True):
-        cv2.circle(pixels, (int(x), int(y)), round(radius * metre), WALKER, 2, cv2.LINE_AA)
-    outline = placed(story.trace[-1].transform(plan.robot.footprint.points))
+    driven = to_pixels(np.array([(pose.x, pose.y) for pose in trial.trace]))
+    cv2.polylines(pixels, [driven], False, DRIVEN, 2, cv2.LINE_AA)
+    target = to_pixels(np.array([[trial.goal.x, trial.goal.y]]))[0]
+    cv2.circle(pixels, target.tolist(), round(0.2 * scale), GOAL, 2, cv2.LINE_AA)
+    for (x, y), radius in zip(to_pixels(trial.walkers), trial.walkers[:, 2], strict=True):
+        cv2.circle(pixels, (int(x), int(y)), round(radius * scale), WALKER, 2, cv2.LINE_AA)
+    outline = to_pixels(trial.trace[-1].transform(plan.robot.footprint.points))
     cv2.polylines(pixels, [outline], True, ROBOT, 2, cv2.LINE_AA)
-    done, png = cv2.imencode(".png", _captioned(pixels, story))
+    done, png = cv2.imencode(".png", _captioned(pixels, trial))
     if done:
         path.write_bytes(png.tobytes())
 
 
-def _captioned(pixels: Any, story: Trial) -> Any:
-    """The picture below what is said about it."""
+def _captioned(pixels: Any, trial: Trial) -> Any:
+    """Return the picture with a caption above it."""
     import cv2
 
-    run = story.run
-    wide = max(SMALLEST, pixels.shape[1])
-    said = f"{short(run.setup)}, world {run.world} trial {run.trial}: {run.status}. {run.cause}"
-    lines = wrap(said, wide // LETTER - 2)
-    high = LINE * len(lines) + LINE // 2
-    page = np.full((high + pixels.shape[0], wide, 3), 255, np.uint8)
-    page[high:, : pixels.shape[1]] = pixels
+    run = trial.run
+    width = max(SMALLEST, pixels.shape[1])
+    caption = f"{short(run.setup)}, world {run.world} trial {run.trial}: {run.status}. {run.cause}"
+    lines = wrap(caption, width // LETTER - 2)
+    height = LINE * len(lines) + LINE // 2
+    page = np.full((height + pixels.shape[0], width, 3), 255, np.uint8)
+    page[height:, : pixels.shape[1]] = pixels
     for n, line in enumerate(lines, start=1):
         place = (LETTER, LINE * n)
         cv2.putText(page, line, place, cv2.FONT_HERSHEY_SIMPLEX, 0.45, (0, 0, 0), 1, cv2.LINE_AA)

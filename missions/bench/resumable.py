@@ -1,7 +1,7 @@
-"""A table of runs that is written as it grows, filled by processes, and resumed where it stopped.
+"""Resumable table of runs: filled by several processes, written row by row.
 
-What a run is, is its owner's business: he brings entries (what to run), rows (what came of it) and
-a function from the one to the other.
+The caller defines entries (what to run), rows (the results) and the function that makes a row of
+an entry.
 """
 
 from __future__ import annotations
@@ -21,27 +21,27 @@ from stack.errors import InputError
 TABLE, SETTINGS = "runs.jsonl", "settings.json"
 
 RUNS_PER_PROCESS = 40
-"""PyBullet keeps every mesh it ever loaded, some 10 MB a world, until its process ends."""
+"""PyBullet frees meshes, about 10 MB per world, only at the end of the process."""
 
 Key = tuple[str, str, int]
-Tell = Callable[[str], None]
+Log = Callable[[str], None]
 
 
 class Keyed(Protocol):
-    """An entry: what to run."""
+    """An entry with a unique key."""
 
     @property
     def key(self) -> Key:
-        """Names it among all of a table."""
+        """Unique key in the table."""
         ...
 
 
 class Row(Keyed, Protocol):
-    """What came of an entry, a dataclass of plain values."""
+    """The result of an entry: a dataclass of JSON-compatible values."""
 
     @property
     def wall_seconds(self) -> float:
-        """Compute time."""
+        """Compute time, seconds."""
         ...
 
 
@@ -51,7 +51,7 @@ R = TypeVar("R", bound=Row)
 
 @dataclass(frozen=True)
 class TableOptions:
-    """Where the table is, and by how many processes it is filled."""
+    """Folder of the table, and number of processes that fill it."""
 
     out: Path
     jobs: int = 1
@@ -59,13 +59,13 @@ class TableOptions:
 
 @dataclass(frozen=True)
 class Work(Generic[E, R]):
-    """How entries become rows.
+    """Functions of a table.
 
     Attributes:
-        make: of a module's top level, or a partial of such: it is sent to other processes.
-        read: a row from the plain values that JSON made of it; KeyError, TypeError and ValueError
-            say that they are none.
-        line: a row in a line, for the person who waits.
+        make: runs an entry. A top-level function or a partial of one: it is pickled.
+        read: returns a row from the values of its JSON; raises KeyError, TypeError or ValueError
+            if they are not a row.
+        line: returns a row as one line of progress.
     """
 
     make: Callable[[E], R]
@@ -73,11 +73,11 @@ class Work(Generic[E, R]):
     line: Callable[[R], str]
 
 
-def claim(out: Path, settings: dict[str, Any]) -> None:
-    """Write down, by label, what results depend on; or compare it with what the folder's do.
+def record_settings(out: Path, settings: dict[str, Any]) -> None:
+    """Write the settings of the results, by label; compare them with those in the folder.
 
     Raises:
-        InputError: the folder holds results of other settings.
+        InputError: the folder has results of other settings.
     """
     out.mkdir(parents=True, exist_ok=True)
     file = out / SETTINGS
@@ -85,40 +85,40 @@ def claim(out: Path, settings: dict[str, Any]) -> None:
     for label, plain in json.loads(json.dumps(settings, default=str)).items():
         if known.setdefault(label, plain) != plain:
             raise InputError(
-                f"{out} holds results of other settings (see {SETTINGS}); choose another --out"
+                f"{out} has results of other settings (see {SETTINGS}); choose another --out"
             )
     file.write_text(json.dumps(known, indent=2), "utf-8")
 
 
-def fill(entries: Sequence[E], options: TableOptions, work: Work[E, R], tell: Tell) -> list[R]:
-    """Make the runs that the table does not hold yet; all that were asked for, in that order.
+def fill(entries: Sequence[E], options: TableOptions, work: Work[E, R], log: Log) -> list[R]:
+    """Make the runs that are missing in the table; return all rows, in the order of the entries.
 
     Raises:
-        InputError: what stands in the folder is no such table.
+        InputError: the file in the folder is not a table of such rows.
     """
     options.out.mkdir(parents=True, exist_ok=True)
     wanted = {entry.key: entry for entry in entries}
     done = {key: row for key, row in rows_in(options.out, work).items() if key in wanted}
     if done:
-        tell(f"{len(done)} of {len(wanted)} runs are in {options.out / TABLE} already")
-    left = [entry for key, entry in wanted.items() if key not in done]
+        log(f"{len(done)} of {len(wanted)} runs are already in {options.out / TABLE}")
+    missing = [entry for key, entry in wanted.items() if key not in done]
     seconds: list[float] = []
     with (options.out / TABLE).open("a", encoding="utf-8") as table:
-        for row in _made(left, options.jobs, work.make):
+        for row in _rows(missing, options.jobs, work.make):
             table.write(json.dumps(asdict(row)) + "\n")  # type: ignore[call-overload]
             table.flush()
             done[row.key] = row
             seconds.append(row.wall_seconds)
-            to_go = mean(seconds) * (len(left) - len(seconds)) / options.jobs
-            tell(f"{len(done):4d}/{len(wanted)}  {work.line(row)}{_to_go(to_go)}")
+            remaining = mean(seconds) * (len(missing) - len(seconds)) / options.jobs
+            log(f"{len(done):4d}/{len(wanted)}  {work.line(row)}{_remaining(remaining)}")
     return [done[key] for key in wanted]
 
 
 def rows_in(folder: Path, work: Work[E, R]) -> dict[Key, R]:
-    """The runs written down so far; a last line cut off by an interruption is run again.
+    """Read the rows of a table; drop a last line cut off by an interruption.
 
     Raises:
-        InputError: a line is none of this table.
+        InputError: a line is not a row of this table.
     """
     rows: dict[Key, R] = {}
     file = folder / TABLE
@@ -133,26 +133,26 @@ def rows_in(folder: Path, work: Work[E, R]) -> dict[Key, R]:
             row = work.read(json.loads(line))
         except (ValueError, TypeError, KeyError) as error:
             mark = Mark(str(file), number)
-            sentence = f"not a line of this table: {error}"
+            sentence = f"not a row of this table: {error}"
             raise InputError([Finding(mark, "E004", sentence, "choose another --out")]) from None
         rows[row.key] = row
     return rows
 
 
-def _to_go(seconds: float) -> str:
-    """Words for the time that the rest will take, if the runs to come are like those before."""
+def _remaining(seconds: float) -> str:
+    """Return the estimated remaining time as text."""
     if seconds < 1.0:
         return ""
-    return f"; {seconds:.0f} s to go" if seconds < 90.0 else f"; {seconds / 60.0:.0f} min to go"
+    return f"; {seconds:.0f} s left" if seconds < 90.0 else f"; {seconds / 60.0:.0f} min left"
 
 
-def _made(entries: Sequence[E], jobs: int, make: Callable[[E], R]) -> Iterator[R]:
-    """The runs as they come to their ends."""
+def _rows(entries: Sequence[E], jobs: int, make: Callable[[E], R]) -> Iterator[R]:
+    """Yield the rows in the order in which the runs finish."""
     if len(entries) < 2 or (jobs == 1 and len(entries) <= RUNS_PER_PROCESS):
         yield from map(make, entries)
         return
     pool = get_context("spawn").Pool(
-        jobs, initializer=_leave_interrupts_to_the_parent, maxtasksperchild=RUNS_PER_PROCESS
+        jobs, initializer=_ignore_interrupts, maxtasksperchild=RUNS_PER_PROCESS
     )
     try:
         yield from pool.imap_unordered(make, entries)
@@ -161,6 +161,6 @@ def _made(entries: Sequence[E], jobs: int, make: Callable[[E], R]) -> Iterator[R
         pool.join()
 
 
-def _leave_interrupts_to_the_parent() -> None:
-    """Ctrl-C reaches every process of a terminal; the parent ends the others."""
+def _ignore_interrupts() -> None:
+    """Ignore ctrl-C, which reaches every process of a terminal: the parent ends its workers."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)

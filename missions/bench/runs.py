@@ -1,4 +1,4 @@
-"""What a benchmark runs and what comes of it: cases, setups, rules, and rows of a table."""
+"""Types of a benchmark: rules, cases, setups, entries, and the rows of its table."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from stack.sim.worlds.world import World
 from stack.types import Pose2D
 
 GOAL = "goal"
-"""What a benchmark's mission calls the pose to reach: an argument, or a place of its world."""
+"""Name of the goal in a benchmark's mission: an argument, or a place of its world."""
 
 
 @dataclass(frozen=True, slots=True)
 class Rules:
-    """When a run is over, and how.
+    """Conditions that end a run.
 
     Attributes:
-        goal_radius: metres from the goal within which the robot's true position is there.
+        goal_radius: goal tolerance for the robot's true position, metres.
         time_limit: seconds on the run's clock.
-        by_mission: whether the mission must say that it is there; else the radius is enough.
+        by_mission: whether the mission must also succeed; otherwise the position is enough.
     """
 
     goal_radius: float
@@ -35,8 +35,8 @@ class Case:
 
     Attributes:
         name: `17`, `door`, or the stem of its file.
-        file: of the world, when the mission is to be read with it for the sake of its places.
-        path_length: metres of the way that a metric calls optimal; None for the shortest one.
+        file: world file, if the mission uses the places of the world.
+        path_length: length of the metric's optimal path, metres; None computes the shortest.
     """
 
     name: str
@@ -47,15 +47,15 @@ class Case:
 
 @dataclass(frozen=True)
 class Setup:
-    """What several runs of a benchmark share.
+    """Mission, rules and settings that several runs share.
 
     Attributes:
-        mission: name or path.
-        rules: when its runs are over.
-        arguments: as `--set` gives them.
-        robot: in place of the mission's.
-        controller: in place of the mission's, with its own defaults.
-        parameters: `controller.cruise_speed` -> value as text, over everything in files.
+        mission: name or path of the mission.
+        rules: conditions that end a run.
+        arguments: values of the mission's arguments, as text.
+        robot: replaces the mission's robot.
+        controller: replaces the mission's controller, with default parameters.
+        parameters: `controller.cruise_speed` -> value as text; overrides all files.
     """
 
     mission: str
@@ -67,20 +67,20 @@ class Setup:
 
     @property
     def label(self) -> str:
-        """Names it among the setups of one table."""
+        """Unique label among the setups of a table."""
         given = [f"{name}={value}" for name, value in self.parameters.items()]
         stem = Path(self.mission).stem
         return " ".join(filter(None, (stem, self.robot, self.controller, *given)))
 
     def plan(self, case: Case | None, trial: int) -> tuple[PreparedMission, RunOptions]:
-        """The mission, read and checked, and how it is run.
+        """Prepare the mission and return it with the options of the run.
 
         Args:
-            case: its world takes the place of the mission's; None leaves that.
+            case: its world replaces the mission's; None keeps that.
             trial: the seed.
 
         Raises:
-            InputError: the mission is wrong.
+            InputError: the mission has errors.
         """
         file = None if case is None else case.file
         options = RunOptions(
@@ -94,22 +94,22 @@ class Setup:
 
 
 def goal_of(plan: PreparedMission) -> Pose2D:
-    """Where a benchmark's mission leads: its argument `goal`, else the place of that name.
+    """Return the goal of a benchmark's mission: its argument `goal`, else the place `goal`.
 
     Raises:
-        InputError: it has neither.
+        InputError: the mission has neither.
     """
     named = {**plan.world.places, **plan.mission.places, **plan.mission.arguments}
     goal = named.get(GOAL)
     if not isinstance(goal, Pose2D):
         source = plan.mission.source.name
-        raise InputError(f"{source}: a benchmark's mission needs the argument goal, a Pose")
+        raise InputError(f"{source}: a benchmark's mission needs an argument `goal` of type Pose")
     return goal
 
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """One run to make: trial n has seed n."""
+    """One run to make; trial n has seed n."""
 
     setup: Setup
     case: Case
@@ -117,21 +117,21 @@ class Entry:
 
     @property
     def key(self) -> tuple[str, str, int]:
-        """Names it among all runs of a table."""
+        """Unique key of the run in a table."""
         return self.setup.label, self.case.name, self.trial
 
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """One run, as it stands in the table.
+    """One row of the table: a run.
 
     Attributes:
         setup: label of its setup.
-        status: success | contact | struck (while it stood) | timeout | gave_up.
+        status: success | contact | struck (while it stood still) | timeout | gave_up.
         cause: why it failed, in a sentence; empty after a success.
-        time: seconds on its clock. path_length: of the optimal path, metres.
-        driven: metres. clearance: smallest true distance to anything, metres.
-        end: x, y, heading where it ended.
+        time: seconds on the run's clock. path_length: length of the optimal path, metres.
+        driven: metres. clearance: smallest true distance to any obstacle, metres.
+        end: final x, y (metres) and heading (radians).
         wall_seconds: compute time.
     """
 
@@ -151,10 +151,10 @@ class Run:
 
     @property
     def success(self) -> bool:
-        """Whether it counts."""
+        """Whether the run succeeded."""
         return self.status == "success"
 
     @property
     def key(self) -> tuple[str, str, int]:
-        """That of its entry."""
+        """Key of its entry."""
         return self.setup, self.world, self.trial

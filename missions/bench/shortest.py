@@ -1,4 +1,4 @@
-"""The way that a run is measured against: the shortest that the true world allows."""
+"""Length of the shortest path through the true world, the reference for the driven distance."""
 
 from __future__ import annotations
 
@@ -9,39 +9,41 @@ from stack.drivetrain.description import RobotDescription
 from stack.sim.worlds.world import World
 from stack.types import Pose2D
 
-ROOM = 1.0
-"""Metres of floor round start and goal."""
+MARGIN = 1.0
+"""Metres of free space around start and goal."""
 
 RESOLUTION = 0.025
-"""Metres: fine enough that no gap which the robot fits through is drawn shut."""
+"""Metres; fine enough that rasterising closes no gap through which the robot fits."""
 
 
-def shortest_way(world: World, robot: RobotDescription, start: Pose2D, goal: Pose2D) -> float:
-    """Metres of the shortest way for a disc of the robot's inscribed radius.
+def shortest_path_length(
+    world: World, robot: RobotDescription, start: Pose2D, goal: Pose2D
+) -> float:
+    """Return the length of the shortest path of a disc of the robot's inscribed radius, metres.
 
-    Round everything that stands, whether maps show it or not; doors count as open.
+    The path avoids all static obstacles, on the map or not; doors count as open.
 
     Args:
-        world: the place.
-        robot: who crosses it.
+        world: the world.
+        robot: the robot whose radius counts.
         start: world frame.
         goal: world frame.
 
     Raises:
-        NavigationError: there is no way.
+        NavigationError: there is no path.
     """
-    return shortest_ways(world, robot, (start, goal))(start, goal)
+    return shortest_path_lengths(world, robot, (start, goal))(start, goal)
 
 
-def shortest_ways(
+def shortest_path_lengths(
     world: World, robot: RobotDescription, stops: Sequence[Pose2D]
 ) -> Callable[[Pose2D, Pose2D], float]:
-    """The same from any of several places to any other.
+    """Return the function `shortest_path_length` for any two of several stops.
 
     Args:
-        world: the place.
-        robot: who crosses it.
-        stops: what the ways will lead between, world frame.
+        world: the world.
+        robot: the robot whose radius counts.
+        stops: starts and goals, world frame.
     """
     from stack.costmap.costmap import Costmap
     from stack.costmap.parameters import CostmapParameters
@@ -50,12 +52,12 @@ def shortest_ways(
 
     x_min, y_min, x_max, y_max = world.bounds
     bounds = (
-        min(x_min, *(stop.x - ROOM for stop in stops)),
-        min(y_min, *(stop.y - ROOM for stop in stops)),
-        max(x_max, *(stop.x + ROOM for stop in stops)),
-        max(y_max, *(stop.y + ROOM for stop in stops)),
+        min(x_min, *(stop.x - MARGIN for stop in stops)),
+        min(y_min, *(stop.y - MARGIN for stop in stops)),
+        max(x_max, *(stop.x + MARGIN for stop in stops)),
+        max(y_max, *(stop.y + MARGIN for stop in stops)),
     )
-    whole = replace(
+    with_all_obstacles = replace(
         world,
         bounds=bounds,
         start=stops[0],
@@ -65,7 +67,9 @@ def shortest_ways(
     )
     radius = robot.footprint.inscribed_radius
     costs = Costmap(
-        CostmapParameters(inflation_radius=radius), robot.footprint, rasterise(whole, RESOLUTION)
+        CostmapParameters(inflation_radius=radius),
+        robot.footprint,
+        rasterise(with_all_obstacles, RESOLUTION),
     )
     planner = Astar(AstarParameters(cost_weight=0.0), robot)
     return lambda start, goal: planner.plan(costs.grid, start, goal).length

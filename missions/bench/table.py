@@ -1,4 +1,4 @@
-"""Makes the runs of a benchmark over processes; the table is written as it grows and resumed."""
+"""Table of a benchmark: makes its runs in several processes, resumable, with failure pictures."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from missions.bench.picture import draw_story
+from missions.bench.picture import draw_trial
 from missions.bench.reporting import short
-from missions.bench.resumable import TableOptions, Work, claim, fill
+from missions.bench.resumable import TableOptions, Work, fill, record_settings
 from missions.bench.runs import Entry, Run, Setup
 from missions.bench.trial import run_trial
 
@@ -22,40 +22,40 @@ PICTURES = "failures"
 
 
 def fill_table(
-    entries: Sequence[Entry], options: TableOptions, tell: Callable[[str], None]
+    entries: Sequence[Entry], options: TableOptions, log: Callable[[str], None]
 ) -> list[Run]:
-    """Make the runs that the table does not hold yet; all that were asked for, in that order.
+    """Make the runs that are missing in the table; return all, in the order of the entries.
 
     Args:
-        entries: what to run.
-        options: where the table is.
-        tell: takes lines for the person who waits.
+        entries: the runs.
+        options: folder of the table and number of processes.
+        log: receives lines of progress.
 
     Raises:
-        InputError: a wrong mission, or a folder with results of another setting.
+        InputError: a mission has errors, or the folder has results of other settings.
     """
-    _claim({entry.setup.label: entry for entry in entries}, options.out, tell)
+    _record_settings({entry.setup.label: entry for entry in entries}, options.out, log)
     work = Work(partial(_run_and_draw, out=options.out), _row, line_of)
-    return fill(entries, options, work, tell)
+    return fill(entries, options, work, log)
 
 
 def line_of(run: Run) -> str:
-    """A run in a line."""
+    """Return a run as one line."""
     figures = f"{run.time:.1f} s, {run.driven:.1f} m, clearance {run.clearance:.2f} m"
-    what = figures if run.success else f"{run.status.upper()}: {run.cause}"
-    return f"{short(run.setup)}, world {run.world} trial {run.trial}: {what}"
+    outcome = figures if run.success else f"{run.status.upper()}: {run.cause}"
+    return f"{short(run.setup)}, world {run.world} trial {run.trial}: {outcome}"
 
 
-def _claim(setups: dict[str, Entry], out: Path, tell: Callable[[str], None]) -> None:
-    """Write down each setup's settings, or compare them with those of the folder's results."""
+def _record_settings(setups: dict[str, Entry], out: Path, log: Callable[[str], None]) -> None:
+    """Record the settings of each setup, and log the limits of its robot."""
     found = {label: _settings(entry.setup, entry) for label, entry in setups.items()}
-    claim(out, {label: settings for label, (settings, _) in found.items()})
+    record_settings(out, {label: settings for label, (settings, _) in found.items()})
     for _, sentence in found.values():
-        tell(sentence)
+        log(sentence)
 
 
 def _settings(setup: Setup, entry: Entry) -> tuple[dict[str, Any], str]:
-    """What a setup's results depend on, as plain values, and a line about its robot."""
+    """Return the settings that results depend on, and a line about the robot's limits."""
     plan, _ = setup.plan(entry.case, 0)
     limits = asdict(plan.robot.limits)
     chosen = {
@@ -80,11 +80,11 @@ def _row(values: dict[str, Any]) -> Run:
 
 
 def _run_and_draw(entry: Entry, out: Path) -> Run:
-    story = run_trial(entry)
-    if not story.run.success:
+    trial = run_trial(entry)
+    if not trial.run.success:
         folder = out / PICTURES
         folder.mkdir(exist_ok=True)
         plan, _ = entry.setup.plan(entry.case, entry.trial)
         name = re.sub(r"[^\w.=-]+", "-", " ".join(map(str, entry.key)))
-        draw_story(folder / f"{name}.png", plan, story)
-    return story.run
+        draw_trial(folder / f"{name}.png", plan, trial)
+    return trial.run

@@ -1,4 +1,4 @@
-"""One run of a benchmark, watched with the benchmark's eyes: the truth and its clock."""
+"""One run of a benchmark, judged by ground truth and the benchmark's own clock."""
 
 from __future__ import annotations
 
@@ -8,70 +8,71 @@ from time import perf_counter
 from typing import Any
 
 from missions.bench.runs import Entry, Rules, Run, goal_of
-from missions.bench.shortest import shortest_way
+from missions.bench.shortest import shortest_path_length
 from missions.execution.build import Engine, build, run_info
 from stack.telemetry.hub import Telemetry
 from stack.telemetry.records import Event, MissionState, RunInfo, Snapshot
 from stack.types import FloatArray, Pose2D
 
 START_DISTANCE = 0.1
-"""Metres that the robot has driven when its clock starts."""
+"""Distance from the start at which the benchmark's clock starts, metres."""
 
 
 class FailureNotes:
-    """A telemetry sink that keeps what explains a failure."""
+    """A telemetry sink that keeps the events that explain a failure."""
 
     def __init__(self) -> None:
         self.contact = ""
         self.trouble = ""
 
     def open(self, info: RunInfo) -> None:
-        """Nothing to prepare."""
+        """Do nothing."""
 
     def event(self, event: Event) -> None:
-        """Keep the contact and the last trouble."""
+        """Keep the last contact, and the last warning, error or recovery."""
         if event.kind == "contact":
             self.contact = event.text
         elif event.level in ("warning", "error") or event.kind == "recovery":
             self.trouble = f"{event.text} ({event.time:.1f} s)"
 
     def wants_snapshot(self, time: float) -> bool:
-        """Never."""
+        """Return False: no snapshot is needed."""
         return False
 
     def snapshot(self, snapshot: Snapshot) -> None:
-        """The last one comes unasked; nothing to keep of it."""
+        """Ignore the final snapshot, which every sink receives."""
 
     def close(self, report: Mapping[str, Any] | None) -> None:
-        """Nothing to close."""
+        """Do nothing."""
 
 
 @dataclass(frozen=True, slots=True)
-class GoalObservation:
-    """What the benchmark sees of a step.
+class TrialState:
+    """Ground truth of a run after a step.
 
     Attributes:
         time: seconds on the robot's clock.
-        truth: the robot's pose.
-        touched: it has touched something. struck: something that moves ran into it as it stood.
-        outcome: of the mission; empty while it goes on.
+        truth: true pose of the robot.
+        contact: the robot has touched something. struck: something ran into the standing robot.
+        outcome: final state of the mission; empty while it runs.
     """
 
     time: float
     truth: Pose2D
-    touched: bool = False
+    contact: bool = False
     struck: bool = False
     outcome: str = ""
 
 
 @dataclass
 class GoalMonitor:
-    """The benchmark's clock: starts after START_DISTANCE, ends in a word.
+    """Judges a run: starts the clock after START_DISTANCE and sets the status at the end.
 
     Attributes:
-        trace: true poses, one a control step.
-        started: seconds on the robot's clock; None while it stands at the start.
+        trace: true poses, one per control step.
+        started: start of the clock, seconds on the robot's clock; None before.
         status: success | contact | struck | timeout | gave_up; empty while it drives.
+        time: seconds on the benchmark's clock.
     """
 
     goal: Pose2D
@@ -81,40 +82,40 @@ class GoalMonitor:
     status: str = ""
     time: float = 0.0
 
-    def look(self, sight: GoalObservation) -> None:
-        """Take in a step."""
-        self.trace.append(sight.truth)
-        if self.started is None and sight.truth.distance_to(self.trace[0]) > START_DISTANCE:
-            self.started = sight.time
-        self.time = sight.time - self.started if self.started is not None else 0.0
-        if sight.touched:
+    def update(self, state: TrialState) -> None:
+        """Judge the state after a step."""
+        self.trace.append(state.truth)
+        if self.started is None and state.truth.distance_to(self.trace[0]) > START_DISTANCE:
+            self.started = state.time
+        self.time = state.time - self.started if self.started is not None else 0.0
+        if state.contact:
             self.status = "contact"
-        elif sight.struck:
+        elif state.struck:
             self.status = "struck"
-        elif self._there(sight):
+        elif self._is_at_goal(state):
             self.status = "success"
-        elif sight.time - (self.started or 0.0) >= self.rules.time_limit:
+        elif state.time - (self.started or 0.0) >= self.rules.time_limit:
             self.status = "timeout"
-        elif sight.outcome:
+        elif state.outcome:
             self.status = "gave_up"
 
-    def _there(self, sight: GoalObservation) -> bool:
-        near = sight.truth.distance_to(self.goal) <= self.rules.goal_radius
-        return near and (sight.outcome == MissionState.SUCCESS or not self.rules.by_mission)
+    def _is_at_goal(self, state: TrialState) -> bool:
+        near = state.truth.distance_to(self.goal) <= self.rules.goal_radius
+        return near and (state.outcome == MissionState.SUCCESS or not self.rules.by_mission)
 
     @property
     def driven(self) -> float:
-        """Metres."""
+        """Driven distance, metres."""
         return sum(a.distance_to(b) for a, b in zip(self.trace, self.trace[1:], strict=False))
 
 
 @dataclass(frozen=True)
 class Trial:
-    """A run and what a picture of it shows.
+    """A run with the data for its picture.
 
     Attributes:
-        trace: the robot's true poses.
-        walkers: (n, 3) x, y, radius of what moves, at the end.
+        trace: true poses of the robot.
+        walkers: moving obstacles at the end, (n, 3): x, y, radius in metres.
     """
 
     run: Run
@@ -124,55 +125,57 @@ class Trial:
 
 
 def run_trial(entry: Entry) -> Trial:
-    """Make a run.
+    """Make one run.
 
     Raises:
-        InputError: the mission is wrong, or names no goal.
+        InputError: the mission has errors or no goal.
     """
     began = perf_counter()
     plan, options = entry.setup.plan(entry.case, entry.trial)
     goal = goal_of(plan)
-    notes, watch = FailureNotes(), GoalMonitor(goal, entry.setup.rules)
+    notes, monitor = FailureNotes(), GoalMonitor(goal, entry.setup.rules)
     telemetry = Telemetry(run_info(plan, f"bench-{entry.case.name}", entry.trial), [notes])
     engine = build(plan, options, telemetry, None)
     try:
-        while not watch.status:
+        while not monitor.status:
             engine.runtime.step()
-            watch.look(_goal_observation(engine, alive=bool(plan.world.people)))
-        run = _row(entry, watch, engine, notes)
+            monitor.update(_trial_state(engine, has_people=bool(plan.world.people)))
+        run = _row(entry, monitor, engine, notes)
         walkers = engine.body.people
     finally:
         engine.runtime.parts.navigator.close()
         engine.telemetry.close(None)
         engine.body.close()
-    length = entry.case.path_length or shortest_way(plan.world, plan.robot, plan.start, goal)
+    length = entry.case.path_length
+    if not length:
+        length = shortest_path_length(plan.world, plan.robot, plan.start, goal)
     seconds = round(perf_counter() - began, 2)
     run = replace(run, path_length=length, wall_seconds=seconds)
-    return Trial(run, goal, watch.trace, walkers)
+    return Trial(run, goal, monitor.trace, walkers)
 
 
-def _goal_observation(engine: Engine, *, alive: bool) -> GoalObservation:
-    """What is to be seen now; where nothing is alive every contact is the robot's own."""
+def _trial_state(engine: Engine, *, has_people: bool) -> TrialState:
+    """Return the current state; in a world without people the robot causes every contact."""
     tally, state = engine.body.tally, engine.runtime.state
-    return GoalObservation(
+    return TrialState(
         engine.body.time, engine.scorer.truth,
-        touched=tally.by_robot + (0 if alive else tally.against_standing) > 0,
+        contact=tally.by_robot + (0 if has_people else tally.against_standing) > 0,
         struck=tally.against_standing > 0,
         outcome=str(state) if state.is_over else "",
     )  # fmt: skip
 
 
-def _row(entry: Entry, watch: GoalMonitor, engine: Engine, notes: FailureNotes) -> Run:
-    end, counters = watch.trace[-1], engine.runtime.counters()
+def _row(entry: Entry, monitor: GoalMonitor, engine: Engine, notes: FailureNotes) -> Run:
+    end, counters = monitor.trace[-1], engine.runtime.counters()
     return Run(
         setup=entry.setup.label,
         world=entry.case.name,
         trial=entry.trial,
-        status=watch.status,
-        cause=_cause(watch, engine, notes),
-        time=round(watch.time, 3),
+        status=monitor.status,
+        cause=_cause(monitor, engine, notes),
+        time=round(monitor.time, 3),
         path_length=0.0,
-        driven=round(watch.driven, 3),
+        driven=round(monitor.driven, 3),
         clearance=round(engine.body.clearance, 4),
         recoveries=int(counters["recoveries"]),
         replans=int(counters["replans"]),
@@ -181,18 +184,20 @@ def _row(entry: Entry, watch: GoalMonitor, engine: Engine, notes: FailureNotes) 
     )
 
 
-def _cause(watch: GoalMonitor, engine: Engine, notes: FailureNotes) -> str:
-    end, speed = watch.trace[-1], engine.runtime.odometry.twist
-    if watch.status in ("contact", "struck"):
-        news = [text for kind, text in engine.body.news() if kind == "contact"]
+def _cause(monitor: GoalMonitor, engine: Engine, notes: FailureNotes) -> str:
+    end, speed = monitor.trace[-1], engine.runtime.odometry.twist
+    if monitor.status in ("contact", "struck"):
+        contacts = [text for kind, text in engine.body.news() if kind == "contact"]
         return (
-            f"{(news or [notes.contact])[0]} after {watch.time:.1f} s, at {speed.linear:.2f} m/s"
+            f"{(contacts or [notes.contact])[0]} after {monitor.time:.1f} s, at"
+            f" {speed.linear:.2f} m/s"
             f" and {speed.angular:.2f} rad/s"
         )
-    where = f"at ({end.x:.2f}, {end.y:.2f}), {end.distance_to(watch.goal):.1f} m from the goal"
+    where = f"at ({end.x:.2f}, {end.y:.2f}), {end.distance_to(monitor.goal):.1f} m from the goal"
     trouble = f"; last: {notes.trouble}" if notes.trouble else ""
-    if watch.status == "timeout":
+    if monitor.status == "timeout":
         return f"still driving {where}{trouble}"
-    if watch.status == "gave_up":
-        return f"the mission ended {where}: {engine.runtime.reason or 'it took itself for there'}"
+    if monitor.status == "gave_up":
+        reason = engine.runtime.reason or "it reported success away from the goal"
+        return f"the mission ended {where}: {reason}"
     return ""

@@ -20,8 +20,8 @@ def test(
 
     Behaviours are replaced by mocks and time by a virtual clock.
     """
-    from missions.testing.session import Wanted, run_files
+    from missions.testing.session import Options, run_files
 
-    session = run_files(missions, Wanted(keyword, coverage))
+    session = run_files(missions, Options(keyword, coverage))
     typer.echo(session.text)
     raise typer.Exit(session.exit_code)

@@ -1,4 +1,4 @@
-"""For editors: JSON Schemas and a language server, made from what is installed.
+"""Editor support: JSON Schemas and a language server, derived from the installed behaviours.
 
-Nothing here decides what a mission may say; it repeats what the reader and the declarations know.
+The rules of the language are defined by the reader and the declarations, not here.
 """

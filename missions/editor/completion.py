@@ -1,4 +1,4 @@
-"""Completion: what may be written at a place of a mission file."""
+"""Completion: candidates for a position in a mission file."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from missions.editor.markdown import (
     word_text,
 )
 from missions.editor.names import Name
-from missions.editor.node_schemas import beside
+from missions.editor.node_schemas import allowed_modifiers
 from missions.editor.outline import Item, Use, signature_of_kind
 from missions.execution.component_choices import DEFAULTS, SETTINGS
 from missions.execution.resources import world_files
@@ -33,19 +33,19 @@ WRITABLE = ("blackboard key", "`out`")
 
 @dataclass(frozen=True)
 class Candidate:
-    """Something that may be written.
+    """A completion candidate.
 
     Attributes:
-        label: what is shown and written.
-        sort: "keyword", "behaviour", "port", "value", "name", "tree" or "file".
-        detail: a few words beside the label.
-        text: markdown.
-        key: a `:` follows it.
-        value: what is written after that.
+        label: text to show and insert.
+        kind: "keyword", "behaviour", "port", "value", "name", "tree" or "file".
+        detail: short text next to the label.
+        text: documentation as markdown.
+        key: whether a `:` follows the label.
+        value: text to insert after the `:`.
     """
 
     label: str
-    sort: str
+    kind: str
     detail: str = ""
     text: str = ""
     key: bool = False
@@ -53,15 +53,15 @@ class Candidate:
 
 
 def candidates(reading: Reading, item: Item, *, alone: bool) -> list[Candidate]:
-    """What may stand in the place of an item.
+    """Return the candidates for an item.
 
     Args:
         reading: the file.
-        item: the stand-in for the word under way.
-        alone: nothing stands before it in its line, so that it may become a key.
+        item: the placeholder for the typed word.
+        alone: whether the word is the first in its line, so that it can become a key.
     """
-    offer = _OFFER.get(item.use)
-    found = list(offer(reading, item)) if offer else []
+    provider = _PROVIDERS.get(item.use)
+    found = list(provider(reading, item)) if provider else []
     key = item.use in (Use.SUB_KEY, Use.CASE_KEY)
     found += [Candidate(word, "keyword" if key else "value", key=key) for word in item.options]
     if alone and item.use in (Use.VALUE, Use.EXPRESSION) and item.owner:
@@ -85,14 +85,14 @@ def _kinds(reading: Reading, item: Item) -> Iterator[Candidate]:
         yield Candidate(word, "keyword", text=word_text(word), key=True)
     for name in reading.catalogue.names():
         kind = reading.catalogue.kinds[name]
-        needy = any(declared.required for declared in kind.ports.values())
+        has_required = any(declared.required for declared in kind.ports.values())
         yield Candidate(name, "behaviour", kind.summary, behaviour_text(kind),
-                        key=bool(kind.ports), value="" if needy else "{}")  # fmt: skip
+                        key=bool(kind.ports), value="" if has_required else "{}")  # fmt: skip
 
 
 def _modifiers(reading: Reading, item: Item) -> Iterator[Candidate]:
     kind = reading.catalogue.get(item.owner)
-    for word in beside(item.owner, kind):
+    for word in allowed_modifiers(item.owner, kind):
         yield Candidate(word, "keyword", text=word_text(word), key=True)
 
 
@@ -128,7 +128,7 @@ def _values(reading: Reading, item: Item) -> Iterator[Candidate]:
     wanted = type_of(item.declared) if item.declared else ValueType(object)
     if wanted == BOOL:
         yield from (_word("true"), _word("false"))
-    for name in reading.names.known(item.around).values():
+    for name in reading.names.known(item.scope).values():
         fits = wanted.accepts(name.type) or (wanted.item and wanted.item.accepts(name.type))
         if fits:
             yield _reference(name)
@@ -139,14 +139,14 @@ def _reference(name: Name) -> Candidate:
 
 
 def _expressions(reading: Reading, item: Item) -> Iterator[Candidate]:
-    yield from (_reference(name) for name in reading.names.known(item.around).values())
+    yield from (_reference(name) for name in reading.names.known(item.scope).values())
     for word, value in ROBOT_VALUES.items():
         yield Candidate(word, "value", str(value.type), value.help)
     yield from (Candidate(word, "keyword") for word in ("and", "or", "not", "is set"))
 
 
 def _writable(reading: Reading, item: Item) -> Iterator[Name]:
-    known = reading.names.known(item.around).values()
+    known = reading.names.known(item.scope).values()
     return (name for name in known if name.role.startswith(WRITABLE))
 
 
@@ -186,7 +186,7 @@ def _files(reading: Reading, item: Item) -> Iterator[Candidate]:
 
 def _parameters(owner: str) -> Iterator[Candidate]:
     if owner.split(" ")[0] in DEFAULTS:
-        yield Candidate("use", "keyword", text="Which one.", key=True)
+        yield Candidate("use", "keyword", text="Name of the component.", key=True)
     yield from _declared(parameters_of(owner).values())
 
 
@@ -198,7 +198,7 @@ def _file_stems(files: Iterable[Path]) -> Iterator[Candidate]:
     return (_word(file.stem) for file in files)
 
 
-_OFFER: dict[Use, Callable[[Reading, Item], Iterable[Candidate]]] = {
+_PROVIDERS: dict[Use, Callable[[Reading, Item], Iterable[Candidate]]] = {
     Use.TOP_KEY: lambda reading, item: _keys(TOP_KEYS),
     Use.TREE_KEY: lambda reading, item: _keys(TREE_KEYS),
     Use.EVENT_KEY: lambda reading, item: _keys(EVENT_KEYS),

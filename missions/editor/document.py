@@ -1,4 +1,4 @@
-"""A file as an editor has it, saved or not: its findings, and what its words mean."""
+"""A file in an editor, saved or not: its findings and the meaning of its words."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from stack.sim.worlds.world_file import read_world
 
 
 class FileKind(StrEnum):
-    """What kind of file it is."""
+    """Kind of a file."""
 
     MISSION = "mission"
     WORLD = "world"
@@ -31,19 +31,19 @@ class FileKind(StrEnum):
 
 @dataclass(frozen=True)
 class Reading:
-    """A file that could be parsed, with what it refers to."""
+    """A parsed file with the names and behaviours it refers to."""
 
     names: Names
     catalogue: Catalogue
     items: list[Item]
 
     def at(self, line: int, column: int) -> Item | None:
-        """The word at a position, counted from 1."""
+        """Return the item at a position, counted from 1."""
         return item_at(self.items, line, column)
 
 
 def file_kind(text: str) -> FileKind:
-    """What kind of file a text is, by the keys at its margin; editors ask of any YAML file."""
+    """Return the kind of a YAML file by its top-level keys; editors send any YAML file."""
     keys = set(re.findall(r"^([a-z_]+)\s*:", text, re.MULTILINE))
     if "mission" in keys or {"run", "robot"} <= keys or {"run", "world"} <= keys:
         return FileKind.MISSION
@@ -55,16 +55,16 @@ def file_kind(text: str) -> FileKind:
 
 
 def findings_in(text: str, path: Path) -> tuple[Finding, ...]:
-    """Everything wrong with a text that stands, or will stand, in a file."""
-    sort = file_kind(text)
+    """Return the findings of a text with the path of its file, which need not exist."""
+    kind = file_kind(text)
     try:
-        if sort is FileKind.MISSION:
+        if kind is FileKind.MISSION:
             return read_mission(path, catalogue_of, resources(), text=text).warnings
-        if sort is FileKind.WORLD:
+        if kind is FileKind.WORLD:
             read_world(path, text)
-        elif sort is FileKind.ROBOT:
+        elif kind is FileKind.ROBOT:
             read_robot(path, text)
-        elif sort is FileKind.TREES:
+        elif kind is FileKind.TREES:
             read_text(text, str(path))
     except InputError as error:
         return error.findings or (Finding(Mark(str(path)), "E110", str(error)),)
@@ -72,7 +72,7 @@ def findings_in(text: str, path: Path) -> tuple[Finding, ...]:
 
 
 def read(text: str, path: Path) -> Reading | None:
-    """What the words of a text mean; None when it cannot be parsed."""
+    """Parse a text; None if it is not valid YAML."""
     try:
         top = read_text(text, str(path))
     except InputError:
@@ -90,18 +90,18 @@ def _reading(top: Node, path: Path) -> Reading:
 
 
 CURSOR = "cursor__here"
-"""Stands for the word under way."""
+"""Placeholder for the word that is being typed."""
 
 _CLOSING = {"{": "}", "[": "]"}
 
 
 @dataclass(frozen=True)
-class UnderWay:
-    """A file in which a word is being typed.
+class CursorReading:
+    """A parsed file with a placeholder for the word that is being typed.
 
     Attributes:
-        item: the stand-in for the word.
-        cut: what follows it had to be left out.
+        item: the placeholder.
+        cut: whether the lines after it were dropped to parse the file.
     """
 
     reading: Reading
@@ -109,18 +109,17 @@ class UnderWay:
     cut: bool
 
 
-def read_at_cursor(text: str, path: Path, line: int, column: int) -> UnderWay | None:
-    """The file and the word that is being typed, whatever state the file is in.
+def read_at_cursor(text: str, path: Path, line: int, column: int) -> CursorReading | None:
+    """Parse a file in which a word is being typed; None if every attempt fails.
 
-    The word under way is replaced by a stand-in, as a value and as a key, with open brackets
-    closed, and, if nothing else helps, with what follows left out; the first text that can be
-    parsed is taken.
+    The word is replaced by a placeholder, as a value, as a key, with open brackets closed, and
+    finally without the lines after it. The first text that can be parsed is used.
 
     Args:
-        text: the file as the editor has it.
-        path: where it stands.
-        line: of the cursor, from 1.
-        column: of the first character of the word under way, from 1.
+        text: the text in the editor.
+        path: the path of its file.
+        line: line of the cursor, from 1.
+        column: first column of the typed word, from 1.
     """
     lines = text.split("\n")
     before, after = lines[: line - 1], lines[line:]
@@ -128,22 +127,22 @@ def read_at_cursor(text: str, path: Path, line: int, column: int) -> UnderWay | 
     head = here[: column - 1]
     tail = re.sub(r"^\$?[\w.]*", "", here[column - 1 :])
     closed = _closing(head)
-    tries = [f"{head}{CURSOR}{tail}", f"{head}{CURSOR}:{tail}", f"{head}{CURSOR}{closed}",
-             f"{head}{CURSOR}: {closed}"]  # fmt: skip
-    for rest, attempt in [(rest, attempt) for rest in (after, []) for attempt in tries]:
+    attempts = [f"{head}{CURSOR}{tail}", f"{head}{CURSOR}:{tail}", f"{head}{CURSOR}{closed}",
+                f"{head}{CURSOR}: {closed}"]  # fmt: skip
+    for rest, attempt in [(rest, attempt) for rest in (after, []) for attempt in attempts]:
         found = read("\n".join([*before, attempt, *rest]), path)
-        item = _stand_in(found.items) if found else None
+        item = _placeholder(found.items) if found else None
         if found and item:
-            return UnderWay(found, item, rest is not after)
+            return CursorReading(found, item, rest is not after)
     return None
 
 
-def _stand_in(items: Sequence[Item]) -> Item | None:
+def _placeholder(items: Sequence[Item]) -> Item | None:
     return next((item for item in items if CURSOR in str(item.node.value)), None)
 
 
 def _closing(head: str) -> str:
-    """The brackets that are still open at the end of a line's beginning."""
+    """Return the brackets that close those left open in the text before the cursor."""
     stack: list[str] = []
     for letter in head:
         if letter in _CLOSING:

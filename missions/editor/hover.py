@@ -1,4 +1,4 @@
-"""Hover and go-to-definition: what a word of a mission file means, and where that stands."""
+"""Hover and go-to-definition for the words of a mission file."""
 
 from __future__ import annotations
 
@@ -28,18 +28,18 @@ from stack.parameters import Declaration, declarations
 
 
 def explanation(reading: Reading, item: Item, word: str) -> str:
-    """Markdown about a word; empty when there is nothing to say."""
+    """Return documentation of a word as markdown; empty if there is none."""
     if word.startswith("$"):
-        return _name_text(reading.names.known(item.around).get(word[1:]))
+        return _name_text(reading.names.known(item.scope).get(word[1:]))
     explain = _EXPLAIN.get(item.use)
     return explain(reading, item, word) if explain else ""
 
 
 def definition(reading: Reading, item: Item, word: str) -> Mark | None:
-    """Where a word is defined, in this file or another."""
+    """Return the position of a word's definition, in this file or another."""
     names = reading.names
     if word.startswith("$") or item.use in (Use.KEY, Use.PLACE, Use.DECLARED):
-        found = names.known(item.around).get(word.lstrip("$"))
+        found = names.known(item.scope).get(word.lstrip("$"))
         if found is not None:
             return found.mark
     if item.use is Use.TREE:
@@ -56,7 +56,7 @@ def definition(reading: Reading, item: Item, word: str) -> Mark | None:
 
 
 def parameters_of(owner: str) -> dict[str, Declaration]:
-    """Parameters of a component, `planner astar`, or of the settings of a kind."""
+    """Return the parameters of a component (`planner astar`) or of the settings of a kind."""
     from missions.execution.component_choices import DEFAULTS, SETTINGS
 
     kind, _, name = owner.partition(" ")
@@ -72,7 +72,7 @@ def parameters_of(owner: str) -> dict[str, Declaration]:
 
 
 def _source(reading: Reading, item: Item) -> Mark | None:
-    """The line of the class of a behaviour."""
+    """Return the position of a behaviour's class."""
     word = str(item.node.value) if item.use is Use.KIND else item.owner
     kind = reading.catalogue.get(word)
     if kind is None:
@@ -111,7 +111,7 @@ def _expression(reading: Reading, item: Item, word: str) -> str:
 
 
 def _plain_name(reading: Reading, item: Item, word: str) -> str:
-    return _name_text(reading.names.known(item.around).get(word))
+    return _name_text(reading.names.known(item.scope).get(word))
 
 
 def _tree(reading: Reading, item: Item, word: str) -> str:
@@ -120,7 +120,7 @@ def _tree(reading: Reading, item: Item, word: str) -> str:
 
 
 def tree_text(tree: TreeName) -> str:
-    """A tree with what goes in and comes out."""
+    """Return markdown about a tree, with its inputs and outputs."""
     inputs, outputs = (_types(types) for types in tree.signature)
     lines = [f"**{tree.name}**: a tree", tree.doc, inputs and f"in: {inputs}",
              outputs and f"out: {outputs}"]  # fmt: skip

@@ -1,4 +1,4 @@
-"""Markdown about the words of mission files: what schemas, hovers and completions show."""
+"""Markdown about the words of mission files, for schemas, hover and completion."""
 
 from __future__ import annotations
 
@@ -10,38 +10,38 @@ from missions.language.reading.nodes import COMPOSITES
 from stack.parameters import Declaration
 
 TOP_KEYS: dict[str, str] = {
-    "mission": "What the mission is called.",
-    "format": "The version of the mission language; this is `1`.",
-    "doc": "What the mission is for, in a sentence.",
-    "robot": "A robot that comes with treepilot, or a path to a `robot.yaml`.",
-    "world": "A world that comes with treepilot, or a path to a world file.",
-    "start": "Where the robot truly begins: a place or `[x, y, heading]`.",
-    "initial_pose": "Where the robot believes it begins: `start`, `unknown`, a place or a pose.",
+    "mission": "Name of the mission.",
+    "format": "Version of the mission language: `1`.",
+    "doc": "One-sentence description of the mission.",
+    "robot": "Name of a shipped robot, or the path of a `robot.yaml`.",
+    "world": "Name of a shipped world, or the path of a world file.",
+    "start": "True start pose of the robot: a place or `[x, y, heading]`.",
+    "initial_pose": "Initial pose estimate: `start`, `unknown`, a place or a pose.",
     "map": "`from_world` (the default), `none`, or a ROS `map.yaml`.",
     "places": "Named poses in the map frame: `dock: [0, 0, 90 deg]`.",
     "parameters": "Parameter files, applied in order before `navigation`.",
-    "navigation": "Components by name, and their parameters.",
-    "plugins": "Folders, files or modules with behaviours, planners and controllers of your own.",
-    "include": "Files whose `trees` and `places` this mission may use.",
+    "navigation": "Components of the navigation stack and their parameters.",
+    "plugins": "Folders, files or modules with your own behaviours, planners and controllers.",
+    "include": "Files whose `trees` and `places` this mission can use.",
     "arguments": "Typed inputs of the mission, set with `--set name=value`.",
-    "blackboard": "Every key that nodes may read and write, typed.",
-    "events": "Looked at on every tick, first wins; a triggered one pre-empts `run`.",
-    "run": "The tree that is the mission.",
-    "trees": "Trees that `use` runs, with what goes `in` and comes `out`.",
-    "tests": "What `treepilot test` tries, without a simulator.",
+    "blackboard": "Typed keys that nodes can read and write.",
+    "events": "Conditions checked on every tick in this order; a triggered event pre-empts `run`.",
+    "run": "The behaviour tree of the mission.",
+    "trees": "Subtrees for `use`, with inputs (`in`) and outputs (`out`).",
+    "tests": "Test cases for `treepilot test`, run without a simulator.",
 }
 """Keys at the top of a mission file."""
 
 TREE_KEYS: dict[str, str] = {
-    "in": "What goes in: `{target: Pose, dwell: {type: duration, default: 3 s}}`.",
-    "out": "What comes out of it: `{photo: path}`.",
-    "doc": "What the tree does.",
-    "do": "Its node.",
+    "in": "Inputs: `{target: Pose, dwell: {type: duration, default: 3 s}}`.",
+    "out": "Outputs: `{photo: path}`.",
+    "doc": "Description of the tree.",
+    "do": "Root node of the tree.",
 }
 
 
 def declaration_text(declared: Declaration) -> str:
-    """A port, output or parameter: its sentence, type, default and range."""
+    """Return markdown about a port, output or parameter: help, type, default and range."""
     facts = [declared.type_name()]
     if declared.required:
         facts.append("required")
@@ -54,7 +54,7 @@ def declaration_text(declared: Declaration) -> str:
 
 
 def shown(declared: Declaration) -> str:
-    """A default as a mission file would have it."""
+    """Return a default as written in a mission file."""
     value = declared.default
     if isinstance(value, bool):
         return "true" if value else "false"
@@ -64,7 +64,7 @@ def shown(declared: Declaration) -> str:
 
 
 def behaviour_text(kind: BehaviourKind) -> str:
-    """A behaviour with its ports and outputs."""
+    """Return markdown about a behaviour, with its ports and outputs."""
     parts = [f"**{kind.name}**", kind.doc]
     parts += _listed("Ports", kind.ports)
     parts += _listed("Outputs", kind.outputs)
@@ -72,7 +72,7 @@ def behaviour_text(kind: BehaviourKind) -> str:
 
 
 def word_text(word: str) -> str:
-    """A composite or modifier; empty for any other word."""
+    """Return markdown about a composite or modifier; empty for any other word."""
     text = COMPOSITES.get(word) or MODIFIERS.get(word)
     return f"**{word}**: {text}" if text else ""
 

@@ -1,4 +1,4 @@
-"""The JSON Schema (draft 2020-12) of mission files, made from what is installed."""
+"""JSON Schema (draft 2020-12) of mission files, derived from the installed behaviours."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ DURATION = Declaration("", float, unit="s", at_least=0.0)
 
 
 def mission_schema(catalogue: Catalogue) -> Schema:
-    """The schema of missions that use these behaviours.
+    """Return the schema of missions that use these behaviours.
 
-    Values are checked as far as one value alone tells; names, data flow and ranges of quantities
-    written with a unit are left to `treepilot check` and the language server.
+    It checks single values. Names, data flow and the ranges of quantities with a unit are checked
+    by `treepilot check` and the language server only.
     """
     keys: dict[str, Schema] = {
         "mission": {"type": "string", "minLength": 1}, "format": {"enum": [1]}, "doc": TEXT,
@@ -69,35 +69,35 @@ def _type_word() -> Schema:
 def _argument() -> Schema:
     return section({
         "type": documented(_type_word(), "The type of its values."),
-        "default": documented({}, "Its value when `--set` gives none."),
+        "default": documented({}, "Value without `--set`."),
         "range": documented(
-            {"type": "array", "minItems": 2, "maxItems": 2}, "`[least, most]` of a number."),
+            {"type": "array", "minItems": 2, "maxItems": 2}, "`[minimum, maximum]` of a number."),
         "one_of": documented(
-            {"type": "array", "minItems": 1}, "The only texts that it may be."),
-        "unit": documented(TEXT, "An SI unit, for `type: float`."),
-        "doc": documented(TEXT, "What it is for."),
+            {"type": "array", "minItems": 1}, "Allowed texts."),
+        "unit": documented(TEXT, "SI unit, for `type: float`."),
+        "doc": documented(TEXT, "Description."),
     }, ["type"])  # fmt: skip
 
 
 def _key() -> Schema:
     return section({
         "type": documented(_type_word(), "The type of its values."),
-        "initial": documented({}, "Its value when the mission begins."),
+        "initial": documented({}, "Value at the start of the mission."),
         "optional": documented(
-            {"type": "boolean"}, "Whether it may be without value; ask `$key is set`."),
-        "unit": documented(TEXT, "An SI unit, for `type: float`."),
-        "doc": documented(TEXT, "What it is for."),
+            {"type": "boolean"}, "Whether it can be unset; test with `$key is set`."),
+        "unit": documented(TEXT, "SI unit, for `type: float`."),
+        "doc": documented(TEXT, "Description."),
     }, ["type"])  # fmt: skip
 
 
 def _tree() -> Schema:
-    given = section({
-        "type": documented(_type_word(), "The type of what goes in."),
-        "default": documented({}, "What goes in when `with` gives nothing."),
-        "unit": documented(TEXT, "An SI unit, for `type: float`."),
-        "doc": documented(TEXT, "What it is for."),
+    detailed = section({
+        "type": documented(_type_word(), "Type of the input."),
+        "default": documented({}, "Value if `with` does not set the input."),
+        "unit": documented(TEXT, "SI unit, for `type: float`."),
+        "doc": documented(TEXT, "Description."),
     }, ["type"])  # fmt: skip
-    inputs = named({**given, **_type_word(), "type": ["string", "object"]})
+    inputs = named({**detailed, **_type_word(), "type": ["string", "object"]})
     keys = {"in": inputs, "out": named(_type_word()), "doc": TEXT, "do": NODE}
     return section({key: documented(keys[key], text) for key, text in TREE_KEYS.items()}, ["do"])
 
@@ -153,25 +153,25 @@ def _navigation() -> Schema:
         if kind == "costmap" and "costmap_layer" in GROUPS:
             fields["layers"] = _layers()
         if kind == "safety":
-            fields["zones"] = documented({"type": "array"}, "The zones it watches.")
+            fields["zones"] = documented({"type": "array"}, "Zones of the collision monitor.")
         kinds[kind] = documented(section(fields), f"Settings of the {kind}.")
-    kinds["nav2_params"] = documented({"type": "string"}, "A parameter file of Nav2 to begin with.")
+    kinds["nav2_params"] = documented({"type": "string"}, "Nav2 parameter file to import.")
     return {**section(kinds), "type": ["object", "null"]}
 
 
 def _layers() -> Schema:
-    """Layers by name or with parameters, in the order in which they paint."""
+    """Layers by name or with parameters, in the order in which they are applied."""
     names = list(available("costmap_layer"))
     use = {"type": "string", "examples": names}
     layer = {"type": ["string", "object"], "examples": names, "required": ["use"],
              "properties": {"use": use}}  # fmt: skip
-    return documented({"type": "array", "items": layer}, "The layers, the first one first.")
+    return documented({"type": "array", "items": layer}, "Layers, in the order of application.")
 
 
 def _component(kind: str, default: str) -> Schema:
-    """A component by name alone, or with parameters, which depend on the name."""
+    """A component by name, or with parameters, which depend on the name."""
     names = list(available(kind))
-    about = {name: _parameters(kind, name) for name in names}
+    parameters = {name: _parameters(kind, name) for name in names}
     known = [
         {
             "if": {"type": "object", "properties": {"use": {"const": name}},
@@ -179,7 +179,7 @@ def _component(kind: str, default: str) -> Schema:
             "then": {"properties": fields,
                      "propertyNames": {"enum": ["use", *fields]}},
         }
-        for name, fields in about.items() if fields is not None
+        for name, fields in parameters.items() if fields is not None
     ]  # fmt: skip
     use = {"type": "string", "examples": names, "default": default}
     schema = {
@@ -189,7 +189,7 @@ def _component(kind: str, default: str) -> Schema:
 
 
 def _parameters(kind: str, name: str) -> dict[str, Schema] | None:
-    """The parameters of a component; None when it is installed but cannot be loaded."""
+    """Return the parameters of a component; None if it is installed but cannot be loaded."""
     try:
         return _fields(component(kind, name).Parameters)  # type: ignore[attr-defined]
     except InputError:

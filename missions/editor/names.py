@@ -1,4 +1,4 @@
-"""What `$name` and `use` may mean in a file, faulty or not, and where each name is declared."""
+"""Names for `$name` and `use` in a file, valid or not, with the position of each declaration."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
-from missions.editor.outline import Around, Signature, signature_of, type_word
+from missions.editor.outline import Scope, Signature, signature_of, type_word
 from missions.execution.resources import WORLDS
 from missions.language.expressions.value_types import ANYTHING, POSE, ValueType
 from missions.language.reading.values import reference_name, text_of
@@ -24,9 +24,9 @@ class Name:
     """A declared name.
 
     Attributes:
-        role: what kind of name, in words.
-        text: what it stands for, as it is written.
-        mark: where it is declared.
+        role: kind of the name, as text.
+        text: its value as written in the file.
+        mark: position of the declaration.
     """
 
     name: str
@@ -38,7 +38,7 @@ class Name:
 
 @dataclass(frozen=True)
 class TreeName:
-    """A tree that `use` may name."""
+    """A tree that `use` can name."""
 
     name: str
     signature: Signature
@@ -47,7 +47,7 @@ class TreeName:
 
 
 class Names:
-    """The names that one file declares, and those of the files it refers to."""
+    """The names declared in a file and in the files it refers to."""
 
     def __init__(self, top: Node, path: Path) -> None:
         self.top, self.path = top, path
@@ -57,24 +57,24 @@ class Names:
         self._inner = {**self._declared("arguments", "argument"),
                        **self._declared("blackboard", "blackboard key")}  # fmt: skip
 
-    def known(self, around: Around) -> dict[str, Name]:
-        """What `$name` may mean at a place, by name."""
+    def known(self, scope: Scope) -> dict[str, Name]:
+        """Return the names visible in a scope."""
         signature: dict[str, Name] = {}
-        body = (self.top.get("trees") or _NOTHING).get(around.tree)
+        body = (self.top.get("trees") or _EMPTY).get(scope.tree)
         for word in ("in", "out"):
-            for key, given in ((body.get(word) if body else None) or _NOTHING).entries:
+            for key, given in ((body.get(word) if body else None) or _EMPTY).entries:
                 name = str(key.value)
-                role = f"`{word}` of the tree {around.tree}"
+                role = f"`{word}` of the tree {scope.tree}"
                 signature[name] = Name(name, role, type_word(given), text_of(given), key.mark)
         outer = {**self._inner, **self.places, **signature}
-        for key, items in reversed(around.variables):
+        for key, items in reversed(scope.variables):
             name = str(key.value)
             kind = _item_type(items, outer)
             outer[name] = Name(name, "loop variable", kind, f"of {text_of(items)}", key.mark)
         return outer
 
     def file_of(self, key: str, value: str) -> Path | None:
-        """The file that the value of a top-level key names."""
+        """Return the file that the value of a top-level key names; None if there is none."""
         folder = self.path.parent
         try:
             if key == "world":
@@ -88,7 +88,7 @@ class Names:
 
     def _trees(self) -> Iterator[TreeName]:
         for _, top in reversed(self._files):
-            for key, body in (top.get("trees") or _NOTHING).entries:
+            for key, body in (top.get("trees") or _EMPTY).entries:
                 doc = body.get("doc")
                 text = str(doc.value) if doc else ""
                 yield TreeName(str(key.value), signature_of(body), text, key.mark)
@@ -96,23 +96,23 @@ class Names:
     def _places(self) -> Iterator[Name]:
         world = self.top.get("world")
         file = self.file_of("world", str(world.value)) if world else None
-        far = _read(file) if file else None
-        tops = [*([far] if far else []), *(top for _, top in reversed(self._files))]
+        of_world = _read(file) if file else None
+        tops = [*([of_world] if of_world else []), *(top for _, top in reversed(self._files))]
         for top in tops:
-            role = "place of the world" if top is far else "place"
-            for key, pose in (top.get("places") or _NOTHING).entries:
+            role = "place of the world" if top is of_world else "place"
+            for key, pose in (top.get("places") or _EMPTY).entries:
                 name = str(key.value)
                 yield Name(name, role, POSE, text_of(pose), key.mark)
 
     def _declared(self, section: str, role: str) -> dict[str, Name]:
         found = {}
-        for key, body in (self.top.get(section) or _NOTHING).entries:
+        for key, body in (self.top.get(section) or _EMPTY).entries:
             name = str(key.value)
             found[name] = Name(name, role, type_word(body.get("type")), text_of(body), key.mark)
         return found
 
 
-_NOTHING = Node([], "mapping", Mark(""))
+_EMPTY = Node([], "mapping", Mark(""))
 
 
 def _item_type(items: Node, outer: dict[str, Name]) -> ValueType:
@@ -122,12 +122,12 @@ def _item_type(items: Node, outer: dict[str, Name]) -> ValueType:
 
 
 def _included(top: Node, path: Path) -> Iterator[tuple[Path, Node]]:
-    """The file, then those it includes, each once."""
+    """Yield the file, then the files it includes, each once."""
     waiting, seen = [(path, top)], {path.resolve()}
     while waiting and len(seen) <= MAX_FILES:
         file, node = waiting.pop(0)
         yield file, node
-        for item in (node.get("include") or _NOTHING).items:
+        for item in (node.get("include") or _EMPTY).items:
             below = file.parent / str(item.value)
             inner = None if below.resolve() in seen else _read(below)
             if inner is not None:
@@ -136,7 +136,7 @@ def _included(top: Node, path: Path) -> Iterator[tuple[Path, Node]]:
 
 
 def _read(path: Path) -> Node | None:
-    """A file that this one refers to; None when it cannot be read."""
+    """Read a file that this one refers to; None if that fails."""
     try:
         changed = path.stat().st_mtime_ns
     except OSError:
@@ -146,7 +146,7 @@ def _read(path: Path) -> Node | None:
 
 @lru_cache(maxsize=64)
 def _read_once(path: Path, changed: int) -> Node | None:
-    """Worlds are long and asked for at every letter: read again only when they have changed."""
+    """Read a file once per modification time: worlds are long and needed at every keystroke."""
     try:
         return read_file(path)
     except InputError:

@@ -1,4 +1,4 @@
-"""The JSON Schema of a node: one key that names its type, and modifiers beside it."""
+"""JSON Schema of a node: one key that names its type, and modifiers."""
 
 from __future__ import annotations
 
@@ -41,14 +41,14 @@ TARGET: Schema = {
     "patternErrorMessage": "an output goes to a blackboard key: $key",
 }  # fmt: skip
 DOTTED = r"^[A-Za-z_]\w*(\.[A-Za-z_]\w*)+$"
-"""A plain py_trees class by its dotted name."""
+"""Dotted name of a py_trees class."""
 
 _ONLY_FOR = {"with": ("use",), "do": LOOPS}
 _WITH_OUTPUTS = ("use", FOLLOW_WAYPOINTS)
 
 
 def node_schema(catalogue: Catalogue) -> Schema:
-    """A node of any type that is installed."""
+    """Return the schema of a node of any installed type."""
     kinds = {word: documented(body, word_text(word)) for word, body in _composites().items()}
     found = {name: catalogue.kinds[name] for name in catalogue.names()}
     kinds |= {
@@ -56,8 +56,8 @@ def node_schema(catalogue: Catalogue) -> Schema:
     }
     alone = [name for name, kind in found.items() if not _required(kind)]
     pattern = "|".join([*map(escape, alone), DOTTED.strip("^$")])
-    company = {word: _beside(word, None) for word in COMPOSITES}
-    company |= {name: _beside(name, kind) for name, kind in found.items()}
+    other_keys = {word: _other_keys(word, None) for word in COMPOSITES}
+    other_keys |= {name: _other_keys(name, kind) for name, kind in found.items()}
     return {
         "type": ["string", "object"],
         "pattern": f"^({pattern})$",
@@ -67,7 +67,7 @@ def node_schema(catalogue: Catalogue) -> Schema:
         "additionalProperties": False,
         "not": {"type": "object", "propertyNames": {"enum": list(MODIFIERS)}},
         "errorMessage": "a node is one key that names its type, with its ports as the value",
-        "dependentSchemas": company,
+        "dependentSchemas": other_keys,
     }
 
 
@@ -76,7 +76,7 @@ def _required(kind: BehaviourKind) -> list[str]:
 
 
 def _body(declared: Mapping[str, Declaration]) -> Schema:
-    """What stands under a behaviour's name: ports by name, a bare value, or nothing."""
+    """Return the schema of a behaviour's value: ports by name, a bare value, or nothing."""
     required = [name for name, port in declared.items() if port.required]
     ports = {name: of_declaration(port) for name, port in declared.items()}
     bare = bare_port(declared)
@@ -94,17 +94,17 @@ def _body(declared: Mapping[str, Declaration]) -> Schema:
     return {**value, **body, "type": [*accepted, *value["type"]]}
 
 
-def beside(word: str, kind: BehaviourKind | None) -> list[str]:
-    """The modifiers that may stand beside a type's word; `kind` when it is a behaviour."""
+def allowed_modifiers(word: str, kind: BehaviourKind | None) -> list[str]:
+    """Return the modifiers allowed for a type; `kind` is set for a behaviour."""
     allowed = [name for name in MODIFIERS if word in _ONLY_FOR.get(name, (word,))]
     if word not in _WITH_OUTPUTS and not (kind and kind.outputs):
         allowed.remove("out")
     return allowed
 
 
-def _beside(word: str, kind: BehaviourKind | None) -> Schema:
-    """What may stand beside a type's word; makes two types in one node an error."""
-    schema: Schema = {"propertyNames": {"enum": [word, *beside(word, kind)]}}
+def _other_keys(word: str, kind: BehaviourKind | None) -> Schema:
+    """Return the schema of a node's other keys; it makes two types in one node an error."""
+    schema: Schema = {"propertyNames": {"enum": [word, *allowed_modifiers(word, kind)]}}
     outputs = OUTPUTS if word == FOLLOW_WAYPOINTS else kind.outputs if kind else {}
     if outputs:
         targets = {name: documented(TARGET, declared.help) for name, declared in outputs.items()}

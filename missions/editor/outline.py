@@ -1,7 +1,6 @@
-"""What each word of a mission file is there for: what hover, completion and go-to-definition ask.
+"""Outline of a mission file: the use of each word, for hover, completion and go-to-definition.
 
-The reader refuses a faulty file; this walk takes any, names the words it understands and passes
-over the rest.
+Unlike the reader, the walk accepts files with errors: it skips what it does not recognise.
 """
 
 from __future__ import annotations
@@ -29,7 +28,7 @@ from stack.parameters import Declaration
 
 
 class Use(StrEnum):
-    """What a word is there for."""
+    """Use of a word in a file."""
 
     TOP_KEY = auto()
     TREE_KEY = auto()
@@ -59,8 +58,8 @@ class Use(StrEnum):
 
 
 @dataclass(frozen=True)
-class Around:
-    """Where a word stands: the tree it is in, and the loop variables around it."""
+class Scope:
+    """Scope of a word: the tree that contains it, and the visible loop variables."""
 
     tree: str = ""
     variables: tuple[tuple[Node, Node], ...] = ()
@@ -71,22 +70,24 @@ class Item:
     """One word of a file.
 
     Attributes:
-        node: the key or value as it stands there.
+        node: the key or value.
+        use: its use.
+        scope: its scope.
         owner: the behaviour, tree, component or modifier it belongs to.
-        declared: what may stand there, of a value; of a port or output itself.
-        options: the words that may stand there.
+        declared: declaration of the port, output or value.
+        options: the allowed words.
     """
 
     node: Node
     use: Use
-    around: Around = Around()
+    scope: Scope = Scope()
     owner: str = ""
     declared: Declaration | None = None
     options: tuple[str, ...] = ()
 
 
 Signature = tuple[Mapping[str, ValueType], Mapping[str, ValueType]]
-"""What goes into a tree and what comes out, by name."""
+"""Types of the inputs and outputs of a tree, by name."""
 
 _SINGLE = {
     "start": Use.PLACE, "initial_pose": Use.PLACE, "world": Use.WORLD, "robot": Use.ROBOT,
@@ -104,18 +105,18 @@ _SUB_KEYS: dict[str, dict[str, Declaration]] = {
 
 
 def outline(top: Node, catalogue: Catalogue, trees: Mapping[str, Signature]) -> list[Item]:
-    """Every word that is understood, in the order of the walk.
+    """Return every recognised word, in the order of the walk.
 
     Args:
         top: the file.
-        catalogue: the behaviours that it may name.
-        trees: signatures of the trees it may use.
+        catalogue: the available behaviours.
+        trees: signatures of the available trees.
     """
     return list(_Walk(catalogue, trees).top(top))
 
 
 def item_at(items: list[Item], line: int, column: int) -> Item | None:
-    """The word at a position; both count from 1. Values of many lines have their first."""
+    """Return the word at a position, counted from 1; multi-line values match their first line."""
     before = [
         item for item in items
         if item.node.mark.line == line and item.node.mark.column <= column
@@ -126,7 +127,7 @@ def item_at(items: list[Item], line: int, column: int) -> Item | None:
 def signature_of_kind(
     catalogue: Catalogue, word: str
 ) -> tuple[Mapping[str, Declaration], Mapping[str, Declaration]]:
-    """Ports and outputs of what a node's word names; none of what has no such things."""
+    """Return the ports and outputs of a node type; empty if it has none."""
     if word == FOLLOW_WAYPOINTS:
         return WAYPOINT_PORTS, OUTPUTS
     kind = None if word in COMPOSITES else catalogue.get(word)
@@ -134,7 +135,7 @@ def signature_of_kind(
 
 
 def signature_of(tree: Node) -> Signature:
-    """`in` and `out` of the body of a tree."""
+    """Return the types of `in` and `out` of a tree."""
     return _types(tree.get("in")), _types(tree.get("out"))
 
 
@@ -144,7 +145,7 @@ def _types(node: Node | None) -> dict[str, ValueType]:
 
 
 def type_word(node: Node | None) -> ValueType:
-    """The type that a word names; anything when there is none of that name."""
+    """Return the type that a word names; any type if the name is unknown."""
     node = node.get("type") if node and node.is_mapping else node
     found = named_type(node.value) if node and isinstance(node.value, str) else ""
     return ValueType(object) if isinstance(found, str) else found
@@ -166,7 +167,7 @@ class _Walk:
         elif word in ("include", "plugins", "parameters"):
             yield from (Item(item, Use.FILE, owner=word) for item in value.items)
         elif word == "run":
-            yield from self.node(value, Around())
+            yield from self.node(value, Scope())
         elif word == "trees":
             for key, body in value.entries:
                 yield Item(key, Use.DECLARED, owner="trees")
@@ -186,10 +187,10 @@ class _Walk:
             yield Item(key, Use.TREE_KEY)
             if key.value in ("in", "out"):
                 for declared, kind in value.entries:
-                    yield Item(declared, Use.DECLARED, Around(name), owner=str(key.value))
+                    yield Item(declared, Use.DECLARED, Scope(name), owner=str(key.value))
                     yield Item(kind.get("type") or kind, Use.TYPE)
             elif key.value == "do":
-                yield from self.node(value, Around(name))
+                yield from self.node(value, Scope(name))
 
     def _event(self, body: Node) -> Iterator[Item]:
         if not body.is_mapping:
@@ -203,7 +204,7 @@ class _Walk:
             elif key.value == "then":
                 yield Item(value, Use.WORD, options=THEN)
             elif key.value == "do":
-                yield from self.node(value, Around())
+                yield from self.node(value, Scope())
 
     def _declarations(self, word: str, node: Node) -> Iterator[Item]:
         options = _DECLARING.get(word, ())
@@ -217,7 +218,7 @@ class _Walk:
                 if inner.value == "type":
                     yield Item(given, Use.TYPE)
                 elif inner.value in ("default", "initial"):
-                    yield from self._value(given, kind.declaration(str(key.value)), Around())
+                    yield from self._value(given, kind.declaration(str(key.value)), Scope())
 
     def _cases(self, node: Node) -> Iterator[Item]:
         for case in node.items:
@@ -255,133 +256,133 @@ class _Walk:
 
     # Nodes
 
-    def node(self, node: Node, around: Around) -> Iterator[Item]:
-        """The words of a node and of everything below it."""
+    def node(self, node: Node, scope: Scope) -> Iterator[Item]:
+        """Yield the words of a node and its subtree."""
         if node.kind == "scalar":
-            yield Item(node, Use.KIND, around)
+            yield Item(node, Use.KIND, scope)
         types = [entry for entry in node.entries if str(entry[0].value) not in MODIFIERS]
         known = [entry for entry in types if self._is_type(str(entry[0].value))]
         head = next(iter(known or types), None)
         word = str(head[0].value) if head else ""
         for key, value in node.entries:
             if head and key is head[0]:
-                yield Item(key, Use.KIND, around)
-                yield from self._body(word, value, self._inside(word, value, around))
+                yield Item(key, Use.KIND, scope)
+                yield from self._body(word, value, self._inside(word, value, scope))
             else:
-                yield Item(key, Use.MODIFIER, around, owner=word)
-                inside = self._inside(word, head[1], around) if head else around
+                yield Item(key, Use.MODIFIER, scope, owner=word)
+                inside = self._inside(word, head[1], scope) if head else scope
                 yield from self._modifier(head, key, value, inside)
 
     def _is_type(self, word: str) -> bool:
         return word in COMPOSITES or word in self.catalogue.kinds or "." in word
 
-    def _inside(self, word: str, body: Node, around: Around) -> Around:
+    def _inside(self, word: str, body: Node, scope: Scope) -> Scope:
         if word == FOLLOW_WAYPOINTS:
             items = body.get("waypoints") or body
             made = tuple((Node(name, "scalar", body.mark), items) for name in VARIABLES)
-            return replace(around, variables=(*made, *around.variables))
+            return replace(scope, variables=(*made, *scope.variables))
         if word != "for_each" or not body.entries:
-            return around
-        return replace(around, variables=(body.entries[0], *around.variables))
+            return scope
+        return replace(scope, variables=(body.entries[0], *scope.variables))
 
-    def _body(self, word: str, body: Node, around: Around) -> Iterator[Item]:
+    def _body(self, word: str, body: Node, scope: Scope) -> Iterator[Item]:
         if word == "use":
-            yield Item(body, Use.TREE, around)
+            yield Item(body, Use.TREE, scope)
         elif word == "for_each":
             for name, items in body.entries:
-                yield Item(name, Use.DECLARED, around, owner="for_each")
-                yield from self._value(items, Declaration(str(name.value), list), around)
+                yield Item(name, Use.DECLARED, scope, owner="for_each")
+                yield from self._value(items, Declaration(str(name.value), list), scope)
         elif word in COMPOSITES and word != FOLLOW_WAYPOINTS:
             for key, value in body.entries:
-                yield Item(key, Use.SUB_KEY, around, options=("succeed_on", "do"))
-                yield from self._children(value, around)
-            yield from self._children(body, around)
+                yield Item(key, Use.SUB_KEY, scope, options=("succeed_on", "do"))
+                yield from self._children(value, scope)
+            yield from self._children(body, scope)
         else:
-            yield from self._ports(word, body, around)
+            yield from self._ports(word, body, scope)
 
-    def _children(self, node: Node, around: Around) -> Iterator[Item]:
+    def _children(self, node: Node, scope: Scope) -> Iterator[Item]:
         for item in node.items:
-            yield from self.node(item, around)
+            yield from self.node(item, scope)
 
-    def _ports(self, word: str, body: Node, around: Around) -> Iterator[Item]:
+    def _ports(self, word: str, body: Node, scope: Scope) -> Iterator[Item]:
         ports, _ = signature_of_kind(self.catalogue, word)
         bare = bare_port(ports)
         takes_keys = bare is not None and type_of(ports[bare]) == ASSIGNMENTS
         if body.is_mapping and not takes_keys:
             for key, value in body.entries:
                 declared = ports.get(str(key.value))
-                yield Item(key, Use.PORT, around, owner=word, declared=declared)
+                yield Item(key, Use.PORT, scope, owner=word, declared=declared)
                 if declared is not None:
-                    yield from self._value(value, declared, around, word)
+                    yield from self._value(value, declared, scope, word)
         elif bare is not None:
-            yield from self._value(body, ports[bare], around, word)
+            yield from self._value(body, ports[bare], scope, word)
         else:
-            yield Item(body, Use.PORT, around, owner=word)
+            yield Item(body, Use.PORT, scope, owner=word)
 
     def _value(
-        self, node: Node, declared: Declaration, around: Around, owner: str = ""
+        self, node: Node, declared: Declaration, scope: Scope, owner: str = ""
     ) -> Iterator[Item]:
         kind = type_of(declared)
         if kind == ASSIGNMENTS:
             for key, value in node.entries:
-                yield Item(key, Use.KEY, around)
-                yield Item(value, Use.EXPRESSION, around)
+                yield Item(key, Use.KEY, scope)
+                yield Item(value, Use.EXPRESSION, scope)
         for item in node.items:
             inner = replace(declared, type=(kind.item or kind).annotation)
-            yield from self._value(item, inner, around)
+            yield from self._value(item, inner, scope)
         if node.kind == "scalar" and kind != ASSIGNMENTS:
             use = Use.EXPRESSION if kind == EXPRESSION else Use.VALUE
-            yield Item(node, use, around, owner, declared, declared.one_of)
+            yield Item(node, use, scope, owner, declared, declared.one_of)
 
     def _modifier(
-        self, head: tuple[Node, Node] | None, key: Node, value: Node, around: Around
+        self, head: tuple[Node, Node] | None, key: Node, value: Node, scope: Scope
     ) -> Iterator[Item]:
         name = str(key.value)
         if name in ("when", "while"):
-            yield Item(value, Use.EXPRESSION, around)
+            yield Item(value, Use.EXPRESSION, scope)
         elif name == "on_failure":
-            yield Item(value, Use.WORD, around, options=("continue", "fail"))
+            yield Item(value, Use.WORD, scope, options=("continue", "fail"))
         elif name in ("timeout", "every"):
-            yield from self._value(value, LIMIT, around)
+            yield from self._value(value, LIMIT, scope)
         elif name == "repeat":
-            yield from self._value(value, replace(TIMES, one_of=("forever",)), around)
+            yield from self._value(value, replace(TIMES, one_of=("forever",)), scope)
         elif name == "do":
-            yield from self.node(value, around)
+            yield from self.node(value, scope)
         elif name in ("with", "out"):
             if head:
-                yield from self._passed(head, name, value, around)
+                yield from self._passed(head, name, value, scope)
         elif name in _SUB_KEYS:
-            yield from self._sub_keys(name, value, around)
+            yield from self._sub_keys(name, value, scope)
 
-    def _sub_keys(self, name: str, value: Node, around: Around) -> Iterator[Item]:
+    def _sub_keys(self, name: str, value: Node, scope: Scope) -> Iterator[Item]:
         known = (*_SUB_KEYS[name], *(("unless", "round_robin") if name == "recover" else ()))
         if not value.is_mapping:
-            yield from self._value(value, ATTEMPTS, around)
+            yield from self._value(value, ATTEMPTS, scope)
         for inner, given in value.entries:
-            yield Item(inner, Use.SUB_KEY, around, owner=name, options=known)
+            yield Item(inner, Use.SUB_KEY, scope, owner=name, options=known)
             if inner.value in _SUB_KEYS[name]:
-                yield from self._value(given, _SUB_KEYS[name][str(inner.value)], around)
+                yield from self._value(given, _SUB_KEYS[name][str(inner.value)], scope)
             elif inner.value == "unless":
-                yield Item(given, Use.EXPRESSION, around)
-            yield from self._children(given, around)
+                yield Item(given, Use.EXPRESSION, scope)
+            yield from self._children(given, scope)
 
     def _passed(
-        self, head: tuple[Node, Node], name: str, value: Node, around: Around
+        self, head: tuple[Node, Node], name: str, value: Node, scope: Scope
     ) -> Iterator[Item]:
-        """What stands under `with` and `out`."""
+        """Yield the words under `with` and `out`."""
         word = str(head[0].value)
         tree = str(head[1].value) if word == "use" else ""
         _, results = signature_of_kind(self.catalogue, word)
         if not value.is_mapping:
             use = Use.INPUT if name == "with" else Use.OUTPUT
-            yield Item(value, use, around, owner=tree or word)
+            yield Item(value, use, scope, owner=tree or word)
         for key, given in value.entries:
             if name == "with":
                 types = self.trees.get(tree, ({}, {}))[0]
                 declared = types.get(str(key.value), ValueType(object)).declaration(str(key.value))
-                yield Item(key, Use.INPUT, around, owner=tree)
-                yield from self._value(given, declared, around)
+                yield Item(key, Use.INPUT, scope, owner=tree)
+                yield from self._value(given, declared, scope)
             else:
                 found = results.get(str(key.value))
-                yield Item(key, Use.OUTPUT, around, owner=tree or word, declared=found)
-                yield Item(given, Use.TARGET, around, declared=found)
+                yield Item(key, Use.OUTPUT, scope, owner=tree or word, declared=found)
+                yield Item(given, Use.TARGET, scope, declared=found)

@@ -1,4 +1,4 @@
-"""The JSON Schema (draft 2020-12) of robot files."""
+"""JSON Schema (draft 2020-12) of robot files."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from stack.drivetrain.description import (
 )
 from stack.parameters import Declaration, declarations
 
-HEIGHT = length("height", "of everything on it")
+HEIGHT = length("height", "total height of the robot")
 
 
 def robot_schema() -> Schema:
-    """The schema of robot files; the URDF is left to `treepilot run` and the language server."""
+    """Return the schema of robot files; the URDF is checked by `run` and the language server."""
     mount = {"position": parts((X, Y)), "yaw": _of(YAW)}
     lidar = {**mount, **_fields(LidarDescription)}
     sonar = {**mount, **_fields(SonarDescription)}
@@ -33,22 +33,22 @@ def robot_schema() -> Schema:
         **_fields(CameraDescription),
     }  # fmt: skip
     keys = {
-        "robot": documented({"type": "string"}, "Its name."),
-        "format": documented({"enum": [1]}, "The version of robot files; this is `1`."),
-        "doc": documented({"type": "string"}, "What it is."),
-        "footprint": documented(_footprint(), "Its outline in the base frame."),
+        "robot": documented({"type": "string"}, "Name of the robot."),
+        "format": documented({"enum": [1]}, "Version of robot files: `1`."),
+        "doc": documented({"type": "string"}, "Description."),
+        "footprint": documented(_footprint(), "Outline in the base frame."),
         "height": _of(HEIGHT),
-        "urdf": documented({"type": "string"}, "The URDF beside this file."),
-        "wheels": documented(_wheels(), "The wheels, and so which velocities it can make."),
+        "urdf": documented({"type": "string"}, "URDF file, relative to this file."),
+        "wheels": documented(_wheels(), "Wheels and drive, which define the possible motions."),
         "limits": _part(Limits),
         "odometry": _part(OdometryNoise),
         "lidar": documented(section(lidar), str(LidarDescription.__doc__)),
-        "lidars": documented(_named(lidar), "Further lidars by name."),
+        "lidars": documented(_named(lidar), "Additional lidars by name."),
         "sonars": documented(_named(sonar), "Sonars by name."),
         "camera": documented(section(camera, ["position"]), str(CameraDescription.__doc__)),
         "imu": _part(ImuDescription),
         "battery": _part(BatteryDescription),
-        "navigation": documented(_navigation(), "Components, under what missions say."),
+        "navigation": documented(_navigation(), "Default components; missions override them."),
     }
     required = ["robot", "footprint", "height", "urdf", "wheels"]
     return {"$schema": DRAFT, "title": "treepilot robot, format 1", **section(keys, required)}
@@ -65,7 +65,7 @@ def _footprint() -> Schema:
 
 
 def _wheels() -> Schema:
-    """Every key of every kind; which of them belong to a kind hangs on `drive`."""
+    """Return the schema of the wheels; `drive` decides which keys are allowed."""
     keys = {item.name: _of(item) for items in KEYS.values() for item in items}
     for sides in (LEFT, RIGHT):
         keys[sides.name] = {**_of(sides), "minItems": 1}
@@ -77,7 +77,7 @@ def _wheels() -> Schema:
 
 
 def _kind(kind: str) -> Schema:
-    """What `drive: KIND` asks for and rules out; a file without `drive` is the default's."""
+    """Return the required and forbidden keys of `drive: KIND`; no `drive` is the default kind."""
     own = [item.name for item in KEYS[kind]]
     others = {item.name for items in KEYS.values() for item in items}.difference(own)
     chosen: Schema = {"properties": {"drive": {"const": str(kind)}}}

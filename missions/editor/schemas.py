@@ -1,4 +1,4 @@
-"""`treepilot schema`: the schema of a kind of file, as text."""
+"""`treepilot schema`: JSON Schemas as text."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from stack.errors import InputError
 
 
 def schema_text(kind: str, plugins: Sequence[str] = ()) -> str:
-    """The JSON Schema of `mission`, `world` or `robot` files.
+    """Return the JSON Schema of `mission`, `world` or `robot` files.
 
     Args:
-        kind: of which files.
-        plugins: of missions: plugins to include, relative to the current folder.
+        kind: mission, world or robot.
+        plugins: plugins of missions to include, relative to the current folder.
 
     Raises:
         InputError: a plugin cannot be used.

@@ -1,4 +1,4 @@
-"""The language server: findings, hover, go-to-definition and completion over LSP (pygls)."""
+"""Language server: findings, hover, go-to-definition and completion over LSP (pygls)."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from missions.editor.completion import Candidate, candidates
 from missions.editor.document import FileKind, Reading, file_kind, findings_in, read, read_at_cursor
 from missions.editor.hover import definition, explanation
 from missions.editor.outline import Item
-from missions.editor.words import Word, end_of_value, under_way, word_at
+from missions.editor.words import Word, end_of_value, typed_word, word_at
 from missions.execution.resources import load_robot, load_world
 from stack.documents import Finding, Mark
 
-_SORTS = {
+_COMPLETION_KINDS = {
     "keyword": lsp.CompletionItemKind.Keyword, "behaviour": lsp.CompletionItemKind.Function,
     "port": lsp.CompletionItemKind.Field, "value": lsp.CompletionItemKind.Value,
     "name": lsp.CompletionItemKind.Variable, "tree": lsp.CompletionItemKind.Module,
@@ -29,8 +29,8 @@ _SORTS = {
 
 
 @dataclass(frozen=True)
-class Asked:
-    """A word that an editor asks about."""
+class WordQuery:
+    """The word at the position of a request."""
 
     document: TextDocument
     reading: Reading
@@ -39,7 +39,7 @@ class Asked:
 
 
 class MissionServer(LanguageServer):
-    """Keeps, of each open file, its last state that could be parsed."""
+    """Language server that keeps the last parsed state of each open file."""
 
     def __init__(self) -> None:
         try:
@@ -50,7 +50,7 @@ class MissionServer(LanguageServer):
         self._parsed: dict[str, Reading] = {}
 
     def check(self, uri: str) -> None:
-        """Tell the editor what is wrong with a file, as it has it."""
+        """Publish the findings of a file, as it is in the editor."""
         document = self.workspace.get_text_document(uri)
         path = _path(document)
         found = findings_in(document.source, path)
@@ -60,19 +60,19 @@ class MissionServer(LanguageServer):
         )
 
     def forget(self, uri: str) -> None:
-        """A file was closed."""
+        """Drop the state and findings of a closed file."""
         self._parsed.pop(uri, None)
         self.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, []))
 
     def reading(self, document: TextDocument) -> Reading | None:
-        """What the words of a file mean, or meant when it could last be parsed."""
+        """Return the parsed file, or its last parsed state."""
         found = read(document.source, _path(document))
         if found is not None:
             self._parsed[document.uri] = found
         return self._parsed.get(document.uri)
 
-    def asked(self, uri: str, position: lsp.Position) -> Asked | None:
-        """The word that is asked about."""
+    def query(self, uri: str, position: lsp.Position) -> WordQuery | None:
+        """Return the word at a position; None if there is none."""
         document = self.workspace.get_text_document(uri)
         line, column = _position(document, position)
         reading = self.reading(document)
@@ -80,16 +80,16 @@ class MissionServer(LanguageServer):
         item = reading.at(line, column) if reading else None
         if reading is None or word is None or item is None:
             return None
-        return Asked(document, reading, item, word)
+        return WordQuery(document, reading, item, word)
 
     def completion(self, uri: str, position: lsp.Position) -> list[lsp.CompletionItem]:
-        """What may be written at a position."""
+        """Return the completions at a position."""
         document = self.workspace.get_text_document(uri)
         if file_kind(document.source) not in (FileKind.MISSION, FileKind.TREES):
             return []
         line, column = _position(document, position)
         text = _line(document, line)
-        word = under_way(text, column)
+        word = typed_word(text, column)
         found = read_at_cursor(document.source, _path(document), line, word.column)
         if found is None:
             return []
@@ -104,7 +104,7 @@ class MissionServer(LanguageServer):
 
 
 def make_server() -> MissionServer:
-    """A server with its features, not yet started."""
+    """Return a server with its features, not started."""
     server = MissionServer()
     server.feature(lsp.TEXT_DOCUMENT_DID_OPEN)(opened)
     server.feature(lsp.TEXT_DOCUMENT_DID_CHANGE)(changed)
@@ -118,53 +118,53 @@ def make_server() -> MissionServer:
 
 
 def opened(ls: MissionServer, params: lsp.DidOpenTextDocumentParams) -> None:
-    """A file was opened."""
-    _look_again()
+    """Check a file that was opened."""
+    _clear_caches()
     ls.check(params.text_document.uri)
 
 
 def changed(ls: MissionServer, params: lsp.DidChangeTextDocumentParams) -> None:
-    """A file was changed and not yet saved."""
+    """Check a file that was changed in the editor."""
     ls.check(params.text_document.uri)
 
 
 def saved(ls: MissionServer, params: lsp.DidSaveTextDocumentParams) -> None:
-    """A file was saved; others may refer to it."""
-    _look_again()
+    """Check all open files after a save: others may refer to the saved file."""
+    _clear_caches()
     for uri in list(ls.workspace.text_documents):
         ls.check(uri)
 
 
 def closed(ls: MissionServer, params: lsp.DidCloseTextDocumentParams) -> None:
-    """A file was closed."""
+    """Forget a file that was closed."""
     ls.forget(params.text_document.uri)
 
 
 def hover(ls: MissionServer, params: lsp.HoverParams) -> lsp.Hover | None:
-    """What the word under the pointer means."""
-    asked = ls.asked(params.text_document.uri, params.position)
-    text = explanation(asked.reading, asked.item, asked.word.text) if asked else ""
-    if asked is None or not text:
+    """Return the documentation of the word under the pointer."""
+    query = ls.query(params.text_document.uri, params.position)
+    text = explanation(query.reading, query.item, query.word.text) if query else ""
+    if query is None or not text:
         return None
     line = params.position.line + 1
     content = lsp.MarkupContent(lsp.MarkupKind.Markdown, text)
-    return lsp.Hover(content, _range(asked.document, line, asked.word.column, asked.word.end))
+    return lsp.Hover(content, _range(query.document, line, query.word.column, query.word.end))
 
 
 def go_to_definition(ls: MissionServer, params: lsp.DefinitionParams) -> lsp.Location | None:
-    """Where the word under the cursor is defined."""
-    asked = ls.asked(params.text_document.uri, params.position)
-    mark = definition(asked.reading, asked.item, asked.word.text) if asked else None
+    """Return the definition of the word under the cursor."""
+    query = ls.query(params.text_document.uri, params.position)
+    mark = definition(query.reading, query.item, query.word.text) if query else None
     return _location(ls, mark) if mark else None
 
 
 def complete(ls: MissionServer, params: lsp.CompletionParams) -> list[lsp.CompletionItem]:
-    """What may be written at the cursor."""
+    """Return the completions at the cursor."""
     return ls.completion(params.text_document.uri, params.position)
 
 
-def _look_again() -> None:
-    """Forget worlds and robots: their files may have changed."""
+def _clear_caches() -> None:
+    """Clear the caches of worlds and robots: their files may have changed."""
     load_world.cache_clear()
     load_robot.cache_clear()
 
@@ -179,13 +179,13 @@ def _line(document: TextDocument, line: int) -> str:
 
 
 def _position(document: TextDocument, position: lsp.Position) -> tuple[int, int]:
-    """Line and column counted from 1, in characters."""
+    """Return line and column, counted from 1 in characters."""
     found = document.position_codec.position_from_client_units(document.lines, position)
     return found.line + 1, found.character + 1
 
 
 def _range(document: TextDocument, line: int, first: int, end: int) -> lsp.Range:
-    """Columns of a line, counted from 1 in characters, in the client's units."""
+    """Convert columns of a line, counted from 1 in characters, to the client's units."""
     start, stop = (lsp.Position(line - 1, column - 1) for column in (first, end))
     codec = document.position_codec
     return codec.range_to_client_units(document.lines, lsp.Range(start, stop))
@@ -201,7 +201,7 @@ def _location(server: MissionServer, mark: Mark) -> lsp.Location | None:
 
 
 def _diagnostic(document: TextDocument, path: Path, finding: Finding) -> lsp.Diagnostic:
-    """A finding where it is; one of another file where this one names that file."""
+    """Return a diagnostic; a finding in another file is shown where this file names that file."""
     sentence = f"{finding.sentence}\n{finding.hint}" if finding.hint else finding.sentence
     mark = finding.mark
     if mark.file != str(path):
@@ -217,7 +217,7 @@ def _diagnostic(document: TextDocument, path: Path, finding: Finding) -> lsp.Dia
 
 
 def _mention(lines: Iterable[str], other: Path, path: Path) -> Mark:
-    """Where a file names another: by its file name, or by its stem as of shipped ones."""
+    """Return the position at which a file names another, by file name or by stem."""
     for names in ((other.name,), (other.stem, other.parent.name)):
         for number, line in enumerate(lines, 1):
             found = [line.find(name) for name in names if name and name in line.split("#")[0]]
@@ -231,7 +231,8 @@ def _completion(candidate: Candidate, replaced: lsp.Range, has_colon: bool) -> l
     if candidate.key and not has_colon:
         text += f": {candidate.value}"
     return lsp.CompletionItem(
-        label=candidate.label, kind=_SORTS[candidate.sort], detail=candidate.detail or None,
+        label=candidate.label, kind=_COMPLETION_KINDS[candidate.kind],
+        detail=candidate.detail or None,
         documentation=lsp.MarkupContent(lsp.MarkupKind.Markdown, candidate.text)
         if candidate.text else None,
         text_edit=lsp.TextEdit(replaced, text), filter_text=candidate.label,

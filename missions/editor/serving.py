@@ -10,7 +10,7 @@ from stack.errors import InputError
 
 
 def serve() -> None:
-    """Answer one editor until it says `exit`.
+    """Serve one editor until it sends `exit`.
 
     Raises:
         InputError: pygls is not installed.
@@ -19,8 +19,8 @@ def serve() -> None:
         raise InputError("the language server needs pygls: pip install 'treepilot[lsp]'")
     from missions.editor.server import make_server
 
-    # The protocol has standard output to itself: what a plugin prints goes to standard error.
-    with os.fdopen(os.dup(1), "wb") as answers:
+    # Only the protocol may write to standard output: prints of plugins go to standard error.
+    with os.fdopen(os.dup(1), "wb") as output:
         os.dup2(2, 1)
         sys.stdout = sys.stderr
-        make_server().start_io(sys.stdin.buffer, answers)
+        make_server().start_io(sys.stdin.buffer, output)

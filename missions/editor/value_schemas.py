@@ -1,8 +1,8 @@
 """JSON Schemas of single values, from declarations.
 
-Every schema is flat: a list of JSON types, and keywords that speak of one type each (`minimum` of
-numbers, `pattern` of strings, `items` of lists). A validator then says what is wrong with a value
-instead of "matches none of these", and a behaviour's ports and its bare value fit into one schema.
+Every schema is flat: a list of JSON types, and keywords that apply to one type each (`minimum` to
+numbers, `pattern` to strings, `items` to lists). A validator can then state the error of a value
+instead of "matches none of these", and one schema covers a behaviour's ports and its bare value.
 """
 
 from __future__ import annotations
@@ -26,16 +26,16 @@ _NUMBER = r"\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*"
 
 
 def documented(schema: Schema, text: str) -> Schema:
-    """The schema with a text that editors show."""
+    """Return the schema with a description for editors."""
     return {**schema, "description": text.replace("*", ""), "markdownDescription": text}
 
 
 def of_declaration(declared: Declaration, *, references: bool = True) -> Schema:
-    """What may stand under a declared key.
+    """Return the schema of a declared key's value.
 
     Args:
         declared: the port or parameter.
-        references: whether `$name` may stand there as well.
+        references: whether `$name` is also allowed.
     """
     schema = of_type(declared.type, declared, references=references)
     if isinstance(declared.default, bool | int | float | str) and declared.default is not REQUIRED:
@@ -44,7 +44,7 @@ def of_declaration(declared: Declaration, *, references: bool = True) -> Schema:
 
 
 def of_type(kind: Any, declared: Declaration, *, references: bool = True) -> Schema:
-    """What may be written for a type, within the declaration's unit and range."""
+    """Return the schema of a type, within the declaration's unit and range."""
     origin = typing.get_origin(kind)
     if origin in (typing.Union, types.UnionType):
         inner = next(arm for arm in typing.get_args(kind) if arm is not types.NoneType)
@@ -67,7 +67,7 @@ def of_type(kind: Any, declared: Declaration, *, references: bool = True) -> Sch
 
 
 def assignments() -> Schema:
-    """Keys with expressions, as `set` takes them."""
+    """Return the schema of keys with expressions, as in `set`."""
     return {
         "type": "object", "minProperties": 1, "propertyNames": {"pattern": IDENTIFIER},
         "additionalProperties": {"type": list(SCALARS)},
@@ -75,16 +75,16 @@ def assignments() -> Schema:
 
 
 def words(options: Sequence[str], *more: str) -> Schema:
-    """One of some words, or a text that fits one of the patterns."""
-    fits = "|".join([*map(escape, options), *more])
+    """Return the schema of one of several words, or a text that matches one of the patterns."""
+    alternatives = "|".join([*map(escape, options), *more])
     return {
-        "type": "string", "pattern": f"^({fits})$", "examples": list(options),
+        "type": "string", "pattern": f"^({alternatives})$", "examples": list(options),
         "patternErrorMessage": f"expected one of {', '.join(options)}",
     }  # fmt: skip
 
 
 def section(properties: Mapping[str, Schema], required: Sequence[str] = ()) -> Schema:
-    """A mapping with these keys and no others."""
+    """Return the schema of a mapping with these keys and no others."""
     return {
         "type": "object", "properties": dict(properties), "additionalProperties": False,
         **({"required": list(required)} if required else {}),
@@ -92,7 +92,7 @@ def section(properties: Mapping[str, Schema], required: Sequence[str] = ()) -> S
 
 
 def named(schema: Schema) -> Schema:
-    """A mapping whose keys are names."""
+    """Return the schema of a mapping whose keys are names."""
     return {
         "type": ["object", "null"],
         "propertyNames": {"pattern": IDENTIFIER},
@@ -101,7 +101,7 @@ def named(schema: Schema) -> Schema:
 
 
 def parts(declared: Sequence[Declaration], least: int | None = None) -> Schema:
-    """A list with one item for each declaration; those after `least` may be left out."""
+    """Return the schema of a list, one item per declaration; those after `least` are optional."""
     return {
         "type": "array", "minItems": len(declared) if least is None else least,
         "maxItems": len(declared),
@@ -117,7 +117,7 @@ POSE_PARTS = (
 
 
 def pose() -> Schema:
-    """`[x, y]` or `[x, y, heading]`."""
+    """Return the schema of `[x, y]` or `[x, y, heading]`."""
     return parts(POSE_PARTS, least=2)
 
 
@@ -144,7 +144,7 @@ def _scalar(kind: Any, declared: Declaration, references: bool) -> Schema:
 def _with_strings(
     schema: Schema, accepted: Sequence[str], references: bool, declared: Declaration
 ) -> Schema:
-    """The schema with texts that fit one of some patterns, or are a `$name`."""
+    """Return the schema extended by texts that match one of the patterns, or a `$name`."""
     patterns = [*accepted, *([REFERENCE] if references else [])]
     if not patterns:
         return schema
@@ -165,6 +165,6 @@ def _range(declared: Declaration) -> Schema:
 
 
 def _quantity(unit: str) -> str:
-    """The pattern of a number with a unit of this dimension."""
-    fitting = [escape(word) for word, (dimension, _) in units().items() if dimension == unit]
-    return f"{_NUMBER}({'|'.join(fitting)})?" if fitting else _NUMBER
+    """Return the pattern of a number with a unit of this dimension."""
+    known = [escape(word) for word, (dimension, _) in units().items() if dimension == unit]
+    return f"{_NUMBER}({'|'.join(known)})?" if known else _NUMBER

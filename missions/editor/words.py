@@ -1,4 +1,4 @@
-"""Words and positions in lines of text; everything counts from 1, as findings do."""
+"""Words and positions in lines of text; columns count from 1, as in findings."""
 
 from __future__ import annotations
 
@@ -6,26 +6,26 @@ import re
 from dataclasses import dataclass
 
 _WORD = re.compile(r"\$?[A-Za-z_][\w.]*")
-_UNDER_WAY = re.compile(r"\$?[\w.]*$")
+_TYPED = re.compile(r"\$?[\w.]*$")
 _PLAIN = re.compile(r"([^\s,\[\]{}#:]|:(?=\S)|#|[ ](?![#\s]))+")
 _QUOTED = re.compile(r"'(?:[^']|'')*'|\"(?:[^\"\\]|\\.)*\"")
 
 
 @dataclass(frozen=True)
 class Word:
-    """A word and the column it begins in."""
+    """A word and its first column."""
 
     text: str
     column: int
 
     @property
     def end(self) -> int:
-        """The column after its last character."""
+        """Column after its last character."""
         return self.column + len(self.text)
 
 
 def word_at(line: str, column: int) -> Word | None:
-    """The word around a column, with its `$`; None in a comment and between words."""
+    """Return the word at a column, with its `$`; None in a comment or between words."""
     if re.search(r"(^|\s)#", line[: column - 1]):
         return None
     for found in _WORD.finditer(line):
@@ -34,15 +34,15 @@ def word_at(line: str, column: int) -> Word | None:
     return None
 
 
-def under_way(line: str, column: int) -> Word:
-    """What has been typed of the word before a column; may be empty."""
-    found = _UNDER_WAY.search(line[: column - 1])
+def typed_word(line: str, column: int) -> Word:
+    """Return the part of a word before a column; may be empty."""
+    found = _TYPED.search(line[: column - 1])
     text = found[0] if found else ""
     return Word(text, column - len(text))
 
 
 def end_of_value(line: str, column: int) -> int:
-    """The column after the key or value that begins at one; at least one character."""
+    """Return the column after the key or value that begins at a column, at least one further."""
     text = line[column - 1 :]
     found = _QUOTED.match(text) or _PLAIN.match(text)
     length = len(found[0].rstrip()) if found else 0

@@ -1,1 +1,1 @@
-"""Runs missions: prepare (read and check), build (connect the parts), run, report, reload."""
+"""Mission execution: prepare (read and check), build (connect the parts), run, report, reload."""

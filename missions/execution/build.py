@@ -1,4 +1,4 @@
-"""Builds the running parts of a plan: body, estimator, costmaps, navigation, tree, telemetry."""
+"""Build the parts of a prepared mission: body, estimator, costmaps, navigation, tree, telemetry."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 
 from missions.execution.ground_truth import SimulationScorer
 from missions.execution.picture_store import PictureStore
-from missions.execution.prepare import NOWHERE, PreparedMission, RunOptions
+from missions.execution.prepare import MAP_ORIGIN, PreparedMission, RunOptions
 from missions.execution.resources import load_map, versions
 from missions.trees.compiler import compile_mission
 from missions.trees.debugging import TreeDebugger, addresses
@@ -39,7 +39,7 @@ from stack.telemetry.records import Layer, RunInfo
 from stack.types import OccupancyGrid, Pose2D
 
 IDLE_SECONDS = 0.02
-"""Wall seconds between two looks for commands while the robot is held."""
+"""Wall seconds between two checks for commands while the robot is held."""
 
 LOCAL_WINDOW = 5.0
 """Side of the rolling local costmap, metres."""
@@ -47,7 +47,7 @@ LOCAL_WINDOW = 5.0
 
 @dataclass
 class Engine:
-    """A runtime ready to step, and what has to be closed after it.
+    """A runtime ready to step, with the parts that are closed after the run.
 
     Attributes:
         between_steps: called before each step.
@@ -63,7 +63,7 @@ class Engine:
 
 
 def run_info(plan: PreparedMission, run_id: str, seed: int) -> RunInfo:
-    """What every sink is told when it opens."""
+    """Return the description of the run that every sink receives when it opens."""
     return RunInfo(
         run_id=run_id,
         mission=plan.mission.source.stem,
@@ -82,9 +82,13 @@ def run_info(plan: PreparedMission, run_id: str, seed: int) -> RunInfo:
 def build(
     plan: PreparedMission, options: RunOptions, telemetry: Telemetry, folder: RunFolder | None
 ) -> Engine:
-    """Build everything and connect it; the first step may follow."""
+    """Build and connect all parts; the engine is then ready for its first step.
+
+    Raises:
+        InputError: a breakpoint or a forced outcome of the options is refused.
+    """
     seed, robot = options.seed, plan.robot
-    log = folder.log if folder is not None else _nowhere
+    log = folder.log if folder is not None else _discard
     body = SimulatedBody(robot, plan.world, start=plan.start, seed=seed)
     body.pace = options.speed
     for warning in (*plan.world.warnings, *plan.warnings):
@@ -93,32 +97,32 @@ def build(
     rates = Rates()
     period = 1.0 / rates.control
     grid = _map_of(plan)
-    local, whole = _costmaps(plan, _ground_of(plan, grid))
-    guard = plan.choices["safety"]
-    safety = Safety(robot, guard.parameters, period, guard.parts)
-    navigator = _navigation(plan, period, local, whole, telemetry)
+    local_costmap, global_costmap = _costmaps(plan, _costmap_grid(plan, grid))
+    safety_choice = plan.choices["safety"]
+    safety = Safety(robot, safety_choice.parameters, period, safety_choice.parts)
+    navigator = _navigator(plan, period, local_costmap, global_costmap, telemetry)
     localiser = _localiser(plan, grid, seed)
     controller = navigator.controller
-    tracker = _tracker(plan, grid, local, whole)
+    tracker = _tracker(plan, grid, local_costmap, global_costmap)
     facade = RobotFacade(
         FacadeParts(
             body=body,
             navigator=navigator,
             estimator=localiser,
-            local_costmap=local,
-            global_costmap=whole,
+            local_costmap=local_costmap,
+            global_costmap=global_costmap,
             store=PictureStore(folder),
             emit=_emitter(telemetry, "navigation"),
             markers=plan.world.markers,
             detector=MarkerDetector(plan.world.markers) if robot.camera else None,
-            cover=_leave_as_it_is if plan.is_mapped else Ground(grid, [whole]).cover,
-            forget_tracks=_leave_as_it_is if tracker is None else tracker.clear,
+            cover=_ignore if plan.is_mapped else Ground(grid, [global_costmap]).cover,
+            forget_tracks=_ignore if tracker is None else tracker.clear,
             tunables={
                 "controller": Tunable.of(controller),
                 "navigator": Tunable.of(navigator),
                 "safety": Tunable.of(safety),
-                "local_costmap": Tunable.of(local),
-                "global_costmap": Tunable.of(whole),
+                "local_costmap": Tunable.of(local_costmap),
+                "global_costmap": Tunable.of(global_costmap),
             },
         )
     )
@@ -128,8 +132,8 @@ def build(
     announce_tree(telemetry, tree)
     scorer = SimulationScorer(body, plan.world)
     parts = Parts(
-        body=body, fusion=OdometryFusion(), localiser=localiser, local_costmap=local,
-        global_costmap=whole, navigator=navigator, facade=facade, safety=safety,
+        body=body, fusion=OdometryFusion(), localiser=localiser, local_costmap=local_costmap,
+        global_costmap=global_costmap, navigator=navigator, facade=facade, safety=safety,
         tree=tree, telemetry=telemetry, map_layer=Layer(1, grid), scorer=scorer,
         tracker=tracker, debugger=debugger,
         keep_camera_on=options.camera == "on",
@@ -143,7 +147,7 @@ def build(
 
 
 def announce_tree(telemetry: Telemetry, tree: MissionTree) -> None:
-    """Tell the records which nodes there are: what the numbers in later events mean."""
+    """Emit the `tree` event: one row per node, so that later events can name nodes by number."""
     rows = [
         [node.id, node.parent, node.kind, node.names[0], node.where] for node in addresses(tree)
     ]
@@ -151,24 +155,21 @@ def announce_tree(telemetry: Telemetry, tree: MissionTree) -> None:
 
 
 def _map_of(plan: PreparedMission) -> OccupancyGrid:
-    """The map that the mission names, or unknown ground round the start when it names none.
-
-    Drawing the world's map needs OpenCV, so not before a run.
-    """
+    """Return the mission's map; without one, an unknown map around the start."""
     if plan.mission.map == "from_world":
-        from stack.sim.worlds.rasterise import rasterise
+        from stack.sim.worlds.rasterise import rasterise  # imports OpenCV, so only for a run
 
         return rasterise(replace(plan.world, start=plan.start))
     if plan.mission.map == "none":
         resolution = plan.choices["costmap"].parameters.resolution
-        return unexplored([plan.belief or NOWHERE], resolution)
+        return unexplored([plan.belief or MAP_ORIGIN], resolution)
     return load_map(plan.mission.map, plan.mission.source.parent)
 
 
-def _ground_of(plan: PreparedMission, grid: OccupancyGrid) -> OccupancyGrid:
-    """The map for the costmaps: drawn finer than the localiser needs it, where it can be.
+def _costmap_grid(plan: PreparedMission, grid: OccupancyGrid) -> OccupancyGrid:
+    """Return the map for the costmaps; drawn from the world, it is finer than the localiser's.
 
-    At 5 cm a door askew to the cells can lose 7 cm on either side.
+    At 5 cm a door at an angle to the grid can lose 7 cm on each side.
     """
     resolution = plan.choices["costmap"].parameters.map_resolution
     if plan.mission.map != "from_world" or resolution == grid.resolution:
@@ -179,7 +180,7 @@ def _ground_of(plan: PreparedMission, grid: OccupancyGrid) -> OccupancyGrid:
 
 
 def _costmaps(plan: PreparedMission, grid: OccupancyGrid) -> tuple[Costmap, Costmap]:
-    """The local and the global one, each with the layers that it is to have."""
+    """Return the local and the global costmap, each with its layers."""
     choice, footprint = plan.choices["costmap"], plan.robot.footprint
     layers = {
         name: [layer for layer in choice.parts if layer.only in ("both", name)]
@@ -192,7 +193,7 @@ def _costmaps(plan: PreparedMission, grid: OccupancyGrid) -> tuple[Costmap, Cost
 
 
 def _tracker(plan: PreparedMission, grid: OccupancyGrid, *costmaps: Costmap) -> Tracker | None:
-    """Somebody who follows moving things, where a costmap's layer or the controller asks for it."""
+    """Return a tracker of moving objects if a costmap layer or the controller needs one."""
     for_controller = getattr(plan.choices["controller"].component, "needs_tracks", False)
     if not (for_controller or any(costmap.needs_tracks for costmap in costmaps)):
         return None
@@ -201,14 +202,14 @@ def _tracker(plan: PreparedMission, grid: OccupancyGrid, *costmaps: Costmap) -> 
 
 def _emitter(telemetry: Telemetry, source: str) -> Callable[..., None]:
     def emit(kind: str, text: str, level: str = "info", **fields: Any) -> None:
-        said_by = "mission" if kind == "say" else source
-        telemetry.emit(kind, text, source=said_by, level=level, **fields)
+        sender = "mission" if kind == "say" else source
+        telemetry.emit(kind, text, source=sender, level=level, **fields)
 
     return emit
 
 
 def tree_emitter(telemetry: Telemetry) -> Callable[..., None]:
-    """What a tree tells its events."""
+    """Return the function through which a tree emits its events."""
 
     def emit(level: str, kind: str, text: str, fields: Mapping[str, Any]) -> None:
         telemetry.emit(kind, text, source="tree", level=level, **fields)
@@ -216,8 +217,12 @@ def tree_emitter(telemetry: Telemetry) -> Callable[..., None]:
     return emit
 
 
-def _navigation(
-    plan: PreparedMission, period: float, local: Costmap, whole: Costmap, telemetry: Telemetry
+def _navigator(
+    plan: PreparedMission,
+    period: float,
+    local_costmap: Costmap,
+    global_costmap: Costmap,
+    telemetry: Telemetry,
 ) -> Navigator:
     planner, controller = plan.choices["planner"], plan.choices["controller"]
     return Navigator(
@@ -225,29 +230,29 @@ def _navigation(
         planner=planner.component(planner.parameters, plan.robot),
         controller=controller_for(controller.component, controller.parameters, plan.robot, period),
         parameters=plan.choices["navigator"].parameters,
-        local_costmap=local,
-        global_costmap=whole,
+        local_costmap=local_costmap,
+        global_costmap=global_costmap,
         emit=_emitter(telemetry, "navigation"),
         period=period,
     )
 
 
-def _nowhere(text: str) -> None:
-    """Where log lines go without a run folder."""
+def _discard(text: str) -> None:
+    """Drop a log line: there is no run folder."""
 
 
 def _idle() -> None:
-    """While the robot is held nothing moves; do not spin on the processor."""
+    """Sleep while the robot is held, so that the loop does not spin."""
     sleep(IDLE_SECONDS)
 
 
-def _leave_as_it_is(poses: Iterable[Pose2D] = ()) -> None:
-    """A map ends where it ends; nobody follows anything."""
+def _ignore(poses: Iterable[Pose2D] = ()) -> None:
+    """Do nothing: a known map does not grow, and without a tracker there are no tracks."""
 
 
 def _localiser(plan: PreparedMission, grid: OccupancyGrid, seed: int) -> Localiser | DeadReckoning:
     if not plan.is_mapped:
-        return DeadReckoning(plan.belief or NOWHERE)
+        return DeadReckoning(plan.belief or MAP_ORIGIN)
     sideways = plan.robot.drive is DriveKind.OMNI
     localiser = Localiser(grid, LocaliserParameters(), seed, sideways=sideways)
     if plan.belief is None:

@@ -1,4 +1,4 @@
-"""`treepilot tell`: sends one order to a running mission and waits for the answer."""
+"""`treepilot tell`: send one command to a running mission and wait for the answer."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from stack.telemetry.client import TelemetryClient
 from stack.telemetry.records import Ack, Command, Snapshot, TreeRow
 from stack.telemetry.rendezvous import find_run
 
-PATIENCE = 10.0
-"""Wall seconds to wait for an engine's answer: an optimiser's compilation takes some."""
+ANSWER_TIMEOUT = 10.0
+"""Wall seconds to wait for an engine's answer: compiling an optimiser takes several."""
 
 GLYPHS = {"running": "▶", "success": "✔", "failure": "✘", "idle": "·"}
 
@@ -21,16 +21,16 @@ T = TypeVar("T")
 
 
 def tell(run: str, kind: str, arguments: dict[str, Any]) -> str:
-    """Give an order to a run; what was understood.
+    """Send a command to a run and return the engine's answer.
 
     Args:
-        run: its name or folder; the newest when empty.
-        kind: of a Command.
-        arguments: of the Command.
+        run: the run's name or folder; the newest run when empty.
+        kind: the kind of the `Command`.
+        arguments: the arguments of the `Command`.
 
     Raises:
-        InputError: the engine refused; the message says why.
-        TelemetryError: no such run, or no answer.
+        InputError: the engine refused the command; the message gives the reason.
+        TelemetryError: the run does not exist or does not answer.
     """
     client = TelemetryClient(find_run(run).address)
     try:
@@ -50,7 +50,7 @@ def tell(run: str, kind: str, arguments: dict[str, Any]) -> str:
 
 
 def status_lines(run: str) -> list[str]:
-    """How a run goes: a line about the mission, then a line a node with its number."""
+    """Return the state of a run: one line for the mission, then one per node with its number."""
     client = TelemetryClient(find_run(run).address)
     try:
         snapshot = _until(client, client.poll)
@@ -78,13 +78,13 @@ def _marks(row: TreeRow, snapshot: Snapshot) -> list[str]:
     return marks + ([f"forced: {forced}"] if forced else [])
 
 
-def _until(client: TelemetryClient, look: Callable[[], T | None]) -> T:
-    deadline = monotonic() + PATIENCE
+def _until(client: TelemetryClient, poll: Callable[[], T | None]) -> T:
+    deadline = monotonic() + ANSWER_TIMEOUT
     while monotonic() < deadline:
-        found = look()
+        found = poll()
         if found is not None:
             return found
         if client.is_over:
             raise TelemetryError("the run ended before it answered")
         sleep(0.01)
-    raise TelemetryError(f"no answer within {PATIENCE:g} s")
+    raise TelemetryError(f"no answer within {ANSWER_TIMEOUT:g} s")

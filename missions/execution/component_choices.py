@@ -1,8 +1,8 @@
-"""Components and settings under `navigation`, chosen by name and checked.
+"""Components and settings under `navigation`: chosen by name, checked.
 
-`planner` and `controller` are components, replaceable by plugin; `costmap`, `navigator`, `safety`
-and `tracker` are settings of parts that there is one of. A costmap's `layers` and the safety
-stage's `zones` are lists, read by those who use them.
+`planner` and `controller` are components and can come from a plugin; `costmap`, `navigator`,
+`safety` and `tracker` are settings of fixed parts. The costmap reads its own list of `layers`, the
+safety stage its own list of `zones`.
 """
 
 from __future__ import annotations
@@ -28,27 +28,27 @@ SETTINGS: dict[str, type] = {
     "safety": SafetyParameters,
     "tracker": TrackerParameters,
 }
-WITHOUT_A_MAP = {"costmap": {"obstacle_range": 8.0, "clearing_range": 9.0, "decay": 300.0}}
-"""Defaults where what is sensed is all the map there is: it reaches farther and is kept longer, or
-a robot that left a dead end would plan back into it."""
+MAPLESS_DEFAULTS = {"costmap": {"obstacle_range": 8.0, "clearing_range": 9.0, "decay": 300.0}}
+"""Defaults without a map. Sensed obstacles reach farther and are kept longer than with a map;
+otherwise a robot that left a dead end would plan back into it."""
 
-PARTS: dict[str, tuple[str, Callable[[Any, Any], tuple[Any, ...]]]] = {
+LIST_READERS: dict[str, tuple[str, Callable[[Any, Any], tuple[Any, ...]]]] = {
     "costmap": ("layers", read_layers),
     "safety": ("zones", read_zones),
 }
 
 
 def chosen(kind: str, wanted: Mapping[str, Any]) -> Choice:
-    """The component or settings of a kind: `{"use": name, parameter: value}`.
+    """Return the component or settings that `{"use": name, parameter: value}` chooses.
 
     Raises:
-        InputError: no such kind or component.
-        ParameterError: an unknown parameter or a value that will not do.
+        InputError: unknown kind or component.
+        ParameterError: unknown parameter or invalid value.
     """
     values = {key: value for key, value in wanted.items() if key != "use"}
     if kind in SETTINGS:
         if "use" in wanted:
-            raise ParameterError("use", f"{kind} has settings but no alternatives to choose from")
+            raise ParameterError("use", f"{kind} has settings only; remove `use`")
         return _settings(kind, values)
     if kind not in DEFAULTS:
         raise InputError(f"navigation has no {kind!r}; {suggestion(kind, [*DEFAULTS, *SETTINGS])}")
@@ -61,38 +61,39 @@ def all_chosen(
     *,
     mapped: bool = True,
 ) -> dict[str, Choice]:
-    """Every kind: defaults, under the robot's own settings, under the mission's.
+    """Return the choice of every kind. The mission overrides the robot, the robot the defaults.
 
-    A layer that names another component drops the parameters below it: they mean nothing to it.
+    A source that names another component drops the parameters set before: they belong to the
+    component it replaces.
 
     Args:
-        robot: whose settings hold where the mission says nothing.
+        robot: its settings apply where the mission sets nothing.
         mission: kind -> name and parameters.
-        mapped: whether there is a map; without one other defaults hold.
+        mapped: whether there is a map; without one `MAPLESS_DEFAULTS` apply.
     """
     choices = {}
     for kind in (*DEFAULTS, *SETTINGS):
-        wanted: dict[str, Any] = {} if mapped else dict(WITHOUT_A_MAP.get(kind, {}))
+        wanted: dict[str, Any] = {} if mapped else dict(MAPLESS_DEFAULTS.get(kind, {}))
         use, values = mission.get(kind, (None, {}))
-        layers = (robot.navigation.get(kind) or {}, {**values, **({"use": use} if use else {})})
-        for layer in layers:
+        sources = (robot.navigation.get(kind) or {}, {**values, **({"use": use} if use else {})})
+        for source in sources:
             before = wanted.get("use", DEFAULTS.get(kind))
-            if layer.get("use", before) != before:
+            if source.get("use", before) != before:
                 wanted = {}
-            wanted.update(layer)
+            wanted.update(source)
         choices[kind] = chosen(kind, wanted)
     return choices
 
 
 def _settings(kind: str, values: dict[str, Any]) -> Choice:
-    """Settings of a part, and the parts of that, if it has any."""
-    key, read = PARTS.get(kind, ("", None))
+    """Return the settings of a part, with its list of layers or zones if it has one."""
+    key, read = LIST_READERS.get(kind, ("", None))
     listed = values.pop(key, None)
     parameters: Any = build(SETTINGS[kind], values)
     if read is None or listed is None:
-        return Choice(kind, kind, SETTINGS[kind], parameters, _usual(kind))
+        return Choice(kind, kind, SETTINGS[kind], parameters, _default_list(kind))
     return Choice(kind, kind, SETTINGS[kind], parameters, read(listed, parameters))
 
 
-def _usual(kind: str) -> tuple[Any, ...]:
+def _default_list(kind: str) -> tuple[Any, ...]:
     return usual_layers() if kind == "costmap" else ()

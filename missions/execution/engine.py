@@ -1,6 +1,6 @@
 """The engine process behind a dashboard: `python -m missions.execution.engine '{"mission": …}'`.
 
-It owns the robot. Signals end the run as interrupted, with the report written.
+It owns the robot. SIGINT and SIGTERM end the run as interrupted; the report is still written.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy
 
 
 def main(message: str) -> int:
-    """Run the mission that the message describes; the exit code."""
+    """Run the mission of a JSON message and return the exit code."""
     import json
 
     from missions.execution.prepare import RunOptions, prepare

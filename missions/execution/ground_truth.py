@@ -1,4 +1,4 @@
-"""Scores a simulated run against the truth, and hands the truth to the screen."""
+"""Score a simulated run against ground truth, and provide the truth to telemetry."""
 
 from __future__ import annotations
 
@@ -10,36 +10,36 @@ from stack.types import FloatArray, Pose2D, PoseEstimate
 
 
 class SimulationScorer:
-    """The Witness of a simulated body."""
+    """Ground-truth scorer of a simulated body: localisation error, contacts, clearance, scene."""
 
     def __init__(self, body: SimulatedBody, world: World) -> None:
         self._body, self._world = body, world
-        self._errors, self._looks, self._worst = 0.0, 0, 0.0
+        self._error_sum, self._samples, self._worst = 0.0, 0, 0.0
         self._scene: Layer | None = None
 
     @property
     def truth(self) -> Pose2D:
-        """The true pose of the base."""
+        """True pose of the base, world frame."""
         return self._body.truth.pose
 
     @property
     def people(self) -> FloatArray:
-        """(n, 3) x, y, radius."""
+        """Positions and radii of the people, (n, 3): x, y, radius in metres."""
         return self._body.people
 
     def look(self, estimate: PoseEstimate) -> None:
-        """Add this moment's error to the score."""
+        """Add the current localisation error to the score."""
         error = estimate.pose.distance_to(self.truth)
-        self._errors += error
-        self._looks += 1
+        self._error_sum += error
+        self._samples += 1
         self._worst = max(self._worst, error)
 
     def news(self) -> list[tuple[str, str]]:
-        """Doors, contacts and other happenings since the last call."""
+        """Return door changes, contacts and other world events since the last call."""
         return self._body.news()
 
     def counters(self) -> dict[str, float]:
-        """Contacts, clearance and localisation error so far."""
+        """Return contacts, clearance and localisation error so far."""
         return {
             "collisions": float(self._body.tally.by_robot),
             "pushed_into": float(self._body.tally.against_standing),
@@ -51,10 +51,10 @@ class SimulationScorer:
     @property
     def mean_error(self) -> float:
         """Mean distance between estimate and truth, metres."""
-        return self._errors / max(1, self._looks)
+        return self._error_sum / max(1, self._samples)
 
     def layers(self) -> dict[str, Layer]:
-        """The scene; its version grows when a door moves."""
+        """Return the scene layer; its version increases when a door moves."""
         version = self._body.scene_changes + 1
         if self._scene is None or self._scene.version != version:
             self._scene = Layer(version, scene_of(self._world, self._body.doors))

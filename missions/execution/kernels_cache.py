@@ -1,4 +1,4 @@
-"""Says, once per installed copy, that the numeric kernels are being compiled."""
+"""Notice that the numeric kernels will be compiled, once per installed copy."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from collections.abc import Iterable
 from importlib.util import find_spec
 from pathlib import Path
 
-NOTICE = "compiling numeric kernels for this machine: once, about half a minute"
+NOTICE = "compiling numeric kernels for this machine (only once, takes about 30 s)"
 
 
 def first_run_notice(components: Iterable[type] = ()) -> str:
-    """The notice when kernels that a run needs have no compiled code cached yet, else nothing.
+    """Return the notice if a kernel of the run has no compiled code in the cache, else "".
 
     Args:
-        components: the planner, the controller… chosen. Kernels that lie deeper than a room
-            (stack/<room>/kernels.py) belong to one component and load with it alone.
+        components: classes of the chosen components. Kernels deeper than
+            stack/<package>/kernels.py belong to one component and load only with it.
     """
     spec = find_spec("stack")
     if spec is None or spec.submodule_search_locations is None:
@@ -28,10 +28,10 @@ def first_run_notice(components: Iterable[type] = ()) -> str:
         for module in sorted(root.rglob("kernels.py"))
         if module.parent.parent == root or any(module.is_relative_to(folder) for folder in own)
     ]
-    elsewhere = os.environ.get("NUMBA_CACHE_DIR")
+    cache_folder = os.environ.get("NUMBA_CACHE_DIR")
     missing = [
         module
         for module in needed
-        if not elsewhere and not any((module.parent / "__pycache__").glob("kernels.*.nbi"))
+        if not cache_folder and not any((module.parent / "__pycache__").glob("kernels.*.nbi"))
     ]
-    return NOTICE if missing or (elsewhere and not Path(elsewhere).is_dir()) else ""
+    return NOTICE if missing or (cache_folder and not Path(cache_folder).is_dir()) else ""

@@ -1,4 +1,4 @@
-"""Remembers what the report tells of the events: how the pose was found again."""
+"""Events that the report needs: the relocalisations."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ class Milestones:
         self.relocalisations: list[dict[str, Any]] = []
 
     def open(self, info: RunInfo) -> None:
-        """Nothing to prepare."""
+        """Do nothing."""
 
     def event(self, event: Event) -> None:
-        """Keep a new pose with its source."""
+        """Keep a `relocalised` event: its time, pose and source."""
         if event.kind == "relocalised":
             self.relocalisations.append({"time": event.time, **event.fields})
 
     def wants_snapshot(self, time: float) -> bool:
-        """Never."""
+        """Return False: no snapshot is needed."""
         return False
 
     def snapshot(self, snapshot: Snapshot) -> None:
-        """The last one comes unasked; nothing to keep of it."""
+        """Ignore the final snapshot, which every sink receives."""
 
     def close(self, report: Mapping[str, Any] | None) -> None:
-        """Nothing to close."""
+        """Do nothing."""

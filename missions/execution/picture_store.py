@@ -1,4 +1,4 @@
-"""Keeps the pictures that behaviours take in the run's folder."""
+"""Store of the pictures that behaviours take."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from stack.types import Image
 
 
 class PictureStore:
-    """The pilot's image store."""
+    """Writes pictures into the run folder."""
 
     def __init__(self, folder: RunFolder | None) -> None:
         self._folder = folder
 
     def save(self, image: Image, name: str) -> str:
-        """Write a picture as JPEG, whole; its path relative to the run's folder.
+        """Write a picture as JPEG, atomically; return its path relative to the run folder.
 
-        Without a run folder nothing is written and the path says where it would have been.
+        Without a run folder nothing is written; the returned path is the same.
         """
         import cv2
 

@@ -1,4 +1,4 @@
-"""Planners, controllers and costmap layers in a mission's plugins."""
+"""Planners, controllers and costmap layers in the plugins of a mission."""
 
 from __future__ import annotations
 
@@ -15,26 +15,26 @@ METHODS = {
     "controller": ("set_path", "command"),
     "costmap_layer": ("lay_out", "paint"),
 }
-"""What a class with `Parameters` must have to be a component of a kind."""
+"""Methods that make a class with `Parameters` a component, by kind."""
 
 
 def plugged_components(
-    plugins: Sequence[str], beside: Path | None = None
+    plugins: Sequence[str], folder: Path | None = None
 ) -> dict[str, dict[str, str]]:
-    """The components in plugins: kind -> name in missions -> `module:Class`.
+    """Return the components in plugins: kind -> name in missions -> `module:Class`.
 
-    A class StraightLine is written straight_line. Modules that cannot be imported are left out:
-    finding the behaviours in them says why.
+    A class `StraightLine` is called `straight_line` in missions. Modules that cannot be imported
+    are skipped; the search for behaviours reports them.
 
     Args:
         plugins: folders or files (with a slash, or ending in .py), or dotted modules.
-        beside: the folder that relative paths start from; the current one when None.
+        folder: base of relative paths; None is the current folder.
 
     Raises:
-        InputError: a name that is taken.
+        InputError: the name of a component is already in use.
     """
     found: dict[str, dict[str, str]] = {kind: {} for kind in METHODS}
-    for module in plugin_modules(plugins, beside):
+    for module in plugin_modules(plugins, folder):
         for cls in vars(module).copy().values():
             if inspect.isclass(cls) and cls.__module__ == module.__name__:
                 _add(found, cls)
@@ -46,10 +46,10 @@ def _add(found: dict[str, dict[str, str]], cls: type) -> None:
     if kind is None or cls.__name__.startswith("_"):
         return
     name = name_of(cls)
-    taken = {**(available(kind) if kind in GROUPS else {}), **found[kind]}
-    if name in taken:
+    known = {**(available(kind) if kind in GROUPS else {}), **found[kind]}
+    if name in known:
         file = Path(inspect.getfile(cls)).name
-        sentence = f"{name!r} is already a {kind}, in {taken[name].partition(':')[0]}"
+        sentence = f"{name!r} is already a {kind}, in {known[name].partition(':')[0]}"
         raise InputError(f"{file}: {cls.__name__}: {sentence}; rename the class")
     found[kind][name] = f"{cls.__module__}:{cls.__qualname__}"
 
@@ -57,7 +57,7 @@ def _add(found: dict[str, dict[str, str]], cls: type) -> None:
 def _kind_of(cls: type) -> str | None:
     if not hasattr(cls, "Parameters"):
         return None
-    fitting = (
+    matching = (
         kind for kind, methods in METHODS.items() if all(hasattr(cls, name) for name in methods)
     )
-    return next(fitting, None)
+    return next(matching, None)

@@ -1,4 +1,4 @@
-"""Wires a checked mission to a robot, a world and the stack: the one place where parts meet."""
+"""Prepare a mission: read and check it with its robot, world, map and components."""
 
 from __future__ import annotations
 
@@ -33,25 +33,25 @@ from stack.types import Pose2D
 __all__ = ["PreparedMission", "RunOptions", "prepare"]
 
 
-NOWHERE = Pose2D(0.0, 0.0)
-"""Where the map frame begins when the robot has neither a map nor an idea where it is."""
+MAP_ORIGIN = Pose2D(0.0, 0.0)
+"""Start pose in the map frame when there is neither a map nor an initial pose."""
 
 
 @dataclass(frozen=True)
 class RunOptions:
-    """How a mission is run; what `treepilot run` takes.
+    """Options of a run, as `treepilot run` takes them.
 
     Attributes:
-        speed: simulated seconds per wall second; 0 is as fast as the machine can.
-        out: the run's folder; None keeps no records.
+        speed: simulated seconds per wall second; 0 is as fast as possible.
+        out: the run folder; None writes no records.
         serve: let dashboards attach.
         mavlink: address to send MAVLink telemetry to, or None.
-        parameters: `controller.cruise_speed` -> value as text; over everything in files.
-        camera: "asked" renders when the mission looks; "off" is a robot whose camera is dead;
-            "on" keeps it running for the recording.
-        watch: take the mission anew whenever its file is saved.
-        breakpoints: nodes that the mission stops before.
-        forced: node -> outcome, from the beginning.
+        parameters: `controller.cruise_speed` -> value as text; overrides all files.
+        camera: "asked" renders an image only when the mission asks for one; "off" simulates a
+            robot without a working camera; "on" renders all the time, for the recording.
+        watch: reload the mission when its file changes.
+        breakpoints: nodes before which the mission stops.
+        forced: node -> outcome, in force from the start.
     """
 
     seed: int = 0
@@ -71,7 +71,7 @@ class RunOptions:
     forced: dict[str, str] | None = None
 
     def first_commands(self) -> list[Command]:
-        """What an operator would have to command before the first step."""
+        """Return the breakpoints and forced outcomes as commands, applied before the first step."""
         stops = [Command("start", "break", {"node": node}) for node in self.breakpoints]
         forced = (self.forced or {}).items()
         return stops + [
@@ -81,11 +81,11 @@ class RunOptions:
 
 @dataclass(frozen=True)
 class PreparedMission:
-    """A mission that was read and checked with everything it names. Nothing has moved.
+    """A checked mission with its robot, world, start pose and components. Nothing has moved.
 
     Attributes:
-        belief: where the robot believes it starts, map frame; None when it has no idea.
-        warnings: about the files that components name.
+        belief: initial pose estimate, map frame; None when the mission declares it unknown.
+        warnings: findings about the files that components name.
     """
 
     mission: Mission
@@ -99,21 +99,21 @@ class PreparedMission:
 
     @property
     def is_mapped(self) -> bool:
-        """Whether there is a map to be localised on."""
+        """Whether the mission has a map."""
         return self.mission.map != "none"
 
 
 def prepare(name: str | Path, options: RunOptions) -> PreparedMission:
-    """Read and check a mission and everything it names.
+    """Read and check a mission and the files it names.
 
     Raises:
-        InputError: with every finding; nothing has been started.
+        InputError: the files have errors; it carries every finding. Nothing was started.
     """
     path = find_mission(name)
     mission = read_mission(path, catalogue_of, resources(options.world), options.arguments or {})
-    beside = path.parent
-    robot = load_robot(options.robot or mission.robot, _beside(options.robot, beside))
-    world = load_world(options.world or mission.world, _beside(options.world, beside))
+    folder = path.parent
+    robot = load_robot(options.robot or mission.robot, _base_folder(options.robot, folder))
+    world = load_world(options.world or mission.world, _base_folder(options.world, folder))
     if options.camera == "off":
         robot = replace(robot, camera=None)
     start = _start_pose(options.start, mission, world)
@@ -123,12 +123,12 @@ def prepare(name: str | Path, options: RunOptions) -> PreparedMission:
     wanted = _with_parameters(wanted, options.parameters or {})
     try:
         choices = all_chosen(robot, wanted, mapped=mission.map != "none")
-    except ParameterError as error:  # what files say was checked when they were read
+    except ParameterError as error:  # not from a file: values in files were checked on reading
         given = [name for name in options.parameters or {} if name.endswith(f".{error.name}")]
         hint = f"; {error.hint}" if error.hint else ""
         raise InputError(f"--parameter {', '.join(given)}: {error.sentence}{hint}") from None
     _check_fit(choices, mission, robot)
-    layers = tuple(layer.located(beside) for layer in choices["costmap"].parts)
+    layers = tuple(layer.located(folder) for layer in choices["costmap"].parts)
     choices["costmap"] = replace(choices["costmap"], parts=layers)
     choices["planner"], warnings = located_planner(choices["planner"], mission, robot, world)
     plan = PreparedMission(
@@ -147,7 +147,7 @@ def prepare(name: str | Path, options: RunOptions) -> PreparedMission:
 
 
 def _check_nodes(plan: PreparedMission, options: RunOptions) -> None:
-    """Refuse breakpoints and forced outcomes on nodes that there are not."""
+    """Raise InputError for breakpoints and forced outcomes of unknown nodes."""
     from missions.trees.compiler import compile_mission
     from missions.trees.debugging import TreeDebugger
 
@@ -159,7 +159,7 @@ def _check_nodes(plan: PreparedMission, options: RunOptions) -> None:
 
 
 def _check_fit(choices: dict[str, Choice], mission: Mission, robot: RobotDescription) -> None:
-    """Refuse components that are set to what this robot cannot do."""
+    """Raise InputError for components whose settings do not fit the robot."""
     for choice in choices.values():
         check = getattr(choice.component, "check", None)
         if check is None:
@@ -175,12 +175,14 @@ Wanted = dict[str, tuple[str | None, Mapping[str, Any]]]
 
 
 def _with_parameters(wanted: Wanted, given: Mapping[str, str]) -> Wanted:
-    """Parameters from the command line over those of files; `controller.use` chooses another."""
+    """Return the choices with the command line's parameters; `controller.use` names a component."""
     wanted = dict(wanted)
     for name, text in given.items():
         kind, dot, parameter = name.partition(".")
         if not dot or not parameter:
-            raise InputError(f"--parameter {name}: expected controller.cruise_speed or the like")
+            raise InputError(
+                f"--parameter {name}: expected KIND.NAME=VALUE, e.g. controller.cruise_speed=0.4"
+            )
         use, values = wanted.get(kind, (None, {}))
         if parameter == "use":
             wanted[kind] = (text, values if text == use else {})
@@ -193,9 +195,9 @@ def _with_parameters(wanted: Wanted, given: Mapping[str, str]) -> Wanted:
     return wanted
 
 
-def _beside(given: str | None, mission_folder: Path) -> Path:
-    """Paths on the command line are relative to the current folder, others to the mission's."""
-    return Path.cwd() if given else mission_folder
+def _base_folder(option: str | None, mission_folder: Path) -> Path:
+    """Return the base of a relative path: the current folder for an option, else the mission's."""
+    return Path.cwd() if option else mission_folder
 
 
 def _start_pose(given: str | None, mission: Mission, world: World) -> Pose2D:
@@ -218,34 +220,35 @@ def _start_pose(given: str | None, mission: Mission, world: World) -> Pose2D:
 def _check_start(
     start: Pose2D, options: RunOptions, mission: Mission, world: World, robot: RobotDescription
 ) -> None:
-    """Refuse a start outside the world or inside something that stands there."""
+    """Raise InputError for a start outside the world or inside an obstacle."""
     x_min, y_min, x_max, y_max = world.bounds
     where = f"the start ({start.x:g}, {start.y:g})"
     sentence = ""
     if not (x_min <= start.x <= x_max and y_min <= start.y <= y_max):
-        sentence = f"{where} lies outside {world.name}, which ends at {world.bounds}"
+        covered = f"x {x_min:g} to {x_max:g} m and y {y_min:g} to {y_max:g} m"
+        sentence = f"{where} is outside {world.name}, which covers {covered}"
     point = np.array([[start.x, start.y]])
     for outline in outlines(world):
         depth = float(outline.depth_at(point)[0])
         if depth > -robot.footprint.inscribed_radius:
             thing = outline.name or "a wall"
-            sentence = sentence or f"{where} puts the robot into {thing} of {world.name}"
+            sentence = sentence or f"{where} collides with {thing} of {world.name}"
     if sentence:
-        places = ", ".join(world.places) or "none"
-        hint = f"its places are: {places}"
+        places = ", ".join(world.places)
+        hint = f"start at one of its places: {places}" if places else "choose another start"
         if options.start is not None or options.world is not None:
             raise InputError(f"{sentence}; {hint}")
         raise InputError([Finding(_mark_of(mission.source, "start"), "E412", sentence, hint)])
 
 
 def _mark_of(path: Path, key: str) -> Mark:
-    """Where a top-level key's value stands, or the beginning of the file."""
+    """Return the position of a top-level key's value, or the start of the file."""
     node = read_file(path, "mission").get(key)
     return node.mark if node is not None else Mark(str(path))
 
 
 def _belief(mission: Mission, start: Pose2D) -> Pose2D | None:
-    """Where the robot believes it begins; None when it has no idea."""
+    """Return the initial pose estimate; None when the mission declares it unknown."""
     if mission.initial_pose == "start":
         return start
     return mission.initial_pose if isinstance(mission.initial_pose, Pose2D) else None

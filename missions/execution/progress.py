@@ -1,4 +1,4 @@
-"""Progress lines for a run without a dashboard: what happened, and a heartbeat."""
+"""Progress lines of a run without a dashboard: events, and a periodic status line."""
 
 from __future__ import annotations
 
@@ -8,35 +8,35 @@ from typing import Any
 from stack.telemetry.records import ROUTINE, Event, RunInfo, Snapshot
 
 HEARTBEAT = 10.0
-"""Robot seconds between two lines that say all is well."""
+"""Robot seconds between two status lines."""
 
 SILENT = ROUTINE | {"plan", "goal", "task"}
-"""Kinds that are in the records but would drown the lines."""
+"""Event kinds that are recorded but too frequent to print."""
 
 
 class ProgressLines:
-    """A telemetry sink that says in words what goes on."""
+    """A telemetry sink that writes progress as lines of text."""
 
     def __init__(self, write: Callable[[str], None]) -> None:
         self._write, self._next = write, 0.0
 
     def open(self, info: RunInfo) -> None:
-        """Say what begins."""
+        """Write the mission, robot, world and seed."""
         self._write(f"{info.title}: {info.robot} in {info.world}, seed {info.seed}")
 
     def event(self, event: Event) -> None:
-        """One line for each event worth a person's time."""
+        """Write one line, except for routine events."""
         if event.kind in SILENT and event.level == "info":
             return
         mark = {"warning": "! ", "error": "!! "}.get(event.level, "")
         self._write(f"{event.time:7.1f} s  {mark}{event.source}: {event.text}")
 
     def wants_snapshot(self, time: float) -> bool:
-        """Once every heartbeat."""
+        """Return whether the next status line is due."""
         return time >= self._next
 
     def snapshot(self, snapshot: Snapshot) -> None:
-        """Where it is and what it does."""
+        """Write the status line: time, position and the running node."""
         self._next = snapshot.time + HEARTBEAT
         if snapshot.state.is_over:
             return
@@ -48,4 +48,4 @@ class ProgressLines:
         )
 
     def close(self, report: Mapping[str, Any] | None) -> None:
-        """Nothing to close."""
+        """Do nothing."""

@@ -1,4 +1,4 @@
-"""The report of a finished run: what report.json holds and what `--json` prints."""
+"""Report of a finished run: the content of report.json and of `--json`."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ EXIT_CODES = {"success": 0, "failure": 1, "aborted": 1, "error": 3, "interrupted
 
 @dataclass(frozen=True)
 class Report:
-    """How a mission went.
+    """Outcome and figures of a run.
 
     Attributes:
         status: success | failure | aborted | interrupted | error.
-        reason: path of nodes from the root to the first cause; empty after a success.
+        reason: path of nodes from the root to the cause of the failure; empty after a success.
         simulated_seconds: on the robot's clock. wall_seconds: first to last step.
         time_to_first_tick: wall seconds from building the run to its first tick.
-        min_clearance_m: smallest true distance to anything but the floor; 1.0 stands for more.
-        collisions: contacts of the moving robot; pushed_into: contacts while it stood.
+        min_clearance_m: smallest true distance to any obstacle; measured up to 1.0 m.
+        collisions: contacts while the robot moved; pushed_into: contacts while it stood still.
         localisation_error: mean and max distance between estimate and truth, metres.
-        relocalised_by: what found the pose again (marker, lidar, operator); empty if nothing did.
+        relocalised_by: source of the last relocalisation (marker, lidar, operator), or empty.
         stages: compute time by stage of the loop, wall seconds.
         final_pose: estimate and truth at the end.
-        log_sha256: hash of the event log: equal for equal runs.
+        log_sha256: hash of the event log; equal runs have equal hashes.
     """
 
     mission: str
@@ -61,19 +61,19 @@ class Report:
 
     @property
     def exit_code(self) -> int:
-        """What the process should end with."""
+        """Exit code of the process."""
         return EXIT_CODES[self.status]
 
     def plain(self) -> dict[str, Any]:
-        """JSON-compatible values."""
+        """Return JSON-compatible values."""
         return dataclasses.asdict(self)
 
     def to_json(self) -> str:
-        """One JSON object, indented; no NaN or infinity in it."""
+        """Return one indented JSON object, without NaN or infinity."""
         return json.dumps(self.plain(), indent=2, allow_nan=False, ensure_ascii=False)
 
     def summary(self) -> str:
-        """A few lines for the terminal."""
+        """Return a few lines for the terminal."""
         error, clearance = self.localisation_error, self.min_clearance_m
         lines = [
             f"{self.mission}: {self.status}" + (f"; {self.reason}" if self.reason else ""),

@@ -1,4 +1,4 @@
-"""Composes the report of a finished run from its parts."""
+"""Compose the report of a finished run from the engine's parts."""
 
 from __future__ import annotations
 
@@ -18,7 +18,18 @@ def compose_report(  # noqa: PLR0913 - the measured figures, by keyword
     first_tick: float, peak_memory_mb: float, folder: RunFolder | None,
     relocalisations: list[dict[str, Any]],
 ) -> Report:  # fmt: skip
-    """The report. `wall_seconds` is first to last step, `first_tick` from start to first tick."""
+    """Return the report.
+
+    Args:
+        plan: the mission that ran.
+        options: its options.
+        engine: the engine after the last step.
+        wall_seconds: wall seconds from the first to the last step.
+        first_tick: wall seconds from building the run to its first tick.
+        peak_memory_mb: peak resident memory, MB.
+        folder: the run folder, or None.
+        relocalisations: time and fields of each `relocalised` event.
+    """
     runtime, scorer = engine.runtime, engine.scorer
     counters = runtime.counters()
     facade = runtime.parts.facade
@@ -64,12 +75,12 @@ def compose_report(  # noqa: PLR0913 - the measured figures, by keyword
 
 
 def _confirmed(relocalisations: list[dict[str, Any]], health: float) -> str:
-    """What found the pose again, if the scans still fit the map at the end."""
+    """Return the source of the last relocalisation, if the scans fit the map at the end."""
     return str(relocalisations[-1]["by"]) if relocalisations and health >= 0.3 else ""
 
 
 def cpu_features() -> str:
-    """The instruction sets numpy dispatches to: results are bit-identical per such set."""
+    """Return the instruction sets of numpy: results are bit-identical on equal sets."""
     import numpy as np
 
     shown: Any = np.show_config(mode="dicts") or {}

@@ -1,4 +1,4 @@
-"""Where missions, worlds and robots are found: by name among the shipped ones, or by path."""
+"""Find and load missions, worlds, robots and maps: shipped ones by name, others by path."""
 
 from __future__ import annotations
 
@@ -27,20 +27,20 @@ SHOWN_VERSIONS = ("treepilot", "numpy", "numba", "pybullet", "opencv-python-head
 
 
 def mission_files() -> list[Path]:
-    """The shipped missions, in order."""
+    """Return the shipped missions, sorted by name."""
     return sorted(MISSIONS.glob("*.yaml"))
 
 
 def world_files() -> list[Path]:
-    """The shipped worlds, in order."""
+    """Return the shipped worlds, sorted by name."""
     return sorted(WORLDS.glob("*.yaml"))
 
 
 def find_mission(name_or_path: str | Path) -> Path:
-    """A mission file by path, or a shipped one by name (`02_office_patrol`) or path.
+    """Return a mission file by path, or a shipped one by name (`02_office_patrol`).
 
     Raises:
-        InputError: there is neither; the message names the nearest shipped one.
+        InputError: the file does not exist; the message suggests the most similar name.
     """
     path = Path(name_or_path)
     shipped = {file.stem: file for file in mission_files()}
@@ -51,34 +51,34 @@ def find_mission(name_or_path: str | Path) -> Path:
         return shipped[stem]
     known = [file.name for file in (*shipped.values(), *path.parent.glob("*.yaml"))]
     hint = suggestion(path.name, known)
-    raise InputError([Finding(Mark(str(path)), "E001", "there is no such mission file", hint)])
+    raise InputError([Finding(Mark(str(path)), "E001", "no such mission file", hint)])
 
 
 @lru_cache(maxsize=16)
-def load_world(name_or_path: str, beside: Path) -> World:
-    """A world by name or path; paths are relative to the mission's folder."""
-    return read_any_world(find_world(name_or_path, beside, WORLDS))
+def load_world(name_or_path: str, folder: Path) -> World:
+    """Load a world by name or path; a path is relative to the mission's folder."""
+    return read_any_world(find_world(name_or_path, folder, WORLDS))
 
 
 @lru_cache(maxsize=16)
-def load_robot(name_or_path: str, beside: Path) -> RobotDescription:
-    """A robot by name or path; paths are relative to the mission's folder."""
-    return read_robot(find_robot(name_or_path, beside))
+def load_robot(name_or_path: str, folder: Path) -> RobotDescription:
+    """Load a robot by name or path; a path is relative to the mission's folder."""
+    return read_robot(find_robot(name_or_path, folder))
 
 
 def resources(world: str | None = None) -> Resources:
-    """What reading a mission needs to know of the world, robot, map and components it names.
+    """Return the checks and look-ups that the mission reader calls for the names in a mission.
 
     Args:
-        world: takes the place of the mission's own; a path is relative to the current folder.
+        world: replaces the mission's world; a path is relative to the current folder.
     """
     return Resources(
-        world_places=lambda name, beside: (
-            (load_world(world, Path.cwd()) if world else load_world(name, beside)).places
+        world_places=lambda name, folder: (
+            (load_world(world, Path.cwd()) if world else load_world(name, folder)).places
         ),
-        check_robot=lambda name, beside: _ignored(load_robot(name, beside)),
-        check_map=lambda name, beside: _ignored(load_map(name, beside)),
-        check_component=lambda kind, use, values: _ignored(
+        check_robot=lambda name, folder: _ignore(load_robot(name, folder)),
+        check_map=lambda name, folder: _ignore(load_map(name, folder)),
+        check_component=lambda kind, use, values: _ignore(
             chosen(kind, {**values, **({"use": use} if use else {})})
         ),
         plugged_components=plugged_components,
@@ -86,44 +86,44 @@ def resources(world: str | None = None) -> Resources:
     )
 
 
-def catalogue_of(plugins: list[Node], beside: Path, findings: Findings) -> Catalogue:
-    """The catalogue with a mission's plugins; what is wrong with them is found at their place."""
-    catalogue = find_behaviours([str(node.value) for node in plugins], beside)
+def catalogue_of(plugins: list[Node], folder: Path, findings: Findings) -> Catalogue:
+    """Return the catalogue with a mission's plugins; report their problems as findings."""
+    catalogue = find_behaviours([str(node.value) for node in plugins], folder)
     for problem in catalogue.problems:
-        if problem.plugin >= 0:  # what else is installed is no fault of this mission
-            sentence = f"{_shown(problem.file, beside)}: {problem.sentence}"
+        if problem.plugin >= 0:  # problems of installed packages are not the mission's
+            sentence = f"{_shown(problem.file, folder)}: {problem.sentence}"
             findings.error("E110", plugins[problem.plugin].mark, sentence)
     return catalogue
 
 
-def load_map(name: str, beside: Path) -> OccupancyGrid:
-    """A ROS map.yaml; the path is relative to the mission's folder."""
+def load_map(name: str, folder: Path) -> OccupancyGrid:
+    """Load a ROS map.yaml; the path is relative to the mission's folder."""
     from stack.mapping.ros_map import read_ros_map
 
-    return read_ros_map(beside / name)
+    return read_ros_map(folder / name)
 
 
-def _nav2_components(name: str, beside: Path) -> tuple[dict[str, Component], tuple[Finding, ...]]:
-    """The components that a parameter file of Nav2 chooses, and what it says in vain."""
+def _nav2_components(name: str, folder: Path) -> tuple[dict[str, Component], tuple[Finding, ...]]:
+    """Return the components of a Nav2 parameter file, and warnings for settings without effect."""
     from missions.nav2.reading import read_nav2
     from missions.nav2.reporting import components_of, warnings_of
 
-    settings = read_nav2(beside / name)
+    settings = read_nav2(folder / name)
     return components_of(settings), warnings_of(settings)
 
 
-def _ignored(_: object) -> None:
-    """A check needs no answer."""
+def _ignore(_: object) -> None:
+    """Drop the result of a load that is done only for its checks."""
 
 
-def _shown(file: str, beside: Path) -> str:
-    """A path as short as it can be said from the mission's folder."""
+def _shown(file: str, folder: Path) -> str:
+    """Return a path relative to the mission's folder if it is inside it."""
     path = Path(file)
-    return str(path.relative_to(beside)) if path.is_relative_to(beside) else file
+    return str(path.relative_to(folder)) if path.is_relative_to(folder) else file
 
 
 def versions() -> dict[str, str]:
-    """Versions of treepilot and of what its results depend on."""
+    """Return the versions of treepilot and of the libraries its results depend on."""
     found = {}
     for name in SHOWN_VERSIONS:
         try:

@@ -1,4 +1,4 @@
-"""The route graph that a mission's planner names, held against the world before anything moves."""
+"""Check the route graph of a mission's planner against the mission and the world."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from stack.sim.worlds.outlines import Outline, outlines
 from stack.sim.worlds.world import World
 
 SPACING = 0.1
-"""Metres between the places of a lane that are looked at."""
+"""Metres between the checked points of a lane."""
 
 
 def located_planner(
     choice: Choice, mission: Mission, robot: RobotDescription, world: World
 ) -> tuple[Choice, tuple[Finding, ...]]:
-    """The planner with its graph's file looked for beside the mission, and what is odd about that.
+    """Return the planner with the path of its graph resolved, and the warnings about the graph.
 
     Raises:
-        InputError: there is no graph, or it is faulty.
+        InputError: the graph is missing or has errors.
     """
     if not isinstance(choice.parameters, RouteParameters):
         if isinstance(choice.component, type) and not hasattr(choice.component, "with_edge"):
@@ -53,12 +53,12 @@ def located_planner(
 def through_walls(
     graph: RouteGraph, outlines: Sequence[Outline], clearance: float
 ) -> Iterator[Finding]:
-    """A warning for each lane on which the robot would touch something that stands there.
+    """Yield a warning for each lane on which the robot would collide with an obstacle.
 
     Args:
-        graph: of lanes.
-        outlines: what stands there, map frame.
-        clearance: metres from the middle of the robot to its nearest side.
+        graph: graph of lanes.
+        outlines: outlines of the obstacles, map frame.
+        clearance: inscribed radius of the robot, metres.
     """
     for edge in graph.edges.values():
         points = edge.line.at(edge.line.samples(SPACING))
@@ -72,13 +72,13 @@ def through_walls(
                 Mark(graph.source), "W431",
                 f"feature {edge.feature}: the edge {edge.id!r} leads through "
                 f"{outline.name or 'a wall'} at ({x:.2f}, {y:.2f})",
-                "draw it elsewhere; the robot goes round, if there is room", "warning",
+                "move the edge; the robot drives around the obstacle if there is room", "warning",
             )  # fmt: skip
             break
 
 
 def _refuse_edges(mission: Mission, planner: str) -> None:
-    """Raise InputError when a mission closes edges of a graph that its planner does not have."""
+    """Raise InputError when a mission sets edges and its planner has no route graph."""
     hint = "choose `planner: {use: route, graph: FILE}`"
     sentence = f"set_edge: the planner {planner} has no route graph"
     found = [Finding(step.mark, "E111", sentence, hint) for step in _edge_setters(mission)]
@@ -95,7 +95,7 @@ def _unknown_edges(mission: Mission, graph: RouteGraph) -> Iterator[Finding]:
 
 
 def _edge_setters(mission: Mission) -> Iterator[Leaf]:
-    """Every set_edge in a mission, each once."""
+    """Yield every set_edge of a mission once."""
     roots = [mission.root, *(event.step for event in mission.events)]
     roots += [tree.root for tree in mission.trees.values() if tree.root is not None]
     waiting: list[Step] = roots[::-1]
@@ -114,7 +114,7 @@ def _mark(mission: Mission) -> Mark:
 
 
 def _read(file: Path, mission: Mission) -> RouteGraph:
-    """The graph; a file that is not there is reported where the mission names it."""
+    """Read the graph; a missing file is reported at the mission's line that names it."""
     try:
         return read_route_graph(file)
     except InputError as error:

@@ -1,4 +1,4 @@
-"""Runs a prepared mission to its end and writes the report. Used by every way to run one."""
+"""Run a prepared mission to its end and write the report. Every way to run a mission uses it."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from stack.telemetry.recorder import Recorder, RunFolder
 from stack.telemetry.records import MissionState, Sink
 
 MAX_SIMULATED_SECONDS = 24 * 3600.0
-"""A mission that runs longer is taken for one that never ends."""
+"""A mission that runs longer is ended as a failure."""
 
 
 def run_mission(
@@ -34,13 +34,13 @@ def run_mission(
     """Prepare a mission and run it to its end in this process.
 
     Args:
-        mission: a path, or a shipped mission's name.
-        options: seed, arguments, folder…
-        sinks: further consumers of events and snapshots, beside those the options ask for.
-        interrupted: looked at between steps; True ends the run as interrupted.
+        mission: a path, or the name of a shipped mission.
+        options: seed, arguments, folder and other settings of the run.
+        sinks: consumers of events and snapshots, in addition to those of the options.
+        interrupted: called between steps; True ends the run as interrupted.
 
     Raises:
-        InputError: the mission or something it names is wrong; nothing has moved.
+        InputError: the mission or a file it names has errors; nothing has moved.
     """
     return execute(prepare(mission, options), options, sinks, interrupted)
 
@@ -51,17 +51,17 @@ def execute(
     sinks: Sequence[Sink] = (),
     interrupted: Callable[[], bool] = lambda: False,
 ) -> Report:
-    """Run a plan to its end. Whatever happens, the robot stands and the records are closed."""
+    """Run a prepared mission to its end; in any case stop the robot and close the records."""
     began = perf_counter()
-    outside = _outside_sinks(options)  # refuses a bad address before anything is written
+    network_sinks = _network_sinks(options)  # refuses a bad address before anything is written
     folder = RunFolder.create(options.out, plan.text) if options.out is not None else None
     run_id = folder.path.name if folder is not None else default_run_name(plan)
     info = run_info(plan, run_id, options.seed)
     milestones = Milestones()
     own = [milestones] if folder is None else [milestones, Recorder(folder)]
-    log = folder.log if folder is not None else _nowhere
+    log = folder.log if folder is not None else _discard
     log(f"{info.title}: {info.robot} in {info.world}, seed {info.seed}")
-    telemetry = Telemetry(info, [*own, *sinks, *outside], log)
+    telemetry = Telemetry(info, [*own, *sinks, *network_sinks], log)
     report: Report | None = None
     engine: Engine | None = None
     try:
@@ -69,7 +69,7 @@ def execute(
         if options.watch:
             from missions.execution.reload import Reloader
 
-            engine.between_steps = Reloader(engine, plan, options, folder).look
+            engine.between_steps = Reloader(engine, plan, options, folder).poll
         first_tick, loop_began = _run(engine, options, folder, interrupted, log)
         report = compose_report(
             plan, options, engine,
@@ -84,7 +84,7 @@ def execute(
 
 
 def _close(telemetry: Telemetry, engine: Engine | None, report: Report | None) -> None:
-    """The last snapshot and the report to every sink, then let go of the robot."""
+    """Send the last snapshot and the report to every sink, then close the navigator and body."""
     if engine is None:
         telemetry.close(None)
         return
@@ -97,7 +97,7 @@ def _close(telemetry: Telemetry, engine: Engine | None, report: Report | None) -
 
 
 def default_run_name(plan: PreparedMission) -> str:
-    """`<mission>-<date>-<time>`, for folders and for `watch`."""
+    """Return `<mission>-<date>-<time>`, the name of the run for folders and `watch`."""
     now = datetime.now().strftime("%Y%m%d-%H%M%S")
     return f"{plan.mission.source.stem}-{now}"
 
@@ -109,7 +109,7 @@ def _run(
     interrupted: Callable[[], bool],
     log: Callable[[str], None],
 ) -> tuple[float, float]:
-    """Step until the mission is over; wall times of the first tick and of the loop's beginning."""
+    """Step until the mission is over; return the wall times of the first tick and loop start."""
     runtime = engine.runtime
     loop_began = perf_counter()
     first_tick = 0.0
@@ -121,12 +121,12 @@ def _run(
                 first_tick = perf_counter()
                 _add_late_sinks(engine, options, folder)
             if interrupted():
-                runtime.end(MissionState.INTERRUPTED, "by a signal")
+                runtime.end(MissionState.INTERRUPTED, "stopped by a signal")
             elif engine.body.time > MAX_SIMULATED_SECONDS:
                 runtime.end(MissionState.FAILURE, "TIMED_OUT: ran for 24 hours of robot time")
         runtime.stand_still()
     except BodyError as error:
-        runtime.end(MissionState.ERROR, f"the robot gave up: {error}")
+        runtime.end(MissionState.ERROR, f"robot failed: {error}")
     except Exception as error:
         log(traceback.format_exc())
         runtime.end(MissionState.ERROR, f"{type(error).__name__}: {error}")
@@ -135,7 +135,7 @@ def _run(
     return first_tick or perf_counter(), loop_began
 
 
-def _outside_sinks(options: RunOptions) -> list[Sink]:
+def _network_sinks(options: RunOptions) -> list[Sink]:
     sinks: list[Sink] = []
     if options.mavlink:
         from stack.telemetry.mavlink_sink import MavlinkSink
@@ -149,12 +149,12 @@ def _outside_sinks(options: RunOptions) -> list[Sink]:
 
 
 def _add_late_sinks(engine: Engine, options: RunOptions, folder: RunFolder | None) -> None:
-    """Rerun takes half a second to import: after the first tick, so that the robot starts soon."""
+    """Attach rerun only after the first tick: importing it takes half a second."""
     if options.rerun and folder is not None:
         from stack.telemetry.rerun_sink import RerunSink
 
         engine.telemetry.attach(RerunSink(folder.path / "mission.rrd"))
 
 
-def _nowhere(text: str) -> None:
-    """Where log lines go without a run folder."""
+def _discard(text: str) -> None:
+    """Drop a log line: there is no run folder."""

@@ -1,4 +1,4 @@
-"""Starts runs: in this process without a dashboard, in an engine process with one."""
+"""Start runs: in this process without a dashboard, in an engine process with one."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ from stack.errors import InputError
 from stack.telemetry.rendezvous import RunHandle, find_run, live_runs
 
 WRONG_INPUT, ENGINE_LOST = 2, 3
-START_PATIENCE, STOP_PATIENCE = 60.0, 20.0
-"""Wall seconds to wait for an engine to answer, and to stop after it was told to."""
+START_TIMEOUT, STOP_TIMEOUT = 60.0, 20.0
+"""Wall seconds to wait for an engine to answer, and for its end after a stop."""
 
 
 @dataclass(frozen=True)
 class LaunchOptions:
-    """What `treepilot run` was given."""
+    """Command-line options of `treepilot run`."""
 
     mission: str
     headless: bool = True
@@ -52,7 +52,7 @@ class LaunchOptions:
     parameters: dict[str, str] = field(default_factory=dict)
 
     def run_options(self) -> RunOptions:
-        """The engine's share, with the folder and speed decided."""
+        """Return the options of the engine, with the run folder and speed resolved."""
         return RunOptions(
             seed=self.seed, arguments=self.arguments, robot=self.robot, world=self.world,
             start=self.start, out=self.out or default_folder(self.mission),
@@ -64,12 +64,12 @@ class LaunchOptions:
 
 
 def launch(options: LaunchOptions) -> int:
-    """Run a mission as asked; the exit code."""
+    """Run a mission with or without a dashboard; return the exit code."""
     return _run_here(options) if options.headless else _run_with_dashboard(options)
 
 
 def default_folder(mission: str) -> Path:
-    """`runs/<mission>-<date>-<time>` in the current folder."""
+    """Return `runs/<mission>-<date>-<time>` in the current folder, numbered if it exists."""
     stamp = datetime.now().strftime("%Y%m%d-%H%M%S")
     base = Path("runs") / f"{find_mission(mission).stem}-{stamp}"
     folder, count = base, 1
@@ -80,7 +80,7 @@ def default_folder(mission: str) -> Path:
 
 
 def watch_run(name: str) -> int:
-    """Attach the dashboard to a live run; the newest when no name is given."""
+    """Attach the dashboard to a live run; an empty name is the newest run."""
     run = find_run(name)
     outcome = _dashboard(run)
     if outcome == "abort":
@@ -89,7 +89,7 @@ def watch_run(name: str) -> int:
 
 
 def _speed(text: str) -> float:
-    """0 for max, else the factor."""
+    """Return the speed factor; 0 for "max"."""
     if text == "max":
         return 0.0
     try:
@@ -97,7 +97,7 @@ def _speed(text: str) -> float:
     except ValueError:
         factor = -1.0
     if not 0.0 < factor <= 1000.0:
-        raise InputError(f"--speed {text}: expected max, or a number above 0 up to 1000")
+        raise InputError(f"--speed {text}: expected max, or a number above 0 and up to 1000")
     return factor
 
 
@@ -105,14 +105,14 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 @contextmanager
-def _interrupts(pass_on: Callable[[], None] = lambda: None) -> Iterator[list[int]]:
-    """Signals noted in the list instead of raised, and passed on; a second one raises as usual."""
+def _interrupts(forward: Callable[[], None] = lambda: None) -> Iterator[list[int]]:
+    """Collect signals in a list and forward them; a second SIGINT raises KeyboardInterrupt."""
     caught: list[int] = []
 
     def note(number: int, _: object) -> None:
         caught.append(number)
         signal.signal(signal.SIGINT, signal.default_int_handler)
-        pass_on()
+        forward()
 
     before = {number: signal.signal(number, note) for number in SIGNALS}
     try:
@@ -124,9 +124,9 @@ def _interrupts(pass_on: Callable[[], None] = lambda: None) -> Iterator[list[int
 
 def _run_here(options: LaunchOptions) -> int:
     run_options = options.run_options()
-    with _stdout_kept_clean(options.json) as out:
+    with _clean_stdout(options.json) as out:
         plan = prepare(options.mission, run_options)
-        _say_when_kernels_compile(plan)
+        _announce_compilation(plan)
         for warning in plan.mission.warnings:
             print(warning, file=sys.stderr)
         lines = ProgressLines(lambda line: print(line, file=sys.stderr))
@@ -139,8 +139,8 @@ def _run_here(options: LaunchOptions) -> int:
 
 
 @contextmanager
-def _stdout_kept_clean(wanted: bool) -> Iterator[TextIO]:
-    """Where the report goes; meanwhile anybody's prints, libraries' as well, go to stderr."""
+def _clean_stdout(wanted: bool) -> Iterator[TextIO]:
+    """Yield the real stdout for the report; all other output, also of libraries, goes to stderr."""
     if not wanted:
         yield sys.stdout
         return
@@ -156,7 +156,7 @@ def _stdout_kept_clean(wanted: bool) -> Iterator[TextIO]:
         os.close(kept)
 
 
-def _say_when_kernels_compile(plan: PreparedMission) -> None:
+def _announce_compilation(plan: PreparedMission) -> None:
     from missions.execution.kernels_cache import first_run_notice
 
     notice = first_run_notice(choice.component for choice in plan.choices.values())
@@ -165,10 +165,10 @@ def _say_when_kernels_compile(plan: PreparedMission) -> None:
 
 
 def _run_with_dashboard(options: LaunchOptions) -> int:
-    """Engine in its own session; this process shows it, passes signals on and waits."""
+    """Start the engine in its own session; show its dashboard, forward signals, await its end."""
     run_options = options.run_options()
-    plan = prepare(options.mission, run_options)  # findings belong here, before the screen changes
-    _say_when_kernels_compile(plan)
+    plan = prepare(options.mission, run_options)  # findings are printed before the screen changes
+    _announce_compilation(plan)
     assert run_options.out is not None
     with tempfile.TemporaryFile() as errors:
         engine = _spawn_engine(options.mission, run_options, errors)
@@ -176,7 +176,7 @@ def _run_with_dashboard(options: LaunchOptions) -> int:
             run = _await_engine(engine, run_options.out.name, caught)
             outcome = _dashboard(run, lambda: bool(caught)) if run is not None else "over"
             if outcome == "leave" and engine.poll() is None:
-                print(f"the mission goes on; treepilot watch {run_options.out.name}")
+                print(f"the mission continues; attach with: treepilot watch {run_options.out.name}")
                 return 0
             if outcome == "interrupt":
                 _interrupt(engine)
@@ -189,7 +189,7 @@ def _interrupt(engine: subprocess.Popen[bytes]) -> None:
 
 
 def _spawn_engine(mission: str, options: RunOptions, errors: IO[bytes]) -> subprocess.Popen[bytes]:
-    """The engine in a session of its own. Its stderr is a file: a pipe could fill and block it."""
+    """Start the engine in its own session, with a file as stderr: a full pipe would block it."""
     settings = {**asdict(options), "out": str(options.out)}
     message = json_format.dumps({"mission": mission, "options": settings})
     return subprocess.Popen(
@@ -202,7 +202,7 @@ def _spawn_engine(mission: str, options: RunOptions, errors: IO[bytes]) -> subpr
 def _await_engine(
     engine: subprocess.Popen[bytes], run_id: str, caught: list[int]
 ) -> RunHandle | None:
-    deadline = monotonic() + START_PATIENCE
+    deadline = monotonic() + START_TIMEOUT
     while monotonic() < deadline and engine.poll() is None and not caught:
         for run in live_runs():
             if run.run_id == run_id:
@@ -216,7 +216,8 @@ def _dashboard(run: RunHandle, interrupted: Callable[[], bool] | None = None) ->
 
     Args:
         run: the run to watch.
-        interrupted: whether a signal came; given where the run was begun, so that ctrl+c ends it.
+        interrupted: whether a signal arrived; set by the process that started the run, so that
+            ctrl+c ends it.
     """
     from stack.telemetry.client import TelemetryClient
     from tui.app import Dashboard
@@ -230,7 +231,7 @@ def _dashboard(run: RunHandle, interrupted: Callable[[], bool] | None = None) ->
 
 def _await_end(engine: subprocess.Popen[bytes], folder: Path, errors: IO[bytes]) -> int:
     try:
-        engine.wait(timeout=STOP_PATIENCE)
+        engine.wait(timeout=STOP_TIMEOUT)
     except subprocess.TimeoutExpired:
         engine.kill()
         engine.wait()
@@ -240,9 +241,12 @@ def _await_end(engine: subprocess.Popen[bytes], folder: Path, errors: IO[bytes])
         print(report.summary())
         return report.exit_code
     errors.seek(0)
-    said = errors.read().decode(errors="replace").strip() or "it left no message"
+    message = errors.read().decode(errors="replace").strip() or "no message"
     if engine.returncode == WRONG_INPUT:
-        print(said, file=sys.stderr)
+        print(message, file=sys.stderr)
         return WRONG_INPUT
-    print(f"the engine was lost: {said}\nrecords so far are in {folder}", file=sys.stderr)
+    print(
+        f"the engine stopped unexpectedly: {message}\nrecords so far are in {folder}",
+        file=sys.stderr,
+    )
     return ENGINE_LOST

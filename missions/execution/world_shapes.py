@@ -1,4 +1,4 @@
-"""A world as shapes to draw in the 3-D view."""
+"""Shapes of a world for the 3-D view."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ BOARD_SCALE, BOARD_THICKNESS = 1.25, 0.01
 
 
 def scene_of(world: World, doors_closed: Mapping[str, bool]) -> tuple[SceneShape, ...]:
-    """Walls, furniture, closed doors, marker boards and docks, in a fixed order."""
+    """Return walls, furniture, closed doors, marker boards and docks, in a fixed order."""
     return tuple(_shapes(world, doors_closed))
 
 

@@ -1,1 +1,1 @@
-"""Answers about missions, components, places and finished runs, without running anything."""
+"""Inspection of missions, components, worlds, maps and finished runs, without running anything."""

@@ -1,4 +1,4 @@
-"""`treepilot check` and `treepilot show`: everything about a mission but running it."""
+"""`treepilot check` and `treepilot show`: the findings and the tree of a mission."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ OUR_PACKAGES = ("missions", "behaviours", "stack", "tui", "robots")
 
 @dataclass(frozen=True)
 class CheckLine:
-    """One finding as text to print."""
+    """One finding, with its text as printed."""
 
     text: str
     is_error: bool
@@ -32,7 +32,7 @@ class CheckLine:
 
 
 def check_files(names: list[str]) -> list[CheckLine]:
-    """The findings of every mission or world file, errors and warnings."""
+    """Return the errors and warnings of mission and world files."""
     return [line for name in names for line in _check(name)]
 
 
@@ -50,7 +50,7 @@ def _check(name: str) -> list[CheckLine]:
 
 
 def _is_world(path: Path) -> bool:
-    """Whether the file's ending or its keys say that it is a world."""
+    """Return whether the file is a world, by its suffix or its keys."""
     if path.suffix in GAZEBO:
         return True
     if _MISSION.search(_text(path)):
@@ -62,7 +62,7 @@ def _is_world(path: Path) -> bool:
 
 
 _MISSION = re.compile(r"^mission\s*:", re.MULTILINE)
-"""A key at the top of a file: reading a large mission twice would take its time."""
+"""Finds the key `mission` without parsing: parsing a large mission twice is slow."""
 
 
 def _lines(findings: Iterable[Finding]) -> list[CheckLine]:
@@ -76,7 +76,7 @@ def _lines(findings: Iterable[Finding]) -> list[CheckLine]:
 
 
 def as_json(lines: Iterable[CheckLine]) -> str:
-    """The findings for editors: a list with file, line, column, code, severity, sentence, hint."""
+    """Return findings as a JSON list with file, line, column, code, severity, sentence, hint."""
     return json.dumps([_plain(line) for line in lines], indent=2, ensure_ascii=False)
 
 
@@ -101,17 +101,17 @@ def _text(path: Path) -> str:
 
 
 def check_install() -> list[CheckLine]:
-    """Other distributions that ship one of our package names: one would hide the other."""
+    """Report other distributions that install one of our packages: one would hide the other."""
     owners = packages_distributions()
     return [
-        CheckLine(f"the package {package!r} is also shipped by {other}; uninstall it", True)
+        CheckLine(f"the package {package!r} is also installed by {other}; uninstall {other}", True)
         for package in OUR_PACKAGES
         for other in sorted(set(owners.get(package, ())) - {"treepilot"})
     ]
 
 
 def drawing(name: str, style: str, *, colours: bool) -> str:
-    """The compiled tree of a mission as text, Graphviz or Mermaid."""
+    """Return the compiled tree of a mission as text, Graphviz or Mermaid."""
     mission = read_mission(find_mission(name), catalogue_of, resources(), {})
     draw = {"text": show.text, "dot": show.dot, "mermaid": show.mermaid}[style]
     return draw(compile_mission(mission), colour=colours)

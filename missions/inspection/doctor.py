@@ -1,4 +1,4 @@
-"""`treepilot doctor`: what of a place a robot can use, and which parameter closes the rest."""
+"""`treepilot doctor`: the passages and places of a world or map that a robot can use."""
 
 from __future__ import annotations
 
@@ -11,23 +11,23 @@ from missions.execution.resources import WORLDS, load_robot
 from stack.costmap.parameters import CostmapParameters
 from stack.documents import read_file
 from stack.drivetrain.description import RobotDescription
-from stack.mapping.passages import Passage, clearance_of, passages_of, way_to, widest_ways
+from stack.mapping.passages import Passage, clearance_of, passages_of, widest_path_to, widest_paths
 from stack.mapping.ros_map import read_ros_map
 from stack.sim.worlds.rasterise import rasterise
 from stack.sim.worlds.world_file import find_world, read_world
 from stack.types import FloatArray, OccupancyGrid, Pose2D
 
-SNUG = 0.10
-"""Metres of room to spare below which a passage is called tight."""
+TIGHT_MARGIN = 0.10
+"""Metres of margin below which a passage is reported as tight."""
 
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """What was found.
+    """Result of the diagnosis.
 
     Attributes:
-        lines: sentences for people.
-        closed: how many passages and places the robot cannot use.
+        lines: text to print.
+        closed: number of passages and places that the robot cannot use.
     """
 
     lines: tuple[str, ...]
@@ -45,15 +45,15 @@ class Place:
 
 
 def diagnose(name: str, robot_name: str, picture: Path | None) -> Diagnosis:
-    """Look at a world or a ROS map with the eyes of a robot.
+    """Check which passages and places of a world or ROS map a robot can use.
 
     Args:
-        name: a world's name or file, or a map.yaml.
-        robot_name: a robot's name or file.
-        picture: where to draw what was found, or None.
+        name: name or file of a world, or a map.yaml.
+        robot_name: name or file of a robot.
+        picture: file for a picture of the result, or None.
 
     Raises:
-        InputError: the place or the robot cannot be read.
+        InputError: the world, map or robot cannot be read.
     """
     place = _read(name)
     robot = load_robot(robot_name, Path.cwd())
@@ -61,12 +61,12 @@ def diagnose(name: str, robot_name: str, picture: Path | None) -> Diagnosis:
     passages = passages_of(place.grid, clearance)
     lines, closed = list(_head(place, robot)), 0
     for passage in passages:
-        sentence, shut = _passage_line(passage, robot)
+        sentence, is_closed = _passage_line(passage, robot)
         lines.append(sentence)
-        closed += shut
-    for sentence, shut in _place_lines(place, clearance, robot):
+        closed += is_closed
+    for sentence, is_closed in _place_lines(place, clearance, robot):
         lines.append(sentence)
-        closed += shut
+        closed += is_closed
     if picture is not None:
         from missions.inspection.doctor_picture import draw
 
@@ -80,7 +80,7 @@ def _read(name: str) -> Place:
     if path.is_file() and "image" in [key.value for key, _ in read_file(path, "map").entries]:
         return Place(path.stem, read_ros_map(path), {}, None)
     world = read_world(find_world(name, Path.cwd(), WORLDS))
-    grid = rasterise(world, CostmapParameters().map_resolution)  # as the costmaps have it
+    grid = rasterise(world, CostmapParameters().map_resolution)  # the resolution of the costmaps
     return Place(world.name, grid, dict(world.places), world.start)
 
 
@@ -90,7 +90,7 @@ def _head(place: Place, robot: RobotDescription) -> Iterator[str]:
     yield (
         f"{place.name}: {columns * side:.1f} x {rows * side:.1f} m at {side * 100:g} cm;"
         f" {robot.name} is {_needed(robot):.2f} m wide"
-        f" ({2 * robot.footprint.circumscribed_radius:.2f} m corner to corner)"
+        f" ({2 * robot.footprint.circumscribed_radius:.2f} m across its corners)"
     )
 
 
@@ -104,14 +104,14 @@ def _passage_line(passage: Passage, robot: RobotDescription) -> tuple[str, bool]
     if passage.width < needed:
         return f"✘ {where}: closed; the footprint needs {needed:.2f} m", True
     if passage.width < corners:
-        return f"! {where}: open, but too narrow to turn in (footprint, {corners:.2f} m)", False
-    spare = passage.width - needed
-    if spare < SNUG:
-        return f"! {where}: open with {spare * 100:.0f} cm to spare", False
+        return f"! {where}: open, but turning in place needs {corners:.2f} m", False
+    margin = passage.width - needed
+    if margin < TIGHT_MARGIN:
+        return f"! {where}: open with a margin of {margin * 100:.0f} cm", False
     costs = all_chosen(robot, {})["costmap"].parameters
     if passage.width / 2.0 < costs.inflation_radius:
-        why = f"inside inflation_radius {costs.inflation_radius:g} m, so paths avoid it if they can"
-        return f"✔ {where}: open; {why}", False
+        why = f"walls are within inflation_radius {costs.inflation_radius:g} m"
+        return f"✔ {where}: open; {why}, so paths avoid it if possible", False
     return f"✔ {where}: open", False
 
 
@@ -120,21 +120,21 @@ def _place_lines(
 ) -> Iterator[tuple[str, bool]]:
     if place.start is None:
         return
-    ways = widest_ways(place.grid, clearance, (place.start.x, place.start.y))
+    widest = widest_paths(place.grid, clearance, (place.start.x, place.start.y))
     needed = _needed(robot)
     for name, pose in place.places.items():
         where = f"place {name} ({pose.x:.2f}, {pose.y:.2f})"
         row, column = place.grid.cell_at(pose.x, pose.y)
         inside = place.grid.contains(row, column)
         free = 2.0 * float(clearance[row, column]) if inside else 0.0
-        way = way_to(place.grid, ways, pose.x, pose.y)
+        route = widest_path_to(place.grid, widest, pose.x, pose.y)
         if not inside:
             yield f"✘ {where}: outside the map", True
         elif free < needed:
-            yield f"✘ {where}: blocked; {free:.2f} m of room, footprint needs {needed:.2f} m", True
-        elif way.width < needed:
-            least = f"the widest way is {way.width:.2f} m at ({way.x:.2f}, {way.y:.2f})"
-            yield f"✘ {where}: not reachable; {least}, footprint needs {needed:.2f} m", True
+            yield f"✘ {where}: blocked; {free:.2f} m free, the footprint needs {needed:.2f} m", True
+        elif route.width < needed:
+            least = f"the widest route is {route.width:.2f} m at ({route.x:.2f}, {route.y:.2f})"
+            yield f"✘ {where}: not reachable; {least}, the footprint needs {needed:.2f} m", True
         else:
-            least = f"narrowest point {way.width:.2f} m at ({way.x:.2f}, {way.y:.2f})"
+            least = f"narrowest point {route.width:.2f} m at ({route.x:.2f}, {route.y:.2f})"
             yield f"✔ {where}: reachable; {least}", False

@@ -1,4 +1,4 @@
-"""The picture that `treepilot doctor --png` draws."""
+"""Picture of passages and places: `treepilot doctor --png`."""
 
 from __future__ import annotations
 
@@ -12,18 +12,27 @@ from stack.errors import InputError
 from stack.mapping.passages import Passage
 from stack.types import FREE, OCCUPIED, FloatArray, OccupancyGrid, Pose2D
 
-METRE = 120
-"""Pixels, to whole ones a cell."""
+PIXELS_PER_METRE = 120
+"""Approximate scale; a cell is a whole number of pixels."""
 
-GROUND, WALL, SHUT, TIGHT = (34, 21, 13), (193, 165, 147), (90, 60, 140), (70, 90, 150)
-GOOD, BAD, TEXT = (151, 220, 61), (107, 107, 255), (234, 214, 201)  # blue, green, red
+GROUND, WALL, CLOSED, TIGHT = (34, 21, 13), (193, 165, 147), (90, 60, 140), (70, 90, 150)
+GOOD, BAD, TEXT = (151, 220, 61), (107, 107, 255), (234, 214, 201)
+"""Colours: blue, green, red."""
 
 
 def draw(  # noqa: PLR0913 - one call from one place
     path: Path, grid: OccupancyGrid, clearance: FloatArray, passages: Sequence[Passage],
     places: Mapping[str, Pose2D], robot: RobotDescription,
 ) -> None:  # fmt: skip
-    """Free floor dark, where the robot's middle cannot be purple, passages and places marked.
+    """Draw the map with passages and places; purple cells are closed to the robot's centre.
+
+    Args:
+        path: file to write, .png.
+        grid: the map, world frame.
+        clearance: distance of each cell to the nearest obstacle, metres, shape of the grid.
+        passages: passages to mark, green where the robot fits, else red.
+        places: named poses to mark, world frame.
+        robot: the robot whose footprint counts.
 
     Raises:
         InputError: the picture cannot be written.
@@ -34,9 +43,9 @@ def draw(  # noqa: PLR0913 - one call from one place
     free = grid.cells == FREE
     image[free] = GROUND
     image[free & (clearance < robot.footprint.circumscribed_radius)] = TIGHT
-    image[free & (clearance < robot.footprint.inscribed_radius)] = SHUT
+    image[free & (clearance < robot.footprint.inscribed_radius)] = CLOSED
     image[grid.cells == OCCUPIED] = WALL
-    scale = max(1, round(METRE * grid.resolution))
+    scale = max(1, round(PIXELS_PER_METRE * grid.resolution))
     image = cv2.resize(np.flipud(image), None, fx=scale, fy=scale, interpolation=cv2.INTER_NEAREST)
 
     def pixel(x: float, y: float) -> tuple[int, int]:
@@ -54,7 +63,7 @@ def draw(  # noqa: PLR0913 - one call from one place
         cv2.drawMarker(image, pixel(pose.x, pose.y), TEXT, cv2.MARKER_CROSS, 12, 2)
         _write(image, pixel(pose.x, pose.y), name, TEXT)
     if not cv2.imwrite(str(path), image):
-        raise InputError(f"cannot write the picture {path}; it should end in .png")
+        raise InputError(f"cannot write the picture {path}; the name must end in .png")
 
 
 def _write(image: object, at: tuple[int, int], text: str, colour: tuple[int, int, int]) -> None:

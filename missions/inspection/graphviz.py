@@ -1,4 +1,4 @@
-"""`treepilot show --svg`: the tree, laid out by Graphviz where it is installed."""
+"""`treepilot show --svg`: the tree of a mission as an SVG drawing, by Graphviz."""
 
 from __future__ import annotations
 
@@ -9,40 +9,40 @@ from pathlib import Path
 from missions.inspection.check import drawing
 from stack.errors import InputError
 
-PATIENCE = 60.0
-"""Wall seconds; a tree of a thousand nodes takes about one."""
+LAYOUT_TIMEOUT = 60.0
+"""Wall seconds; the layout of a thousand nodes takes about one second."""
 
 
 def svg(mission: str) -> str:
-    """The compiled tree of a mission as an SVG drawing.
+    """Return the compiled tree of a mission as an SVG drawing.
 
     Raises:
-        InputError: the mission is wrong, or Graphviz is missing or fails.
+        InputError: the mission has errors, or Graphviz is missing or fails.
     """
     dot = shutil.which("dot")
     if dot is None:
         raise InputError(
-            "drawing as SVG needs Graphviz' `dot` (apt install graphviz, brew install graphviz); "
-            "without it there are `show`, `show --mermaid` and `show --dot`"
+            "--svg needs `dot` of Graphviz (apt install graphviz, brew install graphviz); "
+            "`show`, `show --mermaid` and `show --dot` do not need it"
         )
     graph = drawing(mission, "dot", colours=False)
     try:
         done = subprocess.run(
             [dot, "-Tsvg"], input=graph, capture_output=True, text=True, check=False,
-            timeout=PATIENCE, encoding="utf-8",
+            timeout=LAYOUT_TIMEOUT, encoding="utf-8",
         )  # fmt: skip
     except subprocess.TimeoutExpired:
-        raise InputError(f"{dot} has not drawn the tree within {PATIENCE:g} s") from None
+        raise InputError(f"{dot} did not draw the tree within {LAYOUT_TIMEOUT:g} s") from None
     if done.returncode != 0 or "<svg" not in done.stdout:
         raise InputError(f"{dot} could not draw the tree: {done.stderr.strip()}")
     return done.stdout
 
 
 def save_svg(mission: str, file: str) -> None:
-    """Draw the tree of a mission into a file.
+    """Write the tree of a mission as SVG to a file.
 
     Raises:
-        InputError: as `svg` does, or the file cannot be written.
+        InputError: see `svg`; or the file cannot be written.
     """
     text = svg(mission)
     try:

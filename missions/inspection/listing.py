@@ -1,4 +1,4 @@
-"""`treepilot list` and `treepilot describe`: what missions may name, from its own declarations."""
+"""`treepilot list` and `treepilot describe`: behaviours, components, robots, worlds, missions."""
 
 from __future__ import annotations
 
@@ -24,17 +24,18 @@ from stack.drivetrain.description import DriveKind
 from stack.errors import InputError
 from stack.parameters import Declaration, declarations, suggestion
 
-HERE = Path()
+CURRENT_FOLDER = Path()
 COMPONENTS = {"planners": "planner", "controllers": "controller", "layers": "costmap_layer"}
-"""What `list` calls the kinds of components."""
+"""Word of `treepilot list` -> kind of component."""
 
 
 @dataclass(frozen=True, slots=True)
 class Installed:
-    """What can be named: built in, installed, and in the plugins of a mission.
+    """The available behaviours and components: built in, installed, and of a mission's plugins.
 
     Attributes:
-        components: kind -> name -> where it is.
+        catalogue: the behaviours.
+        components: kind -> name -> `module:Class`.
     """
 
     catalogue: Catalogue
@@ -42,58 +43,60 @@ class Installed:
 
     @property
     def problems(self) -> list[str]:
-        """What cannot be used: its file and why."""
+        """Plugins that cannot be used: file and reason."""
         return [f"{item.file}: {item.sentence}" for item in self.catalogue.problems]
 
 
 def installed(mission: str | None = None) -> Installed:
-    """What missions may name; a mission's plugins are looked through as well.
+    """Return the available behaviours and components, with those of a mission's plugins.
 
     Raises:
-        InputError: the mission cannot be read, or a component of a plugin has a name that is taken.
+        InputError: the mission cannot be read, or a plugin's component uses an existing name.
     """
     plugins: list[str] = []
-    beside: Path | None = None
+    folder: Path | None = None
     if mission is not None:
         path = find_mission(mission)
         named = read_file(path, "mission").get("plugins")
         plugins = [str(item.value) for item in (named.items if named else []) if item.value]
-        beside = path.parent
-    plugged = plugged_components(plugins, beside)
+        folder = path.parent
+    of_plugins = plugged_components(plugins, folder)
     components = {
-        kind: {**available(kind), **plugged.get(kind, {})} for kind in COMPONENTS.values()
+        kind: {**available(kind), **of_plugins.get(kind, {})} for kind in COMPONENTS.values()
     }
-    return Installed(find_behaviours(plugins, beside), components)
+    return Installed(find_behaviours(plugins, folder), components)
 
 
 def rows_of(kind: str, known: Installed) -> list[tuple[str, str]]:
-    """Name and one sentence of everything of a kind."""
+    """Return the name and a one-line description of everything of a kind."""
     if kind == "behaviours":
         catalogue = known.catalogue
         return [(name, _kind_summary(catalogue, name)) for name in catalogue.names()]
     if kind == "robots":
-        return [(name, _robot_sentence(name)) for name in robot_names()]
+        return [(name, _robot_summary(name)) for name in robot_names()]
     if kind in COMPONENTS:
-        single = COMPONENTS[kind]
-        found = known.components[single]
-        return [(name, _first_line(component(single, where))) for name, where in found.items()]
+        component_kind = COMPONENTS[kind]
+        found = known.components[component_kind]
+        return [
+            (name, _first_line(component(component_kind, where))) for name, where in found.items()
+        ]
     files = world_files() if kind == "worlds" else mission_files()
     return [(file.stem, _doc_of(file)) for file in files]
 
 
 def description_of(name: str, known: Installed) -> str:
-    """Everything that can be set about one named thing.
+    """Return the documentation and settings of a behaviour, component, robot or world.
 
     Raises:
-        InputError: nothing has that name; the message names the nearest.
+        InputError: unknown name; the message suggests the most similar one.
     """
     kind = known.catalogue.get(name)
     if kind is not None:
         parts = [f"{name}: {kind.doc}", _table("ports", kind.ports.values())]
         return "\n".join(filter(None, [*parts, _table("outputs", kind.outputs.values())]))
-    for single, found in known.components.items():
+    for component_kind, found in known.components.items():
         if name in found:
-            cls = component(single, found[name])
+            cls = component(component_kind, found[name])
             fields = declarations(cls.Parameters)  # type: ignore[attr-defined]
             return f"{name}: {(cls.__doc__ or '').strip()}\n{_table('parameters', fields.values())}"
     if name in robot_names():
@@ -103,7 +106,9 @@ def description_of(name: str, known: Installed) -> str:
             return _describe_world(name)
     names = [other for found in known.components.values() for other in found]
     names += [*known.catalogue.names(), *robot_names(), *(file.stem for file in world_files())]
-    raise InputError(f"nothing is called {name!r}; {suggestion(name, names)}")
+    raise InputError(
+        f"no behaviour, component, robot or world is called {name!r}; {suggestion(name, names)}"
+    )
 
 
 def _table(title: str, declared: Iterable[Declaration]) -> str:
@@ -151,8 +156,8 @@ def _doc_of(file: Path) -> str:
     return " ".join(str(doc.value).split()) if doc is not None else ""
 
 
-def _robot_sentence(name: str) -> str:
-    robot = load_robot(name, HERE)
+def _robot_summary(name: str) -> str:
+    robot = load_robot(name, CURRENT_FOLDER)
     limits, kind = robot.limits, str(robot.drive)
     if robot.drive is DriveKind.ACKERMANN:
         kind += f", turning radius {robot.turning_radius:.2f} m"
@@ -163,14 +168,14 @@ def _robot_sentence(name: str) -> str:
 
 
 def _describe_world(name: str) -> str:
-    world = load_world(name, HERE)
+    world = load_world(name, CURRENT_FOLDER)
     x_min, y_min, x_max, y_max = world.bounds
     rows = [
         ("size", f"{x_max - x_min:g} x {y_max - y_min:g} m"),
         ("doors", ", ".join(door.name for door in world.doors)),
         ("people", ", ".join(person.name for person in world.people)),
         ("markers", ", ".join(str(marker.number) for marker in world.markers)),
-        ("timeline", f"{len(world.timeline)} happenings" if world.timeline else ""),
+        ("timeline", f"{len(world.timeline)} events" if world.timeline else ""),
     ]
     lines = [f"{name}: {_doc_of(MISSIONS / 'worlds' / f'{name}.yaml')}"]
     lines += [f"  {title:<9} {text}" for title, text in rows if text]
@@ -188,8 +193,8 @@ def _declared(part: object) -> list[Declaration]:
 
 
 def _describe_robot(name: str) -> str:
-    robot = load_robot(name, HERE)
-    lines = [f"{name}: {_robot_sentence(name)}"]
+    robot = load_robot(name, CURRENT_FOLDER)
+    lines = [f"{name}: {_robot_summary(name)}"]
     for title, part in (
         ("limits", robot.limits), ("lidar", robot.lidar), ("camera", robot.camera),
         ("imu", robot.imu), ("odometry", robot.odometry), ("battery", robot.battery),

@@ -1,4 +1,4 @@
-"""`treepilot parameters`: every value in force, and which file and line it comes from."""
+"""`treepilot parameters`: every parameter in force, with the file and line that sets it."""
 
 from __future__ import annotations
 
@@ -7,23 +7,23 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, cast
 
-from missions.execution.component_choices import WITHOUT_A_MAP
+from missions.execution.component_choices import MAPLESS_DEFAULTS
 from missions.execution.prepare import PreparedMission, RunOptions, prepare
 from stack.components import Choice
 from stack.parameters import Declaration, declarations
 
-DEFAULT, GIVEN = "default", "--parameter"
+DEFAULT, COMMAND_LINE = "default", "--parameter"
 
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """One parameter in force.
+    """One parameter in force and its source.
 
     Attributes:
         name: `controller.cruise_speed`.
-        value: with its unit.
-        source: `default`, or the file that sets it, with the line where it has one.
-        help: what it does.
+        value: the value with its unit.
+        source: `default`, `--parameter`, or the file that sets it, with the line if known.
+        help: one-line description.
     """
 
     name: str
@@ -33,25 +33,25 @@ class Origin:
 
     @property
     def is_set(self) -> bool:
-        """Whether somebody set it."""
+        """Whether the value is not the default."""
         return self.source != DEFAULT
 
 
 def parameters_of(mission: str, options: RunOptions | None = None) -> list[Origin]:
-    """Every parameter of a mission's navigation.
+    """Return every parameter of a mission's navigation.
 
     Raises:
-        InputError: the mission or something it names will not do.
+        InputError: the mission or a file it names has errors.
     """
     options = options or RunOptions()
     plan = prepare(mission, options)
     found = [origin for kind, choice in plan.choices.items() for origin in _of(plan, kind, choice)]
     given = options.parameters or {}
-    return [replace(item, source=GIVEN) if item.name in given else item for item in found]
+    return [replace(item, source=COMMAND_LINE) if item.name in given else item for item in found]
 
 
 def lines_of(origins: list[Origin]) -> list[str]:
-    """A table: name, value, source, sentence."""
+    """Return a table: name, value, source, description."""
     widths = [
         max((len(getattr(origin, column)) for origin in origins), default=0)
         for column in ("name", "value", "source")
@@ -69,11 +69,11 @@ def lines_of(origins: list[Origin]) -> list[str]:
 def _of(plan: PreparedMission, kind: str, choice: Choice) -> Iterator[Origin]:
     named = plan.mission.navigation.get(kind)
     if named is not None and (named.use or choice.name) != choice.name:
-        named = None  # another component was asked for than these parameters are for
+        named = None  # the mission's parameters belong to another component
     robot: Mapping[str, Any] = plan.robot.navigation.get(kind) or {}
     if choice.name != kind:
-        yield Origin(f"{kind}.use", choice.name, _source_of_use(plan, kind), "which one")
-    # The robot's parameters are for the robot's choice: another component drops them.
+        yield Origin(f"{kind}.use", choice.name, _source_of_use(plan, kind), "chosen component")
+    # The robot's parameters belong to the robot's choice; another component drops them.
     kept = robot if choice.name == robot.get("use", choice.name) else {}
     for name, declared in declarations(cast("type", type(choice.parameters))).items():
         value = _shown(declared, getattr(choice.parameters, name))
@@ -82,7 +82,7 @@ def _of(plan: PreparedMission, kind: str, choice: Choice) -> Iterator[Origin]:
             source = f"{_short(plan, mark.file)}:{mark.line}"
         elif name in kept:
             source = _short(plan, str(plan.robot.source or plan.robot.name))
-        elif not plan.is_mapped and name in WITHOUT_A_MAP.get(kind, {}):
+        elif not plan.is_mapped and name in MAPLESS_DEFAULTS.get(kind, {}):
             source = f"{DEFAULT} without a map"
         else:
             source = DEFAULT
@@ -99,7 +99,7 @@ def _source_of_use(plan: PreparedMission, kind: str) -> str:
 
 
 def _short(plan: PreparedMission, file: str) -> str:
-    """A file by its name, with the folder where that is not the mission's."""
+    """Return the file's name, with its folder if that is not the mission's."""
     path = Path(file)
     if path.parent == plan.mission.source.parent:
         return path.name

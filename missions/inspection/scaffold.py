@@ -1,6 +1,6 @@
-"""Writes the beginnings of a new planner, controller or costmap layer, and its test.
+"""`treepilot new`: write a new planner, controller or costmap layer with its test.
 
-What is written stands in missions/templates; behaviours have behaviours.scaffold.
+The templates are in the folder `templates`. For behaviours see `behaviours.scaffold`.
 """
 
 from __future__ import annotations
@@ -14,27 +14,27 @@ from stack.errors import InputError
 
 TEMPLATES = Path(__file__).parent / "templates"
 KINDS = {"planner": "planner", "controller": "controller", "layer": "costmap_layer"}
-"""What `treepilot new` calls a kind of component, and what the stack calls it."""
+"""Word of `treepilot new` -> kind of component."""
 
 
 def new_component(kind: str, name: str, folder: Path) -> list[Path]:
-    """Write `<name>.py` and `test_<name>.py` into a plugin folder, made if need be.
+    """Write `<name>.py` and `test_<name>.py` into a plugin folder; create the folder if missing.
 
     Args:
         kind: planner, controller or layer.
-        name: as a mission will write it, e.g. straight_line.
-        folder: where plugins are; a mission names it under `plugins`.
+        name: name in missions, e.g. straight_line.
+        folder: the plugin folder; missions name it under `plugins`.
 
     Returns:
         The files written.
 
     Raises:
-        InputError: the name will not do, or a file of that name is there already.
+        InputError: the name is invalid or in use, or a file of that name exists.
     """
     check_name(name, f"a {kind}")
-    taken = available(KINDS[kind]) if KINDS[kind] in GROUPS else {}
-    if name in taken:
-        raise InputError(f"{name!r} is a {kind} already, in {taken[name]}; choose another name")
+    known = available(KINDS[kind]) if KINDS[kind] in GROUPS else {}
+    if name in known:
+        raise InputError(f"{name!r} is already a {kind}, in {known[name]}; choose another name")
     sentence = name.replace("_", " ").capitalize()
     words = {
         "name": name, "cls": "".join(word.capitalize() for word in name.split("_")),

@@ -1,4 +1,4 @@
-"""`treepilot trace RUN`: the story of a finished run, node by node, from its event log alone."""
+"""`treepilot trace RUN`: what each node did in a finished run, read from its event log."""
 
 from __future__ import annotations
 
@@ -10,45 +10,45 @@ __all__ = ["read_trace", "story", "summary"]
 
 GLYPHS = {"running": "▶", "success": "✔", "failure": "✘", "idle": "·"}
 OF_ALL_NODES = ("saved", "reload", "reload_refused")
-"""Kinds of events that concern every node."""
+"""Event kinds that concern every node."""
 
 
 def story(trace: Trace, only: str = "", since: float = 0.0, until: float = 1e18) -> list[str]:
-    """Every change of status in its order, indented by depth; other events in between.
+    """Return every status change in order, indented by depth, with other events in between.
 
     Args:
         trace: the run.
-        only: a node by number, name, kind, path or file:line: nothing but its changes and those
-            below it, and what operators did to them; or why no tree of the run reached it.
-        since: robot time, seconds.
-        until: likewise.
+        only: a node by number, name, kind, path or file:line. Shows its subtree only: the status
+            changes and operator commands; or the reason why it was never reached.
+        since: first robot time, seconds.
+        until: last robot time, seconds.
 
     Raises:
-        InputError: no node has that name.
+        InputError: unknown node.
     """
     chosen = _chosen(trace, only)
     lines = []
-    for event, tree, number in trace.told():
+    for event, tree, number in trace.with_trees():
         if not since <= event.time <= until:
             continue
-        among = chosen[number]
+        selected = chosen[number]
         if event.kind == "tree" and number > 0:
             lines.append(f"{event.time:8.2f} s  ── tree {number + 1}, {event.text} ──")
         elif event.kind == "node_status":
             node = tree.nodes[int(event.fields["node"])]
-            if not is_reset(event) and (among is None or node.id in among):
+            if not is_reset(event) and (selected is None or node.id in selected):
                 lines.append(_change(tree, node, event))
-        elif event.kind not in ROUTINE and _concerns(event, tree, among):
+        elif event.kind not in ROUTINE and _concerns(event, tree, selected):
             lines.append(f"{event.time:8.2f} s    {event.source}: {event.text}")
     return lines + _never_reached(trace, chosen)
 
 
 def summary(trace: Trace, only: str = "") -> list[str]:
-    """A line a node: how often it ran, how long, how it ended, or why it was never reached.
+    """Return one line per node: run time, outcomes, or the reason why it was never reached.
 
     Args:
         trace: the run.
-        only: as of `story`.
+        only: a node, see `story`.
     """
     lines: list[str] = []
     for number, (tree, chosen) in enumerate(zip(trace.trees, _chosen(trace, only), strict=True), 1):
@@ -59,14 +59,14 @@ def summary(trace: Trace, only: str = "") -> list[str]:
         width = max((2 * tree.depth(node) + len(node.name) for node in shown), default=0)
         for node in shown:
             label = "  " * tree.depth(node) + node.name
-            above = tree.nodes.get(node.parent)
-            told = above is not None and not above.reached and above in shown
-            lines.append(f"{label:<{width}}  {_fate(tree, node, told)}")
+            parent = tree.nodes.get(node.parent)
+            explained = parent is not None and not parent.reached and parent in shown
+            lines.append(f"{label:<{width}}  {_outcome(tree, node, explained)}")
     return lines
 
 
 def _chosen(trace: Trace, only: str) -> list[set[int] | None]:
-    """For each tree the nodes to tell of; None for all."""
+    """Return the selected node ids of each tree; None selects all."""
     if not only:
         return [None] * len(trace.trees)
     found: list[set[int] | None] = []
@@ -83,11 +83,11 @@ def _chosen(trace: Trace, only: str) -> list[set[int] | None]:
 
 
 def _never_reached(trace: Trace, chosen: list[set[int] | None]) -> list[str]:
-    """Why nodes that were asked for have no story: the outermost of them, if none was reached."""
+    """Return why the selected nodes were never reached; nothing if one of them was."""
     found = [
         (tree, tree.nodes[number])
-        for tree, among in zip(trace.trees, chosen, strict=True)
-        for number in sorted(among or ())
+        for tree, selected in zip(trace.trees, chosen, strict=True)
+        for number in sorted(selected or ())
     ]
     if any(node.reached for _, node in found):
         return []
@@ -99,36 +99,36 @@ def _never_reached(trace: Trace, chosen: list[set[int] | None]) -> list[str]:
     ]
 
 
-def _concerns(event: Event, tree: Tree, among: set[int] | None) -> bool:
-    """Whether an event that is no change of status tells of the chosen nodes."""
-    if among is None or event.kind in OF_ALL_NODES:
+def _concerns(event: Event, tree: Tree, selected: set[int] | None) -> bool:
+    """Return whether an event other than a status change concerns the selected nodes."""
+    if selected is None or event.kind in OF_ALL_NODES:
         return True
     if event.kind == "breakpoint":
-        return not among.isdisjoint(event.fields.get("nodes", ()))
+        return not selected.isdisjoint(event.fields.get("nodes", ()))
     if event.kind != "command" or event.fields.get("refused"):
         return False
     named = event.fields.get("arguments", {}).get("node")
     try:
-        return named is not None and not among.isdisjoint(tree.find(str(named)))
+        return named is not None and not selected.isdisjoint(tree.find(str(named)))
     except InputError:
         return False
 
 
 def _change(tree: Tree, node: Node, event: Event) -> str:
     to = str(event.fields["to"])
-    said = "" if to == "idle" else str(event.fields.get("message") or "")
+    message = "" if to == "idle" else str(event.fields.get("message") or "")
     indent = "  " * tree.depth(node)
     word = "halted" if to == "idle" else to
     return f"{event.time:8.2f} s  {indent}{GLYPHS[to]} {node.name}: {word}" + (
-        f" ({said})" if said else ""
+        f" ({message})" if message else ""
     )
 
 
-def _fate(tree: Tree, node: Node, told: bool) -> str:
-    """What became of a node; `told` when the line above says why its parent was not reached."""
+def _outcome(tree: Tree, node: Node, explained: bool) -> str:
+    """Return run time and outcomes; `explained` if a line above says why the parent never ran."""
     if not node.reached:
-        if told:
-            return f"never reached: {tree.nodes[node.parent].name!r} above it was not"
+        if explained:
+            return f"never reached: parent {tree.nodes[node.parent].name!r} not reached"
         return f"never reached: {_why_not(tree, node)}"
     counts = {word: node.ended.count(word) for word in ("success", "failure", "idle")}
     parts = [f"{node.seconds:7.1f} s"]
@@ -140,40 +140,40 @@ def _fate(tree: Tree, node: Node, told: bool) -> str:
 
 
 def _why_not(tree: Tree, node: Node) -> str:
-    """The nearest reason above: what ended, or did not end, before its turn came."""
+    """Return the nearest cause for a node that was never reached."""
     if node.held:
-        return "it stood at a breakpoint" + (f" until {tree.end}" if tree.end else " to the end")
+        return "stopped at a breakpoint" + (f" until {tree.end}" if tree.end else " to the end")
     parent = tree.nodes.get(node.parent)
     if parent is None:
-        return tree.end or "the mission did not begin"
+        return tree.end or "the mission did not start"
     if not parent.reached:
         why = _why_not(tree, parent)
-        return why if parent.kind == "event" else f"{parent.name!r} above it was not: {why}"
+        return why if parent.kind == "event" else f"parent {parent.name!r} not reached: {why}"
     if parent.last.startswith("forced by"):
-        return f"{parent.name!r} above it was forced to {parent.ended[-1]}"
+        return f"parent {parent.name!r} was forced to {parent.ended[-1]}"
     if node.kind == "event":
-        return "the event never came"
-    return _turn_did_not_come(tree, parent, node)
+        return "the event did not occur"
+    return _why_not_its_turn(tree, parent, node)
 
 
-def _turn_did_not_come(tree: Tree, parent: Node, node: Node) -> str:
-    own_words = {
-        "recover": "its turn to recover did not come",
+def _why_not_its_turn(tree: Tree, parent: Node, node: Node) -> str:
+    by_parent = {
+        "recover": "this recovery was not triggered",
         "when": "its `when` was not true",
         "while": "its `while` was not true",
-        "for_each": "there was nothing to do it for",
+        "for_each": "the list was empty",
     }
-    if parent.kind in own_words:
-        return own_words[parent.kind]
+    if parent.kind in by_parent:
+        return by_parent[parent.kind]
     siblings = tree.children(parent)
     for sibling in reversed(siblings[: siblings.index(node)]):
         if sibling.held:
-            return f"{sibling.name!r} before it stood at a breakpoint"
+            return f"previous node {sibling.name!r} stopped at a breakpoint"
         if sibling.running_since is not None:
-            return f"{sibling.name!r} before it was still running"
+            return f"previous node {sibling.name!r} was still running"
         if sibling.ended:
-            return f"{sibling.name!r} before it {_ended(tree, sibling)}"
-    return f"{parent.name!r} ended before its turn"
+            return f"previous node {sibling.name!r} {_ended(tree, sibling)}"
+    return f"parent {parent.name!r} ended before"
 
 
 def _ended(tree: Tree, node: Node) -> str:

@@ -1,4 +1,4 @@
-"""What a run's event log tells of its trees: each node, how often it ran and how it ended."""
+"""Model of a recorded run, read from its event log: trees, nodes, run times and outcomes."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from stack.telemetry.records import Event
 
 @dataclass
 class Node:
-    """A node of a recorded tree and what became of it.
+    """A node of a recorded tree, with its run times and outcomes.
 
     Attributes:
-        where: file and line, "" in records that do not say.
-        running_since: robot time at which it began to run; None while it does not.
-        seconds: total time that it ran.
-        ended: statuses it came to, in order: success, failure or idle (halted).
-        last: the last thing it said when it ended.
-        held: it stands at a breakpoint.
+        where: file and line; "" if not recorded.
+        running_since: robot time of its start, seconds; None while it is not running.
+        seconds: total running time.
+        ended: outcomes in order: success, failure or idle (halted).
+        last: message of the last outcome.
+        held: whether it is stopped at a breakpoint.
     """
 
     id: int
@@ -43,7 +43,7 @@ class Node:
         return self.starts > 0 or bool(self.ended)
 
     def note(self, event: Event) -> None:
-        """Take in one change of status."""
+        """Apply one status change."""
         to = str(event.fields["to"])
         self.held = False
         if is_reset(event):
@@ -61,12 +61,12 @@ class Node:
 
 @dataclass
 class Tree:
-    """One tree of a run; a mission that is saved while it runs gets another.
+    """One tree of a run; every reload of the mission starts another.
 
     Attributes:
-        nodes: by id, in drawing order; ids mean something within one tree only.
-        began: robot time of its first tick.
-        end: why it came to its end, in words; "" when it ended by itself or nobody wrote it down.
+        nodes: by id, in drawing order; ids are unique within one tree only.
+        began: robot time of its first tick, seconds.
+        end: why it was halted; "" when it ended by itself or the reason was not recorded.
     """
 
     nodes: dict[int, Node]
@@ -78,14 +78,14 @@ class Tree:
         return 0 if node.parent not in self.nodes else 1 + self.depth(self.nodes[node.parent])
 
     def children(self, node: Node) -> list[Node]:
-        """In order."""
+        """Return the children of a node, in order."""
         return [other for other in self.nodes.values() if other.parent == node.id]
 
     def find(self, text: str) -> set[int]:
-        """The ids of the nodes that a text means, and of those below them.
+        """Return the ids of the nodes that match a text, with their subtrees.
 
         Raises:
-            InputError: there is none.
+            InputError: no node matches.
         """
         addresses = [_address(node) for node in self.nodes.values()]
         roots = [self.nodes[number] for number in find_nodes(addresses, text)]
@@ -99,13 +99,13 @@ class Tree:
 
 @dataclass(frozen=True)
 class Trace:
-    """A run that was read back: its trees one after the other, and its events."""
+    """A recorded run: its trees in order, and its events."""
 
     trees: tuple[Tree, ...]
     events: tuple[Event, ...]
 
-    def told(self) -> Iterator[tuple[Event, Tree, int]]:
-        """Every event with the tree that its node ids mean, and that tree's place in the row."""
+    def with_trees(self) -> Iterator[tuple[Event, Tree, int]]:
+        """Yield every event with the tree that its node ids belong to, and that tree's index."""
         count = 0
         for event in self.events:
             count += event.kind == "tree"
@@ -113,26 +113,26 @@ class Trace:
 
 
 def read_trace(folder: Path) -> Trace:
-    """The trace of a run's folder; a run that was killed has one as well.
+    """Read the trace of a run folder; the run may have been killed.
 
     Raises:
-        InputError: the folder holds no events, or none that tell of a tree.
+        InputError: the folder has no event log, or the log has no tree.
     """
     path = folder / "events.jsonl"
     if not path.is_file():
-        raise InputError(f"{folder} is not a run's folder: it holds no events.jsonl")
+        raise InputError(f"{folder} is not a run folder: it has no events.jsonl")
     events = tuple(read_events(path))
     trees = tuple(_tree(event) for event in events if event.kind == "tree")
     if not trees:
-        raise InputError(f"{path} tells of no tree: it ended before the mission began")
+        raise InputError(f"{path} has no tree: the run ended before the mission started")
     trace = Trace(trees, events)
-    for event, tree, _ in trace.told():
+    for event, tree, _ in trace.with_trees():
         _note(event, tree)
     return trace
 
 
 def is_reset(event: Event) -> bool:
-    """Whether a node that had ended was made ready to run again: nothing was halted."""
+    """Return whether an ended node was reset to idle; nothing was halted."""
     return bool(event.fields["to"] == "idle" and event.fields["from"] != "running")
 
 
@@ -147,7 +147,7 @@ def _note(event: Event, tree: Tree) -> None:
         for number in event.fields.get("nodes", ()):
             tree.nodes[number].held = True
     elif event.kind == "saved":
-        tree.end = "the mission was saved anew"
+        tree.end = "the mission was reloaded"
     elif event.kind == "mission_ended" and event.fields.get("state") not in ("success", "failure"):
         tree.end = f"the mission was {event.fields.get('state')}"
 

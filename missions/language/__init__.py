@@ -1,5 +1,5 @@
-"""The mission language: from a YAML file to a checked model, with every finding in one go.
+"""The mission language: reads a YAML file into a checked model and reports all findings at once.
 
-`reading.read_mission` is the way in; `model.Mission` is what comes out and what
-`missions.trees.compiler` turns into a tree. Nothing here needs a robot or a simulator.
+`reading.mission.read_mission` is the entry point. It returns a `model.Mission`, which
+`missions.trees.compiler` compiles into a tree. No robot or simulator is needed.
 """

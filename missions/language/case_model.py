@@ -1,4 +1,4 @@
-"""Cases under `tests`: a mission run without a robot, and what is expected of it."""
+"""Test cases of a mission: mocks, changes over time and expectations."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ SUCCESS, FAILURE, RUNNING = "success", "failure", "running"
 
 @dataclass(frozen=True, slots=True)
 class Mock:
-    """What a behaviour or tree does in a test instead of what it does.
+    """A mock of a behaviour or tree.
 
     Attributes:
-        returns: outcome of each run in turn, the last one from then on: success, failure, running
-            (it never ends) or the code of a failure.
-        takes: seconds of each run in turn, likewise.
-        sets: output -> value, written with each success.
-        is_real: no mock at all: the behaviour itself runs.
+        returns: outcome of each run in order; the last one repeats. success, failure, running (it
+            never ends) or a failure code.
+        takes: duration of each run in order, seconds; the last one repeats.
+        sets: output -> value, written at each success.
+        is_real: not mocked: the behaviour itself runs.
     """
 
     returns: tuple[str, ...] = (SUCCESS,)
@@ -31,10 +31,11 @@ class Mock:
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """Something that happens at a moment of a test.
+    """A change at a time of a test.
 
     Attributes:
-        kind: value (of the robot) | key (of the blackboard) | event (comes, whatever its `when`).
+        at: simulated time, seconds.
+        kind: value (of the robot) | key (of the blackboard) | event (fires regardless of `when`).
     """
 
     at: float
@@ -45,17 +46,17 @@ class Change:
 
 @dataclass(frozen=True, slots=True)
 class Expectation:
-    """What a test expects; what is None or empty is not looked at.
+    """The expectations of a test; None and empty ones are not checked.
 
     Attributes:
         status: success | failure | running.
         failure: code of the first cause.
         keys: blackboard key -> value at the end.
-        ran: name of a node, behaviour, tree or event -> least and most number of starts.
-        order: names that start in this order, among others.
-        within: seconds after which the mission has ended; else it is stopped there.
-        within_each: name -> seconds that none of its runs exceeds.
-        marks: where each of them stands: `status`, `ran charge`, `$visited`…
+        ran: name of a node, behaviour, tree or event -> least and greatest number of starts.
+        order: names in the order of their starts; others may start in between.
+        within: time limit of the mission, seconds; it is stopped then.
+        within_each: name -> longest duration of a run, seconds.
+        marks: position of each expectation: `status`, `ran charge`, `$visited`…
     """
 
     status: str | None = None
@@ -73,9 +74,9 @@ class Case:
     """One entry of `tests`.
 
     Attributes:
-        arguments: name -> value as it stands there, already checked.
-        mocks: name of a node, behaviour or tree -> what it does instead.
-        changes: in the order of their times.
+        arguments: name -> value as written, already checked.
+        mocks: name of a node, behaviour or tree -> its mock.
+        changes: sorted by time.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""A checked mission: what the reader makes of a file and the compiler makes a tree of."""
+"""The model of a checked mission, between the reader and the compiler."""
 
 from __future__ import annotations
 
@@ -16,60 +16,62 @@ from stack.types import Pose2D
 
 
 class Catalogue(Protocol):
-    """The behaviours that are installed, as behaviours.catalogue.Catalogue has them."""
+    """Installed behaviours; implemented by behaviours.catalogue.Catalogue."""
 
     def names(self) -> Iterable[str]:
-        """Every word that may stand for a behaviour, dotted names left out."""
+        """Return all names of behaviours; dotted names are not included."""
         ...
 
     def get(self, name: str) -> BehaviourKind | None:
-        """The behaviour of a word, or of a dotted name of a py_trees class."""
+        """Return the behaviour with this name, or the py_trees class with this dotted name."""
         ...
 
     def why_not(self, name: str) -> str:
-        """Why `get` has none, in a sentence."""
+        """Return why `get` returns None, as a sentence."""
         ...
 
 
-def _anything_goes(*_: Any) -> None:
-    """Stands for a check that the caller does not want."""
+def _accept(*_: Any) -> None:
+    """Accept anything: the default of optional checks."""
 
 
 @dataclass(frozen=True, slots=True)
 class Resources:
-    """What a mission refers to outside its file. Each callable raises InputError or ParameterError.
+    """Access to everything outside the mission file.
+
+    Each callable raises InputError or ParameterError.
 
     Attributes:
         world_places: (world as written, mission's folder) -> the world's named poses.
         check_robot: (robot as written, mission's folder).
-        check_map: (map as written, mission's folder); not asked for `from_world` and `none`.
+        check_map: (map as written, mission's folder); not called for `from_world` and `none`.
         check_component: (kind, name or None for the default, raw parameters).
         plugged_components: (plugins as written, mission's folder) -> the components in them: kind
-            -> name -> where it is, as the other callables take it instead of a name.
-        nav2_components: (a parameter file of Nav2 as written, mission's folder) -> the components
-            that it chooses, by kind, and warnings of what it says in vain.
+            -> name -> location, which the other callables accept in place of a name.
+        nav2_components: (Nav2 parameter file as written, mission's folder) -> its components by
+            kind, and warnings about settings without effect.
     """
 
-    world_places: Callable[[str, Path], Mapping[str, Pose2D]] = lambda name, beside: {}
-    check_robot: Callable[[str, Path], None] = _anything_goes
-    check_map: Callable[[str, Path], None] = _anything_goes
-    check_component: Callable[[str, str | None, Mapping[str, Any]], None] = _anything_goes
+    world_places: Callable[[str, Path], Mapping[str, Pose2D]] = lambda name, folder: {}
+    check_robot: Callable[[str, Path], None] = _accept
+    check_map: Callable[[str, Path], None] = _accept
+    check_component: Callable[[str, str | None, Mapping[str, Any]], None] = _accept
     plugged_components: Callable[[Sequence[str], Path], Mapping[str, Mapping[str, str]]] = (
-        lambda plugins, beside: {}
+        lambda plugins, folder: {}
     )
     nav2_components: Callable[[str, Path], tuple[Mapping[str, Component], Sequence[Finding]]] = (
-        lambda file, beside: ({}, ())
+        lambda file, folder: ({}, ())
     )
 
 
 @dataclass(frozen=True, slots=True)
 class Component:
-    """A choice under `navigation`, raw: `{use: astar, allow_unknown: true}`.
+    """A component under `navigation`, unchecked: `{use: astar, allow_unknown: true}`.
 
     Attributes:
-        use: the component's name; None leaves it to the robot or the default.
-        values: parameters as they stand in the file.
-        marks: where each parameter stands.
+        use: name of the component; None for that of the robot or the default.
+        values: parameters as written.
+        marks: position of each parameter.
     """
 
     kind: str
@@ -81,7 +83,7 @@ class Component:
 
 @dataclass(frozen=True, slots=True)
 class Constant:
-    """A value known before the mission runs; `text` is what stands in the file."""
+    """A value known before the mission runs; `text` is the value as written."""
 
     value: Any
     text: str = ""
@@ -89,41 +91,41 @@ class Constant:
 
 @dataclass(frozen=True, slots=True)
 class Reference:
-    """The value that a symbol has at the moment."""
+    """The current value of a symbol."""
 
     symbol: Symbol
 
 
 @dataclass(frozen=True, slots=True)
 class ListValue:
-    """A list with references in it, put together when it is read."""
+    """A list with references; evaluated when it is read."""
 
     items: tuple[Value, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Template:
-    """A text with values in it, put together when it is read; `text` is what stands in the file."""
+    """A text with placeholders; evaluated when it is read. `text` is the text as written."""
 
     parts: tuple[str | CheckedExpression, ...]
     text: str
 
     @property
     def expressions(self) -> tuple[CheckedExpression, ...]:
-        """What is filled in, in order."""
+        """The expressions of the placeholders, in order."""
         return tuple(part for part in self.parts if isinstance(part, CheckedExpression))
 
 
 @dataclass(frozen=True, slots=True)
 class ExpressionValue:
-    """An expression handed to a behaviour."""
+    """An expression that is passed to a behaviour."""
 
     expression: CheckedExpression
 
 
 @dataclass(frozen=True, slots=True)
 class AssignmentList:
-    """What `set` writes."""
+    """The assignments of `set`."""
 
     assignments: tuple[tuple[Symbol, CheckedExpression], ...]
 
@@ -150,12 +152,12 @@ class Recover:
 
 @dataclass(frozen=True, slots=True)
 class Modifiers:
-    """What stands beside a node's type; None where nothing does.
+    """The modifiers of a node; None where a modifier is absent.
 
     Attributes:
         keep_going: `on_failure: continue`.
-        repeat: how often; Constant(None) is for ever.
-        every: least time between two starts.
+        repeat: number of runs; Constant(None) means forever.
+        every: least time between two starts, seconds.
     """
 
     when: CheckedExpression | None = None
@@ -173,9 +175,9 @@ class Step:
     """One node of a mission file.
 
     Attributes:
-        kind: the word that names its type.
-        mark: where that word stands.
-        name: its label, "" when it has none.
+        kind: its type as written.
+        mark: position of the type.
+        name: label; "" without one.
     """
 
     kind: str
@@ -186,7 +188,7 @@ class Step:
 
 @dataclass(frozen=True, slots=True)
 class Leaf(Step):
-    """A behaviour with its ports and where its outputs go."""
+    """A behaviour with its ports and the targets of its outputs."""
 
     behaviour: BehaviourKind
     ports: Mapping[str, Value]
@@ -198,7 +200,7 @@ class Composite(Step):
     """sequence, reactive, fallback, reactive_fallback, round_robin or parallel.
 
     Attributes:
-        needed: of a parallel, how many children must succeed.
+        needed: number of children of a parallel that must succeed.
     """
 
     children: tuple[Step, ...]
@@ -217,12 +219,12 @@ class ForEach(Step):
 
 @dataclass(frozen=True, slots=True)
 class FollowWaypoints(ForEach):
-    """`follow_waypoints: $waypoints`: for each a drive and then what stands under `do`.
+    """`follow_waypoints: $waypoints`: for each waypoint a drive, then the node under `do`.
 
     Attributes:
-        number: the variable that counts the waypoints, from 1.
-        driven: where the drive's length goes, metres; nothing that a mission can name.
-        outputs: where missed, reached and distance go.
+        number: variable with the number of the waypoint, from 1.
+        driven: receives the distance of the drive, metres; missions cannot access it.
+        outputs: targets of missed, reached and distance.
     """
 
     number: Symbol
@@ -232,7 +234,7 @@ class FollowWaypoints(ForEach):
 
 @dataclass(frozen=True, slots=True)
 class Use(Step):
-    """A tree of this file, with what goes in and where its results go."""
+    """A used tree, with its inputs and the targets of its outputs."""
 
     tree: str
     inputs: Mapping[str, Value]
@@ -241,11 +243,11 @@ class Use(Step):
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """One entry of `events`: what pre-empts `run` when.
+    """One entry of `events`.
 
     Attributes:
-        hold: seconds for which `when` must have been true.
-        step: what is done.
+        hold: time for which `when` must be true, seconds.
+        step: node to run.
         then: resume | restart | abort.
     """
 
@@ -259,7 +261,7 @@ class Event:
 
 @dataclass(frozen=True, slots=True)
 class Tree:
-    """One entry of `trees`, of the mission's file or of an included one."""
+    """One entry of `trees` of the mission or of an included file."""
 
     name: str
     mark: Mark
@@ -273,18 +275,18 @@ class Mission:
     """A mission that has been read and checked.
 
     Attributes:
-        robot, world, map: as written; paths are relative to `source`'s folder.
-        start: the simulated truth; None is the world's own start.
-        initial_pose: the robot's belief: `start`, `unknown` or a pose.
-        places: the world's and the mission's own, map frame.
-        arguments: name -> value in force.
-        blackboard: the declared keys with type and initial value.
-        cases: what `treepilot test` runs.
-        events: what pre-empts `run`, the most important first.
+        robot, world, map: as written; paths are relative to the folder of `source`.
+        start: true start pose in the simulation, map frame; None for the world's own.
+        initial_pose: initial pose estimate: `start`, `unknown` or a pose.
+        places: places of the world and of the mission, map frame.
+        arguments: name -> value.
+        blackboard: declared keys with type and initial value.
+        cases: test cases for `treepilot test`.
+        events: events, the most important one first.
         trees: by name, included ones too.
-        includes: the files that it includes, and those that they include.
+        includes: included files, directly or indirectly.
         parameter_files: as written, already merged into `navigation`.
-        warnings: what is probably not meant.
+        warnings: warnings of the checks.
     """
 
     name: str

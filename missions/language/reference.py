@@ -1,4 +1,4 @@
-"""The tables of docs/language.md, made from what the reader and the compiler go by."""
+"""Generates the tables of docs/language.md from the tables of the reader and the compiler."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ _TABLE = re.compile(r"(<!-- table: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
 
 
 def fill(text: str) -> str:
-    """A document with everything between `<!-- table: name -->` and `<!-- end -->` made anew."""
-    made = _tables()
-    return _TABLE.sub(lambda found: f"{found[1]}{made[found[2]]}\n{found[3]}", text)
+    """Regenerate the text between `<!-- table: name -->` and `<!-- end -->` of a document."""
+    tables = _tables()
+    return _TABLE.sub(lambda found: f"{found[1]}{tables[found[2]]}\n{found[3]}", text)
 
 
 def _tables() -> dict[str, str]:
@@ -31,14 +31,14 @@ def _tables() -> dict[str, str]:
     values = {name: (str(item.type), item.help) for name, item in ROBOT_VALUES.items()}
     values[f"{DISTANCE}($place)"] = ("number in m", "straight-line distance from the robot")
     return {
-        "composites": _table(("word", "does"), ((f"`{k}`", v) for k, v in COMPOSITES.items())),
-        "modifiers": _table(("word", "does"), ((f"`{k}`", v) for k, v in MODIFIERS.items())),
-        "events": _table(("key", "is"), ((f"`{k}`", v) for k, v in EVENT_KEYS.items())),
-        "cases": _table(("key", "is"), ((f"`{k}`", v) for k, v in CASE_KEYS.items())),
-        "expectations": _table(("key", "is"), ((f"`{k}`", v) for k, v in EXPECT_KEYS.items())),
-        "values": _table(("name", "type", "is"), ((f"`{k}`", *v) for k, v in values.items())),
-        "types": _table(("word", "is"), ((f"`{k}`", str(v)) for k, v in NAMED.items())),
-        "units": _table(("SI", "may be written"),
+        "composites": _table(("word", "meaning"), ((f"`{k}`", v) for k, v in COMPOSITES.items())),
+        "modifiers": _table(("word", "meaning"), ((f"`{k}`", v) for k, v in MODIFIERS.items())),
+        "events": _table(("key", "meaning"), ((f"`{k}`", v) for k, v in EVENT_KEYS.items())),
+        "cases": _table(("key", "meaning"), ((f"`{k}`", v) for k, v in CASE_KEYS.items())),
+        "expectations": _table(("key", "meaning"), ((f"`{k}`", v) for k, v in EXPECT_KEYS.items())),
+        "values": _table(("name", "type", "meaning"), ((f"`{k}`", *v) for k, v in values.items())),
+        "types": _table(("word", "type"), ((f"`{k}`", str(v)) for k, v in NAMED.items())),
+        "units": _table(("SI unit", "accepted units"),
                         ((k, " ".join(v)) for k, v in by_dimension.items())),
         "failures": ", ".join(f"`{code}`" for code in FailureCode),
         "codes": _table(

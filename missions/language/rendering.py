@@ -1,4 +1,4 @@
-"""Findings as people see them: the sentence, then the line with a caret under the place."""
+"""Findings as text: the sentence, then the source line with a caret under the position."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from stack.documents import Finding
 
 
 def render(findings: Iterable[Finding], sources: Mapping[str, str]) -> str:
-    """The findings with the lines they are about.
+    """Render findings with their source lines.
 
     Args:
-        findings: in the order in which they are to be shown.
-        sources: text by file as the marks name it; a file that is missing shows no line.
+        findings: in the order to show.
+        sources: text by file name as in the marks; without a text the line is not shown.
     """
     return "\n".join(render_each(findings, sources))
 
 
 def render_each(findings: Iterable[Finding], sources: Mapping[str, str]) -> list[str]:
-    """As `render`, one text a finding."""
+    """As `render`, one text per finding."""
     lines = {file: source.splitlines() for file, source in sources.items()}
     return [_one(finding, lines.get(finding.mark.file, [])) for finding in findings]
 
@@ -28,7 +28,7 @@ def _one(finding: Finding, lines: Sequence[str]) -> str:
         return str(finding)
     line = lines[finding.mark.line - 1]
     column = min(finding.mark.column, len(line) + 1)
-    # Tabs are kept in front of the caret, so that it stands right however wide they are drawn.
+    # Tabs in front of the caret keep it aligned at any tab width.
     gap = "".join("\t" if character == "\t" else " " for character in line[: column - 1])
     number = f"{finding.mark.line:>5}"
     return f"{finding}\n{number} | {line}\n{' ' * len(number)} | {gap}^"

@@ -1,4 +1,4 @@
-"""A behaviour of your own: finds the most open place that the lidar sees."""
+"""Example behaviour: find the most open place in view of the lidar."""
 
 import numpy as np
 from py_trees.common import Status
@@ -8,14 +8,14 @@ from stack.types import Pose2D
 
 
 class FindOpenSpace(RobotBehaviour):
-    """Point half-way along the longest view; fails when everything is nearer than `at_least`."""
+    """Find the point half-way along the longest view; fails if no view reaches `at_least`."""
 
     at_least: float = port("shortest view worth driving to", unit="m", default=1.0, above=0.0)
     place: Pose2D = output("the open place, map frame")
-    reach: float = output("how far the lidar sees there", unit="m")
+    reach: float = output("length of the view towards it", unit="m")
 
     def update(self) -> Status:
-        """One look at the newest scan."""
+        """Evaluate the newest scan."""
         scan = self.robot.scan
         if scan is None:
             return Status.RUNNING
@@ -23,7 +23,8 @@ class FindOpenSpace(RobotBehaviour):
         wide = np.minimum.reduce([np.roll(ranges, shift) for shift in range(-9, 10)])
         best = int(np.argmax(wide))  # the widest view, not one beam through a gap
         if wide[best] < self.at_least:
-            return self.fail("NO_SPACE", f"nothing open within view: {wide[best]:.2f} m at best")
+            sentence = f"the longest view is {wide[best]:.2f} m, below {self.at_least:.2f} m"
+            return self.fail("NO_SPACE", sentence)
         angle, reach = float(scan.angles[best]), float(wide[best])
         ahead = Pose2D(reach / 2 * np.cos(angle), reach / 2 * np.sin(angle), angle)
         self.place, self.reach = self.robot.pose.compose(ahead), reach

@@ -1,1 +1,1 @@
-"""Import of Nav2's parameter files: what has an equivalent is taken over, the rest is listed."""
+"""Import of Nav2 parameter files: equivalent parameters are imported, the others are listed."""

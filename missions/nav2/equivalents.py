@@ -1,9 +1,8 @@
-"""Which of our parameters says what one of Nav2's says, and how the number changes.
+"""Tables of equivalent parameters: Nav2's name -> treepilot's name and conversion.
 
-Names and meanings after the declarations in Nav2's own sources (navigation2, main branch, 2026).
-Where both sides mean the same by the same unit the value is taken as it is. Weights whose units
-differ and for which there is no exact conversion are left out: a tuned number in another unit is
-worse than our default.
+Names and meanings are from the declarations in Nav2's sources (navigation2, main branch, 2026).
+Values with the same meaning and unit are copied. Weights in another unit without an exact
+conversion are left out: a number tuned for another unit is worse than the default.
 """
 
 from __future__ import annotations
@@ -18,13 +17,13 @@ def _same(value: Any) -> Any:
 
 
 def _opposite(value: Any) -> Any:
-    """A limit that Nav2 gives as a velocity below zero."""
+    """Convert a limit that Nav2 writes as a negative velocity."""
     return max(0.0, -value)
 
 
 @dataclass(frozen=True, slots=True)
 class Equivalent:
-    """A parameter of ours, and what becomes of the value; None from `convert` leaves it out."""
+    """A treepilot parameter and the conversion of its value; a result of None is not imported."""
 
     name: str
     convert: Callable[[Any], Any] = _same
@@ -34,7 +33,7 @@ Table = Mapping[str, Equivalent]
 
 
 def _renamed(**names: str) -> dict[str, Equivalent]:
-    return {theirs: Equivalent(ours) for theirs, ours in names.items()}
+    return {nav2: Equivalent(name) for nav2, name in names.items()}
 
 
 def _scaled(name: str, factor: float) -> Equivalent:
@@ -106,7 +105,7 @@ MPPI_CRITICS: Mapping[str, tuple[str, Table]] = {
     "PathFollowCritic": ("path_follow_weight", _renamed(cost_power="path_follow_power")),
     "PreferForwardCritic": ("prefer_forward_weight", _renamed(cost_power="prefer_forward_power")),
 }  # fmt: skip
-"""By critic: the parameter that takes `cost_weight` (0 when it is switched off), and the others."""
+"""Critic -> the parameter for its `cost_weight` (0 when the critic is disabled), and the others."""
 
 DWB: Table = {
     **_renamed(
@@ -117,13 +116,13 @@ DWB: Table = {
         sim_time="simulation_time",
     ),
     "min_vel_x": Equivalent("reverse_speed", _opposite),
-    # Map grids count cells and are scaled by half a cell's side: half the scale a metre.
+    # Map grids count cells, scaled by half the resolution: half the scale per metre.
     "PathDist.scale": _scaled("path_distance_weight", 0.5),
     "GoalDist.scale": _scaled("goal_distance_weight", 0.5),
     "PathAlign.scale": _scaled("path_align_weight", 0.5),
     "GoalAlign.scale": _scaled("goal_align_weight", 0.5),
     "PathAlign.forward_point_distance": Equivalent("forward_point"),
-    # Ours is a share of the highest cost below the inscribed one, theirs counts costs.
+    # treepilot: fraction of 252, the highest cost below the inscribed one; Nav2: the cost itself.
     "BaseObstacle.scale": _scaled("obstacle_weight", 252.0),
     "Twirling.scale": Equivalent("twirling_weight"),
     "Oscillation.oscillation_reset_dist": Equivalent("oscillation_distance"),
@@ -152,7 +151,7 @@ CONTROLLERS: Mapping[str, tuple[str, Table]] = {
     "DWBLocalPlanner": ("dwb", DWB),
     "GracefulController": ("graceful", GRACEFUL),
 }
-"""By Nav2's class: our controller, and its parameters."""
+"""Nav2 class -> treepilot's controller and its parameters."""
 
 SHIM: Mapping[str, Table] = {
     "pure_pursuit": _renamed(
@@ -162,7 +161,7 @@ SHIM: Mapping[str, Table] = {
         angular_dist_threshold="rotate_angle", rotate_to_heading_angular_vel="rotate_speed"
     ),
 }
-"""The rotation shim before a controller: by our controller, any other under the empty name."""
+"""Parameters of the rotation shim, by treepilot's controller; "" is any other controller."""
 
 _SMAC = {
     **_renamed(
@@ -253,7 +252,7 @@ VELOCITY_LISTS: Mapping[str, tuple[tuple[int, Equivalent], ...]] = {
     "max_velocity": ((0, Equivalent("top_speed")),),
     "deadband_velocity": ((0, Equivalent("dead_band")), (2, Equivalent("turning_dead_band"))),
 }
-"""The velocity smoother's lists [x, y, theta]: which item says what."""
+"""Lists [x, y, theta] of the velocity smoother: index of an item and its equivalent."""
 
 ZONE: Table = {
     **_renamed(

@@ -1,4 +1,4 @@
-"""Reads a `nav2_params.yaml` and says what of it treepilot takes over."""
+"""Read a `nav2_params.yaml` and import the parameters that have an equivalent."""
 
 from __future__ import annotations
 
@@ -10,93 +10,101 @@ from typing import Any
 
 from missions.nav2 import equivalents as tables
 from missions.nav2.equivalents import Equivalent
-from missions.nav2.sheet import CODE, Left, Part, Sheet, Taken, Values, class_name
+from missions.nav2.sheet import (
+    CODE,
+    ComponentValues,
+    Ignored,
+    Imported,
+    Importer,
+    Section,
+    class_name,
+)
 from stack.documents import Finding, Findings, read_document
 from stack.errors import InputError
 
 
 @dataclass(frozen=True)
 class Nav2Settings:
-    """What a parameter file of Nav2 comes to.
+    """Settings imported from a Nav2 parameter file.
 
     Attributes:
-        kinds: planner, controller, costmap, navigator, safety: what the file says of them.
-        taken: parameters taken over, in the order in which they were understood.
-        left: parameters without an equivalent, in the order of the file.
+        kinds: planner, controller, costmap, navigator, safety -> their imported settings.
+        imported: imported parameters, in the order of the import.
+        ignored: parameters without an equivalent, in the order of the file.
     """
 
-    kinds: Mapping[str, Values]
-    taken: tuple[Taken, ...]
-    left: tuple[Left, ...]
+    kinds: Mapping[str, ComponentValues]
+    imported: tuple[Imported, ...]
+    ignored: tuple[Ignored, ...]
 
 
 def read_nav2(path: Path, text: str | None = None) -> Nav2Settings:
-    """Read a parameter file of Nav2.
+    """Read a Nav2 parameter file.
 
     Raises:
-        InputError: not readable, not such a file, or with values that cannot be meant.
+        InputError: the file cannot be read, is not a Nav2 parameter file, or has invalid values.
     """
     top = read_document(path, "Nav2 parameter file", text)
     findings = Findings()
-    sheet = Sheet(top, findings)
-    if not sheet.servers:
-        sentence = "not a parameter file of Nav2: nothing has `ros__parameters`"
+    importer = Importer(top, findings)
+    if not importer.servers:
+        sentence = "not a Nav2 parameter file: no node has `ros__parameters`"
         raise InputError([Finding(top.mark, CODE, sentence)])
-    _controller_server(sheet)
-    _planner_server(sheet)
-    _costmaps(sheet)
-    sheet.take(sheet.server("behavior_server"), "navigator", tables.BEHAVIOURS)
-    _velocity_smoother(sheet)
-    _collision_monitor(sheet)
+    _controller_server(importer)
+    _planner_server(importer)
+    _costmaps(importer)
+    importer.copy(importer.server("behavior_server"), "navigator", tables.BEHAVIOURS)
+    _velocity_smoother(importer)
+    _collision_monitor(importer)
     findings.raise_errors()
-    return Nav2Settings(sheet.kinds, tuple(sheet.taken), tuple(sheet.left()))
+    return Nav2Settings(importer.kinds, tuple(importer.imported), tuple(importer.ignored()))
 
 
-def _first(server: Part, plural: str) -> Part | None:
-    """The section of the first plugin that a server lists; older files list it in the singular."""
+def _first(server: Section, plural: str) -> Section | None:
+    """Return the section of the first listed plugin; older files use the singular key."""
     names = server.texts(plural) or server.texts(plural.removesuffix("s"))
     return server.get(names[0]) if names else None
 
 
-def _controller_server(sheet: Sheet) -> None:
-    server = sheet.server("controller_server")
+def _controller_server(importer: Importer) -> None:
+    server = importer.server("controller_server")
     if server is None:
         return
-    sheet.take(server, "navigator", tables.CONTROLLER_SERVER)
-    sheet.take(_first(server, "goal_checker_plugins"), "navigator", tables.GOAL_CHECKER)
-    sheet.take(_first(server, "progress_checker_plugins"), "navigator", tables.PROGRESS_CHECKER)
+    importer.copy(server, "navigator", tables.CONTROLLER_SERVER)
+    importer.copy(_first(server, "goal_checker_plugins"), "navigator", tables.GOAL_CHECKER)
+    importer.copy(_first(server, "progress_checker_plugins"), "navigator", tables.PROGRESS_CHECKER)
     section = _first(server, "controller_plugins")
     if section is not None:
-        _controller(sheet, section)
+        _controller(importer, section)
 
 
-def _controller(sheet: Sheet, section: Part) -> None:
+def _controller(importer: Importer, section: Section) -> None:
     shim = section.plugin == "RotationShimController"
     named = section.get("primary_controller")
     word = class_name(named.node.value) if shim and named is not None else section.plugin
     if word not in tables.CONTROLLERS:
         return
     ours, table = tables.CONTROLLERS[word]
-    sheet.use("controller", named if shim and named is not None else section, ours)
-    sheet.take(section, "controller", table)
+    importer.use("controller", named if shim and named is not None else section, ours)
+    importer.copy(section, "controller", table)
     if shim:
-        sheet.take(section, "controller", tables.SHIM.get(ours, tables.SHIM[""]))
+        importer.copy(section, "controller", tables.SHIM.get(ours, tables.SHIM[""]))
     if ours == "pure_pursuit":
-        _lookahead(sheet, section)
+        _lookahead(importer, section)
     if ours == "mppi":
-        _critics(sheet, section)
+        _critics(importer, section)
 
 
-def _lookahead(sheet: Sheet, section: Part) -> None:
-    """A lookahead that does not change with the speed is as long at least as it is at most."""
+def _lookahead(importer: Importer, section: Section) -> None:
+    """Set minimum and maximum lookahead equal if the lookahead is not scaled with velocity."""
     scaled, fixed = section.get("use_velocity_scaled_lookahead_dist"), section.get("lookahead_dist")
     if fixed is not None and (scaled is None or scaled.node.value is False):
         for name in ("min_lookahead", "max_lookahead"):
-            sheet.set("controller", fixed, Equivalent(name))
+            importer.set("controller", fixed, Equivalent(name))
 
 
-def _critics(sheet: Sheet, section: Part) -> None:
-    """Weights by critic; those that are not listed, or switched off, weigh nothing."""
+def _critics(importer: Importer, section: Section) -> None:
+    """Import the weights of the critics; critics not listed or disabled get the weight 0."""
     listed = section.texts("critics")
     for name, (weight, table) in tables.MPPI_CRITICS.items():
         critic = section.get(name)
@@ -104,47 +112,47 @@ def _critics(sheet: Sheet, section: Part) -> None:
         off = enabled is not None and enabled.node.value is False
         if weight and (off or (listed and name not in listed)):
             source = enabled if off and enabled is not None else section.get("critics") or section
-            sheet.set("controller", source, Equivalent(weight, lambda _: 0.0))
+            importer.set("controller", source, Equivalent(weight, lambda _: 0.0))
             continue
-        sheet.take(critic, "controller", table)
+        importer.copy(critic, "controller", table)
         if weight:
-            sheet.take(critic, "controller", {"cost_weight": Equivalent(weight)})
+            importer.copy(critic, "controller", {"cost_weight": Equivalent(weight)})
 
 
-def _planner_server(sheet: Sheet) -> None:
-    server = sheet.server("planner_server")
+def _planner_server(importer: Importer) -> None:
+    server = importer.server("planner_server")
     section = _first(server, "planner_plugins") if server is not None else None
     if section is None or section.plugin not in tables.PLANNERS:
         return
     ours, table = tables.PLANNERS[section.plugin]
-    sheet.use("planner", section, ours)
-    sheet.take(section, "planner", table)
-    sheet.take(server, "planner", tables.PLANNER_SERVER)
-    smoothers = sheet.server("smoother_server")
+    importer.use("planner", section, ours)
+    importer.copy(section, "planner", table)
+    importer.copy(server, "planner", tables.PLANNER_SERVER)
+    smoothers = importer.server("smoother_server")
     smoother = _first(smoothers, "smoother_plugins") if smoothers is not None else None
     plugin = smoother.get("plugin") if smoother is not None else None
     if smoother is not None and plugin is not None and smoother.plugin in tables.SMOOTHERS:
         name = tables.SMOOTHERS[smoother.plugin]
-        sheet.set("planner", plugin, Equivalent("smoother", lambda _: name))
+        importer.set("planner", plugin, Equivalent("smoother", lambda _: name))
 
 
-def _costmaps(sheet: Sheet) -> None:
-    sheet.take(sheet.server("local_costmap"), "costmap", tables.COSTMAP)
+def _costmaps(importer: Importer) -> None:
+    importer.copy(importer.server("local_costmap"), "costmap", tables.COSTMAP)
     both: list[dict[str, Any]] = []
     for which in ("global", "local"):
-        server = sheet.server(f"{which}_costmap")
+        server = importer.server(f"{which}_costmap")
         if server is None:
-            return  # half a description would take away the other's layers
-        both += [{**layer, "only": which} for layer in _layers(sheet, server)]
+            return  # importing one costmap only would remove the layers of the other
+        both += [{**layer, "only": which} for layer in _layers(importer, server)]
     layers = _merged(both)
     if layers:
-        values = sheet.kinds.setdefault("costmap", Values())
+        values = importer.kinds.setdefault("costmap", ComponentValues())
         values.values["layers"] = layers
-        values.marks["layers"] = sheet.servers["local_costmap"].node.mark
+        values.marks["layers"] = importer.servers["local_costmap"].node.mark
 
 
-def _layers(sheet: Sheet, server: Part) -> list[dict[str, Any]]:
-    """The layers of a costmap that have an equivalent, inflation last."""
+def _layers(importer: Importer, server: Section) -> list[dict[str, Any]]:
+    """Return the layers of a costmap that have an equivalent, inflation last."""
     found = []
     for name in server.texts("plugins"):
         section = server.get(name)
@@ -156,32 +164,34 @@ def _layers(sheet: Sheet, server: Part) -> list[dict[str, Any]]:
         use, table = tables.LAYERS[section.plugin]
         plugin = section.get("plugin")
         if plugin is not None:
-            sheet.note(plugin, "costmap", "layers", use)
-        layer = {"use": use, **_layer_values(sheet, section, table)}
+            importer.record(plugin, "costmap", "layers", use)
+        layer = {"use": use, **_layer_values(importer, section, table)}
         for source in section.texts("observation_sources")[:1]:
-            layer.update(_layer_values(sheet, section.get(source), tables.SCAN_SOURCE))
+            layer.update(_layer_values(importer, section.get(source), tables.SCAN_SOURCE))
         found.append(layer)
     return sorted(found, key=lambda layer: layer["use"] == "inflation")
 
 
-def _layer_values(sheet: Sheet, section: Part | None, table: tables.Table) -> dict[str, Any]:
+def _layer_values(
+    importer: Importer, section: Section | None, table: tables.Table
+) -> dict[str, Any]:
     values = {}
     for key, equivalent in table.items() if section is not None else ():
         part = section.get(key) if section is not None else None
-        value = None if part is None else sheet.converted(part, equivalent.convert)
+        value = None if part is None else importer.converted(part, equivalent.convert)
         if part is not None and value is not None:
             values[equivalent.name] = value
-            sheet.note(part, "costmap", f"layers.{equivalent.name}", value)
+            importer.record(part, "costmap", f"layers.{equivalent.name}", value)
     return values
 
 
 def _merged(layers: list[dict[str, Any]]) -> list[Any]:
-    """Layers that the costmaps have in common once, the others with a name of their own."""
+    """Return each layer once: shared by both costmaps, or named after its costmap."""
     merged: list[Any] = []
     for layer in layers:
-        twin = next((m for m in merged if {**m, "only": ""} == {**layer, "only": ""}), None)
-        if twin is not None:
-            twin["only"] = "both"
+        equal = next((m for m in merged if {**m, "only": ""} == {**layer, "only": ""}), None)
+        if equal is not None:
+            equal["only"] = "both"
             continue
         merged.append(dict(layer))
     names = [layer["use"] for layer in merged]
@@ -191,41 +201,41 @@ def _merged(layers: list[dict[str, Any]]) -> list[Any]:
     return sorted(merged, key=lambda layer: layer["use"] == "inflation")
 
 
-def _velocity_smoother(sheet: Sheet) -> None:
-    server = sheet.server("velocity_smoother")
+def _velocity_smoother(importer: Importer) -> None:
+    server = importer.server("velocity_smoother")
     if server is None:
         return
     for key, items in tables.VELOCITY_LISTS.items():
         found = server.get(key)
         if found is None:
             continue
-        sheet.seen(found)
+        importer.mark_seen(found)
         for at, equivalent in items:
             if len(found.node.items) > at:
                 item = found.node.items[at]
-                sheet.set("safety", Part(f"{found.path}[{at}]", item), equivalent)
+                importer.set("safety", Section(f"{found.path}[{at}]", item), equivalent)
     feedback = server.get("feedback")
     if feedback is not None:
         closed = Equivalent("closed_loop", lambda word: str(word).upper() == "CLOSED_LOOP")
-        sheet.set("safety", feedback, closed)
+        importer.set("safety", feedback, closed)
 
 
-def _collision_monitor(sheet: Sheet) -> None:
-    server = sheet.server("collision_monitor")
+def _collision_monitor(importer: Importer) -> None:
+    server = importer.server("collision_monitor")
     if server is None:
         return
     timeout = Equivalent("stale_after", lambda seconds: seconds if seconds > 0.0 else None)
-    sheet.take(server, "safety", {"source_timeout": timeout})
+    importer.copy(server, "safety", {"source_timeout": timeout})
     sections = [server.get(name) for name in server.texts("polygons")]
-    zones = [_zone(sheet, section) for section in sections if section is not None]
+    zones = [_zone(importer, section) for section in sections if section is not None]
     found = [zone for zone in zones if zone is not None]
     if found:
-        values = sheet.kinds.setdefault("safety", Values())
+        values = importer.kinds.setdefault("safety", ComponentValues())
         values.values["zones"] = found
         values.marks["zones"] = server.node.mark
 
 
-def _zone(sheet: Sheet, section: Part) -> dict[str, Any] | None:
+def _zone(importer: Importer, section: Section) -> dict[str, Any] | None:
     action = section.get("action_type")
     enabled = section.get("enabled")
     if action is None or (enabled is not None and enabled.node.value is False):
@@ -236,23 +246,23 @@ def _zone(sheet: Sheet, section: Part) -> dict[str, Any] | None:
     zone: dict[str, Any] = {
         "name": section.path.rpartition(".")[2], "action": tables.ZONE_ACTIONS[word],
     }  # fmt: skip
-    sheet.note(action, "safety", "zones.action", zone["action"])
+    importer.record(action, "safety", "zones.action", zone["action"])
     for key, equivalent in tables.ZONE.items():
         part = section.get(key)
-        value = None if part is None else sheet.converted(part, equivalent.convert)
+        value = None if part is None else importer.converted(part, equivalent.convert)
         if part is not None and value is not None:
             zone[equivalent.name] = value
-            sheet.note(part, "safety", f"zones.{equivalent.name}", value)
+            importer.record(part, "safety", f"zones.{equivalent.name}", value)
     corners = section.get("points")
     if corners is not None:
-        zone["corners"] = sheet.converted(corners, _corners)
-        sheet.note(corners, "safety", "zones.corners", zone["corners"])
+        zone["corners"] = importer.converted(corners, _corners)
+        importer.record(corners, "safety", "zones.corners", zone["corners"])
     return zone
 
 
 def _corners(raw: Any) -> list[list[float]]:
-    """`"[[0.3, 0.2], …]"`, or `[0.3, 0.2, …]` as older files have it."""
-    listed = json.loads(raw) if isinstance(raw, str) else raw
-    if listed and not isinstance(listed[0], list):
-        listed = [listed[at : at + 2] for at in range(0, len(listed), 2)]
-    return [[float(x), float(y)] for x, y in listed]
+    """Parse `"[[0.3, 0.2], …]"`, or `[0.3, 0.2, …]` of older files; metres, base frame."""
+    corners = json.loads(raw) if isinstance(raw, str) else raw
+    if corners and not isinstance(corners[0], list):
+        corners = [corners[at : at + 2] for at in range(0, len(corners), 2)]
+    return [[float(x), float(y)] for x, y in corners]

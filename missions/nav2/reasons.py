@@ -1,11 +1,11 @@
-"""Why a parameter of Nav2 has no equivalent, in a sentence."""
+"""Reasons why a Nav2 parameter is ignored."""
 
 from __future__ import annotations
 
 from fnmatch import fnmatchcase
 
 NO_EQUIVALENT = "no equivalent"
-STRUCTURE = "says what belongs together"
+STRUCTURE = "structure of the file"
 
 _REASONS = (
     ("*.use_sim_time", "there is one clock, the robot's"),
@@ -17,31 +17,31 @@ _REASONS = (
     ("*transform_tolerance", "there are no transforms to wait for"),
     ("*_topic", "there are no topics"),
     ("*.topic", "there are no topics"),
-    ("*_timeout", "parts call each other; nothing times out in between"),
+    ("*_timeout", "there are no calls between nodes that could time out"),
     ("*bond_heartbeat*", "there are no nodes to keep alive"),
-    ("amcl.*", "localisation tunes itself; a mission sets `initial_pose`"),
+    ("amcl.*", "localisation needs no parameters; the mission sets `initial_pose`"),
     ("slam_toolbox.*", "not imported; see `map` in docs/language.md"),
     ("bt_navigator*", "a mission is the behaviour tree; see docs/language.md"),
-    ("lifecycle_manager*", "parts start in turn, in one process"),
-    ("map_server.*", "a mission's `map` or `world` brings the map"),
-    ("map_saver*", "a mission's `map` or `world` brings the map"),
-    ("waypoint_follower.*", "waypoints and their tasks stand in the mission"),
+    ("lifecycle_manager*", "there are no lifecycle nodes"),
+    ("map_server.*", "the mission's `map` or `world` provides the map"),
+    ("map_saver*", "the mission's `map` or `world` provides the map"),
+    ("waypoint_follower.*", "waypoints and their tasks are part of the mission"),
     ("docking_server.*", "docking is a behaviour of the mission"),
-    ("*costmap.robot_radius", "the footprint in robot.yaml holds"),
-    ("*costmap.footprint*", "the footprint in robot.yaml holds"),
-    ("*costmap.*frequency", "rates are the run's; see docs/architecture.md"),
-    ("*_frequency", "rates are the run's; see docs/architecture.md"),
+    ("*costmap.robot_radius", "the footprint in robot.yaml is used"),
+    ("*costmap.footprint*", "the footprint in robot.yaml is used"),
+    ("*costmap.*frequency", "rates are set for the run; see docs/architecture.md"),
+    ("*_frequency", "rates are set for the run; see docs/architecture.md"),
     ("*costmap.rolling_window", "the local costmap rolls, the global one covers the map"),
-    ("*costmap.width", "the local costmap's window is fixed"),
-    ("*costmap.height", "the local costmap's window is fixed"),
-    ("global_costmap.*resolution", "the global costmap has the map's resolution"),
-    ("*costmap.track_unknown_space", "unknown ground is always told from free ground"),
-    ("*acc_lim*", "the limits in robot.yaml hold"),
-    ("*decel_lim*", "the limits in robot.yaml hold"),
-    ("*_accel", "the limits in robot.yaml hold"),
-    ("*_decel", "the limits in robot.yaml hold"),
-    ("*.motion_model", "the drive in robot.yaml holds"),
-    ("*ObstaclesCritic.*", "weights are in another unit; the default holds"),
+    ("*costmap.width", "the size of the local costmap is fixed"),
+    ("*costmap.height", "the size of the local costmap is fixed"),
+    ("global_costmap.*resolution", "the global costmap has the resolution of the map"),
+    ("*costmap.track_unknown_space", "unknown space is always tracked"),
+    ("*acc_lim*", "the limits in robot.yaml are used"),
+    ("*decel_lim*", "the limits in robot.yaml are used"),
+    ("*_accel", "the limits in robot.yaml are used"),
+    ("*_decel", "the limits in robot.yaml are used"),
+    ("*.motion_model", "the drive in robot.yaml is used"),
+    ("*ObstaclesCritic.*", "the weight has another unit; the default is used"),
     ("*.critics", STRUCTURE),
     ("*plugins", STRUCTURE),
     ("*_plugin", STRUCTURE),
@@ -50,12 +50,12 @@ _REASONS = (
     ("*checker.plugin", STRUCTURE),
     ("collision_monitor.polygons", STRUCTURE),
     ("collision_monitor.*.type", STRUCTURE),
-    ("*.plugin", "no such component here"),
-    ("*visualize*", "nothing is published; see the dashboard and rerun"),
-    ("*publish*", "nothing is published; see the dashboard and rerun"),
+    ("*.plugin", "no equivalent component"),
+    ("*visualize*", "there are no topics; see the dashboard and rerun"),
+    ("*publish*", "there are no topics; see the dashboard and rerun"),
 )
 
 
 def reason(path: str) -> str:
-    """Why `controller_server.FollowPath.critics` and the like are not taken over."""
+    """Return why a parameter such as `controller_server.FollowPath.critics` is ignored."""
     return next((why for pattern, why in _REASONS if fnmatchcase(path, pattern)), NO_EQUIVALENT)

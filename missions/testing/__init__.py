@@ -1,4 +1,4 @@
-"""`treepilot test`: runs the cases under `tests` of mission files, without a robot or a simulator.
+"""`treepilot test`: runs the test cases of mission files without a robot or a simulator.
 
-`session.run_files` is the way in.
+`session.run_files` is the entry point.
 """

@@ -1,4 +1,4 @@
-"""Runs one case: ticks the compiled mission on a clock that only counts."""
+"""Runs one test case: ticks the compiled mission on a simulated clock."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from missions.trees.decorators import TOLERANCE
 from missions.trees.mission_tree import MissionTree
 from stack.documents import Mark
 
-LONGEST = 3600.0
-"""Simulated seconds after which a case is stopped that says nothing of `within`."""
+DEFAULT_TIME_LIMIT = 3600.0
+"""Simulated seconds after which a case without `within` is stopped."""
 
 Place = tuple[Mark, str]
-"""A node of the file, whatever tree it has been put into: where it stands and what it is."""
+"""A node of the file: position and kind; a tree that is used twice has each node once."""
 
 
 @dataclass(frozen=True)
@@ -38,12 +38,12 @@ class Problem:
 
 @dataclass
 class CaseResult:
-    """How a case went.
+    """The result of a case.
 
     Attributes:
         seconds: simulated time.
         reached: the nodes that were ticked.
-        outcome: how the mission ended, in a sentence.
+        outcome: outcome of the mission, as a sentence.
     """
 
     case: Case
@@ -54,17 +54,17 @@ class CaseResult:
 
     @property
     def passed(self) -> bool:
-        """Whether everything was as expected."""
+        """Whether all expectations were met."""
         return not self.problems
 
 
 def place_of(record: Record) -> Place:
-    """The node of the file that a node of the tree was made from."""
+    """Return the node of the file from which a node of the tree was compiled."""
     return record.mark, record.kind
 
 
 def run_case(mission: Mission, case: Case) -> CaseResult:
-    """Run a mission, read with the case's arguments, and hold it against what is expected."""
+    """Run a mission that was read with the case's arguments, and check the expectations."""
     return _Run(mission, case).result()
 
 
@@ -72,15 +72,15 @@ class _Run:
     def __init__(self, mission: Mission, case: Case) -> None:
         self.case, self.robot = case, ScriptedRobot()
         self.tree: MissionTree = compile_mission(mission, stand_in=StandIns(case.mocks))
-        self.tree.setup(self.robot, self._heard)
-        self.tree.watch(self._starts)
+        self.tree.setup(self.robot, self._on_event)
+        self.tree.watch(self._on_start)
         self.started: list[Record] = []
         self.since: dict[int, float] = {}
         self.longest: dict[str, float] = {}
         self.by_id = {record.id: record for record in self.tree.records}
 
     def result(self) -> CaseResult:
-        """Tick to the end, then look."""
+        """Tick to the end, then check the expectations."""
         self._tick_to_the_end()
         status, seconds = self.tree.outcome, self.robot.time
         outcome = f"{status} after {seconds:.1f} s"
@@ -93,7 +93,7 @@ class _Run:
 
     def _tick_to_the_end(self) -> None:
         changes, count, done = self.case.changes, 0, 0
-        end = (self.case.expect.within or LONGEST) + TOLERANCE
+        end = (self.case.expect.within or DEFAULT_TIME_LIMIT) + TOLERANCE
         while self.robot.time <= end:
             while done < len(changes) and changes[done].at <= self.robot.time + TOLERANCE:
                 self._change(changes[done])
@@ -112,16 +112,17 @@ class _Run:
         else:
             set_value(self.robot, change.name, change.value)
 
-    def _starts(self, record: Record) -> None:
+    def _on_start(self, record: Record) -> None:
         self.started.append(record)
         self.since[record.id] = self.robot.time
 
-    def _heard(self, kind: str, fields: Mapping[str, Any], **_: Any) -> None:
+    def _on_event(self, kind: str, fields: Mapping[str, Any], **_: Any) -> None:
         if kind != "node_status" or fields["to"] not in ("success", "failure"):
             return
         began = self.since.get(fields["node"])
-        for name in self.by_id[fields["node"]].names if began is not None else ():
-            assert began is not None
+        if began is None:
+            return
+        for name in self.by_id[fields["node"]].names:
             self.longest[name] = max(self.longest.get(name, 0.0), self.robot.time - began)
 
     def _problems(self, expect: Expectation) -> Iterator[Problem]:
@@ -129,7 +130,7 @@ class _Run:
         if expect.status not in (None, outcome):
             yield self._problem("status", str(expect.status), outcome)
         if expect.within is not None and expect.status is None and outcome == "running":
-            yield self._problem("within", f"{expect.within:g} s", "still running then")
+            yield self._problem("within", f"{expect.within:g} s", "still running")
         if expect.failure is not None:
             failure = self.tree.failure
             code = str(failure.code) if failure else f"none, {outcome}"
@@ -164,7 +165,7 @@ class _Run:
             started = dict.fromkeys(
                 name for record in self.started for name in record.names if name in expect.order
             )
-            got = f"{left[0]} not after that; first starts: {', '.join(started) or 'none'}"
+            got = f"no later start of {left[0]}; first starts: {', '.join(started) or 'none'}"
             yield self._problem("order", ", ".join(expect.order), got)
 
     def _problem(self, what: str, expected: str, got: str) -> Problem:

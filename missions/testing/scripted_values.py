@@ -1,4 +1,4 @@
-"""Sets the values that expressions ask of the robot, by the names that missions use."""
+"""Sets robot values of a scripted robot, by their names in missions."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from behaviours.testing import ScriptedRobot
 
 
 def set_value(robot: ScriptedRobot, name: str, value: Any) -> None:
-    """Give the robot's value of that name; `time`, `error` and `attempt` cannot be given."""
+    """Set the robot value with this name; `time`, `error` and `attempt` cannot be set."""
     _SETTERS[name](robot, value)
 
 

@@ -1,4 +1,4 @@
-"""A whole `treepilot test`: every case of some files, and the words about it."""
+"""A session of `treepilot test`: runs the cases of mission files and prints the results."""
 
 from __future__ import annotations
 
@@ -17,13 +17,14 @@ WIDTH = 78
 
 
 @dataclass(frozen=True)
-class Wanted:
-    """What to run and to show.
+class Options:
+    """Options of a session.
 
     Attributes:
-        keyword: only cases with this in their name.
+        keyword: run only cases whose name contains it.
         coverage: list the nodes that no case ticked.
-        catalogue_for, resources: what is installed; None takes what there is.
+        catalogue_for: returns the catalogue.
+        resources: worlds, robots, maps and components; None for the installed ones.
     """
 
     keyword: str = ""
@@ -34,7 +35,7 @@ class Wanted:
 
 @dataclass
 class FileResult:
-    """The cases of one file."""
+    """Results of the cases of one file."""
 
     mission: Mission
     results: list[CaseResult] = field(default_factory=list)
@@ -42,12 +43,12 @@ class FileResult:
 
     @property
     def places(self) -> dict[Place, str]:
-        """Every node of the file that could be ticked -> what it is called."""
+        """Every node of the file that can be ticked -> its name."""
         records = compile_mission(self.mission).records
         return {place_of(record): record.names[0] for record in records if record.names}
 
     @property
-    def never(self) -> list[tuple[Place, str]]:
+    def unreached(self) -> list[tuple[Place, str]]:
         """Nodes that no case ticked, in the order of the file."""
         reached = {place for result in self.results for place in result.reached}
         missed = [(place, name) for place, name in self.places.items() if place not in reached]
@@ -56,68 +57,68 @@ class FileResult:
 
 @dataclass(frozen=True)
 class Session:
-    """What `treepilot test` prints, and its exit code: 0 all passed, 1 not, 2 nothing was run."""
+    """Output and exit code of `treepilot test`: 0 all passed, 1 a failure, 2 no case was run."""
 
     text: str
     exit_code: int
 
 
-def run_files(names: list[str], wanted: Wanted | None = None) -> Session:
-    """Run the cases of missions by file or name.
+def run_files(names: list[str], options: Options | None = None) -> Session:
+    """Run the cases of missions, by file or name.
 
     Raises:
-        InputError: a mission cannot be read; its cases are checked with the rest.
+        InputError: a mission or one of its cases is invalid.
     """
-    wanted = wanted or Wanted()
-    files = [run_file(find_mission(name), wanted) for name in names]
+    options = options or Options()
+    files = [run_file(find_mission(name), options) for name in names]
     results = [result for file in files for result in file.results]
     failed = sum(not result.passed for result in results)
     code = 2 if not results else 1 if failed else 0
-    return Session("\n".join(_lines(files, wanted)), code)
+    return Session("\n".join(_lines(files, options)), code)
 
 
-def run_file(path: Path, wanted: Wanted) -> FileResult:
+def run_file(path: Path, options: Options) -> FileResult:
     """Run the cases of one file."""
-    outside = wanted.resources or resources()
-    found = FileResult(read_mission(path, wanted.catalogue_for, outside))
+    found_resources = options.resources or resources()
+    found = FileResult(read_mission(path, options.catalogue_for, found_resources))
     began = perf_counter()
     for case in found.mission.cases:
-        if wanted.keyword.lower() not in case.name.lower():
+        if options.keyword.lower() not in case.name.lower():
             continue
         mission = found.mission
         if case.arguments:
-            mission = read_mission(path, wanted.catalogue_for, outside, case.arguments)
+            mission = read_mission(path, options.catalogue_for, found_resources, case.arguments)
         found.results.append(run_case(mission, case))
     found.seconds = perf_counter() - began
     return found
 
 
-def _lines(files: list[FileResult], wanted: Wanted) -> Iterator[str]:
+def _lines(files: list[FileResult], options: Options) -> Iterator[str]:
     for file in files:
         dots = "".join("." if result.passed else "F" for result in file.results)
         yield f"{file.mission.source} {dots or '(no tests)'}"
     failures = [(file, result) for file in files for result in file.results if not result.passed]
     if failures:
-        yield _ruled("FAILURES", "=")
+        yield _rule("FAILURES", "=")
     for _, result in failures:
-        yield _ruled(result.case.name, "_")
+        yield _rule(result.case.name, "_")
         for problem in result.problems:
             yield f"{problem.mark}: {problem.what}"
             yield f"    expected  {problem.expected}"
             yield f"    got       {problem.got}"
         yield f"    the mission: {result.outcome}"
-    if wanted.coverage:
+    if options.coverage:
         yield from _coverage(files)
     yield _summary(files, len(failures))
 
 
 def _coverage(files: list[FileResult]) -> Iterator[str]:
-    yield _ruled("coverage", "=")
+    yield _rule("coverage", "=")
     for file in files:
-        total, never = len(file.places), file.never
-        share = 100 * (total - len(never)) // total if total else 100
-        yield f"{file.mission.source}: {total - len(never)} of {total} nodes ticked, {share} %"
-        for (mark, _), name in never:
+        total, unreached = len(file.places), file.unreached
+        share = 100 * (total - len(unreached)) // total if total else 100
+        yield f"{file.mission.source}: {total - len(unreached)} of {total} nodes ticked, {share} %"
+        for (mark, _), name in unreached:
             yield f"    {mark} {name} is never ticked"
 
 
@@ -128,8 +129,8 @@ def _summary(files: list[FileResult], failed: int) -> str:
     parts += [f"{passed} passed"] if passed else []
     seconds = sum(file.seconds for file in files)
     words = ", ".join(parts) or "no tests ran"
-    return _ruled(f"{words} in {seconds:.2f} s ({simulated:.0f} s simulated)", "=")
+    return _rule(f"{words} in {seconds:.2f} s ({simulated:.0f} s simulated)", "=")
 
 
-def _ruled(words: str, line: str) -> str:
+def _rule(words: str, line: str) -> str:
     return f" {words} ".center(WIDTH, line)

@@ -1,4 +1,4 @@
-"""What stands in for behaviours and trees while a mission is tested."""
+"""Mocks of behaviours and trees in mission tests."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ from missions.trees.decorators import TOLERANCE
 from stack.types import FailureCode
 
 REAL = ("check", "set", "say", "wait", "wait_until")
-"""Behaviours that need no robot but its clock and values; they are not replaced unless asked."""
+"""Behaviours that need only clock and values of the robot; they run unless mocked explicitly."""
 
 
 class MockedRuns:
-    """A mock and how often it has run, whichever nodes it stands for."""
+    """A mock and the number of its runs, over all nodes that it replaces."""
 
     def __init__(self, mock: Mock) -> None:
         self.mock, self.runs = mock, 0
 
     def next_run(self) -> tuple[str, float]:
-        """Outcome and duration of the run that begins."""
+        """Return outcome and duration (seconds) of the next run."""
         outcomes, times, run = self.mock.returns, self.mock.takes, self.runs
         self.runs += 1
         return outcomes[min(run, len(outcomes) - 1)], times[min(run, len(times) - 1)]
 
 
 class StandIn(RobotBehaviour):
-    """Does what the mock says."""
+    """A behaviour with the outcomes and durations of a mock."""
 
     def __init__(self, name: str, runs: MockedRuns) -> None:
         super().__init__(name)
@@ -39,12 +39,12 @@ class StandIn(RobotBehaviour):
         self.outcome, self.until = SUCCESS, 0.0
 
     def initialise(self) -> None:
-        """Take the next outcome."""
+        """Start the next run of the mock."""
         self.outcome, seconds = self.runs.next_run()
         self.until = self.robot.time + seconds
 
     def update(self) -> Status:
-        """End when the time is over, as the mock says."""
+        """Return the outcome of the mock after its duration."""
         if self.outcome == RUNNING or self.robot.time < self.until - TOLERANCE:
             return Status.RUNNING
         if self.outcome == SUCCESS:
@@ -53,30 +53,30 @@ class StandIn(RobotBehaviour):
                     self._writers[name](value)
             return Status.SUCCESS
         code = FailureCode.FAILED if self.outcome == FAILURE else self.outcome
-        return self.fail(code, "the test says so")
+        return self.fail(code, "mocked failure")
 
 
 class MovingStandIn(StandIn):
-    """As if it moved the robot: what it pre-empts is halted first."""
+    """A mock of a behaviour that moves the robot: pre-empted nodes are halted before it starts."""
 
     uses_wheels = True
 
 
 class StandIns:
-    """Chooses what stands in: the mock of the node's name, else of its behaviour or tree."""
+    """Selects the mock of a node: by its name, else by its behaviour or tree."""
 
     def __init__(self, mocks: Mapping[str, Mock]) -> None:
         self.runs = {name: MockedRuns(mock) for name, mock in mocks.items()}
-        self.done = MockedRuns(Mock())
+        self.default = MockedRuns(Mock())
 
     def __call__(self, step: Leaf | Use) -> RobotBehaviour | None:
-        """The node that stands in; None leaves what the mission says."""
+        """Return the mock of a step; None to run the step itself."""
         kind = step.tree if isinstance(step, Use) else step.kind
         runs = self.runs.get(step.name) or self.runs.get(kind)
         if runs is None:
             if isinstance(step, Use) or kind in REAL or not step.behaviour.bindable:
                 return None
-            runs = self.done
+            runs = self.default
         if runs.mock.is_real:
             return None
         moves = isinstance(step, Leaf) and step.behaviour.uses_wheels
@@ -85,5 +85,5 @@ class StandIns:
 
 
 def shown(value: Any) -> str:
-    """An expected or found value in a report."""
+    """Format an expected or actual value."""
     return "not set" if value is None else repr(value) if isinstance(value, str) else str(value)

@@ -1,5 +1,5 @@
-"""Running trees: what a checked mission compiles to, on py_trees, with the robot's clock.
+"""Compiles a checked mission into a tree of py_trees nodes and runs it on the robot's clock.
 
-`compiler.compile_mission` is the way in; `mission_tree.MissionTree` is what comes out and what the
-runner ticks; `show` draws it.
+`compiler.compile_mission` is the entry point. It returns a `mission_tree.MissionTree`, which the
+runner ticks and `show` draws.
 """

@@ -1,11 +1,11 @@
-"""How people name a node of a tree: by number, by name, by path, or by the line of its file.
+"""Addresses of nodes: a node is found by number, name, path, or line in its file.
 
-    12                                    the number that the event log and `tell RUN nodes` show
+    12                                    the number in the event log and in `tell RUN nodes`
     drive to the shelf                    its name, its behaviour, or the tree that it uses
-    patrol/inspect/drive to the shelf     names from above down to it; those between may be left out
-    02_office_patrol.yaml:31              what begins in this line
+    patrol/inspect/drive to the shelf     a path of names; names in between can be omitted
+    02_office_patrol.yaml:31              the node that starts in this line
 
-A name that several nodes have means all of them, as a line of a tree that is used twice does.
+An address can match several nodes: equal names, or a line of a tree that is used twice.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from stack.parameters import suggestion
 WRAPPERS = frozenset(
     {"when", "while", "on_failure", "repeat", "recover", "retry", "timeout", "every", "events"}
 )
-"""Kinds of nodes that begin where the node begins that they stand around."""
+"""Decorators; they have the file position of the node that they decorate."""
 
 _LINE = re.compile(r"(?P<file>[^:]*\.ya?ml|):(?P<line>\d+)")
 _SEPARATOR = re.compile(r"\s+>\s+|/")
@@ -28,11 +28,11 @@ _SEPARATOR = re.compile(r"\s+>\s+|/")
 
 @dataclass(frozen=True, slots=True)
 class Addressed:
-    """What a node can be found by.
+    """The address of a node.
 
     Attributes:
-        names: what it may be called; the one to show first.
-        file, line, column: where it begins; "" and 0 where nobody knows.
+        names: its names; the first one is shown.
+        file, line, column: start of the node; "" and 0 if unknown.
     """
 
     id: int
@@ -45,22 +45,22 @@ class Addressed:
 
     @property
     def where(self) -> str:
-        """File and line, without folders; empty where nobody knows."""
+        """File and line, without folders; empty if unknown."""
         return f"{self.file.rpartition('/')[2]}:{self.line}" if self.line else ""
 
 
 def find_nodes(nodes: Sequence[Addressed], text: str) -> list[int]:
-    """The ids of the nodes that a text means, in drawing order.
+    """Return the ids of the nodes with this address, in drawing order.
 
     Raises:
-        InputError: there is none; the message names what is near.
+        InputError: no node matches; the message suggests similar addresses.
     """
     by_id = {node.id: node for node in nodes}
     wanted = text.strip()
     number = wanted.removeprefix("#")
     if number.isdecimal():
         if int(number) not in by_id:
-            raise InputError(f"there is no node {number}; they are numbered 0 to {max(by_id)}")
+            raise InputError(f"there is no node {number}; nodes are numbered 0 to {max(by_id)}")
         return [int(number)]
     line = _LINE.fullmatch(wanted)
     if line:
@@ -72,13 +72,13 @@ def find_nodes(nodes: Sequence[Addressed], text: str) -> list[int]:
     names = {name for node in nodes for name in node.names}
     last = _SEPARATOR.split(wanted)[-1].strip()
     near = suggestion(last, names)
-    if last in names:  # the end is right, so something above it is not
-        near = f"{last!r} stands at {', '.join(path_of(by_id, i) for i in find_nodes(nodes, last))}"
+    if last in names:  # the last name exists, so the path above it is wrong
+        near = f"{last!r} is at {', '.join(path_of(by_id, i) for i in find_nodes(nodes, last))}"
     raise InputError(f"no node is called {text!r}; {near}")
 
 
 def path_of(by_id: dict[int, Addressed], number: int) -> str:
-    """The names from the root to a node, decorators left out."""
+    """Return the names from the root to a node, without decorators."""
     chain = reversed(list(_upwards(by_id, number)))
     return "/".join(
         node.names[0] for node in chain if node.id == number or node.kind not in WRAPPERS
@@ -92,11 +92,11 @@ def _upwards(by_id: dict[int, Addressed], number: int) -> Iterator[Addressed]:
 
 
 def _by_path(by_id: dict[int, Addressed], parts: list[str]) -> list[int]:
-    """Nodes with the last name that have the others above them, in this order."""
-    return [number for number in by_id if _fits(list(_upwards(by_id, number)), parts[::-1])]
+    """Return the nodes with the last name whose ancestors have the others, in this order."""
+    return [number for number in by_id if _matches_path(list(_upwards(by_id, number)), parts[::-1])]
 
 
-def _fits(chain: list[Addressed], wanted: list[str]) -> bool:
+def _matches_path(chain: list[Addressed], wanted: list[str]) -> bool:
     if wanted[0] not in chain[0].names:
         return False
     above = iter(chain[1:])
@@ -104,20 +104,20 @@ def _fits(chain: list[Addressed], wanted: list[str]) -> bool:
 
 
 def _at_line(nodes: Sequence[Addressed], file: str, line: int, text: str) -> list[int]:
-    """What begins in a line: of several there, the outermost; of its modifiers, the node itself."""
+    """Return the outermost nodes that start in a line, without their decorators."""
     main = nodes[0].file if nodes else ""
-    there = [
+    in_file = [
         node for node in nodes
         if node.line and (node.file == (file or main) or node.file.endswith(f"/{file}"))
     ]  # fmt: skip
-    if file and not there:
+    if file and not in_file:
         files = sorted({node.file.rpartition("/")[2] for node in nodes if node.file})
-        raise InputError(f"no node stands in {file!r}; {suggestion(file, files)}")
-    begins = [node for node in there if node.line == line]
+        raise InputError(f"no node is in {file!r}; {suggestion(file, files)}")
+    begins = [node for node in in_file if node.line == line]
     if not begins:
-        near = sorted(there, key=lambda node: (abs(node.line - line), node.line))[:2]
-        shown = ", ".join(f"{node.names[0]!r} in line {node.line}" for node in near)
-        raise InputError(f"no node begins at {text}; the nearest are {shown}")
+        near = sorted(in_file, key=lambda node: (abs(node.line - line), node.line))[:2]
+        nearest = ", ".join(f"{node.names[0]!r} in line {node.line}" for node in near)
+        raise InputError(f"no node starts at {text}; the nearest are {nearest}")
     column = min(node.column for node in begins)
     first = [node for node in begins if node.column == column]
     return [node.id for node in first if node.kind not in WRAPPERS] or [first[-1].id]

@@ -1,4 +1,4 @@
-"""Nodes that try again: `retry` and `recover`. One attempt per tick at most."""
+"""Decorators that try again: `retry` and `recover`. At most one attempt per tick."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from stack.types import Expression
 
 @dataclass(slots=True)
 class Attempts:
-    """How many attempts there are, and the one under way: what `attempt` reads."""
+    """The number of attempts allowed and the current one, which `attempt` reads."""
 
     most: Callable[[], int]
     number: int = 1
 
 
 class Retry(Decorator):
-    """Tries the child again after a failure, `delay` seconds later; the last failure is its own."""
+    """Runs the child again `delay` seconds after a failure; fails with the last failure."""
 
     def __init__(
         self, child: Behaviour, execution: Execution, attempts: Attempts,
@@ -47,7 +47,7 @@ class Retry(Decorator):
             return self.child.status
         most = self.attempts.most()
         if self.attempts.number >= most:
-            return self.execution.pass_on(self, self.child)
+            return self.execution.propagate_failure(self, self.child)
         self.attempts.number += 1
         self.resume_at = now + self.delay()
         self.feedback_message = f"attempt {self.attempts.number} of {most}"
@@ -58,11 +58,11 @@ class Retry(Decorator):
 
 
 class Recover(Node, composites.Composite):
-    """After a failure of its first child, runs the next of the others, then tries again.
+    """Runs the first child; after a failure runs the next recovery, then the first child again.
 
     A recovery starts in the tick of the failure, the next attempt in the tick after the recovery.
-    A recovery that fails does not end it; the failure of the last attempt is its own. Recoveries
-    go round from the first one in every run.
+    A failed recovery does not end the node. It fails with the failure of the last attempt. Every
+    run starts with the first recovery.
     """
 
     def __init__(
@@ -83,9 +83,9 @@ class Recover(Node, composites.Composite):
             run(first)
             if first.status is not Status.FAILURE:
                 return first.status
-            self.execution.deal_with(first)
+            self.execution.set_error(first)
             if self.attempts.number >= self.attempts.most() or (self.unless and self.unless()):
-                return self.execution.pass_on(self, first)
+                return self.execution.propagate_failure(self, first)
             self._next_recovery()
         recovery = self.current_child
         assert recovery is not None
@@ -105,7 +105,7 @@ class Recover(Node, composites.Composite):
         halt_if_done(recovery)
         self.current_child = recovery
         self.execution.recoveries += 1
-        why = self.execution.trail(self.children[0]).failure
+        why = self.execution.trace(self.children[0]).failure
         self.feedback_message = f"{recovery.name} after {why.code}"
         self.execution.emit(
             level="info", kind="recovery",
@@ -118,6 +118,6 @@ class Recover(Node, composites.Composite):
 
 
 def halt_if_done(node: Behaviour) -> None:
-    """A finished node forgets its outcome, so that its next run shows as a run."""
+    """Reset a finished node, so that its next run is a new run."""
     if node.status is not Status.RUNNING:
         halt(node)

@@ -1,8 +1,8 @@
-"""From a checked mission to a running tree.
+"""Compiles a checked mission into a tree.
 
-Modifiers become decorators around their node, outermost first:
-when > while > on_failure > repeat > recover > retry > timeout > every > node. A used tree is put
-in where it is used, with slots of its own for its `out` where they are not bound.
+Modifiers become decorators of their node, outermost first:
+when > while > on_failure > repeat > recover > retry > timeout > every > node. Every `use` compiles
+the used tree again; outputs that are not bound get their own slots.
 """
 
 from __future__ import annotations
@@ -51,25 +51,25 @@ _COMPOSITES: dict[str, Any] = {
     "reactive_fallback": composites.ReactiveFallback,
     "round_robin": composites.RoundRobin,
 }
-_TRIES_OTHERS = ("fallback", "reactive_fallback", "round_robin")
+_FALLBACKS = ("fallback", "reactive_fallback", "round_robin")
 
 
 StandIn = Callable[[Leaf | Use], RobotBehaviour | None]
-"""What to put in the place of a behaviour or tree, for tests of missions; None leaves it."""
+"""Returns the mock of a behaviour or tree in mission tests; None keeps the original."""
 
 
 def compile_mission(
     mission: Mission, catalogue: Catalogue | None = None, stand_in: StandIn = lambda step: None
 ) -> MissionTree:
-    """The tree of a mission, ready for `setup`.
+    """Compile a mission into a tree, ready for `setup`.
 
     Args:
-        mission: read and checked; its nodes already carry the behaviours' classes.
-        catalogue: not needed; taken so that reading and compiling are called alike.
-        stand_in: asked for every behaviour and used tree.
+        mission: read and checked; its nodes contain the classes of the behaviours.
+        catalogue: not used; reading and compiling have the same interface.
+        stand_in: called for every behaviour and every used tree.
 
     Raises:
-        InputError: a behaviour's class refuses to be built with the ports it declares.
+        InputError: the class of a behaviour cannot be constructed with its ports.
     """
     return _Compiler(mission, stand_in).tree()
 
@@ -102,31 +102,33 @@ class _Compiler:
                          event.then)  # fmt: skip
             held = f", held for {value_text(event.hold)}" if event.hold != NO_HOLD else ""
             detail = f"when {event.when.source}{held}, then {event.then}"
-            self._note(node, "event", event.mark, label=event.name, detail=detail)
+            self._record(node, "event", event.mark, label=event.name, detail=detail)
             self.execution.record(node).names = (event.name,)
             made.append(node)
-        return self._note(Events(made, root, self.execution), "events", self.mission.events[0].mark)
+        return self._record(
+            Events(made, root, self.execution), "events", self.mission.events[0].mark
+        )
 
     def step(self, step: Step, frame: Frame) -> Behaviour:
-        """A node with its decorators, inside out."""
-        given = step.modifiers
-        again = replace(frame, skipped_fails=False)
-        around = within = again
-        if given.recover:
-            around = within = replace(again, attempts=self._attempts(given.recover.attempts, again))
-        if given.retry:
-            within = replace(around, attempts=self._attempts(given.retry.attempts, around))
-        body = self.body(step, within)
+        """Compile a node with its decorators, from the inside out."""
+        modifiers = step.modifiers
+        base = replace(frame, skipped_fails=False)
+        outer = inner = base
+        if modifiers.recover:
+            outer = inner = replace(base, attempts=self._attempts(modifiers.recover.attempts, base))
+        if modifiers.retry:
+            inner = replace(outer, attempts=self._attempts(modifiers.retry.attempts, outer))
+        body = self.body(step, inner)
         self.execution.record(body).names = names_of(step)
-        node = self._periodic(step, body, within)
-        node = self._timed(step, node, around)
-        if given.retry and within.attempts:
-            delay = around.checked(given.retry.delay, DELAY)
-            node = Retry(node, self.execution, within.attempts, delay)
-            node.name = f"retry {value_text(given.retry.attempts)}"
-            self._note(node, "retry", step.mark)
-        node = self._recovering(step, node, around)
-        return self._conditional(step, self._repeated(step, node, again), frame)
+        node = self._periodic(step, body, inner)
+        node = self._timed(step, node, outer)
+        if modifiers.retry and inner.attempts:
+            delay = outer.checked(modifiers.retry.delay, DELAY)
+            node = Retry(node, self.execution, inner.attempts, delay)
+            node.name = f"retry {value_text(modifiers.retry.attempts)}"
+            self._record(node, "retry", step.mark)
+        node = self._recovering(step, node, outer)
+        return self._conditional(step, self._repeated(step, node, base), frame)
 
     def _attempts(self, value: Any, frame: Frame) -> Attempts:
         return Attempts(frame.checked(value, ATTEMPTS))
@@ -137,7 +139,7 @@ class _Compiler:
             return node
         name = f"every {value_text(period)}"
         every = decorators.Every(name, node, self.execution, frame.checked(period, PERIOD))
-        return self._note(every, "every", step.mark)
+        return self._record(every, "every", step.mark)
 
     def _timed(self, step: Step, node: Behaviour, frame: Frame) -> Behaviour:
         limit = step.modifiers.timeout
@@ -145,7 +147,7 @@ class _Compiler:
             return node
         name = f"timeout {value_text(limit)}"
         timed = decorators.Timeout(name, node, self.execution, frame.checked(limit, LIMIT))
-        return self._note(timed, "timeout", step.mark)
+        return self._record(timed, "timeout", step.mark)
 
     def _recovering(self, step: Step, node: Behaviour, frame: Frame) -> Behaviour:
         recover = step.modifiers.recover
@@ -156,60 +158,62 @@ class _Compiler:
         wrapped = Recover([node, *recoveries], self.execution, frame.attempts, unless)
         detail = f"unless {recover.unless.source}" if recover.unless else ""
         wrapped.name = f"recover, {value_text(recover.attempts)} attempts"
-        return self._note(wrapped, "recover", step.mark, detail=detail)
+        return self._record(wrapped, "recover", step.mark, detail=detail)
 
     def _repeated(self, step: Step, node: Behaviour, frame: Frame) -> Behaviour:
-        given = step.modifiers
-        if given.repeat is not None:
-            name = f"repeat {value_text(given.repeat)}"
-            endless = isinstance(given.repeat, Constant) and given.repeat.value is None
-            times = frame.value(given.repeat) if endless else frame.checked(given.repeat, TIMES)
+        modifiers = step.modifiers
+        if modifiers.repeat is not None:
+            name = f"repeat {value_text(modifiers.repeat)}"
+            endless = isinstance(modifiers.repeat, Constant) and modifiers.repeat.value is None
+            times = (
+                frame.value(modifiers.repeat) if endless else frame.checked(modifiers.repeat, TIMES)
+            )
             repeated = decorators.Repeat(name, node, self.execution, times)
-            node = self._note(repeated, "repeat", step.mark)
-        if given.keep_going:
+            node = self._record(repeated, "repeat", step.mark)
+        if modifiers.keep_going:
             going = decorators.OnFailure("on_failure: continue", node, self.execution)
-            node = self._note(going, "on_failure", step.mark)
+            node = self._record(going, "on_failure", step.mark)
         return node
 
     def _conditional(self, step: Step, node: Behaviour, frame: Frame) -> Behaviour:
-        given = step.modifiers
-        if given.while_ is not None:
-            held = decorators.While(node, self.execution, given.while_.bind(frame))
-            node = self._note(held, "while", step.mark)
-        if given.when is not None:
+        modifiers = step.modifiers
+        if modifiers.while_ is not None:
+            held = decorators.While(node, self.execution, modifiers.while_.bind(frame))
+            node = self._record(held, "while", step.mark)
+        if modifiers.when is not None:
             skipped = Status.FAILURE if frame.skipped_fails else Status.SUCCESS
-            when = decorators.When(node, self.execution, given.when.bind(frame), skipped)
-            node = self._note(when, "when", step.mark)
+            when = decorators.When(node, self.execution, modifiers.when.bind(frame), skipped)
+            node = self._record(when, "when", step.mark)
         return node
 
     # Nodes without their modifiers
 
     def body(self, step: Step, frame: Frame) -> Behaviour:
-        """A node without its decorators."""
+        """Compile a node without its decorators."""
         detail = detail_of(step)
         if isinstance(step, Leaf | Use) and (other := self.stand_in(step)) is not None:
             for name, symbol in step.outputs.items():
                 other.bind_output(name, frame.writers[symbol])
             LeafNode(other, self.execution)
-            return self._note(other, step.kind, step.mark, label=other.name, detail=detail)
+            return self._record(other, step.kind, step.mark, label=other.name, detail=detail)
         if isinstance(step, Leaf):
             node = self._leaf(step, frame)
-            return self._note(node, step.kind, step.mark, label=node.name, detail=detail)
+            return self._record(node, step.kind, step.mark, label=node.name, detail=detail)
         if isinstance(step, Use):
             used = self._use(step, frame)
-            return self._note(used, "use", step.mark, label=used.name, detail=detail)
+            return self._record(used, "use", step.mark, label=used.name, detail=detail)
         if isinstance(step, ForEach):
             loop = self._for_each(step, frame)
-            return self._note(loop, step.kind, step.mark, label=step.name, detail=detail)
+            return self._record(loop, step.kind, step.mark, label=step.name, detail=detail)
         assert isinstance(step, Composite)
-        inside = replace(frame, skipped_fails=step.kind in _TRIES_OTHERS)
+        inside = replace(frame, skipped_fails=step.kind in _FALLBACKS)
         children = [self.step(child, inside) for child in step.children]
         name = step.name or step.kind
         if step.kind == "parallel":
             made: Behaviour = composites.Parallel(name, children, self.execution, step.needed)
         else:
             made = _COMPOSITES[step.kind](name, children, self.execution)
-        return self._note(made, step.kind, step.mark, label=step.name, detail=detail)
+        return self._record(made, step.kind, step.mark, label=step.name, detail=detail)
 
     def _for_each(self, step: ForEach, frame: Frame) -> Behaviour:
         inside, slot = frame.with_slot(step.variable)
@@ -222,9 +226,9 @@ class _Compiler:
         inside, number = inside.with_slot(step.number)
         inside, driven = inside.with_slot(step.driven)
         outputs = {name: frame.writers[symbol] for name, symbol in step.outputs.items()}
-        account = waypoints.Account(number, driven, outputs)
+        counters = waypoints.WaypointSlots(number, driven, outputs)
         child = self.step(step.child, inside)
-        return waypoints.FollowWaypoints(name, child, self.execution, loop, account)
+        return waypoints.FollowWaypoints(name, child, self.execution, loop, counters)
 
     def _use(self, step: Use, frame: Frame) -> Behaviour:
         tree = self.mission.trees[step.tree]
@@ -243,15 +247,15 @@ class _Compiler:
         )
 
     def _leaf(self, step: Leaf, frame: Frame) -> Behaviour:
-        given: dict[str, Any] = {}
+        arguments: dict[str, Any] = {}
         for name, value in step.ports.items():
             if isinstance(value, ExpressionValue):
-                given[name] = value.expression.bind(frame)
+                arguments[name] = value.expression.bind(frame)
             elif isinstance(value, AssignmentList):
-                given[name] = _assignments(value, frame)
+                arguments[name] = _assignments(value, frame)
             else:
-                given[name] = value.value if isinstance(value, Constant) else None
-        node = self._built(step, given)
+                arguments[name] = value.value if isinstance(value, Constant) else None
+        node = self._built(step, arguments)
         if isinstance(node, RobotBehaviour):
             for name, value in step.ports.items():
                 if not isinstance(value, Constant | ExpressionValue | AssignmentList):
@@ -262,19 +266,19 @@ class _Compiler:
         LeafNode(node, self.execution)
         return node
 
-    def _built(self, step: Leaf, given: dict[str, Any]) -> Behaviour:
+    def _built(self, step: Leaf, arguments: dict[str, Any]) -> Behaviour:
         label = step.name or step.kind.rpartition(".")[2]
         try:
-            node = build(step.behaviour, label, given)
+            node = build(step.behaviour, label, arguments)
         except Exception as error:
             sentence = f"{step.kind} cannot be built: {type(error).__name__}: {error}"
             raise InputError([Finding(step.mark, "E127", sentence)]) from error
         if node.children:
-            sentence = f"{step.kind} has children of its own; only leaves can stand in a mission"
+            sentence = f"{step.kind} has children; a mission can only use leaves"
             raise InputError([Finding(step.mark, "E127", sentence)])
         return node
 
-    def _note(
+    def _record(
         self, node: Behaviour, kind: str, mark: Mark, label: str = "", detail: str = ""
     ) -> Behaviour:
         self.execution.records[id(node)] = Record(node, kind, label, detail, mark)

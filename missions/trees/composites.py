@@ -1,10 +1,10 @@
-"""Composites. Whatever is pre-empted is at rest before anything else starts.
+"""Composites. A pre-empted node is halted before any other node starts.
 
-`sequence` and `fallback` remember where they were; the reactive ones look at their children from
-the top on every tick. A reactive composite cannot know whether an earlier child will take over
-before it has ticked it. So the running child stands by meanwhile: it is halted before a behaviour
-that moves the robot (`uses_wheels`) starts anywhere in the earlier child, and otherwise as soon as
-the earlier child has not let the tick pass on.
+`sequence` and `fallback` resume at the running child; the reactive ones tick their children from
+the first one on every tick. A reactive composite only knows that an earlier child pre-empts the
+running child after it has ticked the earlier one. Therefore the running child is kept as
+pre-emptible meanwhile: it is halted before a behaviour that moves the robot (`uses_wheels`) starts
+in the earlier child, and otherwise as soon as the earlier child ends the tick.
 """
 
 from __future__ import annotations
@@ -22,98 +22,98 @@ from missions.trees.node import Node, run
 _RUNNING, _SUCCESS, _FAILURE = Status.RUNNING, Status.SUCCESS, Status.FAILURE
 
 
-class InTurn(Node):
-    """Children in turn as long as they end with `goes_on`; goes on where it was."""
+class MemoryComposite(Node):
+    """Ticks children in order while they end with `continue_on`; resumes at the running child."""
 
-    goes_on: ClassVar[Status]
+    continue_on: ClassVar[Status]
     position = 0
 
     def advance(self, fresh: bool) -> Status:
         children: list[Any] = self.children
-        before, goes_on = self.position, self.goes_on
+        before, continue_on = self.position, self.continue_on
         number = 0 if fresh else before
         while True:
             child = children[number]
             status: Status = child.execute_tick()
-            if status is not goes_on:
+            if status is not continue_on:
                 break
-            if goes_on is _FAILURE:
-                self.execution.deal_with(child)
+            if continue_on is _FAILURE:
+                self.execution.set_error(child)
             if number + 1 == len(children):
                 break
             number += 1
         self.current_child, self.position = child, number
         if before > number:
-            _forget(children[number + 1 : before + 1])
-        return self.execution.pass_on(self, child) if status is _FAILURE else status
+            _halt_all(children[number + 1 : before + 1])
+        return self.execution.propagate_failure(self, child) if status is _FAILURE else status
 
 
-class FromTheTop(Node):
-    """All children again on every tick as long as they end with `goes_on`.
+class ReactiveComposite(Node):
+    """Ticks children from the first one, on every tick, while they end with `continue_on`.
 
-    `position` is the last child that had a turn in the tick before: those behind it are at rest.
+    `position` is the last child that was ticked in the previous tick; later ones are idle.
     """
 
-    goes_on: ClassVar[Status]
+    continue_on: ClassVar[Status]
     position = 0
 
     def advance(self, fresh: bool) -> Status:
         children: list[Any] = self.children
-        before, goes_on, execution = self.position, self.goes_on, self.execution
-        standing_by = execution.standing_by
-        depth = len(standing_by)
+        before, continue_on, execution = self.position, self.continue_on, self.execution
+        preemptible = execution.preemptible
+        depth = len(preemptible)
         if before and children[before].status is _RUNNING:
-            standing_by.append(children[before])
+            preemptible.append(children[before])
         number = 0
         for number, child in enumerate(children):
             if number == before:
-                del standing_by[depth:]
+                del preemptible[depth:]
             status: Status = child.execute_tick()
-            if status is not goes_on:
+            if status is not continue_on:
                 break
-            if goes_on is _FAILURE:
-                execution.deal_with(child)
-        del standing_by[depth:]
+            if continue_on is _FAILURE:
+                execution.set_error(child)
+        del preemptible[depth:]
         self.current_child, self.position = child, number
         if before > number:
-            _forget(children[number + 1 : before + 1])
-        return execution.pass_on(self, child) if status is _FAILURE else status
+            _halt_all(children[number + 1 : before + 1])
+        return execution.propagate_failure(self, child) if status is _FAILURE else status
 
 
-class Sequence(InTurn, composites.Sequence):
-    """Children in turn until one fails; goes on where it was."""
+class Sequence(MemoryComposite, composites.Sequence):
+    """Children in order until one fails; resumes at the running child."""
 
-    goes_on = _SUCCESS
-
-    def __init__(self, name: str, children: Items[Behaviour], execution: Execution) -> None:
-        super().__init__(name, memory=True, children=children)
-        self.execution = execution
-
-
-class Fallback(InTurn, composites.Selector):
-    """Children in turn until one succeeds; goes on where it was."""
-
-    goes_on = _FAILURE
+    continue_on = _SUCCESS
 
     def __init__(self, name: str, children: Items[Behaviour], execution: Execution) -> None:
         super().__init__(name, memory=True, children=children)
         self.execution = execution
 
 
-class ReactiveSequence(FromTheTop, composites.Sequence):
-    """Children from the top on every tick until one fails or is running."""
+class Fallback(MemoryComposite, composites.Selector):
+    """Children in order until one succeeds; resumes at the running child."""
 
-    goes_on = _SUCCESS
+    continue_on = _FAILURE
+
+    def __init__(self, name: str, children: Items[Behaviour], execution: Execution) -> None:
+        super().__init__(name, memory=True, children=children)
+        self.execution = execution
+
+
+class ReactiveSequence(ReactiveComposite, composites.Sequence):
+    """Children from the first one on every tick, until one fails or is running."""
+
+    continue_on = _SUCCESS
 
     def __init__(self, name: str, children: Items[Behaviour], execution: Execution) -> None:
         super().__init__(name, memory=False, children=children)
         self.execution = execution
 
 
-class ReactiveFallback(FromTheTop, composites.Selector):
-    """Children from the top on every tick until one succeeds or is running."""
+class ReactiveFallback(ReactiveComposite, composites.Selector):
+    """Children from the first one on every tick, until one succeeds or is running."""
 
-    goes_on = _FAILURE
+    continue_on = _FAILURE
 
     def __init__(self, name: str, children: Items[Behaviour], execution: Execution) -> None:
         super().__init__(name, memory=False, children=children)
@@ -121,10 +121,10 @@ class ReactiveFallback(FromTheTop, composites.Selector):
 
 
 class Parallel(Node, composites.Parallel):
-    """All children on every tick, each until it is done; decided as early as possible.
+    """Ticks all children until each has ended; ends as early as possible.
 
-    Succeeds with the `needed`-th success, fails once that many are out of reach. What still runs is
-    halted then, and children that had no turn yet in that tick get none.
+    Succeeds at the `needed`-th success; fails when that number can no longer be reached. Running
+    children are then halted, and the remaining children are not ticked.
     """
 
     def __init__(
@@ -150,7 +150,7 @@ class Parallel(Node, composites.Parallel):
             self.failed += status is _FAILURE
             if self.succeeded >= self.needed or self.failed > len(self.children) - self.needed:
                 if fresh:
-                    _forget(children[number + 1 :])
+                    _halt_all(children[number + 1 :])
                 return self._decided(self.succeeded >= self.needed)
         if ended:
             self.pending = [child for child in children if child.status not in (_SUCCESS, _FAILURE)]
@@ -163,13 +163,13 @@ class Parallel(Node, composites.Parallel):
         if success:
             return Status.SUCCESS
         first = next(child for child in self.children if child.status is Status.FAILURE)
-        return self.execution.pass_on(self, first)
+        return self.execution.propagate_failure(self, first)
 
 
 class RoundRobin(Node, composites.Composite):
-    """One child per run, the next one in the next run; tries the others when it fails.
+    """One child per run, the next one in the next run; after a failure tries the others.
 
-    As Nav2's RoundRobin: the position outlives success, failure and halts.
+    Like Nav2's RoundRobin, it keeps its position after success, failure and halts.
     """
 
     def __init__(self, name: str, children: Items[Behaviour], execution: Execution) -> None:
@@ -188,13 +188,13 @@ class RoundRobin(Node, composites.Composite):
             self.position = (self.position + 1) % len(self.children)
             if child.status is Status.SUCCESS:
                 return Status.SUCCESS
-            self.execution.deal_with(child)
+            self.execution.set_error(child)
             self.tried += 1
             if self.tried == len(self.children):
-                return self.execution.pass_on(self, child)
+                return self.execution.propagate_failure(self, child)
 
 
-def _forget(children: Items[Behaviour]) -> None:
-    """Bring to rest what had a turn before and has none now."""
+def _halt_all(children: Items[Behaviour]) -> None:
+    """Halt children that were ticked before and are not ticked now."""
     for child in children:
         halt(child)

@@ -1,4 +1,4 @@
-"""What the nodes of one running tree share: the robot, failures and their paths, status changes."""
+"""State shared by the nodes of a running tree: robot, failures, records of the nodes."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ WORDS = {
     Status.FAILURE: "failure",
     Status.INVALID: "idle",
 }
-"""py_trees' statuses in the words of events and rows."""
+"""py_trees status -> word in events and rows."""
 
 
 @dataclass(frozen=True, slots=True)
 class FailureTrace:
-    """A failure and the labels of the nodes from the one that reports it down to the cause."""
+    """A failure and the labels of the nodes from the reporting node down to the cause."""
 
     failure: Failure
     path: tuple[str, ...]
@@ -34,14 +34,15 @@ class FailureTrace:
 
 @dataclass(slots=True)
 class Record:
-    """One node as the screen and the event log know it.
+    """Data of one node for the dashboard and the event log.
 
     Attributes:
-        label: what a failure's path calls it; "" leaves it out (decorators, unnamed composites).
+        label: name in the path of a failure; "" omits it (decorators, unnamed composites).
         detail: its ports as written, for drawings.
-        mark: where it stands in the mission file.
-        shown: nothing has changed since its row was last made.
-        names: what tests of missions may call it: its own name, its behaviour or tree, its event.
+        mark: position in the mission file.
+        since: time of the last change of `status`, robot's clock, seconds.
+        shown: its row is up to date.
+        names: names for mission tests: its own, its behaviour or tree, its event.
     """
 
     node: Behaviour
@@ -57,7 +58,7 @@ class Record:
     names: tuple[str, ...] = ()
 
     def as_row(self) -> TreeRow:
-        """The node as it is now."""
+        """Return the row with the current state of the node."""
         message = self.node.feedback_message
         if not message and self.status is Status.INVALID:
             message = self.detail
@@ -66,97 +67,99 @@ class Record:
         )
 
 
-def _nobody(*_: Any, **__: Any) -> None:
-    """Stands for a listener until `setup`."""
+def _ignore(*_: Any, **__: Any) -> None:
+    """Ignore events until `setup`."""
 
 
 @dataclass(slots=True)
 class Execution:
-    """Shared by the nodes of one tree; a process may run many.
+    """State shared by the nodes of one tree; a process can run several trees.
 
     Attributes:
-        robot: from `setup` on.
-        emit: takes level, kind, text and fields of an event.
-        log: takes tracebacks; they are not part of the hashed event log.
-        error: code of the last failure that a recover or a fallback dealt with.
-        recoveries: how many recoveries have been run.
-        standing_by: running children of reactive composites while an earlier child is looked at;
-            they are halted before a behaviour that moves the robot starts.
-        place_names: for showing poses by name.
-        stale: records whose status has changed since their rows were last made.
-        starts: told of every node that begins a run; None while nobody wants to know.
-        visited: while py_trees' own tools tick: the nodes that have answered, and what.
+        robot: available after `setup`.
+        emit: receives level, kind, text and fields of an event.
+        log: receives tracebacks, which are not part of the hashed event log.
+        error: code of the last failure that a recover or a fallback handled.
+        recoveries: number of recoveries started.
+        paused_time: total time of pauses, seconds.
+        preemptible: running children of reactive composites while an earlier child is ticked; they
+            are halted before a behaviour that moves the robot starts.
+        place_names: pose -> name of the place, to show poses by name.
+        stale: records whose rows are not up to date.
+        traces: id of a node -> its last failure.
+        starts: called for every node that starts a run; None if not needed.
+        visited: nodes ticked and their status, while py_trees' own tools tick the tree.
     """
 
     robot: Robot = field(init=False)
-    emit: Callable[..., None] = _nobody
-    log: Callable[[str], None] = _nobody
+    emit: Callable[..., None] = _ignore
+    log: Callable[[str], None] = _ignore
     error: str = ""
     recoveries: int = 0
-    left_out: float = 0.0
-    standing_by: list[Behaviour] = field(default_factory=list)
+    paused_time: float = 0.0
+    preemptible: list[Behaviour] = field(default_factory=list)
     place_names: dict[Pose2D, str] = field(default_factory=dict)
     records: dict[int, Record] = field(default_factory=dict)
     stale: list[Record] = field(default_factory=list)
-    trails: dict[int, FailureTrace] = field(default_factory=dict)
+    traces: dict[int, FailureTrace] = field(default_factory=dict)
     starts: Callable[[Behaviour], None] | None = None
     visited: list[tuple[Behaviour, Status]] | None = None
 
     def record(self, node: Behaviour) -> Record:
-        """The record of a node of this tree."""
+        """Return the record of a node of this tree."""
         return self.records[id(node)]
 
     def fail(self, node: Behaviour, failure: Failure, name: str = "") -> Status:
-        """FAILURE of a node for a reason of its own; `name` is what the path ends with."""
+        """Return FAILURE of a node that is the cause; `name` is the last name of the path."""
         node.feedback_message = failure.sentence
-        # A cause always has a name, or the path would end in the air.
-        self.trails[id(node)] = FailureTrace(
+        # The cause always has a name: it is the end of the path.
+        self.traces[id(node)] = FailureTrace(
             failure, (name or self.record(node).label or node.name,)
         )
         return Status.FAILURE
 
-    def pass_on(self, node: Behaviour, child: Behaviour, note: str = "") -> Status:
-        """FAILURE of a node because a child failed; `note` goes behind its label in the path."""
-        trail = self.trail(child)
+    def propagate_failure(self, node: Behaviour, child: Behaviour, note: str = "") -> Status:
+        """Return FAILURE of a node whose child failed; `note` follows its label in the path."""
+        trace = self.trace(child)
         label = self.record(node).label or (node.name if note else "")
         here = (f"{label} ({note})" if note else label,) if label else ()
-        self.trails[id(node)] = FailureTrace(trail.failure, here + trail.path)
+        self.traces[id(node)] = FailureTrace(trace.failure, here + trace.path)
         return Status.FAILURE
 
-    def trail(self, node: Behaviour) -> FailureTrace:
-        """Why a node failed."""
+    def trace(self, node: Behaviour) -> FailureTrace:
+        """Return the failure of a node, with its path."""
         unknown = Failure(FailureCode.FAILED, node.feedback_message or "failed")
-        return self.trails.get(id(node)) or FailureTrace(unknown, (node.name,))
+        return self.traces.get(id(node)) or FailureTrace(unknown, (node.name,))
 
-    def deal_with(self, child: Behaviour) -> None:
-        """A failure that the mission goes on from: what `error` is from now on."""
-        self.error = str(self.trail(child).failure.code)
+    def set_error(self, child: Behaviour) -> None:
+        """Set `error` to the code of a child's failure that is being handled."""
+        self.error = str(self.trace(child).failure.code)
 
-    def pass_over(self, node: Behaviour, child: Behaviour, note: str = "") -> None:
-        """Say that a failure was passed over because of `on_failure: continue`."""
-        trail = self.trail(child)
-        self.deal_with(child)
-        path = " > ".join((*((note,) if note else ()), *trail.path))
+    def ignore_failure(self, node: Behaviour, child: Behaviour, note: str = "") -> None:
+        """Report a failure that is ignored because of `on_failure: continue`."""
+        trace = self.trace(child)
+        self.set_error(child)
+        path = " > ".join((*((note,) if note else ()), *trace.path))
         self.emit(
             level="warning", kind="failure_passed_over",
-            text=f"{path}: {trail.failure.code} {trail.failure.sentence}",
-            fields={"node": self.record(node).id, "code": str(trail.failure.code)},
+            text=f"{path}: {trace.failure.code} {trace.failure.sentence}",
+            fields={"node": self.record(node).id, "code": str(trace.failure.code)},
         )  # fmt: skip
 
-    def became(self, node: Behaviour, status: Status) -> None:
-        """Emit a change of status; called in the order in which nodes answer or are halted."""
+    def set_status(self, node: Behaviour, status: Status) -> None:
+        """Set a node's recorded status; called in the order in which nodes are ticked or halted."""
         record = self.records.get(id(node))
         if record is not None and record.status is not status:
-            self.changed(record, status)
+            self.change_status(record, status)
 
-    def changed(self, record: Record, status: Status) -> None:
-        """As `became`, of a node whose record is at hand and whose status is another."""
+    def change_status(self, record: Record, status: Status) -> None:
+        """Record and emit a change of status; `status` must differ from the recorded one."""
         previous, record.status = record.status, status
         record.since = self.robot.time
         if record.shown:
             record.shown = False
             self.stale.append(record)
-        if self.emit is _nobody:
+        if self.emit is _ignore:
             return
         before, node = WORDS[previous], record.node
         self.emit(
@@ -169,22 +172,22 @@ class Execution:
 
     @property
     def time(self) -> float:
-        """Robot time without pauses: what time limits, delays and holds run on."""
-        return self.robot.time - self.left_out
+        """Robot time without pauses, seconds; timeouts, delays and holds use it."""
+        return self.robot.time - self.paused_time
 
-    def free_the_wheels(self) -> None:
-        """Halt what would be pre-empted anyway, before a behaviour that moves the robot starts."""
-        while self.standing_by:
-            halt(self.standing_by.pop())
+    def halt_preemptible(self) -> None:
+        """Halt pre-emptible nodes before a behaviour that moves the robot starts."""
+        while self.preemptible:
+            halt(self.preemptible.pop())
 
     def describe(self, value: Any) -> str:
-        """A value for people: a place by its name."""
+        """Format a value for people; a place is shown by its name."""
         if isinstance(value, Pose2D) and value in self.place_names:
             return self.place_names[value]
         return shown(value)
 
 
 def halt(node: Behaviour) -> None:
-    """Bring a node and all below it to rest; a finished one forgets its outcome."""
+    """Halt a node and its descendants; the status of a finished node is reset."""
     if node.status is not Status.INVALID:
         node.stop(Status.INVALID)

@@ -1,15 +1,15 @@
 """Breakpoints and forced outcomes: gates in front of single nodes.
 
-A gate replaces the `execute_tick` of one node; nodes without a gate tick as usual, so a tree
-without breakpoints costs nothing extra.
+A gate replaces the `execute_tick` of one node. Nodes without a gate tick as usual, so breakpoints
+cost nothing elsewhere in the tree.
 
-A node with a breakpoint is held before it starts: nothing of it has been called. The tick that
-reaches it goes on to its end, and to the nodes above it looks as if it were running, so each keeps
-its place. It starts with the next tick that reaches it. A node that is under way is not held again
-before it has ended or was halted.
+A node with a breakpoint is held before it starts: none of its methods has been called. The current
+tick continues, and for its parents the held node is running, so they keep their position. The node
+starts with the next tick that reaches it. A running node is not held again before it has ended or
+was halted.
 
-A forced node is not run any more: whenever it has a turn, it answers as it was told, and what ran
-below it is halted first.
+A forced node does not run: when it is ticked, it returns the forced outcome. Its running children
+are halted first.
 """
 
 from __future__ import annotations
@@ -34,19 +34,19 @@ FORCED = "forced by the operator"
 
 @dataclass(frozen=True, slots=True)
 class Forced:
-    """The outcome that a node is to have."""
+    """A forced outcome."""
 
     status: Status
     code: str = FailureCode.FAILED
 
 
 class Gate:
-    """Stands before one node.
+    """A gate in front of one node.
 
     Attributes:
-        named: how an operator last named the node.
-        breaks: the node has a breakpoint.
-        forced: what it answers; None lets it run.
+        named: the address that the operator last used for the node.
+        breaks: whether the node has a breakpoint.
+        forced: the outcome to return; None lets the node run.
     """
 
     def __init__(self, record: Record, execution: Execution, stops: list[Record]) -> None:
@@ -55,16 +55,16 @@ class Gate:
         self.forced: Forced | None = None
         self._stops, self._held, self._before = stops, False, Status.INVALID
         self._own = "execute_tick" in vars(self.node)
-        self._inner = self.node.execute_tick  # type: ignore[attr-defined] # as `run` in advancing says
-        self._place(self.execute_tick)
+        self._inner = self.node.execute_tick  # type: ignore[attr-defined] # as in `node.run`
+        self._install(self.execute_tick)
 
     @property
     def is_holding(self) -> bool:
-        """Whether the node waits here for the next tick."""
+        """Whether the node is held until the next tick."""
         return self._held and self.node.status is Status.RUNNING
 
     def execute_tick(self) -> Status:
-        """Tick the node, or hold it, or answer in its place."""
+        """Tick the node, hold it, or return its forced outcome."""
         held, self._held, node = self.is_holding, False, self.node
         if held:
             node.status = self._before
@@ -74,23 +74,23 @@ class Gate:
             node.status = Status.RUNNING
             return Status.RUNNING
         if self.forced is not None:
-            return self._answer(self.forced)
+            return self._return_forced(self.forced)
         status: Status = self._inner()
         return status
 
     def remove(self) -> None:
-        """Let the node be ticked as ever."""
+        """Remove the gate; the node ticks as usual again."""
         if self.is_holding:
             self.node.status = self._before
         if self._own:
-            self._place(self._inner)
+            self._install(self._inner)
         else:
             del vars(self.node)["execute_tick"]
 
-    def _place(self, execute_tick: Any) -> None:
+    def _install(self, execute_tick: Any) -> None:
         self.node.execute_tick = execute_tick  # type: ignore[attr-defined] # as above
 
-    def _answer(self, forced: Forced) -> Status:
+    def _return_forced(self, forced: Forced) -> Status:
         node, status = self.node, forced.status
         if node.status is Status.RUNNING:
             halt(node)
@@ -98,16 +98,16 @@ class Gate:
         if status is Status.FAILURE:
             self.execution.fail(node, Failure(forced.code, FORCED))
         node.status = status
-        self.execution.became(node, status)
+        self.execution.set_status(node, status)
         return status
 
 
 class TreeDebugger:
-    """What operators do to a running tree; survives the tree's replacement.
+    """Breakpoints and forced outcomes of a running tree; kept when the tree is replaced.
 
     Attributes:
-        generation: how often the tree was replaced.
-        faults: of the mission's file as last saved, which is not what runs.
+        generation: number of replacements of the tree.
+        faults: errors of the mission file as last saved; the running tree is an older version.
     """
 
     def __init__(self, tree: MissionTree) -> None:
@@ -118,10 +118,10 @@ class TreeDebugger:
         self._nodes = addresses(tree)
 
     def set_breakpoint(self, node: str) -> str:
-        """Stop before a node starts; what was understood, in words.
+        """Stop before a node starts; return the nodes found, as text.
 
         Raises:
-            InputError: there is no such node.
+            InputError: no node has this address.
         """
         found = self._find(node)
         for record in found:
@@ -130,10 +130,10 @@ class TreeDebugger:
         return self._names(found)
 
     def clear_breakpoint(self, node: str = "") -> str:
-        """Take breakpoints away; without a node all of them. A node that is held may start then.
+        """Remove the breakpoints of a node, or all; a held node can then start.
 
         Raises:
-            InputError: there is no such node, or no breakpoint at it.
+            InputError: no node has this address, or it has no breakpoint.
         """
         broken = [gate for gate in self._gates.values() if gate.breaks]
         if node:
@@ -143,46 +143,44 @@ class TreeDebugger:
                 raise InputError(f"there is no breakpoint at {node!r}")
         for gate in broken:
             gate.breaks = False
-        self._tidy()
-        return self._names([gate.record for gate in broken]) or "there was none"
+        self._remove_idle_gates()
+        return self._names([gate.record for gate in broken]) or "there are no breakpoints"
 
     def force(self, node: str, outcome: str, code: str = "") -> str:
-        """Force an outcome on a node until `off`; `due` lets an event come once.
+        """Force the outcome of a node until `off`; `due` lets an event fire once.
 
         Args:
-            node: as in `missions.trees.addressing`.
+            node: address, see `missions.trees.addressing`.
             outcome: success | failure | off | due.
-            code: of a failure; FAILED when empty.
+            code: failure code; FAILED if empty.
 
         Raises:
-            InputError: no such node, outcome or code.
+            InputError: unknown node, outcome or code.
         """
         found = self._find(node)
         if outcome == "due":
-            return self._let_come(found, node)
+            return self._fire(found, node)
         if outcome not in (*OUTCOMES, "off"):
-            words = suggestion(outcome, [*OUTCOMES, "off", "due"])
-            raise InputError(
-                f"an outcome is success, failure, off or due, got {outcome!r}; {words}"
-            )
+            hint = suggestion(outcome, [*OUTCOMES, "off", "due"])
+            raise InputError(f"expected success, failure, off or due, got {outcome!r}; {hint}")
         codes = [str(known) for known in FailureCode]
         if code and code not in codes:
-            raise InputError(f"no failure has the code {code!r}; {suggestion(code, codes)}")
+            raise InputError(f"there is no failure code {code!r}; {suggestion(code, codes)}")
         forced = None if outcome == "off" else Forced(OUTCOMES[outcome], code or FailureCode.FAILED)
         for record in found:
             gate = self._gate(record)
             gate.forced, gate.named = forced, node
-        self._tidy()
+        self._remove_idle_gates()
         return self._names(found)
 
     def take_stops(self) -> tuple[str, ...]:
-        """The nodes that were held since the last call, each with its place in the file."""
+        """Return the nodes held since the last call, each with its position in the file."""
         stops = tuple(self._shown(record) for record in self._stops)
         self._stops.clear()
         return stops
 
     def view(self) -> Debugging:
-        """Breakpoints and forced outcomes, for the screen."""
+        """Return breakpoints and forced outcomes, for the dashboard."""
         gates = [self._gates[number] for number in sorted(self._gates)]
         return Debugging(
             breakpoints=tuple(gate.record.id for gate in gates if gate.breaks),
@@ -193,9 +191,9 @@ class TreeDebugger:
         )
 
     def move_to(self, tree: MissionTree) -> list[str]:
-        """Debug another tree from now on; the paths of what could not be found again in it.
+        """Move all gates to another tree; return the paths of nodes not found in it.
 
-        A node is found again by its path, else by the name, path or line that the operator gave.
+        A node is found by its path, else by the name, path or line that the operator used.
         """
         gates, former = self._gates, {node.id: node for node in self._nodes}
         for gate in gates.values():
@@ -220,7 +218,7 @@ class TreeDebugger:
         return lost
 
     def _named(self, text: str) -> list[int]:
-        """What a text means in this tree; a number meant a node of another."""
+        """Return the nodes with this address in the current tree; numbers refer to the old one."""
         try:
             return [] if text.removeprefix("#").isdecimal() else find_nodes(self._nodes, text)
         except InputError:
@@ -235,17 +233,17 @@ class TreeDebugger:
             self._gates[record.id] = Gate(record, self._tree.execution, self._stops)
         return self._gates[record.id]
 
-    def _tidy(self) -> None:
-        """Take away gates that do nothing."""
+    def _remove_idle_gates(self) -> None:
+        """Remove gates without a function."""
         for number, gate in list(self._gates.items()):
             if not (gate.breaks or gate.forced or gate.is_holding):
                 gate.remove()
                 del self._gates[number]
 
-    def _let_come(self, found: list[Record], node: str) -> str:
+    def _fire(self, found: list[Record], node: str) -> str:
         events = [record for record in found if isinstance(record.node, Event)]
         if not events:
-            raise InputError(f"{node!r} is not an event; only events can be due")
+            raise InputError(f"{node!r} is not an event; `due` is only for events")
         for record in events:
             self._tree.force(record.node.name)
         return self._names(events)
@@ -259,7 +257,7 @@ class TreeDebugger:
 
 
 def addresses(tree: MissionTree) -> list[Addressed]:
-    """What the nodes of a tree can be found by, in drawing order."""
+    """Return the addresses of the nodes of a tree, in drawing order."""
     return [
         Addressed(
             record.id, record.parent, record.kind,

@@ -1,4 +1,4 @@
-"""Decorators that look at conditions, the clock and outcomes. Time is the robot's."""
+"""Decorators for conditions, time limits, repetition and loops; they use the robot's clock."""
 
 from __future__ import annotations
 
@@ -13,23 +13,24 @@ from missions.trees.node import Decorator, run
 from stack.types import Expression, Failure, FailureCode
 
 TOLERANCE = 1e-9
-"""Seconds by which a clock made of sums may be short."""
+"""Seconds; a clock summed from periods has rounding errors."""
 
 
 class Subtree(Decorator):
-    """`use`: a tree under its own name; adds nothing to what its root does."""
+    """`use`: a named subtree; its outcome is that of its root."""
 
     def advance(self, fresh: bool) -> Status:
         run(self.child)
         if self.child.status is Status.FAILURE:
-            return self.execution.pass_on(self, self.child)
+            return self.execution.propagate_failure(self, self.child)
         return self.child.status
 
 
 class When(Decorator):
-    """Looked at when the node starts: if it does not hold, the node is skipped.
+    """Evaluates a condition when the node starts; if it is false, the node is skipped.
 
-    `skipped` is the status then: SUCCESS, or FAILURE below a fallback, so that both go on.
+    `skipped` is the status of a skipped node: SUCCESS, or FAILURE below a fallback. The parent then
+    continues with the next child.
     """
 
     def __init__(
@@ -48,12 +49,12 @@ class When(Decorator):
             return Status.SUCCESS
         run(self.child)
         if self.child.status is Status.FAILURE:
-            return self.execution.pass_on(self, self.child)
+            return self.execution.propagate_failure(self, self.child)
         return self.child.status
 
 
 class While(Decorator):
-    """Looked at before every tick: once it does not hold, the child is halted and this fails."""
+    """Evaluates a condition before every tick; if it is false, halts the child and fails."""
 
     def __init__(self, child: Behaviour, execution: Execution, condition: Expression) -> None:
         super().__init__(f"while {condition.source}", child, execution)
@@ -66,23 +67,23 @@ class While(Decorator):
             return self.execution.fail(self, why)
         run(self.child)
         if self.child.status is Status.FAILURE:
-            return self.execution.pass_on(self, self.child)
+            return self.execution.propagate_failure(self, self.child)
         return self.child.status
 
 
 class OnFailure(Decorator):
-    """`on_failure: continue`: a failure is told and passes for a success."""
+    """`on_failure: continue`: reports a failure and returns success."""
 
     def advance(self, fresh: bool) -> Status:
         run(self.child)
         if self.child.status is Status.FAILURE:
-            self.execution.pass_over(self, self.child)
+            self.execution.ignore_failure(self, self.child)
             return Status.SUCCESS
         return self.child.status
 
 
 class Repeat(Decorator):
-    """Runs the child again after each success; one run per tick at most."""
+    """Runs the child again after each success; at most one run per tick."""
 
     def __init__(
         self, name: str, child: Behaviour, execution: Execution, times: Callable[[], int | None]
@@ -93,10 +94,10 @@ class Repeat(Decorator):
     def advance(self, fresh: bool) -> Status:
         if fresh:
             self.done = 0
-        self.start_child_afresh()
+        self.reset_finished_child()
         run(self.child)
         if self.child.status is Status.FAILURE:
-            return self.execution.pass_on(self, self.child)
+            return self.execution.propagate_failure(self, self.child)
         if self.child.status is Status.RUNNING:
             return Status.RUNNING
         self.done += 1
@@ -106,7 +107,7 @@ class Repeat(Decorator):
 
 
 class Timeout(Decorator):
-    """Halts the child once it has run for as long as the limit, and fails TIMED_OUT."""
+    """Halts the child when it has run for the time limit, and fails with TIMED_OUT."""
 
     def __init__(
         self, name: str, child: Behaviour, execution: Execution, limit: Callable[[], float]
@@ -119,12 +120,12 @@ class Timeout(Decorator):
             self.seconds, self.began = self.limit(), self.execution.time
         run(self.child)
         if self.child.status is Status.FAILURE:
-            return self.execution.pass_on(self, self.child)
+            return self.execution.propagate_failure(self, self.child)
         if self.child.status is Status.SUCCESS:
             return Status.SUCCESS
         if self.execution.time - self.began >= self.seconds - TOLERANCE:
             halt(self.child)
-            why = Failure(FailureCode.TIMED_OUT, f"not done after {self.seconds:g} s")
+            why = Failure(FailureCode.TIMED_OUT, f"not finished after {self.seconds:g} s")
             return self.execution.fail(self, why, self.child.name)
         return Status.RUNNING
 
@@ -133,10 +134,10 @@ class Timeout(Decorator):
 
 
 class Every(Decorator):
-    """Runs the child at most once in a period; in between its last result stands.
+    """Runs the child at most once per period; in between returns its last result.
 
-    The period counts from start to start and outlives halts. A run that was halted left no result:
-    the next tick starts the child again.
+    The period counts from start to start, also across halts. A halted run has no result: the next
+    tick starts the child again.
     """
 
     def __init__(
@@ -150,24 +151,25 @@ class Every(Decorator):
         now = self.execution.time
         if self.child.status is not Status.RUNNING:
             if self.result is not None and now < self.began + self.period() - TOLERANCE:
-                self.feedback_message = f"as {now - self.began:.1f} s ago"
-                return self._again(self.result)
+                self.feedback_message = f"result of {now - self.began:.1f} s ago"
+                return self._outcome(self.result)
             halt(self.child)
             self.began, self.result = now, None
         status = run(self.child)
         self.result = None if status is Status.RUNNING else status
-        return self._again(status)
+        return self._outcome(status)
 
-    def _again(self, status: Status) -> Status:
+    def _outcome(self, status: Status) -> Status:
         if status is Status.FAILURE:
-            return self.execution.pass_on(self, self.child)
+            return self.execution.propagate_failure(self, self.child)
         return status
 
 
 class ForEach(Decorator):
-    """The child once per item, with the item in the loop variable; an empty list succeeds at once.
+    """Runs the child once per item, with the item in the loop variable.
 
-    Items that are done within a tick follow each other within the tick, as in a sequence.
+    Succeeds at once if the list is empty. After an item ends, the next one starts in the same tick,
+    as in a sequence.
     """
 
     def __init__(self, name: str, child: Behaviour, execution: Execution, loop: Loop) -> None:
@@ -179,26 +181,26 @@ class ForEach(Decorator):
             self.items, self.index = list(self.loop.items()), 0
         while self.index < len(self.items):
             if self.child.status is not Status.RUNNING:
-                self._take()
+                self._start_item()
             run(self.child)
             if self.child.status is Status.RUNNING:
                 return Status.RUNNING
             failed = self.child.status is Status.FAILURE
-            self._ended(self.execution.trail(self.child).failure if failed else None)
+            self._item_ended(self.execution.trace(self.child).failure if failed else None)
             if failed and not self.loop.skip_failures:
-                return self.execution.pass_on(self, self.child, self._item())
+                return self.execution.propagate_failure(self, self.child, self._item())
             if failed:
-                self._pass_over()
+                self._ignore_failure()
             self.index += 1
         return Status.SUCCESS
 
-    def _ended(self, failure: Failure | None) -> None:
-        """An item is done, or failed for this reason."""
+    def _item_ended(self, failure: Failure | None) -> None:
+        """Called when an item has ended, with its failure if it failed."""
 
-    def _pass_over(self) -> None:
-        self.execution.pass_over(self, self.child, self._item())
+    def _ignore_failure(self) -> None:
+        self.execution.ignore_failure(self, self.child, self._item())
 
-    def _take(self) -> None:
+    def _start_item(self) -> None:
         halt(self.child)
         self.loop.write(self.items[self.index])
         self.feedback_message = f"{self._item()}, {self.index + 1} of {len(self.items)}"
@@ -208,7 +210,7 @@ class ForEach(Decorator):
 
 
 class Loop:
-    """What a ForEach runs over: where items come from and where each one goes."""
+    """The loop of a ForEach: source of the items and writer of the loop variable."""
 
     def __init__(
         self, variable: str, items: Callable[[], list[Any]], write: Callable[[Any], None],

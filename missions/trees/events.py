@@ -1,4 +1,4 @@
-"""Events: what pre-empts the mission, and how the mission goes on afterwards."""
+"""Events: they pre-empt the mission, and define how it continues."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from stack.types import Expression, Failure, FailureCode
 
 @dataclass(slots=True)
 class Trigger:
-    """When an event is due: its condition has held for `hold` seconds.
+    """The trigger of an event: it is due when its condition has been true for `hold` seconds.
 
     Attributes:
-        since: when the condition became true, or the event last ended; None while it is false.
-        forced: due whatever the condition says; for tests of missions.
+        since: time at which the condition became true or the event last ended; None if it is false.
+        forced: due regardless of the condition, for mission tests.
     """
 
     condition: Expression
@@ -30,22 +30,22 @@ class Trigger:
     since: float | None = None
     forced: bool = False
 
-    def look(self, now: float) -> None:
-        """Note whether the condition holds."""
+    def evaluate(self, now: float) -> None:
+        """Evaluate the condition."""
         if not self.condition():
             self.since = None
         elif self.since is None:
             self.since = now
 
     def is_due(self, now: float) -> bool:
-        """Whether it has held for long enough."""
+        """Return whether the event is due."""
         if self.forced:
             return True
         return self.since is not None and now >= self.since + self.hold() - TOLERANCE
 
 
 class Event(Decorator):
-    """One event: a name, a trigger, and the node that is run. Adds nothing to what that does."""
+    """One event: a trigger and a node; its outcome is that of the node."""
 
     def __init__(
         self, name: str, child: Behaviour, execution: Execution, trigger: Trigger, then: str
@@ -56,53 +56,53 @@ class Event(Decorator):
     def advance(self, fresh: bool) -> Status:
         status = run(self.child)
         if status is Status.FAILURE:
-            return self.execution.pass_on(self, self.child)
+            return self.execution.propagate_failure(self, self.child)
         return status
 
 
 class Events(Node, composites.Composite):
-    """Looks at all events on every tick, then ticks the one under way, or the mission.
+    """Evaluates all events on every tick, then ticks the active event or the mission.
 
-    The first that is due wins. One under way goes on to its end, and only one listed before it
-    pre-empts it. What is pre-empted stands still and keeps its place: its running leaves are
-    halted, and start again when it is resumed; what was done stays done; time limits and delays
-    stand still meanwhile. What is under way makes a stack, the mission at the bottom.
+    The first event that is due starts. An active event runs until it ends; only an event listed
+    before it pre-empts it. A pre-empted branch keeps its state: its running leaves are halted and
+    start again when it is resumed, finished nodes stay finished, timeouts and delays are paused.
+    The active branches form a stack with the mission at the bottom.
     """
 
     def __init__(self, events: Items[Event], mission: Behaviour, execution: Execution) -> None:
         super().__init__("events", [*events, mission])
         self.execution, self.events, self.mission = execution, list(events), mission
         self.stack: list[Behaviour] = []
-        self.left_at: dict[int, float] = {}
+        self.suspended_at: dict[int, float] = {}
 
     def advance(self, fresh: bool) -> Status:
         now = self.execution.time
         if fresh:
             self.reset()
             self.stack = [self.mission]
-            self.left_at.clear()
+            self.suspended_at.clear()
             for event in self.events:
                 event.trigger.since = None
-        self._look(now)
+        self._start_due_event(now)
         while True:
             top = self.current_child = self.stack[-1]
             status = run(top)
             if status is Status.FAILURE:
-                return self._over(self.execution.pass_on(self, top))
+                return self._finish(self.execution.propagate_failure(self, top))
             if status is Status.RUNNING or not isinstance(top, Event):
                 return status
             if self._done(top, now) is Status.FAILURE:
-                return self._over(Status.FAILURE)
+                return self._finish(Status.FAILURE)
 
-    def _look(self, now: float) -> None:
-        """Start the first event that is due, unless one before it, or itself, is under way."""
+    def _start_due_event(self, now: float) -> None:
+        """Start the first event that is due, unless it or an earlier event is active."""
         due = None
         for event in self.events:
-            event.trigger.look(now)
+            event.trigger.evaluate(now)
             if due is None and event.trigger.is_due(now):
                 due = event
-        under_way = [node for node in self.stack if isinstance(node, Event)]
-        limit = min((self.events.index(node) for node in under_way), default=len(self.events))
+        active = [node for node in self.stack if isinstance(node, Event)]
+        limit = min((self.events.index(node) for node in active), default=len(self.events))
         if due is None or self.events.index(due) >= limit:
             return
         due.trigger.forced = False
@@ -112,13 +112,13 @@ class Events(Node, composites.Composite):
         halt(due)
         self.stack.append(due)
         why = due.trigger.condition.explain()
-        self._tell(due, "event", f"{due.name}: {why}; interrupts {interrupted.name}")
+        self._emit(due, "event", f"{due.name}: {why}; interrupts {interrupted.name}")
 
     def _done(self, event: Event, now: float) -> Status:
-        """An event has ended well: go on as it says."""
+        """Continue after the success of an event, as its `then` says."""
         event.trigger.since = None
-        event.trigger.look(now)
-        self._tell(event, "event_done", f"{event.name} is done: {event.then}")
+        event.trigger.evaluate(now)
+        self._emit(event, "event_done", f"{event.name} is done: {event.then}")
         if event.then == "abort":
             sentence = f"the event {event.name!r} ends the mission"
             return self.execution.fail(self, Failure(FailureCode.CANCELLED, sentence), event.name)
@@ -127,39 +127,39 @@ class Events(Node, composites.Composite):
             for node in self.stack:
                 halt(node)
             self.stack = [self.mission]
-        left = self.left_at.pop(id(self.stack[-1]), None)
-        if left is not None and self.stack[-1].status is Status.RUNNING:
-            for node in _under_way(self.stack[-1]):
+        suspended = self.suspended_at.pop(id(self.stack[-1]), None)
+        if suspended is not None and self.stack[-1].status is Status.RUNNING:
+            for node in _running(self.stack[-1]):
                 if isinstance(node, Node):
-                    node.postpone(now - left)
+                    node.postpone(now - suspended)
         return Status.SUCCESS
 
     def _suspend(self, node: Behaviour, now: float) -> None:
-        """Bring what runs to rest, and leave the rest as it is."""
-        self.left_at[id(node)] = now
-        for item in list(_under_way(node)):
+        """Halt the running leaves of a branch; keep the state of the other nodes."""
+        self.suspended_at[id(node)] = now
+        for item in list(_running(node)):
             if item.children:
-                self.execution.became(item, Status.INVALID)
+                self.execution.set_status(item, Status.INVALID)
             else:
                 halt(item)
 
-    def _over(self, status: Status) -> Status:
+    def _finish(self, status: Status) -> Status:
         for child in self.children:
             if child.status is Status.RUNNING:
                 halt(child)
         return status
 
-    def _tell(self, event: Event, kind: str, text: str) -> None:
+    def _emit(self, event: Event, kind: str, text: str) -> None:
         self.execution.emit(
             level="warning" if kind == "event" else "info", kind=kind, text=text,
             fields={"node": self.execution.record(event).id, "name": event.name},
         )  # fmt: skip
 
 
-def _under_way(node: Behaviour) -> Iterator[Behaviour]:
-    """The running nodes of a branch, the deepest first."""
+def _running(node: Behaviour) -> Iterator[Behaviour]:
+    """Yield the running nodes of a branch, the deepest first."""
     for child in node.children:
         if child.status is Status.RUNNING:
-            yield from _under_way(child)
+            yield from _running(child)
     if node.status is Status.RUNNING:
         yield node

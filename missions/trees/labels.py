@@ -1,4 +1,4 @@
-"""How steps and values read in drawings and rows: as they stand in the mission file."""
+"""Text of steps and values in drawings and rows, as written in the mission file."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from missions.language.model import (
 
 
 def value_text(value: Value) -> str:
-    """A value in one line."""
+    """Return a value as text in one line."""
     if isinstance(value, Constant):
         return value.text or shown(value.value)
     if isinstance(value, Reference):
@@ -39,7 +39,7 @@ def value_text(value: Value) -> str:
 
 
 def detail_of(step: Step) -> str:
-    """What a node was given, in one line."""
+    """Return the ports and outputs of a node as text in one line."""
     if isinstance(step, FollowWaypoints):
         return ", ".join([value_text(step.items), *_targets(step.outputs)])
     if isinstance(step, ForEach):
@@ -59,11 +59,11 @@ def detail_of(step: Step) -> str:
 
 
 def _targets(outputs: Mapping[str, Symbol]) -> list[str]:
-    """Where outputs go; what goes to a variable of the language's own is nobody's business."""
+    """Return the targets of outputs; internal variables are omitted."""
     return [f"{name} -> ${symbol.name}" for name, symbol in outputs.items() if symbol.is_writable]
 
 
 def names_of(step: Step) -> tuple[str, ...]:
-    """What a node may be called: its name, and its behaviour or tree."""
+    """Return the names of a node: its own name, and its behaviour or tree."""
     kind = step.tree if isinstance(step, Use) else step.kind if isinstance(step, Leaf) else ""
     return tuple(dict.fromkeys(name for name in (step.name, kind) if name))

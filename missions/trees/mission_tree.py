@@ -1,4 +1,4 @@
-"""A compiled mission: what the runner sets up, ticks, watches and halts."""
+"""A compiled mission, which the runner sets up, ticks and halts."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ class MissionTree:
     """A tree of py_trees nodes with its blackboard.
 
     Attributes:
-        root: the py_trees node at the top.
-        ticks: how often it has been ticked.
+        root: the root node.
+        ticks: number of ticks so far.
     """
 
     def __init__(
@@ -42,7 +42,7 @@ class MissionTree:
             if isinstance(node, Node):
                 node.record = record
             else:
-                node.update.__self__.record = record  # type: ignore[attr-defined] # its guard
+                node.update.__self__.record = record  # type: ignore[attr-defined] # its LeafNode
         self._nodes = [record.node for record in self._records]
         self._messages = [node.feedback_message for node in self._nodes]
         self._table = [record.as_row() for record in self._records]
@@ -52,16 +52,17 @@ class MissionTree:
         self, robot: Robot, emit: Callable[..., None] | None = None,
         log: Callable[[str], None] | None = None,
     ) -> None:  # fmt: skip
-        """Hand the robot to every node.
+        """Pass the robot to every node.
 
         Args:
-            robot: what behaviours and expressions see.
+            robot: the robot for behaviours and expressions.
             emit: called as emit(level=…, kind=…, text=…, fields=…) for node_status, recovery,
-                failure_passed_over, event, event_done and exception; None listens to nothing.
-            log: takes tracebacks, which are not part of the hashed event log.
+                failure_passed_over, event, event_done, exception and the events of waypoints;
+                None ignores them.
+            log: receives tracebacks, which are not part of the hashed event log.
 
         Raises:
-            InputError: a behaviour's setup raises; nothing has moved.
+            InputError: the setup of a behaviour raises an exception; nothing has moved.
         """
         self._execution.robot = robot
         if emit is not None:
@@ -79,12 +80,12 @@ class MissionTree:
             raise InputError(findings)
 
     def tick(self) -> None:
-        """Let every node that has a turn take it. Does nothing once the mission is over."""
+        """Tick the tree once; does nothing after the end of the mission."""
         root = self.root
         if self.ticks and (root.status is _SUCCESS or root.status is _FAILURE):
             return
         self.ticks += 1
-        self._execution.standing_by.clear()
+        self._execution.preemptible.clear()
         run(root)
 
     @property
@@ -93,73 +94,73 @@ class MissionTree:
         return self.root.status
 
     def leave_out(self, seconds: float) -> None:
-        """Time that passed while the mission was paused: no limit or delay counts it."""
-        self._execution.left_out += seconds
+        """Exclude time of a pause, seconds, from timeouts, delays and holds."""
+        self._execution.paused_time += seconds
 
     @property
     def outcome(self) -> str:
-        """running | success | failure, for those who do not know py_trees."""
+        """running | success | failure; idle before the first tick."""
         return WORDS[self.status]
 
     def halt(self) -> None:
-        """Bring every node to rest, the deepest first."""
+        """Halt every node, the deepest first."""
         halt(self.root)
 
     @property
     def failure(self) -> Failure | None:
-        """The first cause, once the mission has failed."""
+        """The first cause after a failure of the mission; None otherwise."""
         if self.status is not Status.FAILURE:
             return None
-        return self._execution.trail(self.root).failure
+        return self._execution.trace(self.root).failure
 
     @property
     def reason(self) -> str:
-        """The names from the root to the first cause, and what that says; empty before."""
+        """Path from the root to the first cause, and its failure; empty without a failure."""
         if self.status is not Status.FAILURE:
             return ""
-        trail = self._execution.trail(self.root)
-        path = " > ".join((self.name, *trail.path))
-        return f"{path}: {trail.failure.code} {trail.failure.sentence}"
+        trace = self._execution.trace(self.root)
+        path = " > ".join((self.name, *trace.path))
+        return f"{path}: {trace.failure.code} {trace.failure.sentence}"
 
     @property
     def recoveries(self) -> int:
-        """How many recoveries have been run."""
+        """Number of recoveries started."""
         return self._execution.recoveries
 
     def blackboard(self) -> dict[str, str]:
-        """Every declared key with its value as text."""
+        """Return every declared key with its value as text."""
         return {
             name: "not set" if slot.value is UNSET else self._execution.describe(slot.value)
             for name, slot in self._slots.items()
         }
 
     def values(self) -> dict[str, Any]:
-        """Every declared key with its value; UNSET where there is none."""
+        """Return every declared key with its value; UNSET if it has none."""
         return {name: slot.value for name, slot in self._slots.items()}
 
     def write(self, key: str, value: Any) -> None:
-        """Give a blackboard key a value."""
+        """Write a blackboard key."""
         self._slots[key].write(value)
 
     def force(self, event: str) -> None:
-        """Let an event come with the next tick, whatever its `when`."""
+        """Let an event fire at the next tick, regardless of its `when`."""
         for record in self._records:
             if isinstance(record.node, Event) and record.node.name == event:
                 record.node.trigger.forced = True
 
     def watch(self, starts: Callable[[Record], None]) -> None:
-        """Be told of every node that begins a run."""
+        """Call `starts` for every node that starts a run."""
         self._execution.starts = lambda node: starts(self._execution.record(node))
 
     @property
     def execution(self) -> Execution:
-        """What its nodes share."""
+        """State shared by the nodes."""
         return self._execution
 
     def inherit(self, older: MissionTree) -> list[str]:
-        """Go on from a tree of the same run; what it hands over, as `key = value`.
+        """Continue the run of an older tree; return the values taken over, as `key = value`.
 
-        A blackboard value goes over where both declare its key with the same type.
+        A blackboard value is taken over if both trees declare its key with the same type.
         """
         self.ticks = older.ticks
         self._execution.recoveries = older._execution.recoveries
@@ -173,14 +174,14 @@ class MissionTree:
 
     @property
     def records(self) -> tuple[Record, ...]:
-        """What is known of every node, in drawing order."""
+        """Records of all nodes, in drawing order."""
         return tuple(self._records)
 
     def rows(self) -> tuple[TreeRow, ...]:
-        """Every node in drawing order; the same tuple as long as nothing has changed.
+        """Return a row per node in drawing order; the same tuple while nothing changes.
 
-        Costs what has changed since it was last asked: statuses note their change themselves,
-        messages are compared.
+        Only changed rows are rebuilt: status changes are recorded in `stale`, messages are
+        compared.
         """
         messages = [node.feedback_message for node in self._nodes]
         stale = self._execution.stale

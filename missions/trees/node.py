@@ -1,8 +1,8 @@
-"""Base classes of all inner nodes, which tick by direct calls.
+"""Base classes of inner nodes. They tick by direct calls.
 
-py_trees ticks with nested generators: each visited node is handed up through every node above it.
-Here a node calls `execute_tick` of its child and gets the status back. `tick`, the generator that
-py_trees' own tools call, is built on it.
+py_trees ticks with nested generators, and every visited node passes through all nodes above it.
+Here a node calls `execute_tick` of its child, which returns the status. `tick`, the generator for
+py_trees' own tools, is built on it.
 """
 
 from __future__ import annotations
@@ -22,25 +22,25 @@ _RUNNING, _INVALID = Status.RUNNING, Status.INVALID
 
 
 def run(node: Behaviour) -> Status:
-    """Tick a node of a compiled tree and all below it that has a turn."""
-    return node.execute_tick()  # type: ignore[attr-defined, no-any-return] # leaves get it by LeafNode
+    """Tick a node of a compiled tree and return its status."""
+    return node.execute_tick()  # type: ignore[attr-defined, no-any-return] # LeafNode adds it to leaves
 
 
 class Node(Behaviour):
-    """An inner node: `advance` says what one tick does, the rest is the same for all.
+    """An inner node: subclasses define one tick in `advance`.
 
-    The tree that the node becomes part of sets `record`.
+    The tree of the node sets `record`.
     """
 
     execution: Execution
     record: Record
 
     def advance(self, fresh: bool) -> Status:
-        """One tick; `fresh` when the node was not running before."""
+        """Run one tick; `fresh` if the node was not running before."""
         raise NotImplementedError
 
     def execute_tick(self) -> Status:
-        """Tick what is to be ticked below; a value that is missing is this node's failure."""
+        """Tick the node; a missing or invalid value becomes its failure."""
         execution = self.execution
         fresh = self.status is not _RUNNING
         if fresh:
@@ -59,20 +59,20 @@ class Node(Behaviour):
             self.status = status
         record = self.record
         if record.status is not status:
-            execution.changed(record, status)
+            execution.change_status(record, status)
         if execution.visited is not None:
             execution.visited.append((self, status))
         return status
 
     def stop(self, new_status: Status = Status.INVALID) -> None:
-        """Bring all below to rest when the node itself is halted."""
+        """Set the status; a halted node halts its children."""
         if new_status is _INVALID:
             self.reset()
         self.terminate(new_status)
         self.status = new_status
 
     def tick(self) -> Iterator[Behaviour]:
-        """As `execute_tick`, and yields the nodes that were ticked, as py_trees does."""
+        """Tick the node and yield the ticked nodes, as py_trees does."""
         visited: list[tuple[Behaviour, Status]] = []
         self.execution.visited = visited
         self.execute_tick()
@@ -80,39 +80,39 @@ class Node(Behaviour):
         yield from (node for node, _ in visited)
 
     def update(self) -> Status:
-        """Nothing of its own: `advance` decides."""
+        """Return the status; `advance` does the work."""
         return self.status
 
     def terminate(self, new_status: Status) -> None:
-        """Make a halt known at once; other changes are known when the node has answered."""
+        """Record a halt at once; `execute_tick` records other changes."""
         if new_status is _INVALID:
-            self.execution.became(self, new_status)
+            self.execution.set_status(self, new_status)
 
     def reset(self) -> None:
-        """Bring all children to rest before a new run."""
+        """Halt all children before a new run."""
         for child in self.children:
             if child.status is not _INVALID:
                 child.stop(_INVALID)
 
     def postpone(self, seconds: float) -> None:
-        """Move what the node waits for into the future: it was interrupted for that long."""
+        """Shift the node's deadlines after an interruption of `seconds`."""
 
 
 class Decorator(Node, PyTreesDecorator):
-    """An inner node with one child, which is always halted before the node itself."""
+    """An inner node with one child; the child is halted before the node."""
 
     def __init__(self, name: str, child: Behaviour, execution: Execution) -> None:
         super().__init__(name, child)
         self.child, self.execution = child, execution
 
     def stop(self, new_status: Status = Status.INVALID) -> None:
-        """Halt the child if it runs, or when this node is halted itself."""
+        """Set the status; halt the child if it is running or this node is halted."""
         if new_status is Status.INVALID or self.child.status is Status.RUNNING:
             halt(self.child)
         self.terminate(new_status)
         self.status = new_status
 
-    def start_child_afresh(self) -> None:
-        """A finished child forgets its outcome, so that its next run shows as a run."""
+    def reset_finished_child(self) -> None:
+        """Reset a finished child, so that its next run is a new run."""
         if self.child.status is not Status.RUNNING:
             halt(self.child)

@@ -1,4 +1,4 @@
-"""Drawings of a compiled tree, decorators included: as text, for Graphviz and for Mermaid."""
+"""Drawings of a compiled tree with its decorators: text, Graphviz and Mermaid."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from missions.trees.mission_tree import MissionTree
 from stack.telemetry.records import TreeRow
 
 LABEL_WIDTH = 40
-"""Characters of a line in Graphviz' and Mermaid's boxes; a long one would push all others apart."""
+"""Characters per line in boxes of Graphviz and Mermaid; longer text is wrapped."""
 
 _MARKS = {"running": "▶", "success": "✓", "failure": "✗", "idle": "·"}
 _COLOURS = {"running": "33", "success": "32", "failure": "31", "idle": "0"}
@@ -25,7 +25,7 @@ _DECORATORS = ("when", "while", "on_failure", "repeat", "retry", "timeout", "eve
 
 
 def text(tree: MissionTree, *, colour: bool = False) -> str:
-    """The tree with one line per node, as box drawing; colours are ANSI escapes."""
+    """Draw the tree with one line per node; colours are ANSI escapes."""
     return "\n".join([tree.name, *_lines(tree.rows(), colour)])
 
 
@@ -54,7 +54,7 @@ def _line(row: TreeRow, colour: bool) -> str:
 
 
 def dot(tree: MissionTree, *, colour: bool = False) -> str:
-    """The tree in Graphviz' language; colours fill nodes by their status."""
+    """Return the tree in the DOT language; colours show the status."""
     lines = [
         f"digraph {_quoted(tree.name)} {{", "  ordering=out;",
         '  node [fontname="sans-serif", fontsize=10];',
@@ -71,7 +71,7 @@ def dot(tree: MissionTree, *, colour: bool = False) -> str:
 
 
 def mermaid(tree: MissionTree, *, colour: bool = False) -> str:
-    """The tree as a Mermaid flowchart; colours fill nodes by their status."""
+    """Return the tree as a Mermaid flowchart; colours show the status."""
     lines = ["flowchart TD"]
     for row in tree.rows():
         opened, closed = ("{{", "}}") if row.kind in _DECORATORS else ("[", "]")

@@ -1,6 +1,6 @@
-"""Where a running tree keeps values: blackboard keys, loop variables, what goes into a used tree.
+"""Values of a running tree: blackboard keys, loop variables, inputs of used trees.
 
-Slots belong to one tree. There is no process-wide blackboard, so trees never disturb each other.
+Slots belong to one tree. There is no process-wide blackboard, so trees are independent.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class Slot:
         self.kind = symbol.type.of
 
     def read(self) -> Any:
-        """The value.
+        """Return the value.
 
         Raises:
             NotSet: nothing has written it yet.
@@ -43,10 +43,10 @@ class Slot:
         return self.value
 
     def write(self, value: Any) -> None:
-        """Keep a value; None clears the slot.
+        """Store a value; None clears the slot.
 
         Raises:
-            ParameterError: a value of another type, as a behaviour with wrong annotations may give.
+            ParameterError: the value has another type, e.g. because of a wrong port annotation.
         """
         if value is None:
             self.value = UNSET
@@ -55,23 +55,23 @@ class Slot:
             value = float(value)
         if not isinstance(value, self.kind):
             wanted = self.kind.__name__
-            raise ParameterError(self.name, f"${self.name} holds a {wanted}, got {value!r}")
+            raise ParameterError(self.name, f"${self.name} has the type {wanted}, got {value!r}")
         self.value = value
 
 
-def _written(read: Read, form: Callable[[Any], str]) -> str:
+def _formatted(read: Read, form: Callable[[Any], str]) -> str:
     return form(read())
 
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """What names stand for in one place of a tree; satisfies language.expressions.Bindings.
+    """Bindings of names at one position of a tree: a language.expressions.Bindings.
 
     Attributes:
-        readers: for every symbol that is not a constant.
-        writers: for every symbol that may be written.
-        attempts: of the nearest retry or recover.
-        skipped_fails: a skipped node counts as a failure, because a fallback stands around it.
+        readers: functions that read symbols, for all that are not constant.
+        writers: functions that write symbols, for all that are writable.
+        attempts: of the innermost retry or recover.
+        skipped_fails: a skipped node counts as failed, because its parent is a fallback.
     """
 
     execution: Execution
@@ -81,23 +81,23 @@ class Frame:
     skipped_fails: bool = False
 
     @property
-    def sight(self) -> EvaluationContext:
-        """The robot, and the failure being dealt with."""
+    def context(self) -> EvaluationContext:
+        """The robot, and the failure being handled."""
         return self.execution
 
     def attempt(self) -> int:
-        """The attempt under way."""
+        """Return the current attempt."""
         return self.attempts.number if self.attempts else 1
 
     def reader(self, symbol: Symbol) -> Read:
-        """A function that reads a symbol."""
+        """Return a function that reads a symbol."""
         if symbol.is_constant:
             value = symbol.value
             return lambda: value
         return self.readers[symbol]
 
     def value(self, value: Value) -> Read:
-        """A function that reads what stands at a port."""
+        """Return a function that reads the value of a port."""
         if isinstance(value, Constant):
             constant = value.value
             return lambda: constant
@@ -111,18 +111,18 @@ class Frame:
         raise TypeError(f"not a plain value: {value!r}")
 
     def _text(self, template: Template) -> Read:
-        """A function that puts a text together."""
+        """Return a function that fills the placeholders of a text."""
         parts: list[Callable[[], str]] = []
         for part in template.parts:
             if isinstance(part, str):
                 parts.append(partial(str, part))
             else:
-                written = formatter(part.type, self.execution.describe)
-                parts.append(partial(_written, part.bind(self), written))
+                form = formatter(part.type, self.execution.describe)
+                parts.append(partial(_formatted, part.bind(self), form))
         return lambda: "".join([part() for part in parts])
 
     def checked(self, value: Value, declared: Declaration) -> Read:
-        """As `value`; one that may change is held against the declared range at each reading."""
+        """As `value`; a value that can change is checked against the declared range when read."""
         read = self.value(value)
         limits = (declared.at_least, declared.at_most, declared.above)
         if isinstance(value, Constant) or (not declared.one_of and limits == (None, None, None)):
@@ -136,7 +136,7 @@ class Frame:
         return checked
 
     def with_slot(self, symbol: Symbol) -> tuple[Frame, Slot]:
-        """This frame with one more symbol, and where that is kept."""
+        """Return this frame with one more symbol, and the slot of that symbol."""
         slot = Slot(symbol)
         readers, writers = {**self.readers, symbol: slot.read}, {**self.writers, symbol: slot.write}
         return replace(self, readers=readers, writers=writers), slot

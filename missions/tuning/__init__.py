@@ -1,5 +1,5 @@
-"""`treepilot tune`: tries settings of a mission's components in the simulation and scores them.
+"""`treepilot tune`: score settings of a mission's components in the simulation.
 
-ranges (what to try) · sampling (which values) · scoring (cost of a run) · tuning (all of it) ·
-findings (table, JSON and the parameter file).
+ranges (parameters to try) · sampling (their values) · scoring (cost of a run) · tuning (the runs) ·
+findings (table, JSON and parameter file).
 """

@@ -1,4 +1,4 @@
-"""What a tuning came to: a table for people, JSON for machines, a parameter file for missions."""
+"""Results of a tuning as a table, as JSON and as a parameter file."""
 
 from __future__ import annotations
 
@@ -8,27 +8,28 @@ from pathlib import Path
 from typing import Any
 
 from missions.tuning.scoring import MEASURES, Measure, Score, best_first
-from missions.tuning.tuning import Tuned
+from missions.tuning.tuning import TuningResult
 from stack.documents import as_yaml, value_of
 
 TABLE, SCORES, BEST = "table.txt", "scores.json", "best.yaml"
-BASELINE = "as it is"
+UNCHANGED = "unchanged"
+"""Value of a parameter in the table's row of the baseline."""
 
 
-def write_findings(tuned: Tuned, out: Path) -> list[Path]:
-    """Write all three into a folder; the parameter file only where something beats the baseline."""
+def write_findings(tuned: TuningResult, out: Path) -> list[Path]:
+    """Write all files to a folder; the parameter file only if a setting beats the baseline."""
     contents = {TABLE: "\n".join(table_lines(tuned)) + "\n", SCORES: as_json(tuned)}
     if tuned.best.settings:
         contents[BEST] = parameter_file(tuned)
     else:
-        (out / BEST).unlink(missing_ok=True)  # of an earlier, shorter tuning
+        (out / BEST).unlink(missing_ok=True)  # written by an earlier tuning with fewer samples
     for name, text in contents.items():
         (out / name).write_text(text, "utf-8")
     return [out / name for name in contents]
 
 
-def table_lines(tuned: Tuned) -> Iterator[str]:
-    """Best first, the baseline marked; each figure with its difference to the baseline's."""
+def table_lines(tuned: TuningResult) -> Iterator[str]:
+    """Yield the table, best setting first, each figure with its difference to the baseline."""
     baseline = tuned.scores[0]
     ranked = best_first(tuned.scores)
     names = [item.name for item in tuned.ranges]
@@ -39,24 +40,24 @@ def table_lines(tuned: Tuned) -> Iterator[str]:
     yield from verdict_lines(tuned)
 
 
-def verdict_lines(tuned: Tuned) -> Iterator[str]:
-    """What may be concluded, and what not."""
+def verdict_lines(tuned: TuningResult) -> Iterator[str]:
+    """Yield the statistical significance of the best setting, and notes."""
     best, seeds = tuned.best, len(tuned.scores[0].costs)
     if not best.settings:
-        yield f"nothing that was tried ({len(tuned.scores) - 1}) beats the mission as it is"
+        yield f"none of the {len(tuned.scores) - 1} settings beats the unchanged mission"
         return
     others = len(tuned.scores) - 1
     yield f"best of {others} settings on {_runs(seeds)}: {_difference(best)}"
     if tuned.confirmed:
         yield f"the same on {_runs(len(best.costs), tuned)}: {_difference(tuned.confirmed[1])}"
     else:
-        yield "the best of many looks better than it is: see --confirm"
+        yield "the best of many settings is partly better by chance; use --confirm"
     for line in shadowed(tuned):
         yield f"note: {line}"
 
 
-def as_json(tuned: Tuned) -> str:
-    """Everything that the table shows, and the costs seed by seed."""
+def as_json(tuned: TuningResult) -> str:
+    """Return the content of the table, and the costs per seed, as JSON."""
     return json.dumps({
         "mission": tuned.plan.mission.source.name,
         "ranges": {item.name: list(item.values) or [item.low, item.high] for item in tuned.ranges},
@@ -66,8 +67,8 @@ def as_json(tuned: Tuned) -> str:
     }, indent=2, ensure_ascii=False)  # fmt: skip
 
 
-def parameter_file(tuned: Tuned) -> str:
-    """The best settings as a file that missions name under `parameters`."""
+def parameter_file(tuned: TuningResult) -> str:
+    """Return the best settings as a parameter file for a mission's `parameters`."""
     section: dict[str, dict[str, Any]] = {}
     for name, text in tuned.best.settings.items():
         kind, _, parameter = name.partition(".")
@@ -79,15 +80,15 @@ def parameter_file(tuned: Tuned) -> str:
     return "".join(f"# {line}\n" for line in remarks) + as_yaml(section)
 
 
-def shadowed(tuned: Tuned) -> Iterator[str]:
-    """Settings that the mission makes itself, over any parameter file it names."""
+def shadowed(tuned: TuningResult) -> Iterator[str]:
+    """Yield notes on settings that the mission file itself overrides."""
     mission = tuned.plan.mission
     for name in tuned.best.settings:
         kind, _, parameter = name.partition(".")
         part = mission.navigation.get(kind)
         mark = None if part is None else part.marks.get(parameter)
         if mark is not None and Path(mark.file).name == mission.source.name:
-            yield f"{mission.source.name}:{mark.line} sets {name} itself; change it there"
+            yield f"{mission.source.name}:{mark.line} overrides {name}; change it there"
 
 
 def _plain(score: Score) -> dict[str, Any]:
@@ -105,7 +106,7 @@ def _header(names: Sequence[str]) -> list[str]:
 
 def _cells(score: Score, baseline: Score, names: Sequence[str]) -> list[str]:
     runs = len(score.costs)
-    settings = [score.settings.get(name, BASELINE) for name in names]
+    settings = [score.settings.get(name, UNCHANGED) for name in names]
     is_baseline = not score.settings
     return [
         f"{score.cost:.3f}", f"{score.worst:.3f}",
@@ -116,7 +117,7 @@ def _cells(score: Score, baseline: Score, names: Sequence[str]) -> list[str]:
 
 
 def _figure(measure: Measure, means: Mapping[str, float], before: Mapping[str, float]) -> str:
-    """A mean, and by how much it differs from the baseline's."""
+    """Return a mean with its relative difference to the baseline."""
     if measure.name not in means:
         return "-"
     value = means[measure.name]
@@ -133,16 +134,16 @@ def _with_noise(score: Score) -> str:
 
 def _difference(score: Score) -> str:
     means = {
-        "one seed": "one seed says nothing of the noise; give --seeds 3 or more",
-        "within noise": "no more than the seeds differ among themselves",
+        "one seed": "noise unknown with one seed; use --seeds 3 or more",
+        "within noise": "not significant: within the noise of the seeds",
     }
     return f"cost {_with_noise(score)}, {means.get(score.verdict, score.verdict)}"
 
 
-def _runs(seeds: int, tuned: Tuned | None = None) -> str:
+def _runs(seeds: int, tuned: TuningResult | None = None) -> str:
     if tuned is not None:
         seeds = len(tuned.confirmed[1].costs)
-        return f"{seeds} seeds not used to choose it" if seeds > 1 else "a seed not used before"
+        return f"{seeds} seeds not used for the selection" if seeds > 1 else "a new seed"
     return f"{seeds} seeds" if seeds > 1 else "one seed"
 
 

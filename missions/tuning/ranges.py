@@ -1,4 +1,4 @@
-"""What is tried: parameters by name, each with a range or with alternatives, checked beforehand."""
+"""Parameters to try: each with a range or a list of values, checked before any run."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from stack.parameters import Declaration, declarations, suggestion
 
 OPTION = "--try"
 DIGITS = 4
-"""Significant digits of a tried value: more would pretend to a precision that no run shows."""
+"""Significant digits of a tried value; runs do not resolve finer differences."""
 
 _SPAN = re.compile(r"(?P<low>.+?)\s*\.\.\s*(?P<high>.+)")
 
 
 @dataclass(frozen=True)
 class Range:
-    """A parameter to try: between two numbers, or some values as they are.
+    """A parameter to try: a range of numbers, or a list of values.
 
     Attributes:
         name: `controller.cruise_speed`.
-        low, high: ends that are tried too, in the parameter's own unit. whole: only whole numbers.
-        values: texts to choose from; empty where there are ends.
+        low, high: ends, included, in the parameter's unit. whole: only whole numbers.
+        values: values as text; empty for a range of numbers.
     """
 
     name: str
@@ -38,7 +38,7 @@ class Range:
     values: tuple[str, ...] = ()
 
     def text_at(self, share: float) -> str:
-        """The value that lies at a share in [0, 1) of the range, as a mission would name it."""
+        """Return the value at a fraction in [0, 1) of the range, as text."""
         if self.values:
             return self.values[min(floor(share * len(self.values)), len(self.values) - 1)]
         if self.whole:
@@ -48,7 +48,7 @@ class Range:
         return repr(min(max(value, self.low), self.high))
 
     def share_of(self, text: str) -> float:
-        """Where a value lies in the range: the middle of the shares that give it."""
+        """Return the fraction of a value: the centre of the fractions that give it."""
         if self.values:
             return (self.values.index(text) + 0.5) / len(self.values)
         if self.whole:
@@ -57,24 +57,24 @@ class Range:
 
 
 def read_ranges(given: Mapping[str, str], plan: PreparedMission) -> list[Range]:
-    """Ranges as they stand on the command line, checked against the mission's own components.
+    """Read the ranges of the command line and check them against the mission's components.
 
     Args:
         given: `controller.cruise_speed` -> `0.4..0.8`, `30 cm..80 cm`, `simple,constrained`.
         plan: the mission.
 
     Raises:
-        InputError: no such parameter, or an end or a value that it cannot take.
+        InputError: unknown parameter, or a value that it does not accept.
     """
     if not given:
-        raise InputError(f"nothing to try: give {OPTION} controller.cruise_speed=0.4..0.8")
+        raise InputError(f"nothing to try: use {OPTION}, e.g. controller.cruise_speed=0.4..0.8")
     chosen = [name for name in given if name.endswith(".use")]
     for name in chosen:
         kind = name.partition(".")[0]
         others = [other for other in given if other.startswith(f"{kind}.") and other != name]
         if others:
             raise InputError(
-                f"{OPTION} {name}: {others[0]} means something else to each of these; "
+                f"{OPTION} {name}: {others[0]} is not the same parameter for each {kind}; "
                 f"try one {kind} at a time"
             )
     return [_range(name, text, plan) for name, text in given.items()]
@@ -88,13 +88,13 @@ def _range(name: str, text: str, plan: PreparedMission) -> Range:
         for value in values:
             _read(declared, name, text, value)
         if len(dict.fromkeys(values)) != len(values) or not values:
-            raise InputError(f"{OPTION} {name}={text}: expected LOW..HIGH or different values")
+            raise InputError(f"{OPTION} {name}={text}: expected LOW..HIGH or distinct values")
         return Range(name, values=values)
     low, high = (_read(declared, name, text, span[end]) for end in ("low", "high"))
     if not all(_is_number(end) for end in (low, high)):
         kind = declared.type_name()
         raise InputError(
-            f"{OPTION} {name}={text}: {kind} has no range; name values, as in {name}=a,b"
+            f"{OPTION} {name}={text}: {kind} has no range; list values, as in {name}=a,b"
         )
     if not low < high:
         raise InputError(f"{OPTION} {name}={text}: {low:g} is not below {high:g}")
@@ -103,7 +103,7 @@ def _range(name: str, text: str, plan: PreparedMission) -> Range:
 
 
 def _read(declared: Declaration, name: str, text: str, value: str) -> Any:
-    """A value as the parameter reads it; the sentence names the parameter and its range."""
+    """Return a value as the parameter reads it; errors name the option and the allowed range."""
     try:
         return declared.read(value_of(value))
     except ParameterError as error:
@@ -117,7 +117,7 @@ def _read(declared: Declaration, name: str, text: str, value: str) -> Any:
 def _declared(name: str, plan: PreparedMission) -> Declaration:
     kind, dot, parameter = name.partition(".")
     if not dot or not parameter:
-        raise InputError(f"{OPTION} {name}: expected controller.cruise_speed or the like")
+        raise InputError(f"{OPTION} {name}: expected KIND.NAME, e.g. controller.cruise_speed")
     if kind not in plan.choices:
         raise InputError(
             f"{OPTION} {name}: navigation has no {kind!r}; {suggestion(kind, plan.choices)}"

@@ -1,9 +1,10 @@
-"""Which settings are tried: points that fill a box evenly, the same for the same seed.
+"""Sampling of settings: a scrambled Halton sequence, which fills a box evenly.
 
 J. H. Halton, "On the efficiency of certain quasi-random sequences of points", Numerische
-Mathematik 2 (1960); digits permuted at random at each place, as in A. B. Owen, "A randomized Halton
-algorithm in R", arXiv:1706.02808 (2017). Twenty points of it leave smaller gaps than twenty drawn
-independently, and unlike a grid each parameter takes a new value in every point.
+Mathematik 2 (1960); the digits of each place are permuted at random as in A. B. Owen, "A randomized
+Halton algorithm in R", arXiv:1706.02808 (2017). Twenty points leave smaller gaps than twenty
+independent ones, and unlike in a grid every point has a new value of each parameter. The same seed
+gives the same points.
 """
 
 from __future__ import annotations
@@ -21,14 +22,14 @@ Settings = Mapping[str, str]
 """`controller.cruise_speed` -> value as text."""
 
 Box = Sequence[tuple[float, float]]
-"""From which share to which of each range."""
+"""Lower and upper fraction of each range."""
 
 SHRINK = 0.5
-"""A box of refinement is at most so wide, as a share of the one before."""
+"""Largest width of a refinement box, as a fraction of the box before."""
 
 
 def halton(points: int, dimensions: int, seed: int) -> FloatArray:
-    """(points, dimensions) in [0, 1): a scrambled Halton sequence."""
+    """Return a scrambled Halton sequence (points, dimensions) in [0, 1)."""
     generator = stream(seed, "tune")
     columns = [_radical_inverse(points, base, generator) for base in islice(_primes(), dimensions)]
     return np.column_stack(columns) if columns else np.empty((points, 0))
@@ -37,7 +38,7 @@ def halton(points: int, dimensions: int, seed: int) -> FloatArray:
 def sampled(
     ranges: Sequence[Range], points: int, seed: int, box: Box | None = None
 ) -> list[Settings]:
-    """Settings all over the ranges, or over a part of each; the same ones are there once."""
+    """Return distinct settings from the whole ranges, or from a box in them."""
     box = box or [(0.0, 1.0)] * len(ranges)
     found: dict[tuple[str, ...], None] = {}
     for row in halton(points, len(ranges), seed):
@@ -48,20 +49,20 @@ def sampled(
 
 
 def refined_box(ranges: Sequence[Range], best: Sequence[Settings], turn: int) -> Box:
-    """What the best settings span, cut round the very best to a width that halves each turn.
+    """Return the box around the best settings; its largest width halves with each turn.
 
     Args:
-        ranges: what is tried.
-        best: the best third, best first.
-        turn: of refinement, from 1.
+        ranges: the ranges.
+        best: the best third of the settings, best first.
+        turn: number of the refinement, from 1.
     """
     return [_side(item, [item.share_of(one[item.name]) for one in best], turn) for item in ranges]
 
 
 def _side(item: Range, shares: list[float], turn: int) -> tuple[float, float]:
     widest = SHRINK**turn
-    margin = 0.1 * widest  # lest a side have no width, and to look a little beyond
-    if item.values:  # whole alternatives: the best ones' and what stands between them
+    margin = 0.1 * widest  # a side must have a width, and better values may lie just outside
+    if item.values:  # complete values: the best ones and those listed between them
         margin = 0.5 / len(item.values)
         return max(0.0, min(shares) - margin), min(1.0, max(shares) + margin)
     low, high = max(0.0, min(shares) - margin), min(1.0, max(shares) + margin)
@@ -72,7 +73,7 @@ def _side(item: Range, shares: list[float], turn: int) -> tuple[float, float]:
 
 
 def _radical_inverse(points: int, base: int, generator: np.random.Generator) -> FloatArray:
-    """0.d1 d2 d3… of n = …d3 d2 d1 in the base, the digits permuted by place."""
+    """Return 0.d1 d2 d3… of n = …d3 d2 d1 in the base, with the digits permuted by place."""
     places = int(np.ceil(32.0 / np.log2(base)))
     remaining, weight = np.arange(points), 1.0
     result = np.zeros(points)
@@ -84,7 +85,7 @@ def _radical_inverse(points: int, base: int, generator: np.random.Generator) -> 
 
 
 def _primes() -> Iterator[int]:
-    """2, 3, 5, 7…"""
+    """Yield 2, 3, 5, 7…"""
     found: list[int] = []
     for number in count(2):
         if all(number % prime for prime in found):

@@ -1,13 +1,12 @@
-"""What a run costs, and what a setting costs over its seeds, compared with the mission as it is.
+"""Cost of a run, and score of a setting over its seeds, relative to the unchanged mission.
 
-The cost of a run that succeeds is a weighted mean of ratios to the baseline,
+The cost of a successful run is a weighted mean of ratios to the baseline,
 
     cost = Σ w_m r_m / Σ w_m + w_c · collisions,   r_m = x_m / x_m(baseline)
 
-(a clearance inversely), so that 1 is as good as the mission is now and 0.9 a tenth better. Ratios
-end at WORST_RATIO and a cost at WORST_SUCCESS; a run that fails costs FAILED, more than any that
-succeeds. Nothing counts as better below what a measure's floor says, so that nobody is rewarded for
-the noise of it.
+(inverse for the clearance): 1 is as good as the unchanged mission, 0.9 a tenth better. Ratios are
+limited to WORST_RATIO and costs to WORST_SUCCESS; a failed run costs FAILED, more than any
+successful one. Values below a measure's floor count as the floor, so that noise is not rewarded.
 """
 
 from __future__ import annotations
@@ -27,8 +26,8 @@ WORST_SUCCESS, WORST_RATIO = 9.0, 5.0
 COLLISIONS = "collisions"
 
 STUDENT = (12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26)
-"""So many standard errors a mean of 2, 3… 10 differences may lie from 0 by chance in 95 % of cases
-(Student's t, two-sided); of more: 2.2, a little too strict."""
+"""95 % quantile of Student's t, two-sided, for the mean of 2, 3… 10 differences. For more
+differences 2.2 is used, which is slightly too strict."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,12 +35,12 @@ class Measure:
     """One figure of a run.
 
     Attributes:
-        name: as `--weight` takes it; the run's attribute of that name has the value.
-        unit: of it.
-        weight: unless another one is given.
-        floor: below this nothing is gained.
-        more_is_better: as with the clearance alone.
-        help: what it is.
+        name: name for `--weight`, and of the run's attribute with the value.
+        unit: unit of the value.
+        weight: default weight.
+        floor: smaller values count as this value.
+        help: one-line description.
+        more_is_better: whether a larger value is better.
     """
 
     name: str
@@ -52,12 +51,12 @@ class Measure:
     more_is_better: bool = False
 
     def of(self, run: MissionRun) -> float | None:
-        """The value in a run; None where it has none."""
+        """Return the value of a run; None if it has none."""
         value: float | None = getattr(run, self.name)
         return value
 
     def ratio(self, value: float, reference: float) -> float:
-        """1 is as good as the reference, 2 twice as bad."""
+        """Return 1 for a value as good as the reference, 2 for one twice as bad."""
         value, reference = max(value, self.floor), max(reference, self.floor)
         ratio = reference / value if self.more_is_better else value / reference
         return min(ratio, WORST_RATIO)
@@ -65,12 +64,14 @@ class Measure:
 
 MEASURES = (
     Measure("time", "s", 1.0, 1.0, "simulated time of the mission"),
-    Measure("detour", "", 0.5, 1.0, "way driven / shortest way by the goals"),
-    Measure("clearance", "m", 0.5, 0.02, "least true distance to anything", more_is_better=True),
+    Measure("detour", "", 0.5, 1.0, "driven distance / shortest path over the goals"),
+    Measure(
+        "clearance", "m", 0.5, 0.02, "smallest true distance to obstacles", more_is_better=True
+    ),
     Measure("turning", "rad/s²", 0.5, 0.02, "mean change of the commanded angular velocity"),
     Measure("jerk", "m/s³", 0.25, 0.05, "root mean square of the commanded jerk"),
-    Measure("goal_error", "m", 0.5, 0.02, "true distance from the goals where it stops"),
-    Measure(COLLISIONS, "", 1.0, 0.0, "contacts of the moving robot: each adds its weight"),
+    Measure("goal_error", "m", 0.5, 0.02, "true distance to the reached goals"),
+    Measure(COLLISIONS, "", 1.0, 0.0, "contacts of the moving robot; each adds the weight"),
 )
 
 RELATIVE = tuple(measure for measure in MEASURES if measure.name != COLLISIONS)
@@ -80,40 +81,40 @@ Means = dict[str, float]
 
 
 def read_weights(given: Mapping[str, str]) -> Weights:
-    """All weights, with those of the command line over the usual ones.
+    """Return all weights; those of the command line override the defaults.
 
     Raises:
-        InputError: no such measure, or not a number from 0.
+        InputError: unknown measure, or the weight is not a number of at least 0.
     """
     weights = {measure.name: measure.weight for measure in MEASURES}
     for name, text in given.items():
         if name not in weights:
-            raise InputError(f"--weight {name}: no such measure; {suggestion(name, weights)}")
+            raise InputError(f"--weight {name}: unknown measure; {suggestion(name, weights)}")
         try:
             weights[name] = float(text)
         except ValueError:
             weights[name] = -1.0
         if not 0.0 <= weights[name] <= 1e6:
-            raise InputError(f"--weight {name}={text}: expected a number from 0, such as 0.5")
+            raise InputError(f"--weight {name}={text}: expected a number from 0 to 1e6, e.g. 0.5")
     if not any(weights[measure.name] for measure in RELATIVE):
-        raise InputError("--weight: every measure has weight 0; leave one above it")
+        raise InputError("--weight: every measure has weight 0; set at least one above 0")
     return weights
 
 
 def means_of(runs: Sequence[MissionRun]) -> Means:
-    """The mean of each measure over the runs that have it."""
+    """Return the mean of each measure over the runs that have it."""
     values = {measure.name: [measure.of(run) for run in runs] for measure in MEASURES}
     known = {name: [v for v in found if v is not None] for name, found in values.items()}
     return {name: mean(found) for name, found in known.items() if found}
 
 
 def cost_of(run: MissionRun, reference: Means, weights: Weights) -> float:
-    """The cost of a run.
+    """Return the cost of a run.
 
     Args:
         run: the run.
-        reference: the means of the baseline's successes; what is not there does not count.
-        weights: all of them.
+        reference: means of the baseline's successful runs; measures without a mean do not count.
+        weights: weight of every measure.
     """
     if not run.success:
         return FAILED
@@ -131,15 +132,15 @@ def cost_of(run: MissionRun, reference: Means, weights: Weights) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Score:
-    """What a setting came to.
+    """Score of a setting over its seeds.
 
     Attributes:
-        settings: as text by name; empty for the baseline.
-        costs: by seed.
-        means: of each measure over its successful runs.
-        gain: mean difference of the cost to the baseline's with the same seed; below 0 is better.
-        noise: standard error of that mean; None with a single seed.
-        successes: of so many runs as there are costs.
+        settings: name -> value as text; empty for the baseline.
+        costs: seed -> cost.
+        means: mean of each measure over the successful runs.
+        gain: mean difference to the baseline's cost with the same seed; below 0 is better.
+        noise: standard error of the gain; None with a single seed.
+        successes: number of successful runs.
     """
 
     settings: Mapping[str, str]
@@ -151,17 +152,17 @@ class Score:
 
     @property
     def cost(self) -> float:
-        """Mean over the seeds."""
+        """Mean cost over the seeds."""
         return mean(self.costs.values())
 
     @property
     def worst(self) -> float:
-        """Of its seeds."""
+        """Largest cost of a seed."""
         return max(self.costs.values())
 
     @property
     def verdict(self) -> str:
-        """Whether the difference to the baseline is more than the noise of the seeds (95 %)."""
+        """Statistical significance of the gain at 95 %: better, worse, within noise or one seed."""
         if self.noise is None:
             return "one seed"
         degrees = len(self.costs) - 1
@@ -176,10 +177,10 @@ Tried = Sequence[tuple[Mapping[str, str], Sequence[MissionRun]]]
 
 
 def scores_of(tried: Tried, weights: Weights) -> list[Score]:
-    """Scores in the same order: the baseline's first.
+    """Return the scores in the same order, the baseline first.
 
-    The reference is the baseline's mean over its successful runs; where it never succeeds, that of
-    everything that does.
+    The reference is the mean over the baseline's successful runs; if it has none, over all
+    successful runs.
     """
     baseline = tried[0][1]
     good = [run for run in baseline if run.success] or [
@@ -207,5 +208,5 @@ def _score(
 
 
 def best_first(scores: Sequence[Score]) -> list[Score]:
-    """By mean cost, then by the worst seed's; ties in the order in which they were tried."""
+    """Return scores sorted by mean cost, then by the worst seed; the sort is stable."""
     return sorted(scores, key=lambda score: (round(score.cost, 9), score.worst))

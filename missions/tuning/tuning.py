@@ -1,4 +1,4 @@
-"""Tries settings of a mission: baseline, samples, refinement, and a second look at the best."""
+"""Runs of a tuning: baseline, samples, refinement, and confirmation of the best setting."""
 
 from __future__ import annotations
 
@@ -8,33 +8,33 @@ from math import ceil
 from pathlib import Path
 
 from missions.bench.mission_runs import MISSION_WORK, MissionEntry, MissionRun, conditions
-from missions.bench.resumable import Key, TableOptions, claim, fill, rows_in
+from missions.bench.resumable import Key, TableOptions, fill, record_settings, rows_in
 from missions.execution.prepare import PreparedMission, prepare
 from missions.tuning.ranges import Range, read_ranges
 from missions.tuning.sampling import Settings, refined_box, sampled
 from missions.tuning.scoring import MEASURES, Score, Weights, best_first, scores_of
 from stack.errors import InputError
 
-Tell = Callable[[str], None]
+Log = Callable[[str], None]
 
-AS_IT_IS: Settings = {}
-"""The baseline: nothing is set."""
+BASELINE: Settings = {}
+"""Settings of the unchanged mission."""
 
-USUAL_WEIGHTS: Weights = {measure.name: measure.weight for measure in MEASURES}
+DEFAULT_WEIGHTS: Weights = {measure.name: measure.weight for measure in MEASURES}
 
 
 @dataclass(frozen=True)
 class TuneOptions:
-    """What is tried, and how thoroughly.
+    """Extent of a tuning.
 
     Attributes:
-        out: the table's folder. jobs: processes.
-        samples: settings beside the baseline. seeds: runs of each.
-        refine: turns of half as many samples again, round the best third.
-        confirm: seeds not used before, on which the best is compared with the baseline at the end.
-        time_limit: simulated seconds a run.
-        sampling_seed: other samples with another one.
-        weights: of the measures in the cost.
+        out: folder of the table. jobs: processes.
+        samples: settings besides the baseline. seeds: runs per setting.
+        refine: refinements, each with half as many samples around the best third.
+        confirm: new seeds on which the best setting is compared with the baseline at the end.
+        time_limit: simulated seconds per run.
+        sampling_seed: seed of the samples.
+        weights: weights of the measures in the cost.
     """
 
     out: Path
@@ -45,19 +45,19 @@ class TuneOptions:
     confirm: int = 3
     time_limit: float = 900.0
     sampling_seed: int = 0
-    weights: Weights = field(default_factory=lambda: USUAL_WEIGHTS)
+    weights: Weights = field(default_factory=lambda: DEFAULT_WEIGHTS)
 
 
 @dataclass(frozen=True)
-class Tuned:
-    """What came of it.
+class TuningResult:
+    """Result of a tuning.
 
     Attributes:
-        plan: the mission as it is.
-        ranges: what was tried.
-        scores: of the baseline, then of each setting in the order in which it was tried.
-        confirmed: of baseline and best on further seeds; empty when there were none.
-        left_out: settings that the mission refuses, and why.
+        plan: the unchanged mission.
+        ranges: the tried parameters.
+        scores: scores of the baseline and of each setting, in the order in which they were tried.
+        confirmed: scores of the baseline and the best setting on new seeds; empty without any.
+        left_out: settings that the mission refuses, with the reason.
     """
 
     plan: PreparedMission
@@ -68,7 +68,7 @@ class Tuned:
 
     @property
     def best(self) -> Score:
-        """Of the smallest cost; the baseline, if nothing is better."""
+        """Score with the smallest cost; the baseline if no setting is better."""
         return best_first(self.scores)[0]
 
 
@@ -76,35 +76,35 @@ class Tuning:
     """Fills a table with runs of a mission under different settings."""
 
     def __init__(
-        self, entry: MissionEntry, given: Mapping[str, str], options: TuneOptions, tell: Tell
+        self, entry: MissionEntry, given: Mapping[str, str], options: TuneOptions, log: Log
     ) -> None:
-        """Read and check everything; nothing has run yet.
+        """Read and check the mission, the ranges and the samples; nothing runs yet.
 
         Args:
-            entry: the mission, its arguments and robot; what else it says is replaced.
+            entry: the mission, its arguments and robot; seed, limit and parameters are replaced.
             given: the ranges, as text by name.
-            options: how thoroughly.
-            tell: takes lines for the person who waits.
+            options: extent of the tuning.
+            log: receives lines of progress.
 
         Raises:
-            InputError: the mission, a range or a value is wrong.
+            InputError: the mission, a range or a value has errors.
         """
-        self.options, self._tell = options, tell
+        self.options, self._log = options, log
         self._entry = replace(entry, time_limit=options.time_limit)
         self.plan = prepare(entry.mission, entry.options)
         self.ranges = read_ranges(given, self.plan)
         self.left_out: list[tuple[Settings, str]] = []
-        self.settings: list[Settings] = [AS_IT_IS]
+        self.settings: list[Settings] = [BASELINE]
         self._add(sampled(self.ranges, options.samples, options.sampling_seed))
         if len(self.settings) == 1:
-            raise InputError(f"no sample can be run; the first: {self.left_out[0][1]}")
-        claim(options.out, {"tune": conditions(self._entry, self.plan)})
+            raise InputError(f"every sample is refused; the first: {self.left_out[0][1]}")
+        record_settings(options.out, {"tune": conditions(self._entry, self.plan)})
 
-    def run(self) -> Tuned:
-        """Make all runs that the table does not hold yet.
+    def run(self) -> TuningResult:
+        """Make all runs that are missing in the table.
 
         Raises:
-            InputError: the folder holds something else.
+            InputError: the file in the folder is not a table of such runs.
         """
         options, seeds = self.options, range(self.options.seeds)
         self._fill(self.settings, seeds)
@@ -114,50 +114,50 @@ class Tuning:
             box = refined_box(self.ranges, best, turn)
             more = ceil(options.samples / 2)
             self._add(sampled(self.ranges, more, options.sampling_seed + turn, box))
-            self._tell(f"refining, turn {turn}: {_shown(self.ranges, box)}")
+            self._log(f"refining, turn {turn}: {_shown(self.ranges, box)}")
             self._fill(self.settings, seeds)
         tuned = self.so_far()
         if options.confirm and tuned.best.settings:
-            self._tell("the best and the mission as it is, on seeds not used before")
-            both = [AS_IT_IS, tuned.best.settings]
-            fresh = range(options.seeds, options.seeds + options.confirm)
-            runs = self._fill(both, fresh)
+            self._log("confirming the best setting against the baseline on new seeds")
+            both = [BASELINE, tuned.best.settings]
+            new_seeds = range(options.seeds, options.seeds + options.confirm)
+            runs = self._fill(both, new_seeds)
             tuned = replace(tuned, confirmed=self._scored(both, runs))
         return tuned
 
-    def so_far(self) -> Tuned:
-        """What the table holds of all settings whose every seed has been run.
+    def so_far(self) -> TuningResult:
+        """Return the result over the settings whose runs are complete.
 
         Raises:
-            InputError: not even the baseline is complete.
+            InputError: the runs of the baseline are not complete.
         """
         rows = rows_in(self.options.out, MISSION_WORK)
         seeds = range(self.options.seeds)
         complete = [one for one in self.settings if self._is_complete(one, rows)]
-        if AS_IT_IS not in complete:
-            raise InputError(f"{self.options.out} does not hold the mission as it is yet")
+        if BASELINE not in complete:
+            raise InputError(f"{self.options.out} does not have all runs of the baseline yet")
         runs = [rows[self._at(one, seed).key] for one in complete for seed in seeds]
         scores = self._scored(complete, runs)
-        return Tuned(self.plan, self.ranges, scores, (), self.left_out)
+        return TuningResult(self.plan, self.ranges, scores, (), self.left_out)
 
     @property
     def has_baseline(self) -> bool:
-        """Whether there is anything to compare with yet."""
-        return self._is_complete(AS_IT_IS, rows_in(self.options.out, MISSION_WORK))
+        """Whether the runs of the baseline are complete."""
+        return self._is_complete(BASELINE, rows_in(self.options.out, MISSION_WORK))
 
     def _is_complete(self, settings: Settings, rows: Mapping[Key, MissionRun]) -> bool:
         return all(self._at(settings, seed).key in rows for seed in range(self.options.seeds))
 
     def _add(self, settings: Sequence[Settings]) -> None:
-        """More settings, but those that were there and those that the mission refuses."""
+        """Add new settings that the mission accepts."""
         for one in settings:
             if one in self.settings:
                 continue
             try:
                 prepare(self._entry.mission, self._at(one, 0).options)
-            except InputError as error:  # each value will do, but not with the others
+            except InputError as error:  # each value is valid alone, but not their combination
                 self.left_out.append((one, str(error)))
-                self._tell(f"left out: {error}")
+                self._log(f"left out: {error}")
             else:
                 self.settings.append(one)
 
@@ -167,17 +167,17 @@ class Tuning:
     def _fill(self, settings: Sequence[Settings], seeds: range) -> list[MissionRun]:
         entries = [self._at(one, seed) for one in settings for seed in seeds]
         table = TableOptions(self.options.out, self.options.jobs)
-        return fill(entries, table, MISSION_WORK, self._tell)
+        return fill(entries, table, MISSION_WORK, self._log)
 
     def _scored(self, settings: Sequence[Settings], runs: Sequence[MissionRun]) -> list[Score]:
-        """Runs in the order of the settings, as many of each."""
+        """Score runs that are in the order of the settings, equally many per setting."""
         each = len(runs) // len(settings)
         tried = [(one, runs[n * each : (n + 1) * each]) for n, one in enumerate(settings)]
         return scores_of(tried, self.options.weights)
 
 
 def _shown(ranges: Sequence[Range], box: Sequence[tuple[float, float]]) -> str:
-    """Each part of a range; its upper end is not a part of it."""
+    """Return the box as text; the upper fraction of a range is exclusive."""
     ends = [
         (item.name, item.text_at(low), item.text_at(high - 1e-9))
         for item, (low, high) in zip(ranges, box, strict=True)

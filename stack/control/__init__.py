@@ -1,1 +1,1 @@
-"""Controllers: from a path to velocity commands."""
+"""Controllers: compute velocity commands that follow a path."""

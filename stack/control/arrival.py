@@ -1,18 +1,18 @@
-"""Whether the end of a path is reached, so that only the final heading is left."""
+"""Detects that the end position of a path is reached and only the final heading is left."""
 
 from __future__ import annotations
 
 from stack.types import Path, Pose2D
 
 SAME_GOAL = 0.02
-"""Metres by which a new path's end may differ and still be the same goal."""
+"""Metres up to which the end of a new path counts as the same goal."""
 
 
 class Arrival:
-    """Notices that a robot is at the goal's position, and then holds to it.
+    """Remembers that the robot has reached the goal's position.
 
-    Turning in place moves a robot a little. It is sent off again only when a new path leads to
-    another goal, or when it has come away by more than twice the distance asked for.
+    Turning in place moves a robot slightly. The position counts as left only when a new path leads
+    to another goal, or when the robot is farther away than twice the tolerance.
     """
 
     def __init__(self) -> None:
@@ -20,13 +20,13 @@ class Arrival:
         self._arrived = False
 
     def set_path(self, path: Path) -> None:
-        """Another path is to be followed."""
+        """Set the path to follow."""
         if self._goal is None or self._goal.distance_to(path.goal) > SAME_GOAL:
             self._arrived = False
         self._goal = path.goal
 
     def reached(self, pose: Pose2D, position: float) -> bool:
-        """Whether the pose (map frame) is at the goal, within `position` metres."""
+        """Whether a pose (map frame) is at the goal's position, within `position` metres."""
         if self._goal is None:
             return False
         distance = pose.distance_to(self._goal)

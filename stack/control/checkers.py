@@ -1,4 +1,4 @@
-"""When a goal counts as reached and when a drive counts as stuck."""
+"""Goal checker, progress checker and localisation checker."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from stack.types import Pose2D, wrap_angle
 
 
 class GoalChecker:
-    """Position and heading within tolerances, and nothing more to be gained.
+    """Goal checker: position and heading within their tolerances.
 
-    A controller that is still improving inside the tolerances is left to finish: the goal counts
-    once the robot stands there, or after `settle` seconds within. Position is remembered while
-    turning to the final heading, up to twice its tolerance.
+    A controller that still moves inside the tolerances may finish: the goal is reached when the
+    robot stands, or after `settle` seconds inside. While the robot turns to the final heading, the
+    position tolerance is doubled.
     """
 
     def __init__(
@@ -21,7 +21,7 @@ class GoalChecker:
         self._within_since: float | None = None
 
     def reached(self, time: float, pose: Pose2D, *, standing: bool) -> bool:
-        """Whether the goal is reached at this time and pose (map frame)."""
+        """Whether the goal is reached at this time (s) and pose (map frame)."""
         distance = pose.distance_to(self.goal)
         self.at_position = distance <= self.position * (2.0 if self.at_position else 1.0)
         turned = abs(wrap_angle(self.goal.heading - pose.heading)) <= self.heading
@@ -34,14 +34,14 @@ class GoalChecker:
 
 
 class ProgressChecker:
-    """A drive is stuck when neither position nor heading has changed enough for some time."""
+    """Reports no progress when position (m) and heading (rad) change too little for some time."""
 
     def __init__(self, distance: float = 0.3, angle: float = 0.4, seconds: float = 8.0) -> None:
         self.distance, self.angle, self.seconds = distance, angle, seconds
         self._since: tuple[float, Pose2D] | None = None
 
     def stuck(self, time: float, pose: Pose2D) -> bool:
-        """Whether the robot has been around this pose for too long."""
+        """Whether the robot has stayed near one pose for too long."""
         if self._since is not None:
             began, place = self._since
             moved = place.distance_to(pose) >= self.distance
@@ -53,7 +53,7 @@ class ProgressChecker:
 
 
 class LostChecker:
-    """The localisation is lost when its health stays below a bound for some time."""
+    """Reports lost localisation when its health stays below a threshold for some time."""
 
     def __init__(self, health: float = 0.3, seconds: float = 1.5) -> None:
         self.health, self.seconds = health, seconds
@@ -61,11 +61,11 @@ class LostChecker:
 
     @property
     def doubted(self) -> bool:
-        """Whether the health was too low when last looked at: no time to drive on."""
+        """Whether the health was below the threshold at the last check."""
         return self._since is not None
 
     def lost(self, time: float, health: float) -> bool:
-        """Whether the health has been too low for too long."""
+        """Whether the health has been below the threshold for `seconds`."""
         if health >= self.health:
             self._since = None
             return False

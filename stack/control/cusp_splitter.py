@@ -1,8 +1,8 @@
-"""Paths with cusps: they are driven leg by leg, some of the legs backward.
+"""Splits a path at its cusps and follows the segments one after another, forward or backward.
 
-Seen from a frame whose x axis points backward, a robot that reverses is one that drives forward
-and whose outline is turned by half a circle: its arcs and their radii are the same. So any
-controller that drives forward drives reverse legs as well, with such a frame as its base.
+In a base frame whose x axis points backward, reversing is driving forward with the footprint
+rotated by 180 degrees; the arcs and their radii are the same. Any controller for forward driving
+therefore follows backward segments when it gets poses in this frame.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ from stack.types import (
     wrap_angle,
 )
 
-LEG_END = 0.05
-"""Metres left of a leg, before the next one, at which it has been driven."""
+SEGMENT_END = 0.05
+"""Remaining length in metres at which a segment before a cusp is complete."""
 
 STANDING = 0.02
 """m/s below which the direction may be changed."""
@@ -39,32 +39,32 @@ STANDING = 0.02
 
 @dataclass(frozen=True, slots=True)
 class PathSegment:
-    """A piece of a path that is driven in one direction.
+    """Part of a path that is driven in one direction.
 
     Attributes:
-        path: headings are the robot's.
-        backward: whether these point against the motion.
+        path: poses with the robot's headings.
+        backward: whether the robot reverses along it.
     """
 
     path: Path
     backward: bool
 
 
-def legs_of(path: Path) -> tuple[PathSegment, ...]:
-    """The pieces of a path between its cusps, each beginning where the one before ends.
+def segments_of(path: Path) -> tuple[PathSegment, ...]:
+    """Split a path at its cusps; each segment begins where the one before ends.
 
-    A step leads backward when the headings at both its ends say so. At the ends of a path the
-    heading may be the robot's or the goal's own, so only the inner one counts there.
+    A step is backward when it leads against the headings at both its ends. The first and the last
+    heading of a path may be those of the robot and the goal, so only the inner one counts there.
     """
     steps = np.diff(path.points[:, :2], axis=0)
     moves = np.flatnonzero(np.einsum("nk,nk->n", steps, steps) > 1e-12)
     if not len(moves):
         return (PathSegment(path, backward=False),)
-    against = _against(steps, path.points[:, 2])[moves]
-    changes = np.flatnonzero(against[1:] != against[:-1]) + 1
+    reverse = _leads_backward(steps, path.points[:, 2])[moves]
+    changes = np.flatnonzero(reverse[1:] != reverse[:-1]) + 1
     begins = [0, *(int(moves[change]) for change in changes)]
     ends = [*begins[1:], len(path.points) - 1]
-    directions = [bool(against[0]), *(bool(against[change]) for change in changes)]
+    directions = [bool(reverse[0]), *(bool(reverse[change]) for change in changes)]
     return tuple(
         PathSegment(Path(path.points[begin : end + 1]), backward)
         for begin, end, backward in zip(begins, ends, directions, strict=True)
@@ -72,13 +72,13 @@ def legs_of(path: Path) -> tuple[PathSegment, ...]:
 
 
 def cusps_of(path: Path) -> tuple[float, ...]:
-    """Metres along a path at which the direction of driving changes."""
-    lengths = [leg.path.length for leg in legs_of(path)]
+    """Return the distances along a path, in metres, at which the driving direction changes."""
+    lengths = [segment.path.length for segment in segments_of(path)]
     return tuple(accumulate(lengths[:-1]))
 
 
-def _against(steps: FloatArray, headings: FloatArray) -> FloatArray:
-    """(n - 1,) whether each step leads backward, given the headings (n,) of its ends."""
+def _leads_backward(steps: FloatArray, headings: FloatArray) -> FloatArray:
+    """Return (n - 1,) whether each step leads backward; `headings` (n,) are those of its ends."""
     ahead = np.column_stack([np.cos(headings), np.sin(headings)])
     before, after = (
         np.einsum("nk,nk->n", steps, ahead[:-1]),
@@ -91,9 +91,10 @@ def _against(steps: FloatArray, headings: FloatArray) -> FloatArray:
 
 
 def controller_for(component: Any, parameters: Any, robot: RobotDescription, period: float) -> Any:
-    """A controller of a class (see stack.components) for a robot, leg by leg where that counts.
+    """Create a controller (see stack.components); wrapped in a CuspSplitter unless omnidirectional.
 
-    To an omnidirectional robot a heading says nothing of the direction to drive in.
+    For an omnidirectional robot the heading does not determine the driving direction, so its paths
+    have no cusps.
     """
     if robot.drive is DriveKind.OMNI:
         return component(parameters, robot, period)
@@ -101,7 +102,7 @@ def controller_for(component: Any, parameters: Any, robot: RobotDescription, per
 
 
 class CuspSplitter:
-    """Drives the legs of a path in turn with a controller, and stands where they meet."""
+    """Follows the segments of a path in turn with a controller, and stops at each cusp."""
 
     def __init__(
         self, component: Any, parameters: Any, robot: RobotDescription, period: float
@@ -109,18 +110,18 @@ class CuspSplitter:
         self._component, self._robot, self._period = component, robot, period
         self._forward: Controller = component(parameters, robot, period)
         self._backward: Controller | None = None
-        self._legs: tuple[PathSegment, ...] = ()
+        self._segments: tuple[PathSegment, ...] = ()
         self._index, self._last = 0, STANDSTILL
-        self._track: PathProgress | None = None
+        self._progress: PathProgress | None = None
         self._ramp = Ramp(robot.limits, period, 0.0, robot.turning_radius)
 
     @property
     def parameters(self) -> Any:
-        """Of the controller, in force."""
+        """Current parameters of the controller."""
         return self._forward.parameters
 
     def configure(self, parameters: Any) -> None:
-        """Put other parameters in force."""
+        """Apply new parameters."""
         for driver in filter(None, (self._forward, self._backward)):
             configure = getattr(driver, "configure", None)
             if configure is None:
@@ -129,82 +130,84 @@ class CuspSplitter:
                 configure(parameters)
 
     def set_path(self, path: Path) -> None:
-        """A new path to follow, map frame."""
-        self._legs = legs_of(path)
+        """Set the path to follow, map frame."""
+        self._segments = segments_of(path)
         self._begin(0)
 
     def command(self, state: ControlState) -> Twist:
-        """The velocity to drive now.
+        """Compute the velocity command for this step.
 
         Raises:
-            NavigationError: COLLISION_AHEAD when nothing safe can be commanded; NO_VALID_PATH for
-                a leg backward when the robot does not reverse.
+            NavigationError: COLLISION_AHEAD when no safe command exists; NO_VALID_PATH for a
+                backward segment when the robot cannot reverse.
         """
-        if self._track is None:
+        if self._progress is None:
             return STANDSTILL
-        self._track.advance(state.pose)
-        last_leg = self._index == len(self._legs) - 1
-        if not last_leg and self._track.remaining <= LEG_END:
+        self._progress.advance(state.pose)
+        is_last = self._index == len(self._segments) - 1
+        if not is_last and self._progress.remaining <= SEGMENT_END:
             if abs(state.twist.linear) < STANDING and self._last == STANDSTILL:
                 self._begin(self._index + 1)
             else:
-                last = self._ramp.rebased(self._last, state.twist)  # not one of an earlier drive
+                last = self._ramp.rebased(self._last, state.twist)  # ignores an earlier drive's
                 self._last = self._ramp.stopped(last)
                 return self._last
-        self._last = self._driven(state)
+        self._last = self._segment_command(state)
         return self._last
 
     @property
     def local_plan(self) -> Path | None:
-        """What it means to drive next, map frame."""
-        if self._track is None:
+        """Planned motion of the next seconds, map frame."""
+        if self._progress is None:
             return None
         plan = self._driver.local_plan
-        return plan if plan is None or not self._leg.backward else Path(_turned(plan.points))
+        return plan if plan is None or not self._segment.backward else Path(_reversed(plan.points))
 
-    def _driven(self, state: ControlState) -> Twist:
-        if not self._leg.backward:
+    def _segment_command(self, state: ControlState) -> Twist:
+        if not self._segment.backward:
             return self._driver.command(state)
         pose, twist = state.pose, state.twist
-        about = replace(
+        reversed_state = replace(
             state,
             pose=Pose2D(pose.x, pose.y, wrap_angle(pose.heading + pi)),
             twist=Twist(-twist.linear, twist.angular, -twist.lateral),
             points=None if state.points is None else -state.points,
         )
-        twist = self._driver.command(about)
+        twist = self._driver.command(reversed_state)
         return Twist(-twist.linear, twist.angular, -twist.lateral)
 
     @property
-    def _leg(self) -> PathSegment:
-        return self._legs[self._index]
+    def _segment(self) -> PathSegment:
+        return self._segments[self._index]
 
     @property
     def _driver(self) -> Controller:
-        """The controller that drives the leg."""
-        if not self._leg.backward:
+        """The controller of the current segment."""
+        if not self._segment.backward:
             return self._forward
         if self._backward is None:
             self._backward = self._component(
-                self.parameters, turned_about(self._robot), self._period
+                self.parameters, facing_backward(self._robot), self._period
             )
         return self._backward
 
     def _begin(self, index: int) -> None:
-        """Go on with a leg."""
+        """Start a segment."""
         self._index = index
-        leg = self._leg
-        if leg.backward and not self._robot.limits.reverse_speed:
+        segment = self._segment
+        if segment.backward and not self._robot.limits.reverse_speed:
             raise NavigationError(
                 FailureCode.NO_VALID_PATH,
-                "the path has a leg backward, but the robot's reverse_speed is 0 m/s",
+                "the path has a backward segment, but the robot's reverse_speed is 0 m/s; "
+                "use a planner that does not reverse, or raise the robot's reverse_speed",
             )
-        self._track = PathProgress(leg.path)
-        self._driver.set_path(Path(_turned(leg.path.points)) if leg.backward else leg.path)
+        self._progress = PathProgress(segment.path)
+        path = segment.path
+        self._driver.set_path(Path(_reversed(path.points)) if segment.backward else path)
 
 
-def turned_about(robot: RobotDescription) -> RobotDescription:
-    """The robot with a base frame that faces backward."""
+def facing_backward(robot: RobotDescription) -> RobotDescription:
+    """Return the robot with a base frame that faces backward."""
     limits = replace(
         robot.limits, linear_speed=robot.limits.reverse_speed,
         reverse_speed=min(robot.limits.linear_speed, robot.limits.reverse_speed),
@@ -212,7 +215,7 @@ def turned_about(robot: RobotDescription) -> RobotDescription:
     return replace(robot, footprint=Footprint(-robot.footprint.points), limits=limits)
 
 
-def _turned(points: FloatArray) -> FloatArray:
-    """Poses (n, 3) with their headings turned by half a circle."""
+def _reversed(points: FloatArray) -> FloatArray:
+    """Return poses (n, 3) with their headings rotated by 180 degrees."""
     turned: FloatArray = points + np.array([0.0, 0.0, pi])
     return turned

@@ -1,6 +1,6 @@
-"""Both ends of a path: turning towards it first, and to the goal's heading at last.
+"""Turns in place at the start of a path and to the goal's heading at its end.
 
-Shared by the controllers that only know how to drive along it.
+Shared by the controllers that themselves only drive along the path.
 """
 
 from __future__ import annotations
@@ -22,46 +22,46 @@ from stack.parameters import parameter
 from stack.types import STANDSTILL, Path, Pose2D, Twist, wrap_angle
 
 JUST_AHEAD = 0.2
-"""Metres ahead on the path of the point that a robot without a clear way turns to."""
+"""Distance in metres of the path point that a blocked robot turns towards."""
 
 HELD = 0.5
-"""Seconds after which a robot that does not do what it is told counts as held up."""
+"""Seconds after which a robot that does not follow its commands counts as held."""
 
 SUSPENDED = 2.0
-"""Seconds of driving for which no turn in place is begun after one was held up."""
+"""Seconds of driving without a turn in place after one was held."""
 
 ALIGNED = 0.1
-"""Radians off that point with which it is content."""
+"""Angle in radians to that point below which the robot does not turn."""
 
 
 @dataclass(frozen=True)
-class EndsParameters(FollowingParameters):
-    """Settings of `GoalAlignment`, part of the parameters of each controller that uses it."""
+class GoalAlignmentParameters(FollowingParameters):
+    """Parameters of `GoalAlignment`, inherited by each controller that uses it."""
 
     rotate_to_heading: bool = parameter(
-        True, help="turn in place towards a path that lies far off the robot's heading"
+        True, help="turn in place towards the path before driving along it"
     )
     rotate_angle: float = parameter(
-        1.0, "rad", above=0.0, help="turns in place when the path lies farther off than this"
+        1.0, "rad", above=0.0, help="angle to the path above which the robot turns in place"
     )
     rotate_speed: float = parameter(1.4, "rad/s", above=0.0, help="top speed of turns in place")
     goal_position: float = parameter(
-        0.03, "m", above=0.0, help="distance at which it stops and turns to the goal's heading"
+        0.03, "m", above=0.0, help="distance to the goal at which the robot turns to its heading"
     )
     turn_speed: float = parameter(1.9, "rad/s", above=0.0, help="top turning speed")
 
 
 class GoalAlignment:
-    """Knows where on its path the robot is, and drives what is not driving along it.
+    """Tracks the robot's progress on its path and commands the turns at both ends.
 
     Attributes:
-        track: progress on the path; None before the first.
-        ramp: what the drive can do between two commands.
-        last: the command given last.
+        progress: progress on the path; None before the first path.
+        ramp: limits of change between two commands.
+        last: the last command.
     """
 
     def __init__(
-        self, parameters: EndsParameters, robot: RobotDescription, swept: SweptFootprint,
+        self, parameters: GoalAlignmentParameters, robot: RobotDescription, swept: SweptFootprint,
         period: float,
     ) -> None:  # fmt: skip
         p = self._parameters = parameters
@@ -70,29 +70,29 @@ class GoalAlignment:
         self._turn = TurnInPlace(swept, self.ramp, style)
         self._drive = robot.drive
         self._patience, self._arrival, self._shim = Patience(), Arrival(), RotationShim()
-        self.track: PathProgress | None = None
+        self.progress: PathProgress | None = None
         self.last = STANDSTILL
         self._held_steps, self._suspended, self._period = 0, 0.0, period
 
     def set_path(self, path: Path) -> None:
-        """A new path to follow, map frame."""
+        """Set the path to follow, map frame."""
         steered = self._drive is DriveKind.ACKERMANN
-        self.track, self._shim = PathProgress(path, steered=steered), RotationShim()
+        self.progress, self._shim = PathProgress(path, steered=steered), RotationShim()
         self._arrival.set_path(path)
 
     def begin(self, state: ControlState) -> PathProgress | None:
-        """Take in where the robot is now; the track, None when there is no path."""
-        if self.track is not None:
-            self.track.advance(state.pose)
+        """Update the progress on the path; return it, None when there is no path."""
+        if self.progress is not None:
+            self.progress.advance(state.pose)
         self._note_hold(state.twist)
         self.last = self.ramp.rebased(self.last, state.twist)
-        return self.track
+        return self.progress
 
     @property
     def held(self) -> bool:
-        """Whether what was commanded has not been driven for a while.
+        """Whether the robot has not followed its commands for a while.
 
-        The last stage before the wheels then sees something in the way that the costmap does not.
+        The safety stage then sees an obstacle that the costmap does not contain.
         """
         return self._held_steps * self._period >= HELD
 
@@ -106,74 +106,74 @@ class GoalAlignment:
             self._suspended = max(0.0, self._suspended - self._period)
 
     def reached(self, state: ControlState) -> bool:
-        """Whether the goal's position is reached; for a car, whether its path is at its end.
+        """Whether the goal's position is reached; for a car, whether the end of the path is.
 
-        A car beside the end of its path would have to drive a circle to come nearer.
+        A car with a lateral offset from the goal would have to drive a circle to reduce it.
         """
         p = self._parameters
-        if self._drive is DriveKind.ACKERMANN and self.track is not None:
-            return self.track.remaining <= p.goal_position
+        if self._drive is DriveKind.ACKERMANN and self.progress is not None:
+            return self.progress.remaining <= p.goal_position
         return self._arrival.reached(state.pose, p.goal_position)
 
-    def way_left(self, state: ControlState) -> float:
-        """Metres to brake in: to the goal, for a car to the end of its path."""
-        if self.track is None:
+    def distance_left(self, state: ControlState) -> float:
+        """Braking distance in metres: to the goal; for a car, to the end of its path."""
+        if self.progress is None:
             return 0.0
         if self._drive is DriveKind.ACKERMANN:
-            return self.track.remaining
-        return max(self.track.remaining, state.pose.distance_to(self.track.path.goal))
+            return self.progress.remaining
+        return max(self.progress.remaining, state.pose.distance_to(self.progress.path.goal))
 
     def finish(self, state: ControlState) -> Twist | None:
-        """At the goal: stop, and turn to its heading; None while that is blocked.
+        """At the goal: stop and turn to its heading; None while the turn is blocked.
 
-        A car only stops: its heading is the one that the path has brought.
+        A car only stops and keeps its heading.
         """
         if self._drive is DriveKind.ACKERMANN:
             return self.ramp.stopped(self.last)
         return self._turn.twist(state, self.last, self._heading_error(state))
 
     def turned(self, state: ControlState) -> Twist | None:
-        """A turn towards a path that lies far off; None when it need not or cannot be made."""
+        """A turn in place towards the path; None when it is not needed or not possible."""
         p = self._parameters
-        if self.track is None or self._suspended or not self._turns_first(self.track):
+        if self.progress is None or self._suspended or not self._turns_first(self.progress):
             return None
-        angle = self._shim.angle(self.track, state, p.rotate_angle, p.goal_position)
+        angle = self._shim.angle(self.progress, state, p.rotate_angle, p.goal_position)
         return None if angle is None else self._turn.twist(state, self.last, angle)
 
-    def _turns_first(self, track: PathProgress) -> bool:
-        """Whether this robot turns towards a path: a car cannot, sideways is near enough to go."""
-        if self._drive is DriveKind.OMNI and track.remaining <= LOOKAHEAD:
+    def _turns_first(self, progress: PathProgress) -> bool:
+        """Whether to turn first: not a car; not an omnidirectional robot close to the goal."""
+        if self._drive is DriveKind.OMNI and progress.remaining <= LOOKAHEAD:
             return False
         return self._parameters.rotate_to_heading and self._drive is not DriveKind.ACKERMANN
 
     def realigned(self, state: ControlState) -> Twist | None:
-        """A turn in place towards the path just ahead, for when nothing else is clear."""
-        if self.track is None or self._drive is DriveKind.ACKERMANN:
+        """A turn in place towards the path just ahead, used when no other motion is clear."""
+        if self.progress is None or self._drive is DriveKind.ACKERMANN:
             return None
-        x, y = self.track.nearer_point(state.pose, JUST_AHEAD)
+        x, y = self.progress.nearer_point(state.pose, JUST_AHEAD)
         angle = wrap_angle(state.pose.bearing_to(Pose2D(x, y)) - state.pose.heading)
         return None if abs(angle) <= ALIGNED else self._turn.twist(state, self.last, angle)
 
     def end(self, state: ControlState, chosen: Twist | None) -> Twist:
-        """The command: what was chosen, or a standstill when nothing is safe.
+        """Return the chosen command, or a standstill when there is none.
 
         Raises:
-            NavigationError: COLLISION_AHEAD when nothing was safe for `patience`.
+            NavigationError: COLLISION_AHEAD when there was no safe command for `patience`.
         """
         self.last = STANDSTILL
-        self.last = self._patience.bear(chosen, state.time, self._parameters.patience)
+        self.last = self._patience.resolve(chosen, state.time, self._parameters.patience)
         return self.last
 
     def ramped(self, twist: Twist) -> Twist:
-        """The twist as far as it can be reached in one control period."""
+        """Return the twist that is reachable in one control period."""
         return self.ramp.towards(self.last, twist)
 
     def _heading_error(self, state: ControlState) -> float:
-        if self.track is None:
+        if self.progress is None:
             return 0.0
-        return wrap_angle(self.track.path.goal.heading - state.pose.heading)
+        return wrap_angle(self.progress.path.goal.heading - state.pose.heading)
 
 
 def _rim_speed(twist: Twist) -> float:
-    """How fast a point 0.2 m beside the middle of a robot moves at most, m/s."""
+    """Highest speed of a point 0.2 m from the robot's centre, m/s."""
     return hypot(twist.linear, twist.lateral) + 0.2 * abs(twist.angular)

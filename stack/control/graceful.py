@@ -1,8 +1,8 @@
-"""Graceful motion: a smooth control law that steers into poses on the path.
+"""Graceful controller: a smooth control law that steers into poses on the path.
 
 J. J. Park, B. Kuipers, "A smooth control law for graceful motion of differential wheeled mobile
-robots in 2D environment", ICRA 2011. In polar coordinates round the target, with distance r,
-heading of the robot delta and of the target phi, both against the line of sight, the curvature
+robots in 2D environment", ICRA 2011. In polar coordinates around the target, with distance r,
+heading of the robot delta and of the target phi, both relative to the line of sight, the curvature
 
     kappa = -1/r (k_delta (delta - atan(-k_phi phi)) + (1 + k_phi / (1 + (k_phi phi)²)) sin delta)
 
@@ -17,7 +17,7 @@ from math import atan, atan2, cos, hypot, sin
 import numpy as np
 
 from stack.components import ControlState
-from stack.control.goal_alignment import EndsParameters
+from stack.control.goal_alignment import GoalAlignmentParameters
 from stack.control.path_controller import PathController
 from stack.control.path_progress import PathProgress
 from stack.control.ramps import stopping_speed
@@ -28,61 +28,57 @@ SPACING = 0.05
 """Metres between the path points tried as targets."""
 
 TARGETS = 6
-"""How many targets between the farthest and the nearest are tried."""
+"""Number of targets tried between the farthest and the nearest."""
 
 SIMULATION_STEP = 0.1
 """Seconds between the poses of the simulated motion."""
 
 MOST_STEPS = 80
-"""Steps simulated at most on the way to a target."""
+"""Maximum number of simulated steps to a target."""
 
 REACHED = 0.05
-"""Metres from the target at which the simulated motion ends."""
+"""Distance in metres to the target at which the simulated motion ends."""
 
 
 @dataclass(frozen=True)
-class GracefulParameters(EndsParameters):
-    """Settings of `Graceful`."""
+class GracefulParameters(GoalAlignmentParameters):
+    """Parameters of `Graceful`."""
 
-    min_speed: float = parameter(
-        0.1, "m/s", above=0.0, help="slows down no further than this in bends"
-    )
+    min_speed: float = parameter(0.1, "m/s", above=0.0, help="minimum speed in bends")
     min_lookahead: float = parameter(0.15, "m", above=0.0, help="nearest target on the path")
     max_lookahead: float = parameter(0.8, "m", above=0.0, help="farthest target on the path")
     k_phi: float = parameter(
-        2.0, above=0.0, help="how much faster the target's heading is approached than its distance"
+        2.0, above=0.0, help="ratio of the rates at which heading and distance converge"
     )
-    k_delta: float = parameter(
-        2.0, above=0.0, help="how fast the robot's heading follows the one that leads there"
-    )
-    beta: float = parameter(0.4, at_least=0.0, help="how much bends slow down")
+    k_delta: float = parameter(2.0, above=0.0, help="gain on the robot's heading error")
+    beta: float = parameter(0.4, at_least=0.0, help="how strongly curvature reduces the speed")
     slowing_power: float = parameter(
         2.0, above=0.0, help="lambda: how sharply the speed falls with curvature"
     )
     cost_slowdown: float = parameter(
-        0.5, at_least=0.0, at_most=1.0, help="share of speed lost where an obstacle is nearest"
+        0.5, at_least=0.0, at_most=1.0, help="share of speed lost at the highest passable cost"
     )
     time_to_collision: float = parameter(
-        1.0, "s", above=0.0, help="slower when something would be touched sooner"
+        1.0, "s", above=0.0, help="slows down when a collision is nearer than this"
     )
 
 
 class Graceful(PathController[GracefulParameters]):
-    """Steers into poses on the path by a smooth control law (Park and Kuipers)."""
+    """Graceful controller: steers into poses on the path by a smooth control law."""
 
     Parameters = GracefulParameters
 
-    def _along(self, track: PathProgress, state: ControlState) -> Twist | None:
-        """Towards the farthest target whose simulated motion is clear; None: none is.
+    def _follow(self, progress: PathProgress, state: ControlState) -> Twist | None:
+        """Drive to the farthest target whose simulated motion is clear; None if there is none.
 
-        A nearer target keeps closer to the path. When the whole way to none is clear, the nearest
-        one is driven to as far as it is.
+        A nearer target keeps closer to the path. When the motion to every target is blocked, the
+        robot drives towards the nearest one as far as the motion is clear.
         """
         self._local_plan = None
-        if self._ends.held:
-            return self._ends.realigned(state)
+        if self._alignment.held:
+            return self._alignment.realigned(state)
         speed = self._top_speed(state)
-        for target in self._targets(track, state.pose):
+        for target in self._targets(progress, state.pose):
             poses = self._simulate(state.pose, target, speed)
             clear = int(self._swept.clear_poses(state.costs, state.pose, poses[None])[0])
             if clear == len(poses):
@@ -91,28 +87,28 @@ class Graceful(PathController[GracefulParameters]):
             share = clear * SIMULATION_STEP / self.parameters.time_to_collision
             speed = min(speed, speed * share)
             if clear == 0 or speed < 0.3 * self.parameters.min_speed:
-                return self._ends.realigned(state)
+                return self._alignment.realigned(state)
         self._local_plan = poses
         linear, angular = self.law(state.pose, target, speed)
-        return self._ends.ramped(Twist(linear, angular))
+        return self._alignment.ramped(Twist(linear, angular))
 
     def _top_speed(self, state: ControlState) -> float:
-        """Cruise speed, less where costs are high and where the goal is near."""
+        """Cruise speed, reduced at high costs and near the goal, m/s."""
         p, limits = self.parameters, self._robot.limits
         cruise = min(p.cruise_speed, limits.linear_speed)
         costs, cell = state.costs, state.costs.cell_at(state.pose.x, state.pose.y)
         cost = int(costs.cells[cell]) if costs.contains(*cell) else 0
         if cost <= 254:
             cruise *= 1.0 - p.cost_slowdown * min(cost, 252) / 252.0
-        way = self._ends.way_left(state) - 0.5 * p.goal_position
+        distance = self._alignment.distance_left(state) - 0.5 * p.goal_position
         brake = p.brake_share * limits.linear_deceleration
-        stopping = stopping_speed(way, brake, p.response_time + self._period)
+        stopping = stopping_speed(distance, brake, p.response_time + self._period)
         return min(cruise, max(stopping, 0.5 * p.min_speed))
 
-    def _targets(self, track: PathProgress, pose: Pose2D) -> list[Pose2D]:
+    def _targets(self, progress: PathProgress, pose: Pose2D) -> list[Pose2D]:
         """Poses on the path between the lookahead distances, farthest first, map frame."""
         p = self.parameters
-        points = track.sampled(p.max_lookahead, SPACING)
+        points = progress.sampled(p.max_lookahead, SPACING)
         away = np.hypot(points[:, 0] - pose.x, points[:, 1] - pose.y)
         eligible = np.flatnonzero((away >= p.min_lookahead) & (away <= p.max_lookahead))
         if not len(eligible):
@@ -121,27 +117,27 @@ class Graceful(PathController[GracefulParameters]):
         return [_pose_on(points, int(eligible[index]), pose) for index in picked[::-1]]
 
     def _simulate(self, pose: Pose2D, target: Pose2D, speed: float) -> FloatArray:
-        """(k, 3) the motion that the law makes on its way to a target, map frame."""
+        """Simulate the control law up to a target: (k, 3) poses, map frame."""
         poses = []
         for _ in range(MOST_STEPS):
             linear, angular = self.law(pose, target, speed)
             turn = angular * SIMULATION_STEP
-            middle, way = pose.heading + 0.5 * turn, linear * SIMULATION_STEP
+            middle, step = pose.heading + 0.5 * turn, linear * SIMULATION_STEP
             pose = Pose2D(
-                pose.x + way * cos(middle), pose.y + way * sin(middle), pose.heading + turn
+                pose.x + step * cos(middle), pose.y + step * sin(middle), pose.heading + turn
             )
             poses.append((pose.x, pose.y, pose.heading))
-            if pose.distance_to(target) <= max(REACHED, way):
+            if pose.distance_to(target) <= max(REACHED, step):
                 break
         return np.array(poses)
 
     def law(self, pose: Pose2D, target: Pose2D, top: float) -> tuple[float, float]:
-        """Speeds forward (m/s) and turning (rad/s) by the control law.
+        """Compute forward speed (m/s) and turning speed (rad/s) by the control law.
 
         Args:
             pose: of the robot.
             target: in the same frame.
-            top: m/s on a straight line.
+            top: speed on a straight line, m/s.
         """
         p = self.parameters
         distance = max(pose.distance_to(target), 1e-3)
@@ -167,7 +163,7 @@ class Graceful(PathController[GracefulParameters]):
 
 
 def _pose_on(points: FloatArray, index: int, pose: Pose2D) -> Pose2D:
-    """A point of a polyline (k, 2) with its direction of travel there."""
+    """Return a point of a polyline (k, 2) with the direction of travel as heading."""
     x, y = points[index]
     before, after = points[max(0, index - 2)], points[min(len(points) - 1, index + 2)]
     dx, dy = after - before

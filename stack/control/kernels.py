@@ -1,4 +1,4 @@
-"""Compiled inner loops of path following: projection, lookahead point, swept footprint."""
+"""Compiled loops of path following: projection, lookahead point, swept footprint."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ HIGHEST_PASSABLE = 252
 def project(
     points: FloatArray, lengths: FloatArray, x: float, y: float, first: int, reach: float
 ) -> tuple[int, float, float]:
-    """Nearest place on a polyline within `reach` metres of length after vertex `first`.
+    """Project a point onto a polyline, within `reach` metres of length after vertex `first`.
 
     Args:
         points: (n, 2) vertices, metres, n >= 2.
         lengths: (n,) length of the polyline up to each vertex, metres.
-        x: of the place to project, in the frame of the points.
-        y: likewise.
+        x: of the point to project, in the frame of the polyline, metres.
+        y: of the same point, metres.
         first: vertex to begin at.
         reach: metres beyond that vertex to search.
 
     Returns:
-        Vertex that begins the nearest segment, length up to the foot, distance to it.
+        First vertex of the nearest segment, length up to the projection, distance to it (m).
     """
     best, best_segment, best_length = inf, first, lengths[first]
     for i in range(first, points.shape[0] - 1):
@@ -53,16 +53,16 @@ def length_at_distance(
 ) -> float:
     """Length up to the first point of a polyline after `length` that is `distance` from (x, y).
 
-    The whole length when there is none. Where the polyline is farther away already, `length` plus
-    `distance`.
+    Returns the length of the polyline when there is no such point, and `length` plus `distance`
+    when the polyline at `length` is already farther away.
 
     Args:
         points: (n, 2) vertices, metres.
         lengths: (n,) length of the polyline up to each vertex, metres.
-        x: of the place to measure from.
-        y: likewise.
-        length: where on the polyline to begin, metres.
-        distance: straight-line distance wanted, metres.
+        x: of the point to measure from, metres.
+        y: of the same point, metres.
+        length: position on the polyline to begin at, metres.
+        distance: straight-line distance, metres.
     """
     n = points.shape[0]
     i = min(np.searchsorted(lengths, length, side="right"), n - 1)
@@ -89,7 +89,7 @@ def length_at_distance(
 
 @njit(cache=True, nogil=True)
 def _holds(corners: FloatArray, x: float, y: float) -> bool:
-    """Whether a polygon (n, 2) holds a point of its frame: a ray to +x leaves it an odd time."""
+    """Whether a polygon (n, 2) contains a point: a ray to +x crosses an odd number of edges."""
     within = False
     for i in range(corners.shape[0]):
         ay, by = corners[i - 1, 1], corners[i, 1]
@@ -105,10 +105,10 @@ def _first_lethal(
     body: FloatArray, corners: FloatArray, x: float, y: float, heading: float, known: np.ndarray,
     count: int, first: int,
 ) -> tuple[int, int]:  # fmt: skip
-    """Index of the first footprint point from `first` on over a lethal cell not yet known.
+    """Find the first footprint point, from index `first` on, over a lethal cell not in `known`.
 
     Returns:
-        That index (-1: none), and the cell's number.
+        Index of the point (-1: none), and the number of the cell, row * columns + column.
     """
     c, s = cos(heading), sin(heading)
     rows, columns = cells.shape
@@ -138,7 +138,7 @@ def _covered(
     cells: np.ndarray, resolution: float, origin_x: float, origin_y: float,
     body: FloatArray, corners: FloatArray, x: float, y: float, heading: float,
 ) -> tuple[np.ndarray, int]:  # fmt: skip
-    """Numbers of the lethal cells under the footprint, and how many of the array they fill."""
+    """Return the numbers of the lethal cells under the footprint, and their count."""
     known = np.empty(body.shape[0], np.int64)
     count = 0
     place, cell = _first_lethal(
@@ -170,31 +170,31 @@ def sweep(
     corners: FloatArray, x: float, y: float, heading: float,
     linear: float, lateral: float, angular: float, horizon: float, step: float,
 ) -> tuple[float, int]:  # fmt: skip
-    """How long a constant twist can be driven before the footprint covers lethal cells.
+    """Time for which a constant twist can be driven before the footprint covers lethal cells.
 
-    Cells that it covers already (a mark that came late, a pose that is off) do not count, so that
-    a robot can always leave.
+    Cells that it covers at the start (late marks, pose errors) do not count, so that the robot can
+    always leave them.
 
     Args:
         cells: (rows, columns) uint8 costs, Nav2's values; off the grid is free.
         resolution: side of a cell, metres.
         origin_x: outer corner of cell (0, 0), map frame, metres.
-        origin_y: likewise.
-        body: (m, 2) points that fill the footprint, 0.7 cells apart at most (a coarser lattice
-            can straddle a cell), base frame, metres.
-        corners: (n, 2) polygon, base frame, in which the middle of a lethal cell is a collision.
-        x: pose of the base in the map frame.
-        y: likewise.
-        heading: likewise.
+        origin_y: of the same corner, metres.
+        body: (m, 2) points that fill the footprint, base frame, metres; at most 0.7 cells apart,
+            because a coarser grid of points can miss a cell.
+        corners: (n, 2) polygon, base frame; a lethal cell with its centre inside is a collision.
+        x: of the base, map frame, metres.
+        y: of the base, map frame, metres.
+        heading: of the base, map frame, radians.
         linear: m/s forward.
         lateral: m/s to the left.
-        angular: rad/s to the left.
+        angular: rad/s, positive to the left.
         horizon: seconds to look ahead.
-        step: seconds between the poses looked at.
+        step: seconds between the checked poses.
 
     Returns:
         Seconds up to the last pose before the collision (inf: none within the horizon), and the
-        highest passable cost under the base on the way.
+        highest passable cost under the base up to there.
     """
     rows, columns = cells.shape
     known, count = _covered(cells, resolution, origin_x, origin_y, body, corners, x, y, heading)
@@ -230,7 +230,7 @@ def clear_poses(
     cells: np.ndarray, resolution: float, origin_x: float, origin_y: float, body: FloatArray,
     corners: FloatArray, x: float, y: float, heading: float, poses: FloatArray, near: np.ndarray,
 ) -> np.ndarray:  # fmt: skip
-    """How many poses of each motion are clear before the footprint covers lethal cells.
+    """Count the poses of each motion before the footprint covers lethal cells.
 
     Cells that it covers now do not count, as in `sweep`.
 
@@ -238,14 +238,14 @@ def clear_poses(
         cells: (rows, columns) uint8 costs, Nav2's values; off the grid is free.
         resolution: side of a cell, metres.
         origin_x: outer corner of cell (0, 0), map frame, metres.
-        origin_y: likewise.
+        origin_y: of the same corner, metres.
         body: (m, 2) points that fill the footprint, base frame, metres.
-        corners: (n, 2) polygon, base frame, in which the middle of a lethal cell is a collision.
-        x: pose of the base now, in the map frame.
-        y: likewise.
-        heading: likewise.
+        corners: (n, 2) polygon, base frame; a lethal cell with its centre inside is a collision.
+        x: of the base now, map frame, metres.
+        y: of the base now, map frame, metres.
+        heading: of the base now, map frame, radians.
         poses: (n, k, 3) x, y, heading of k poses on each of n motions, map frame.
-        near: (rows, columns) uint8, 0 where no lethal cell is within the footprint's reach.
+        near: (rows, columns) uint8, 0 where no lethal cell is within the footprint's radius.
 
     Returns:
         (n,) int64 in 0..k.

@@ -1,9 +1,9 @@
-"""Short motions in tight places, where no arc to the path is clear though the path itself is.
+"""Short manoeuvres in tight places, where the path is clear but no arc to it is.
 
-A sampled search in the manner of D. Fox, W. Burgard and S. Thrun, "The Dynamic Window Approach to
-Collision Avoidance", IEEE Robotics & Automation Magazine 4(1), 1997, over curvatures instead of
-velocities (in tight places the robot is slow enough for any), and two motions deep: an arc ahead,
-or a bit back or round and then an arc ahead.
+A sampled search like D. Fox, W. Burgard and S. Thrun, "The Dynamic Window Approach to Collision
+Avoidance", IEEE Robotics & Automation Magazine 4(1), 1997, but over curvatures instead of
+velocities, because in tight places the robot is slow enough for any curvature. It tries one motion
+(an arc ahead) or two (a short reverse or turn in place, then an arc ahead).
 """
 
 from __future__ import annotations
@@ -21,33 +21,33 @@ from stack.types import Pose2D, Twist, wrap_angle
 
 AHEAD = (0.0, 0.3, -0.3, 0.8, -0.8, 1.6, -1.6, 3.0, -3.0, 5.0, -5.0, 8.0, -8.0)
 BACK = (0.0, 1.0, -1.0, 3.0, -3.0)
-"""Curvatures, 1/m; up to arcs much tighter than a robot is wide."""
+"""Curvatures ahead and backward, 1/m; the largest are arcs much tighter than the robot's width."""
 
-BACK_WAYS, TURNS = (0.1, 0.25), (0.12, -0.12, 0.3, -0.3, 0.6, -0.6, 1.0, -1.0)
-"""Metres back, and radians round, that may come first."""
+BACK_DISTANCES, TURNS = (0.1, 0.25), (0.12, -0.12, 0.3, -0.3, 0.6, -0.6, 1.0, -1.0)
+"""Distances in metres of a first reverse, and angles in radians of a first turn in place."""
 
 REACH, SHORTEST = 0.3, 0.08
-"""Metres of an arc ahead that are looked at, and that it must be clear for."""
+"""Length of an arc ahead that is checked, and the length that must be clear, metres."""
 
 MARGIN = 0.02
-"""Metres of an arc, before something on it, that are not driven."""
+"""Distance kept to an obstacle on an arc, metres."""
 
 HEADING, PROGRESS, FIRST, REVERSE = 0.25, 0.6, 0.05, 0.3
-"""Metres off the path that a radian of heading error, a metre along the path not made, a motion
-that comes first, and a metre of backing up are as bad as."""
+"""Weights, in metres of offset from the path: per radian of heading error, per metre along the
+path that is not driven, for a first motion, and per metre of reversing."""
 
 GAIN = 0.03
-"""Metres that a motion must make it better to be worth it."""
+"""Improvement in metres that a manoeuvre must bring."""
 
 
 @dataclass(frozen=True, slots=True)
 class ArcPrimitive:
-    """A constant twist and where it ends.
+    """A motion with a constant twist, and its end pose.
 
     Attributes:
-        twist: of 1 m/s, or 1 rad/s for a turn in place.
-        span: seconds of that: metres, or radians.
-        end: map frame.
+        twist: at 1 m/s, or at 1 rad/s for a turn in place.
+        span: duration at this twist, seconds; equal to the metres or radians driven.
+        end: end pose, map frame.
     """
 
     twist: Twist
@@ -56,22 +56,22 @@ class ArcPrimitive:
 
     @staticmethod
     def of(begin: Pose2D, twist: Twist, span: float) -> ArcPrimitive:
-        """The leg that begins at a pose."""
+        """Create the motion that begins at a pose."""
         return ArcPrimitive(twist, span, begin.compose(moved(twist, span)))
 
     def left(self, pose: Pose2D) -> float:
-        """What is left of it for a robot near it, metres or radians; negative beyond its end."""
+        """Remaining metres or radians for a robot near it; negative beyond its end."""
         if self.twist.linear:
             return copysign(1.0, self.twist.linear) * self.end.relative_to(pose).x
         return copysign(1.0, self.twist.angular) * wrap_angle(self.end.heading - pose.heading)
 
 
 class Manoeuvres:
-    """Finds motions for one robot.
+    """Finds manoeuvres for one robot.
 
     Args:
-        swept: its outline, which has seen what is around.
-        robot: how tightly it can turn, and whether it may back up.
+        swept: collision checks of the robot's footprint.
+        robot: gives the turning radius and whether it can reverse.
     """
 
     def __init__(self, swept: SweptFootprint, robot: RobotDescription) -> None:
@@ -82,27 +82,27 @@ class Manoeuvres:
         self._back = [curvature for curvature in BACK if reverses and abs(curvature) <= tightest]
         self._turns = () if robot.turning_radius else TURNS
 
-    def ahead(self, state: ControlState, track: PathProgress) -> ArcPrimitive | None:
-        """The clear arc ahead that ends nearest to where the path would have the robot."""
-        legs = self._ahead(state, state.pose)
-        return min(legs, key=lambda leg: _missed(leg, track), default=None)
+    def ahead(self, state: ControlState, progress: PathProgress) -> ArcPrimitive | None:
+        """The clear arc ahead that ends nearest to the path."""
+        arcs = self._ahead(state, state.pose)
+        return min(arcs, key=lambda arc: _end_error(arc, progress), default=None)
 
-    def around(self, state: ControlState, track: PathProgress) -> tuple[ArcPrimitive, ...]:
-        """A bit back or round and then an arc ahead; none when nothing makes it better."""
+    def around(self, state: ControlState, progress: PathProgress) -> tuple[ArcPrimitive, ...]:
+        """A short reverse or turn, then an arc ahead; empty when nothing improves the pose."""
         best: tuple[ArcPrimitive, ...] = ()
-        least = _badness(state.pose, track) - GAIN
+        best_error = _path_error(state.pose, progress) - GAIN
         for first in self._first(state):
             price = FIRST + (REVERSE * first.span if first.twist.linear else 0.0)
-            for leg in self._ahead(state, first.end):
-                badness = _badness(leg.end, track) + price
-                if badness < least:
-                    best, least = (first, leg), badness
+            for arc in self._ahead(state, first.end):
+                error = _path_error(arc.end, progress) + price
+                if error < best_error:
+                    best, best_error = (first, arc), error
         return best
 
-    def is_clear(self, state: ControlState, leg: ArcPrimitive) -> bool:
-        """Whether what is left of a leg can be driven."""
-        left = leg.left(state.pose)
-        return left <= 0.0 or self._free(state, state.pose, leg.twist, left) == inf
+    def is_clear(self, state: ControlState, arc: ArcPrimitive) -> bool:
+        """Whether the rest of an arc is clear."""
+        left = arc.left(state.pose)
+        return left <= 0.0 or self._free(state, state.pose, arc.twist, left) == inf
 
     def _ahead(self, state: ControlState, begin: Pose2D) -> Iterator[ArcPrimitive]:
         for curvature in self._arcs:
@@ -118,25 +118,25 @@ class Manoeuvres:
                 yield ArcPrimitive.of(state.pose, turn, abs(angle))
         for curvature in self._back:
             twist = Twist(-1.0, curvature)
-            free = self._free(state, state.pose, twist, BACK_WAYS[-1] + MARGIN)
-            for way in BACK_WAYS:
-                if free >= way + MARGIN:
-                    yield ArcPrimitive.of(state.pose, twist, way)
+            free = self._free(state, state.pose, twist, BACK_DISTANCES[-1] + MARGIN)
+            for distance in BACK_DISTANCES:
+                if free >= distance + MARGIN:
+                    yield ArcPrimitive.of(state.pose, twist, distance)
 
     def _free(self, state: ControlState, pose: Pose2D, twist: Twist, reach: float) -> float:
         free, _ = self._swept.arc(state.costs, pose, twist, reach)
         return free
 
 
-def _missed(leg: ArcPrimitive, track: PathProgress) -> float:
-    """How far a leg ends from where the path would have the robot by then, metres."""
-    there = track.pose_ahead(leg.span)
-    turn = abs(wrap_angle(leg.end.heading - there.heading))
-    return leg.end.distance_to(there) + HEADING * turn - PROGRESS * leg.span
+def _end_error(arc: ArcPrimitive, progress: PathProgress) -> float:
+    """Error of an arc's end against the path pose after the same length, metres."""
+    there = progress.pose_ahead(arc.span)
+    turn = abs(wrap_angle(arc.end.heading - there.heading))
+    return arc.end.distance_to(there) + HEADING * turn - PROGRESS * arc.span
 
 
-def _badness(pose: Pose2D, track: PathProgress) -> float:
-    """How far a pose is from the path, and not along it, metres."""
-    length, offset, heading = track.foot(pose)
+def _path_error(pose: Pose2D, progress: PathProgress) -> float:
+    """Error of a pose against the path, less its progress along it, metres."""
+    length, offset, heading = progress.foot(pose)
     turn = abs(wrap_angle(pose.heading - heading))
-    return offset + HEADING * turn - PROGRESS * (length - track.travelled)
+    return offset + HEADING * turn - PROGRESS * (length - progress.travelled)

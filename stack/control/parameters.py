@@ -1,4 +1,4 @@
-"""Settings that every controller has."""
+"""Parameters common to all controllers."""
 
 from __future__ import annotations
 
@@ -9,21 +9,23 @@ from stack.parameters import parameter
 
 @dataclass(frozen=True)
 class FollowingParameters:
-    """Settings of whatever follows a path, part of the parameters of each controller."""
+    """Parameters of path following, inherited by each controller."""
 
     cruise_speed: float = parameter(
-        0.8, "m/s", above=0.0, at_most=5.0, help="speed on a clear path; the robot's limit holds"
+        0.8, "m/s", above=0.0, at_most=5.0, help="speed on a clear path, within the robot's limit"
     )
     brake_share: float = parameter(
         0.5,
         above=0.0,
         at_most=1.0,
-        help="share of the robot's accelerations used to come to a stop",
+        help="share of the robot's deceleration that is used for braking",
     )
     response_time: float = parameter(
-        0.1, "s", at_least=0.0, help="from a command to the robot's answer"
+        0.1, "s", at_least=0.0, help="delay from a command to the robot's response"
     )
-    goal_heading: float = parameter(0.02, "rad", above=0.0, help="error at which it stops turning")
+    goal_heading: float = parameter(
+        0.02, "rad", above=0.0, help="heading error at which a turn in place ends"
+    )
     patience: float = parameter(
-        1.0, "s", at_least=0.0, help="waits this long for the way to clear before it gives up"
+        1.0, "s", at_least=0.0, help="waits this long for the path to clear, then fails"
     )

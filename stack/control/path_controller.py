@@ -1,4 +1,4 @@
-"""What the controllers share that drive along a path and leave its two ends to `GoalAlignment`."""
+"""Base class of the controllers that use `GoalAlignment` at both ends of a path."""
 
 from __future__ import annotations
 
@@ -6,22 +6,22 @@ from abc import ABC, abstractmethod
 from typing import Generic, TypeVar
 
 from stack.components import ControlState
-from stack.control.goal_alignment import EndsParameters, GoalAlignment
+from stack.control.goal_alignment import GoalAlignment, GoalAlignmentParameters
 from stack.control.path_progress import PathProgress
 from stack.control.swept import SweptFootprint
 from stack.drivetrain.description import RobotDescription
 from stack.types import STANDSTILL, FloatArray, Path, Twist
 
-P = TypeVar("P", bound=EndsParameters)
+P = TypeVar("P", bound=GoalAlignmentParameters)
 
 
 class PathController(ABC, Generic[P]):
-    """Turns towards the path, drives along it, and turns to the goal's heading at last.
+    """Turns towards the path, drives along it, and finally turns to the goal's heading.
 
-    A controller says in `_along` how it drives along the path.
+    Subclasses implement `_follow`, the motion along the path.
 
     Attributes:
-        parameters: in force.
+        parameters: current parameters.
     """
 
     parameters: P
@@ -34,53 +34,53 @@ class PathController(ABC, Generic[P]):
         self.configure(parameters)
 
     def configure(self, parameters: P) -> None:
-        """Put other parameters in force."""
+        """Apply new parameters."""
         self.parameters = parameters
-        self._ends = GoalAlignment(parameters, self._robot, self._swept, self._period)
+        self._alignment = GoalAlignment(parameters, self._robot, self._swept, self._period)
         if self._path is not None:
-            self._ends.set_path(self._path)
+            self._alignment.set_path(self._path)
 
     def set_path(self, path: Path) -> None:
-        """A new path to follow, map frame."""
+        """Set the path to follow, map frame."""
         self._path = path
-        self._ends.set_path(path)
+        self._alignment.set_path(path)
 
     def command(self, state: ControlState) -> Twist:
-        """The velocity to drive now.
+        """Compute the velocity command for this step.
 
         Raises:
-            NavigationError: COLLISION_AHEAD when nothing safe could be commanded for `patience`.
+            NavigationError: COLLISION_AHEAD when there was no safe command for `patience`.
         """
-        ends = self._ends
-        track = ends.begin(state)
-        if track is None:
+        alignment = self._alignment
+        progress = alignment.begin(state)
+        if progress is None:
             return STANDSTILL
-        there = ends.reached(state)
+        there = alignment.reached(state)
         if there:
-            chosen = ends.finish(state)
+            chosen = alignment.finish(state)
         else:
-            chosen = ends.turned(state) if self._may_stand_and_turn(state) else None
+            chosen = alignment.turned(state) if self._may_stand_and_turn(state) else None
         if there or chosen is not None:
             self._stand()
         else:
-            chosen = self._along(track, state)
-            if chosen is None:  # better to stand and turn than to wait for each other
-                chosen = ends.turned(state)
-        return ends.end(state, chosen)
+            chosen = self._follow(progress, state)
+            if chosen is None:  # a turn in place also ends a mutual wait with a person
+                chosen = alignment.turned(state)
+        return alignment.end(state, chosen)
 
     @property
     def local_plan(self) -> Path | None:
-        """What it means to drive next, map frame."""
+        """Planned motion of the next seconds, map frame."""
         return None if self._local_plan is None else Path(self._local_plan)
 
     def _stand(self) -> None:
-        """Nothing is driven along the path in this step."""
+        """Called in steps without motion along the path."""
         self._local_plan = None
 
     def _may_stand_and_turn(self, state: ControlState) -> bool:
-        """Whether there is time to turn in place towards the path."""
+        """Whether the robot may stop to turn in place towards the path."""
         return True
 
     @abstractmethod
-    def _along(self, track: PathProgress, state: ControlState) -> Twist | None:
-        """The velocity along the path; None when nothing is safe."""
+    def _follow(self, progress: PathProgress, state: ControlState) -> Twist | None:
+        """Compute the velocity along the path; None when no motion is safe."""

@@ -1,4 +1,4 @@
-"""Where on a path the robot is: progress that only grows, and what lies ahead."""
+"""Progress along a path: nearest point, remaining length and points ahead."""
 
 from __future__ import annotations
 
@@ -10,59 +10,59 @@ import numpy as np
 from stack.types import FloatArray, Path, Pose2D
 
 FIRST_REACH, REACH = 2.0, 1.0
-"""Metres of path searched for the nearest place at first and from then on.
+"""Metres of path searched for the nearest point: at the first update, and later.
 
-Short, so that a path that comes back near itself (a patrol that ends where it began) is driven in
-order.
+Short, so that a path that passes near itself (e.g. a patrol loop) is followed in order.
 """
 
-HEADING_OVER = 0.1
-"""Metres of path before and after a place that its heading there is taken over."""
+HEADING_SPAN = 0.1
+"""Metres of path before and after a point from which its heading is computed."""
 
-LOST_TRACK = 1.0
-"""Farther than this from the path, in metres, all of what is left of it is searched."""
+OFF_PATH = 1.0
+"""Offset in metres above which the whole remaining path is searched."""
 
 CUSP_REACHED = 0.1
 """Metres before a cusp at which it counts as reached."""
 
-LOOKS_ALONG = 0.7
-"""Cosine of the angle to a path's last direction up to which its last heading belongs to it."""
+ALIGNED_COSINE = 0.7
+"""Minimum cosine of the angle between a path's last direction and its last heading at which the
+heading is used as the direction."""
 
-RUN_OUT = 2.0
-"""Metres by which the path is prolonged, so that a lookahead point near the goal stays far."""
+EXTENSION = 2.0
+"""Metres by which the path is extended, so that lookahead points near the goal stay ahead."""
 
 
 class PathProgress:
-    """A path being driven.
+    """Progress of the robot along a path.
 
-    Beyond its end the path goes on straight in its last direction: the lookahead point then stays
-    at its distance and the steering calm up to the goal (Macenski et al. 2023 note the opposite,
-    a growing curvature, for a lookahead point that waits at the goal).
+    The path is extended straight beyond its end, so that the lookahead point keeps its distance and
+    the steering stays calm up to the goal. (With a lookahead point that stops at the goal the
+    curvature grows, see Macenski et al. 2023.)
 
-    Where a path reverses it folds back on itself; beyond such a cusp nothing counts as reached
-    before the cusp is.
+    A path that reverses folds back on itself. Points beyond a cusp count only after the cusp has
+    been reached.
 
     Attributes:
-        path: as given.
+        path: the path to follow.
         length: metres.
-        travelled: metres of the path that lie behind; never shrinks; above `length` past the end.
-        offset: metres between robot and path when last looked at.
+        travelled: metres along the path; never decreases; above `length` past the end.
+        offset: distance between robot and path at the last update, metres.
     """
 
     def __init__(self, path: Path, cusps: Sequence[float] = (), *, steered: bool = False) -> None:
-        """At the beginning of a path.
+        """Start at the beginning of a path.
 
         Args:
-            path: to drive.
-            cusps: metres along it at which the direction of driving changes.
-            steered: it was planned for a car, which arrives with the heading that it ends with.
+            path: to follow.
+            cusps: metres along the path at which the driving direction changes.
+            steered: for a car, which arrives with the path's final direction as its heading.
         """
         from stack.control import kernels
 
         self._kernels = kernels
         self.path = path
         self.length = path.length
-        self._points = _prolonged(path, self.length, steered=steered)
+        self._points = _extended(path, self.length, steered=steered)
         steps = np.linalg.norm(np.diff(self._points, axis=0), axis=1)
         self._lengths = np.concatenate([[0.0], np.cumsum(steps)])
         self._segment, self._reach, self._aimed = 0, FIRST_REACH, 0.0
@@ -71,7 +71,7 @@ class PathProgress:
 
     @property
     def arrival(self) -> Pose2D:
-        """The goal; for a car with the heading that the path brings it to."""
+        """The goal pose; for a car, with the heading in which the path ends."""
         goal = self.path.goal
         if not self._steered:
             return goal
@@ -80,13 +80,13 @@ class PathProgress:
 
     @property
     def remaining(self) -> float:
-        """Metres to the end along the path; 0 at or past it."""
+        """Remaining length of the path, metres; 0 at or past its end."""
         return max(0.0, self.length - self.travelled)
 
     def advance(self, pose: Pose2D) -> None:
-        """Move on to the place of the path that is nearest to the pose now."""
+        """Update the progress to the path point nearest to a pose."""
         segment, travelled, offset = self._nearest(pose, self._up_to_cusp())
-        if offset > LOST_TRACK:
+        if offset > OFF_PATH:
             segment, travelled, offset = self._nearest(pose, np.inf)
         self._segment, self._reach = segment, REACH
         self.travelled, self.offset = max(self.travelled, travelled), offset
@@ -94,24 +94,24 @@ class PathProgress:
             self._segment = int(np.searchsorted(self._lengths, self._cusps.pop(0) - 1e-6))
 
     def _up_to_cusp(self) -> float:
-        """Metres of the path to search: none of those beyond the next cusp."""
+        """Metres of the path to search, up to the next cusp."""
         if not self._cusps:
             return self._reach
         left = self._cusps[0] - float(self._lengths[self._segment]) - 1e-3
         return max(0.0, min(self._reach, left))
 
     def lookahead_point(self, pose: Pose2D, distance: float) -> tuple[float, float]:
-        """The first point ahead on the path at a straight-line distance, map frame.
+        """Return the first path point ahead at a straight-line distance, map frame.
 
-        Never behind one that was aimed at before, short of the goal: in a corner a robot that
-        slows down would else look less far, turn back to the leg it has cut and stop there.
+        Before the goal it never moves backward along the path. Otherwise a robot that slows down
+        in a corner would get a nearer point, turn back to the corner that it has cut, and stop.
         """
         length = self._ahead_by(pose, distance)
         self._aimed = max(length, min(self._aimed, self.length))
         return self._point(self._aimed)
 
     def nearer_point(self, pose: Pose2D, distance: float) -> tuple[float, float]:
-        """The first point ahead at a distance, wherever was aimed before."""
+        """Return the first path point at a distance, regardless of earlier lookahead points."""
         return self._point(self._ahead_by(pose, distance))
 
     def _ahead_by(self, pose: Pose2D, distance: float) -> float:
@@ -125,26 +125,26 @@ class PathProgress:
         return x, y
 
     def pose_ahead(self, distance: float) -> Pose2D:
-        """Where on the path the robot should be some metres on, looking along it."""
+        """The pose on the path `distance` metres ahead of the progress."""
         length = self.travelled + distance
         return Pose2D(*self._point(length), self._heading(length))
 
     def foot(self, pose: Pose2D) -> tuple[float, float, float]:
-        """Where on the path a pose near the robot belongs: length, offset, the path's heading."""
+        """Project a pose near the robot onto the path: length, offset (m), heading of the path."""
         _, length, offset = self._nearest(pose, REACH)
         return length, offset, self._heading(length)
 
     def ahead(self, distance: float) -> FloatArray:
-        """(k, 2) the path's own points on its next metres, map frame."""
+        """Return the (k, 2) points of the path in its next `distance` metres, map frame."""
         own = self._lengths[: len(self.path.points)]
         first, last = np.searchsorted(own, [self.travelled, self.travelled + distance])
         return self.path.points[first : last + 1, :2]
 
     def sampled(self, distance: float, spacing: float, *, beyond: bool = False) -> FloatArray:
-        """(k, 2) points evenly spaced on the next metres of the path, map frame, k >= 1.
+        """Return (k, 2) evenly spaced points of the next `distance` metres, map frame, k >= 1.
 
-        The first is the place of the path nearest to the robot; the goal is the last when it is
-        that near, unless the way may go on straight `beyond` it.
+        The first point is the one nearest to the robot. The goal is the last one when it is within
+        `distance`; with `beyond` the path continues straight after the goal.
         """
         if beyond:
             lengths = self.travelled + spacing * np.arange(int(distance / spacing + 1e-6) + 1)
@@ -157,7 +157,7 @@ class PathProgress:
         return np.column_stack([np.interp(lengths, self._lengths, axis) for axis in self._points.T])
 
     def _heading(self, length: float) -> float:
-        (bx, by), (cx, cy) = self._point(length - HEADING_OVER), self._point(length + HEADING_OVER)
+        (bx, by), (cx, cy) = self._point(length - HEADING_SPAN), self._point(length + HEADING_SPAN)
         return atan2(cy - by, cx - bx)
 
     def _nearest(self, pose: Pose2D, reach: float) -> tuple[int, float, float]:
@@ -167,11 +167,11 @@ class PathProgress:
         return found
 
 
-def _prolonged(path: Path, length: float, *, steered: bool) -> FloatArray:
-    """The path's positions (n + 1, 2) with one more straight on.
+def _extended(path: Path, length: float, *, steered: bool) -> FloatArray:
+    """Return the path's positions with a straight extension, (n + 1, 2).
 
-    A car's path may end in an arc: straight on is then where it looks, unless it was planned
-    without regard to headings.
+    A car's path may end in an arc. Its extension then follows the last heading, unless that differs
+    too much from the direction of the path (a path planned without headings).
     """
     points = path.points[:, :2]
     end = points[-1]
@@ -184,6 +184,6 @@ def _prolonged(path: Path, length: float, *, steered: bool) -> FloatArray:
         far = np.flatnonzero(away >= min(0.15, 0.5 * float(away.max())))
         direction = end - points[far[-1]]
         direction = direction / np.linalg.norm(direction)
-        if steered and float(direction @ looks) > LOOKS_ALONG:
+        if steered and float(direction @ looks) > ALIGNED_COSINE:
             direction = looks
-    return np.ascontiguousarray(np.vstack([points, end + RUN_OUT * direction]))
+    return np.ascontiguousarray(np.vstack([points, end + EXTENSION * direction]))

@@ -1,4 +1,4 @@
-"""Standing before something in the way for a while before giving up."""
+"""Waiting time in front of an obstacle before the controller fails."""
 
 from __future__ import annotations
 
@@ -7,21 +7,21 @@ from stack.types import STANDSTILL, FailureCode, Twist
 
 
 class Patience:
-    """Turns "nothing safe to drive" into a standstill, and after a while into a failure."""
+    """Replaces a missing safe command by a standstill, and after a while by a failure."""
 
     def __init__(self) -> None:
         self._since: float | None = None
 
-    def bear(self, chosen: Twist | None, time: float, patience: float) -> Twist:
-        """The chosen twist; standstill while there is none, for as long as patience lasts.
+    def resolve(self, chosen: Twist | None, time: float, patience: float) -> Twist:
+        """Return the chosen twist, or a standstill while there is none.
 
         Args:
-            chosen: None when nothing safe can be commanded.
+            chosen: None when there is no safe command.
             time: now, seconds.
             patience: seconds to wait.
 
         Raises:
-            NavigationError: COLLISION_AHEAD once patience is over.
+            NavigationError: COLLISION_AHEAD after waiting for `patience`.
         """
         if chosen is not None:
             self._since = None
@@ -32,6 +32,6 @@ class Patience:
         if waited >= patience:
             raise NavigationError(
                 FailureCode.COLLISION_AHEAD,
-                f"something stands in the way ahead; waited {waited:.1f} s for it",
+                f"an obstacle blocks the path ahead; waited {waited:.1f} s for it to clear",
             )
         return STANDSTILL

@@ -1,4 +1,4 @@
-"""Speeds that a robot with limited acceleration and a late answer can follow."""
+"""Speed profiles for a robot with limited acceleration and a response delay."""
 
 from __future__ import annotations
 
@@ -10,27 +10,30 @@ from stack.drivetrain.kinematics import within_turning_radius
 from stack.types import Twist
 
 
-def stopping_speed(way: float, deceleration: float, late: float) -> float:
-    """The speed from which a robot that answers late still stops within a way.
+def stopping_speed(distance: float, deceleration: float, delay: float) -> float:
+    """Highest speed from which a robot with a response delay still stops within a distance.
 
     Args:
-        way: metres or radians left.
+        distance: remaining metres or radians.
         deceleration: m/s² or rad/s².
-        late: seconds between a command and its effect.
+        delay: seconds between a command and its effect.
+
+    Returns:
+        m/s or rad/s.
     """
-    lost = deceleration * late
-    return sqrt(lost * lost + 2.0 * deceleration * max(0.0, way)) - lost
+    lost = deceleration * delay
+    return sqrt(lost * lost + 2.0 * deceleration * max(0.0, distance)) - lost
 
 
 @dataclass(frozen=True, slots=True)
 class Ramp:
-    """Keeps commands within what the drive can do from one step to the next.
+    """Limits the change of commands from one control step to the next.
 
     Attributes:
         limits: of the robot.
         period: seconds between two commands.
-        response_time: from a command to the robot's answer, seconds.
-        turning_radius: of the tightest arc, metres; 0 where the robot turns in place.
+        response_time: delay from a command to the robot's response, seconds.
+        turning_radius: minimum, metres; 0 if the robot can turn in place.
     """
 
     limits: Limits
@@ -39,10 +42,10 @@ class Ramp:
     turning_radius: float = 0.0
 
     def rebased(self, last: Twist, measured: Twist) -> Twist:
-        """The last command, no farther from the measured speed than a late robot explains."""
-        limits, late = self.limits, self.response_time + 2.0 * self.period
-        slack = max(limits.linear_acceleration, limits.linear_deceleration) * late
-        turn_slack = limits.angular_acceleration * late
+        """Clip the last command to the measured velocity, plus the change possible in the delay."""
+        limits, delay = self.limits, self.response_time + 2.0 * self.period
+        slack = max(limits.linear_acceleration, limits.linear_deceleration) * delay
+        turn_slack = limits.angular_acceleration * delay
         return Twist(
             _near(last.linear, measured.linear, slack),
             _near(last.angular, measured.angular, turn_slack),
@@ -50,7 +53,7 @@ class Ramp:
         )
 
     def towards(self, last: Twist, wanted: Twist) -> Twist:
-        """One step from the last command on the way to the wanted one, on an arc it can drive."""
+        """One step from the last command towards the wanted one, on a drivable arc."""
         reached = Twist(
             self.forward(last.linear, wanted.linear),
             self.turn(last.angular, wanted.angular),
@@ -59,17 +62,17 @@ class Ramp:
         return within_turning_radius(reached, self.turning_radius)
 
     def forward(self, last: float, wanted: float) -> float:
-        """A forward speed one step after another on the way to the wanted one, m/s."""
+        """One step of the forward speed towards the wanted one, m/s."""
         rise, fall = self.limits.linear_acceleration, self.limits.linear_deceleration
         return min(max(wanted, last - fall * self.period), last + rise * self.period)
 
     def turn(self, last: float, wanted: float) -> float:
-        """A turning speed one step after another on the way to the wanted one, rad/s."""
+        """One step of the turning speed towards the wanted one, rad/s."""
         top, change = self.limits.angular_speed, self.limits.angular_acceleration * self.period
         return _near(_near(wanted, 0.0, top), last, change)
 
     def stopped(self, last: Twist) -> Twist:
-        """One step of braking on the arc that is being driven."""
+        """One step of braking on the current arc."""
         fall = self.limits.linear_deceleration * self.period
         slower = abs(last.linear) - fall
         share = max(0.0, slower / abs(last.linear)) if last.linear else 0.0

@@ -1,4 +1,4 @@
-"""Turns towards a path that lies far off the robot's heading, before its controller takes over."""
+"""Rotation shim: decides when to turn in place towards the path before driving along it."""
 
 from __future__ import annotations
 
@@ -9,42 +9,42 @@ from stack.control.path_progress import PathProgress
 from stack.types import Pose2D, wrap_angle
 
 LOOKAHEAD = 0.4
-"""Metres ahead on the path whose direction counts."""
+"""Distance in metres of the path point to turn towards."""
 
 CLOSE = 0.15
-"""Metres to the goal from which a robot makes straight for it, however little that takes."""
+"""Distance in metres to the goal below which smaller angles to it also start a turn."""
 
 DISENGAGE = 0.3
-"""Share of the angle that begins a turn at which the turn ends."""
+"""Share of the starting angle at which a turn ends."""
 
 STANDING = 0.1
-"""Speed in m/s up to which a turn is begun; above it only when the path lies behind."""
+"""Speed in m/s up to which a turn starts; above it only when the path is behind."""
 
 BEHIND = 2.0
-"""Radians off the heading from which a path lies behind."""
+"""Angle in radians above which the path is behind the robot."""
 
 
 class RotationShim:
-    """Decides when to turn in place first. Nav2's rotation shim controller does the same."""
+    """Decides when to turn in place first, like Nav2's rotation shim controller."""
 
     def __init__(self) -> None:
         self._turning = False
 
     def angle(
-        self, track: PathProgress, state: ControlState, least: float, precision: float
+        self, progress: PathProgress, state: ControlState, least: float, precision: float
     ) -> float | None:
-        """The angle to turn by now, None when the path may be driven.
+        """Return the angle to turn by, radians; None when the robot can drive along the path.
 
         Args:
-            track: of the path, advanced to the pose.
+            progress: progress on the path, updated with the current pose.
             state: of the robot.
-            least: radians off the path that begin a turn.
-            precision: metres by which the goal may be missed.
+            least: angle to the path that starts a turn, radians.
+            precision: position tolerance at the goal, metres.
         """
-        pose, goal = state.pose, track.path.goal
+        pose, goal = state.pose, progress.path.goal
         distance = pose.distance_to(goal)
-        if track.remaining > LOOKAHEAD:
-            x, y = track.nearer_point(pose, LOOKAHEAD)
+        if progress.remaining > LOOKAHEAD:
+            x, y = progress.nearer_point(pose, LOOKAHEAD)
             goal = Pose2D(x, y)
         elif distance <= precision:
             self._turning = False

@@ -1,4 +1,4 @@
-"""The footprint swept along a motion: how far it is clear on a costmap."""
+"""Collision checks of the footprint swept along a motion."""
 
 from __future__ import annotations
 
@@ -11,26 +11,26 @@ from stack.geometry.polygons import fill_polygon
 from stack.types import LETHAL_COST, CostGrid, FloatArray, Footprint, Pose2D, Twist
 
 SLACK = 0.003
-"""Metres that something nearer than the padding may still come nearer."""
+"""Metres by which a point inside the padding may still come nearer."""
 
 BoolArray = NDArray[np.bool_]
 
 
 class SweptFootprint:
-    """Checks motions of one robot against lethal cells and, where it has seen any, scan points.
+    """Checks motions of one robot against lethal cells and, if set, scan points.
 
-    Cells that the footprint covers already do not count, so that a robot can always leave.
+    Cells that the footprint covers already do not count, so that the robot can always leave them.
 
     Args:
-        footprint: its outline.
-        padding: metres that `arc` keeps free of the points of `seen`.
-        exact: a lethal cell is an obstacle at its middle only, half a cell off at most and right on
-            the average; else all of it is one, which shuts passages that are a cell wider than the
-            robot. For those who know the points, too.
+        footprint: outline of the robot.
+        padding: distance in metres that `arc` keeps to the points of `seen`.
+        exact: check only the centre of a lethal cell: the error is at most half a cell and zero on
+            average. Otherwise the whole cell is an obstacle, which closes passages less than a cell
+            wider than the robot. Use it together with `seen`.
 
     Attributes:
-        padding: metres, in force.
-        seen: (m, 2) what the newest scan met, map frame; None: only the costs are looked at.
+        padding: metres.
+        seen: (m, 2) points of the newest scan, map frame; None: check the costs only.
     """
 
     def __init__(self, footprint: Footprint, *, padding: float = 0.0, exact: bool = False) -> None:
@@ -45,16 +45,17 @@ class SweptFootprint:
         self._body: tuple[float, FloatArray] = (0.0, np.empty((0, 2)))
 
     def arc(self, costs: CostGrid, pose: Pose2D, twist: Twist, horizon: float) -> tuple[float, int]:
-        """Seconds for which a constant twist stays clear.
+        """Time for which a constant twist stays clear.
 
         Args:
-            costs: map frame.
-            pose: to begin at, map frame.
-            twist: to be driven.
+            costs: costmap, map frame.
+            pose: start pose, map frame.
+            twist: to check.
             horizon: seconds to look ahead.
 
         Returns:
-            Seconds (inf: clear over the whole horizon), and the worst passable cost on the way.
+            Seconds (inf: clear over the whole horizon), and the highest passable cost under the
+            base up to there.
         """
         speed = hypot(twist.linear, twist.lateral)
         step = costs.resolution / (speed + abs(twist.angular) * self._radius)
@@ -72,11 +73,11 @@ class SweptFootprint:
         return min(free, float(time)), cost
 
     def clear_poses(self, costs: CostGrid, pose: Pose2D, poses: FloatArray) -> NDArray[np.int64]:
-        """How many poses of each motion are clear before its first collision.
+        """Count the clear poses of each motion before its first collision.
 
         Args:
-            costs: map frame.
-            pose: where the robot is now, map frame.
+            costs: costmap, map frame.
+            pose: current pose of the robot, map frame.
             poses: (n, k, 3) x, y, heading of k poses on each of n motions, map frame.
 
         Returns:
@@ -90,7 +91,7 @@ class SweptFootprint:
         return counts
 
     def _near(self, costs: CostGrid) -> NDArray[np.uint8]:
-        """(rows, columns) 0 where nothing lethal is within reach of the footprint."""
+        """(rows, columns): 0 where no lethal cell is within the footprint's radius."""
         import cv2
 
         cells = ceil(self._radius / costs.resolution) + 2
@@ -99,16 +100,16 @@ class SweptFootprint:
         return np.asarray(cv2.dilate(lethal, disc), np.uint8)
 
     def _reach(self, resolution: float) -> FloatArray:
-        """(n, 2) corners of the polygon in which the middle of a lethal cell is a collision."""
+        """(n, 2) corners of the polygon in which the centre of a lethal cell is a collision."""
         if self._exact:
             return self._corners
-        # All of a cell counts: its middle lies within half a diagonal of the footprint.
+        # The whole cell counts: its centre lies within half a diagonal of the footprint.
         away = np.linalg.norm(self._corners, axis=1, keepdims=True)
         grown: FloatArray = self._corners * (1.0 + 2.0 * resolution / away)
         return grown
 
     def body(self, resolution: float) -> FloatArray:
-        """(m, 2) points that fill the footprint, fit for cells of this size; base frame."""
+        """(m, 2) points that fill the footprint, at most 0.7 cells apart, base frame."""
         if self._body[0] != resolution:
             self._body = (resolution, fill_polygon(self._footprint.points, 0.7 * resolution))
         return self._body[1]

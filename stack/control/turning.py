@@ -1,4 +1,4 @@
-"""Turns in place: collision-checked, stopping on the heading wanted."""
+"""Turns in place with collision checks and braking at the target heading."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from stack.control.swept import SweptFootprint
 from stack.types import Twist
 
 SLOWEST = 0.08
-"""rad/s below which many drives stick."""
+"""Turning speed in rad/s below which many drives do not move."""
 
 
 @dataclass(frozen=True, slots=True)
 class TurnStyle:
-    """How to turn: top speed (rad/s), share of the acceleration to brake with, error to stop at."""
+    """Top speed (rad/s), share of the deceleration to brake with, final heading error (rad)."""
 
     speed: float
     brake_share: float
@@ -24,27 +24,27 @@ class TurnStyle:
 
 
 class TurnInPlace:
-    """Turns by an angle, the other way round if only that is free."""
+    """Turns by an angle, in the opposite direction if only that is clear."""
 
     def __init__(self, swept: SweptFootprint, ramp: Ramp, style: TurnStyle) -> None:
         self._swept, self._ramp, self._style = swept, ramp, style
 
     def twist(self, state: ControlState, last: Twist, angle: float) -> Twist | None:
-        """The next command of a turn, None when both ways are blocked.
+        """Return the next command of a turn, None when both directions are blocked.
 
         Args:
-            state: where the robot is.
-            last: the command before, still braking to a stand perhaps.
-            angle: left to turn, radians, positive to the left.
+            state: of the robot.
+            last: the previous command; the robot may still be braking.
+            angle: remaining angle, radians, positive to the left.
         """
         linear, lateral = map(self._braked, (last.linear, last.lateral))
         if abs(angle) <= self._style.precision:
             return Twist(linear, 0.0, lateral)
-        for way in (angle, angle - copysign(2.0 * pi, angle)):
-            turn = Twist(angular=copysign(1.0, way))
-            free, _ = self._swept.arc(state.costs, state.pose, turn, abs(way))
+        for option in (angle, angle - copysign(2.0 * pi, angle)):
+            turn = Twist(angular=copysign(1.0, option))
+            free, _ = self._swept.arc(state.costs, state.pose, turn, abs(option))
             if free == inf:
-                return Twist(linear, self._ramp.turn(last.angular, self._speed(way)), lateral)
+                return Twist(linear, self._ramp.turn(last.angular, self._speed(option)), lateral)
         return None
 
     def _braked(self, speed: float) -> float:
@@ -57,9 +57,9 @@ class TurnInPlace:
 
 
 def turning_speed(angle: float, style: TurnStyle, ramp: Ramp) -> float:
-    """The turning speed (rad/s) with an angle left to turn, from which it still stops on it."""
+    """Highest turning speed (rad/s) that still stops at the remaining angle (radians)."""
     top = min(style.speed, ramp.limits.angular_speed)
-    late = ramp.response_time + ramp.period
-    way = abs(angle) - 0.5 * style.precision
-    rate = stopping_speed(way, style.brake_share * ramp.limits.angular_acceleration, late)
+    delay = ramp.response_time + ramp.period
+    distance = abs(angle) - 0.5 * style.precision
+    rate = stopping_speed(distance, style.brake_share * ramp.limits.angular_acceleration, delay)
     return copysign(min(top, rate), angle)

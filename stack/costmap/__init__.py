@@ -1,1 +1,1 @@
-"""Costmaps: what each place costs to drive through."""
+"""Layered costmaps: the cost of driving through each cell."""

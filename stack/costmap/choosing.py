@@ -1,4 +1,4 @@
-"""Which layers a costmap has, as missions say it."""
+"""The list of costmap layers in a mission file: read, checked and built."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ _WORDS = ("use", "name", "only")
 
 @dataclass(frozen=True)
 class LayerChoice:
-    """A layer by name, and what its entry says of its parameters.
+    """One entry of a mission's list of layers.
 
     Attributes:
-        use: the component's name.
-        name: what this layer is called; the component's name unless there are several.
-        component: its class.
-        values: parameters given, raw; those missing are the costmap's own, or defaults.
-        only: the costmap that has it: both, global or local.
+        use: name of the component.
+        name: name of this layer; default: the component's name.
+        component: class of the layer.
+        values: raw parameters of the entry; missing ones come from the costmap, then the defaults.
+        only: the costmap that uses the layer: both, global or local.
     """
 
     use: str
@@ -38,10 +38,10 @@ class LayerChoice:
     only: str = "both"
 
     def parameters(self, costmap: CostmapParameters) -> Any:
-        """The layer's parameters in a costmap with these settings.
+        """Return the layer's parameters for a costmap with these settings.
 
         Raises:
-            ParameterError: an unknown parameter or a value that will not do.
+            ParameterError: an unknown parameter or an invalid value.
         """
         kind: Any = self.component
         own = declarations(kind.Parameters)
@@ -51,34 +51,37 @@ class LayerChoice:
         return build(kind.Parameters, {**shared, **self.values})
 
     def made(self, costmap: CostmapParameters, footprint: Footprint) -> CostmapLayer:
-        """The layer itself."""
+        """Create the layer."""
         layer: CostmapLayer = self.component(self.parameters(costmap), footprint)
         return layer
 
     def located(self, folder: Path) -> LayerChoice:
-        """The same with its mask looked for in a folder.
+        """Return a copy whose mask file is resolved relative to a folder.
 
         Raises:
-            InputError: there is no such file.
+            InputError: the mask file does not exist.
         """
         if not self.values.get("mask"):
             return self
         file = folder / str(self.values["mask"])
         if not file.is_file():
-            raise InputError(f"layer {self.name!r}: there is no mask {self.values['mask']}")
+            raise InputError(
+                f"layer {self.name!r}: mask file {self.values['mask']} does not exist; "
+                "paths are relative to the mission file"
+            )
         return replace(self, values={**self.values, "mask": str(file)})
 
 
 def usual_layers() -> tuple[LayerChoice, ...]:
-    """The layers of a costmap whose mission names none."""
+    """Return the default layers, used when a mission does not list any."""
     return read_layers(USUAL, CostmapParameters())
 
 
 def read_layers(raw: Any, costmap: CostmapParameters) -> tuple[LayerChoice, ...]:
-    """The layers in a mission's list: names, or {use: name, only: local, parameter: value}.
+    """Read a mission's list of layers: names, or {use: name, only: local, parameter: value}.
 
     Raises:
-        ParameterError: no such layer, or anything else that will not do; named `layers`.
+        ParameterError: an unknown layer or another invalid entry; its parameter is `layers`.
     """
     if not isinstance(raw, Sequence) or isinstance(raw, str):
         raise ParameterError("layers", f"expected a list of layers, got {raw!r}")
@@ -93,8 +96,8 @@ def read_layers(raw: Any, costmap: CostmapParameters) -> tuple[LayerChoice, ...]
             raise ParameterError("layers", f"layer {number}: {error}") from None
         if any(other.name == choice.name for other in choices):
             raise ParameterError(
-                "layers", f"layer {number}: {choice.name!r} is there twice",
-                "give the second one another `name`",
+                "layers", f"layer {number}: the name {choice.name!r} is used twice",
+                "give the second layer a different `name`",
             )  # fmt: skip
         choices.append(choice)
     return tuple(choices)
@@ -104,7 +107,9 @@ def _read(item: Any) -> LayerChoice:
     if isinstance(item, str):
         item = {"use": item}
     if not isinstance(item, Mapping) or not isinstance(item.get("use"), str):
-        raise ParameterError("", f"a layer is a name or {{use: name, parameter: value}}: {item!r}")
+        raise ParameterError(
+            "", f"expected a layer name or {{use: name, parameter: value}}, got {item!r}"
+        )
     only = item.get("only", "both")
     if only not in COSTMAPS:
         raise ParameterError(

@@ -1,4 +1,4 @@
-"""A layered costmap: what the map, the sensors and the rules of a place say of each cell.
+"""Layered costmap: combines the map, sensor data and zones into one cost per cell.
 
 Layers and cost values follow Nav2's costmap_2d (Lu, Hershberger and Smart, "Layered costmaps for
 context-sensitive navigation", IROS 2014).
@@ -42,21 +42,21 @@ from stack.types import (
 
 
 class Costmap:
-    """What each place costs to drive through, kept up to date from the sensors.
+    """Cost of driving through each cell, updated from the sensors.
 
     Layers before `inflation` mark cells, which are inflated; layers after it add costs. An update
-    paints and inflates only what changed.
+    repaints and inflates only changed cells.
 
     Args:
-        parameters: of the costmap and its usual layers.
+        parameters: of the costmap and its default layers.
         footprint: gives the inscribed radius and the cells under the robot.
         static: the map, or None.
         window: None to cover the map (global costmap); the side in metres of a square that rolls
             with the robot, aligned to the map's cells (local costmap).
-        layers: in the order in which they paint; None for the map, obstacles and inflation.
+        layers: in painting order; None for the map, obstacles and inflation.
 
     Raises:
-        ParameterError: neither a map nor a window, or a window below three cells.
+        ParameterError: neither a map nor a window, or a window of less than three cells.
         InputError: a layer's mask cannot be read.
     """
 
@@ -86,17 +86,17 @@ class Costmap:
 
     @property
     def parameters(self) -> CostmapParameters:
-        """The settings in force."""
+        """Current parameters."""
         return self._parameters
 
     @property
     def version(self) -> int:
-        """Grows with each change of cells or place."""
+        """Increases with each change of the cells or of the window's position."""
         return self._version
 
     @property
     def grid(self) -> CostGrid:
-        """The costs now, a copy that later updates leave alone; UNKNOWN_COST where unknown."""
+        """A copy of the current costs; UNKNOWN_COST where unknown."""
         if self._grid is None:
             self._grid = CostGrid(
                 self._painting.cells.copy(), self._frame.resolution, self._frame.origin
@@ -105,42 +105,42 @@ class Costmap:
 
     @property
     def layers(self) -> tuple[str, ...]:
-        """Names of the layers, in the order in which they paint."""
+        """Names of the layers, in painting order."""
         return tuple(self._layers)
 
     @property
     def needs_tracks(self) -> bool:
-        """Whether a layer wants to know what moves."""
+        """Whether a layer uses tracked objects."""
         return any(layer.needs_tracks for layer in self._layers.values())
 
     def update(
         self, pose: Pose2D, scan: Scan | None, time: float, *,
         readings: Sequence[RangeReading] = (), tracks: Sequence[TrackedObject] | None = None,
     ) -> None:  # fmt: skip
-        """Take in what is new, or only let time pass and the window follow.
+        """Add new sensor data, expire old marks and roll the window to the robot.
 
         Args:
             pose: of the base when the scan was taken, map frame.
             scan: a new scan, or None.
             time: seconds on the robot's clock.
-            readings: new ones of sonar-like sensors.
-            tracks: of everything that moves, map frame; None without news.
+            readings: new range readings, e.g. of sonars.
+            tracks: all tracked objects, map frame; None when they were not updated.
         """
         known = None if tracks is None else tuple(tracks)
         self._take_in(SensorUpdate(pose, time, scan, "lidar", tuple(readings), known))
 
     def update_from(self, source: str, pose: Pose2D, scan: Scan, time: float) -> None:
-        """Take in a scan of another lidar, for the obstacle layer with that `source`."""
+        """Add a scan of another lidar, for the obstacle layer with that `source`."""
         self._take_in(SensorUpdate(pose, time, scan, source))
 
     def explain(self, x: float, y: float) -> CellProvenance | None:
-        """Which layer and source made a cell lethal, and when; None where it is not lethal.
+        """Return the layer, source and time that made a cell lethal; None if it is not lethal.
 
-        Where several say so it is the first in the list: clearing the others changes nothing.
+        When several layers mark the cell, the first in the list is returned.
 
         Args:
             x: metres, map frame.
-            y: likewise.
+            y: metres, map frame.
         """
         row, column = self.grid.cell_at(x, y)
         if not self.grid.contains(row, column) or self._painting.cells[row, column] != LETHAL_COST:
@@ -152,7 +152,7 @@ class Costmap:
         return None
 
     def clear(self, *, layer: str | None = None) -> None:
-        """Forget what was sensed everywhere, by one layer or all. Map and rules stay.
+        """Clear sensed obstacles everywhere, in one layer or all. The map and zones stay.
 
         Raises:
             ParameterError: there is no such layer.
@@ -160,14 +160,14 @@ class Costmap:
         self._clear(None, layer)
 
     def clear_around(self, pose: Pose2D, radius: float, *, layer: str | None = None) -> None:
-        """Forget what was sensed within a distance (metres) of a pose; else as `clear`."""
+        """Clear sensed obstacles within `radius` metres of a pose; otherwise as `clear`."""
         low, high = (pose.x - radius, pose.y - radius), (pose.x + radius, pose.y + radius)
         box = self._frame.box_around(low, high)
         x, y = self._frame.middles(box)
         self._clear(Region(box, np.hypot(x - pose.x, y - pose.y) <= radius), layer)
 
     def speed_limit(self, pose: Pose2D, deceleration: float) -> float:
-        """What speed zones allow here and ahead, m/s; inf without any. See SpeedZonesLayer."""
+        """Speed limit of the speed zones here and ahead, m/s; inf without. See SpeedZonesLayer."""
         limits = (
             layer.speed_limit(pose, deceleration)
             for layer in self._layers.values()
@@ -176,7 +176,7 @@ class Costmap:
         return min(limits, default=inf)
 
     def set_static(self, static: OccupancyGrid) -> None:
-        """Take another map, as SLAM makes them; sensed obstacles keep their places.
+        """Replace the map, e.g. by a new one from SLAM; sensed obstacles keep their positions.
 
         Raises:
             ParameterError: the resolution of the map changed.
@@ -185,7 +185,8 @@ class Costmap:
         if self._window is None and static.resolution != before.resolution:
             raise ParameterError(
                 "static",
-                f"resolution {static.resolution:g} m, expected {before.resolution:g} m as before",
+                f"resolution {static.resolution:g} m, expected {before.resolution:g} m, "
+                "the resolution of the previous map",
             )
         self._lattice = Lattice(static, self._window, before.resolution, before.origin)
         self._frame = self._lattice.frame
@@ -196,7 +197,7 @@ class Costmap:
         self._begin(static, (row, column))
 
     def configure(self, parameters: CostmapParameters) -> None:
-        """Use other settings from now on, on the same cells; sensed obstacles stay."""
+        """Apply new parameters; the cells and sensed obstacles stay."""
         settings = {item.name: item.parameters(parameters) for item in self._choices}
         for name, values in settings.items():
             self._layers[name].configure(values)
@@ -205,7 +206,7 @@ class Costmap:
         self._recompute()
 
     def _marking(self) -> list[CostmapLayer]:
-        """Layers whose marks are inflated, in order."""
+        """Return the layers whose marks are inflated, in order."""
         layers = list(self._layers.values())
         marking = layers[: self._pivot]
         if self._parameters.denoise and not any(isinstance(x, DenoiseLayer) for x in marking):
@@ -213,7 +214,7 @@ class Costmap:
         return marking
 
     def _begin(self, static: OccupancyGrid | None, shift: tuple[int, int] | None) -> None:
-        """Lay every layer out in the frame of now and paint all of it."""
+        """Lay out every layer in the current frame and repaint all cells."""
         for layer in self._layers.values():
             if isinstance(layer, StaticLayer):
                 layer.take(static)
@@ -230,7 +231,7 @@ class Costmap:
         self._repaint(marked, added)
 
     def _follow(self, pose: Pose2D) -> None:
-        """Roll the window with the robot; layers and cells keep what stays in sight."""
+        """Roll the window with the robot; cells that stay inside keep their values."""
         shift = self._lattice.follow(pose)
         if shift == (0, 0):
             return
@@ -241,9 +242,7 @@ class Costmap:
 
     def _clear(self, region: Region | None, name: str | None) -> None:
         if name is not None and name not in self._layers:
-            raise ParameterError(
-                "layer", f"there is no layer {name!r}", suggestion(name, self._layers)
-            )
+            raise ParameterError("layer", f"unknown layer {name!r}", suggestion(name, self._layers))
         names = self._layers if name is None else (name,)
         order = list(self._layers)
         boxes = {key: self._layers[key].clear(region) for key in names}
@@ -264,5 +263,5 @@ class Costmap:
 
 
 def _corner(window: float | None) -> tuple[float, float]:
-    """Lower left of a window round the map frame's origin."""
+    """Lower left corner of a window centred on the origin of the map frame."""
     return (0.0, 0.0) if window is None else (-window / 2, -window / 2)

@@ -1,4 +1,4 @@
-"""Drops small groups of sensed cells."""
+"""Costmap layer that removes small groups of sensed cells."""
 
 from __future__ import annotations
 
@@ -11,19 +11,18 @@ from stack.types import Footprint
 
 
 class DenoiseLayer:
-    """Drops groups of lethal cells that are smaller than something real.
+    """Removes small groups of lethal cells, which are probably noise.
 
-    A group is connected over eight neighbours. Cells of the map are never dropped, and what touches
-    them is not small. Stands behind the layers whose marks it looks at, before `inflation`. After
-    Nav2's DenoiseLayer.
+    Groups are 8-connected. Lethal cells of the map and the groups that touch them are kept. List it
+    after the layers that it filters and before `inflation`. Modelled on Nav2's DenoiseLayer.
     """
 
     @dataclass(frozen=True)
     class Parameters:
-        """What counts as noise."""
+        """Size of the groups that count as noise."""
 
         smallest_group: int = parameter(
-            2, at_least=2, at_most=16, help="connected cells that are kept; fewer are dropped"
+            2, at_least=2, at_most=16, help="smaller groups of connected cells are removed"
         )
 
     needs_tracks: ClassVar[bool] = False
@@ -36,30 +35,30 @@ class DenoiseLayer:
 
     @property
     def reach(self) -> int:
-        """A group too small ends within this many cells."""
+        """Largest distance between two cells of a group that is removed, in cells."""
         return self._parameters.smallest_group - 1
 
     def configure(self, parameters: Parameters) -> None:
-        """Use other settings from now on."""
+        """Apply new parameters."""
         self._parameters = parameters
 
     def lay_out(self, frame: Frame, shift: tuple[int, int] | None) -> None:
-        """Knows nothing of places."""
+        """Do nothing: the layer stores no cells."""
 
     def update(self, senses: SensorUpdate) -> Box:
-        """Senses nothing itself."""
+        """Change nothing: the layer uses no sensor data."""
         return NO_BOX
 
     def paint(self, canvas: Canvas) -> None:
-        """Give dropped cells back to the map, or free them where it knows nothing."""
+        """Reset removed cells to the map's cost; free where the map is unknown."""
         self._kernels.drop_small_groups(
             canvas.cells, canvas.ground, self._parameters.smallest_group
         )
 
     def clear(self, region: Region | None) -> Box:
-        """There is nothing to forget."""
+        """Change nothing: the layer stores nothing."""
         return NO_BOX
 
     def origin_of(self, row: int, column: int) -> tuple[str, float | None] | None:
-        """Marks nothing."""
+        """Return None: the layer marks no cells."""
         return None

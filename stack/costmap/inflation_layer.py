@@ -1,4 +1,4 @@
-"""Costs around lethal cells."""
+"""Costmap layer that adds costs around lethal cells."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from stack.types import INSCRIBED_COST, LETHAL_COST, Footprint
 def inflation_costs(
     parameters: InflationParameters, footprint: Footprint, resolution: float
 ) -> Costs:
-    """Nav2's cost by squared distance in cells to the nearest lethal cell.
+    """Nav2's inflation costs, indexed by the squared distance in cells to the nearest lethal cell.
 
     cost(d) = 254 at d = 0, 253 for d <= r, else floor(252 · exp(-k (d - r))) with d in metres, r
-    the inscribed radius and k the cost scaling. With a turning cost T the cost falls in a straight
-    line from 252 at r to T at the circumscribed radius R, and as T · exp(-k (d - R)) beyond: an
-    oblong robot then goes round a gap that it could pass but not turn in, unless that is far.
+    the inscribed radius and k the cost scaling. With a turning cost T the cost falls linearly from
+    252 at r to T at the circumscribed radius R, and as T · exp(-k (d - R)) beyond. A long robot
+    then avoids gaps in which it cannot turn, unless the detour is long.
 
     Returns:
         (n² + 1,) uint8 where n is the inflation radius in whole cells.
@@ -47,7 +47,7 @@ def inflation_costs(
 
 
 class InflationLayer:
-    """What lies near lethal cells costs, the nearer the more.
+    """Costs that decay with the distance to the nearest lethal cell.
 
     With the centre within the footprint's inscribed radius the robot collides at any heading (253).
     """
@@ -65,36 +65,36 @@ class InflationLayer:
 
     @property
     def reach(self) -> int:
-        """How many cells away from a lethal cell the cost ends."""
+        """Inflation radius in cells."""
         return self._reach
 
     def configure(self, parameters: InflationParameters) -> None:
-        """Use other settings from now on."""
+        """Apply new parameters."""
         self._parameters = parameters
         self._costs = inflation_costs(parameters, self._footprint, self._resolution)
         self._reach = round((self._costs.size - 1) ** 0.5)
 
     def lay_out(self, frame: Frame, shift: tuple[int, int] | None) -> None:
-        """Only the size of the cells matters."""
+        """Compute the costs again when the resolution has changed."""
         if frame.resolution != self._resolution:
             self._resolution = frame.resolution
             self.configure(self._parameters)
 
     def spread(self, cells: Costs, base: Costs, box: Box) -> None:
-        """Write a box of cells from base (both the whole costmap) and what surrounds it."""
+        """Inflate a box of `base` into `cells` (both cover the whole costmap)."""
         self._kernels.inflate(cells, base, self._costs, self._reach, *box)
 
     def update(self, senses: SensorUpdate) -> Box:
-        """Senses nothing itself."""
+        """Change nothing: the layer uses no sensor data."""
         return NO_BOX
 
     def paint(self, canvas: Canvas) -> None:
-        """Spreads instead."""
+        """Do nothing: `spread` writes the cells."""
 
     def clear(self, region: Region | None) -> Box:
-        """There is nothing to forget."""
+        """Change nothing: the layer stores nothing."""
         return NO_BOX
 
     def origin_of(self, row: int, column: int) -> tuple[str, float | None] | None:
-        """Marks nothing."""
+        """Return None: the layer marks no cells."""
         return None

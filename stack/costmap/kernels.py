@@ -2,8 +2,8 @@
 """Compiled loops of the costmap: beams, layers, inflation and footprints.
 
 Grids are (rows, columns), row 0 at the smallest y. A box is (first row, last row + 1, first column,
-last column + 1); an empty one has its first row at or after its last. `marked_at` holds the time a
-cell was last seen occupied, -inf where it was not.
+last column + 1); it is empty when the first value is not below the second. `marked_at` holds the
+time at which a cell was last seen occupied, -inf where it never was.
 """
 
 import numpy as np
@@ -15,7 +15,7 @@ NEVER = -np.inf
 
 @njit(cache=True, nogil=True)
 def _clear_line(marked_at, seen, row, column, end_row, end_column, clearable):
-    """Bresenham (1965) from a cell up to, not including, another: known to be free now.
+    """Clear the cells on a line (Bresenham 1965), without the end cell.
 
     Marks later than `clearable` stay.
     """
@@ -44,8 +44,9 @@ def sense(
     ranges, angle_min, angle_increment, range_max, obstacle_range, clearing_range, time,
     clearable,
 ):  # fmt: skip
-    """Clear along all beams, then mark their ends, so that no beam clears another one's mark.
+    """Clear the cells along all beams, then mark their end cells.
 
+    All clearing comes first, so that no beam clears the mark of another one of the same scan.
     Returns the box of the cells that may have changed.
     """
     rows, columns = marked_at.shape
@@ -77,7 +78,7 @@ def sense(
 
 @njit(cache=True, nogil=True)
 def clear_polygon(marked_at, seen, origin_x, origin_y, resolution, corners):
-    """Clear the cells whose middle lies in a polygon (n, 2) in metres. Returns the cells' box."""
+    """Clear the cells with their centre in a polygon (n, 2), metres. Returns the cells' box."""
     rows, columns = marked_at.shape
     top = max(int(np.floor((corners[:, 1].min() - origin_y) / resolution)), 0)
     bottom = min(int(np.floor((corners[:, 1].max() - origin_y) / resolution)) + 1, rows)
@@ -103,7 +104,7 @@ def clear_polygon(marked_at, seen, origin_x, origin_y, resolution, corners):
 
 @njit(cache=True, nogil=True)
 def expire(marked_at, oldest, top, bottom, left, right):
-    """Forget marks older than `oldest` in a box; returns the box of the forgotten ones."""
+    """Clear marks older than `oldest` in a box; returns the box of the cleared cells."""
     first_row, last_row, first_column, last_column = bottom, top - 1, right, left - 1
     for row in range(top, bottom):
         for column in range(left, right):
@@ -116,7 +117,7 @@ def expire(marked_at, oldest, top, bottom, left, right):
 
 @njit(cache=True, nogil=True)
 def paint_marks(cells, marked_at, seen, top, bottom, left, right):
-    """Lay marks over the painted cells of a box: lethal, or free where nothing else is known."""
+    """Paint marks over the cells of a box: lethal; free where seen free and unknown so far."""
     for row in range(top, bottom):
         for column in range(left, right):
             if marked_at[row, column] > NEVER:
@@ -127,7 +128,7 @@ def paint_marks(cells, marked_at, seen, top, bottom, left, right):
 
 @njit(cache=True, nogil=True)
 def _is_small(cells, ground, row, column, smallest, group):
-    """Whether the lethal group around a cell has fewer cells than smallest and none of the map."""
+    """Whether a cell's lethal group has fewer than `smallest` cells and none of the map's."""
     rows, columns = cells.shape
     group[0, 0], group[0, 1] = row, column
     count, done = 1, 0
@@ -152,7 +153,7 @@ def _is_small(cells, ground, row, column, smallest, group):
 
 @njit(cache=True, nogil=True)
 def drop_small_groups(cells, ground, smallest):
-    """Give lethal groups below a size, over eight neighbours, back to the ground or free them."""
+    """Reset 8-connected lethal groups of less than `smallest` cells to the ground, or free."""
     group = np.empty((smallest, 2), np.int64)
     small = np.zeros(cells.shape, np.uint8)
     for row in range(cells.shape[0]):
@@ -171,12 +172,12 @@ def hear(
     probability, heard_at, origin_x, origin_y, resolution, sensor_x, sensor_y, sensor_heading,
     distance, end, half_angle, fading, thickness, time, top, bottom, left, right,
 ):  # fmt: skip
-    """Bayesian update of a box of cells from one reading of a cone.
+    """Bayesian update of a box of cells from one reading of a range sensor's cone.
 
-    The sensor model is that of Nav2's RangeSensorLayer: trust falls with the square of the bearing
-    and, round the distance `fading`, with the distance; cells before the reading were probably
-    free, those within `thickness` of it probably occupied, what lies behind stays as it was. An
-    infinite distance frees up to `end`.
+    The sensor model is that of Nav2's RangeSensorLayer: confidence falls with the square of the
+    bearing and, around the distance `fading`, with the distance. Cells nearer than the reading are
+    probably free, cells within `thickness` of it probably occupied; farther cells do not change.
+    An infinite distance frees the cone up to `end`.
     """
     for row in range(top, bottom):
         y = origin_y + (row + 0.5) * resolution - sensor_y
@@ -206,11 +207,14 @@ def hear(
 
 
 @njit(cache=True, nogil=True)
-def raise_on_way(
+def raise_along_motion(
     cells, left_x, low_y, resolution, start_x, start_y, speed_x, speed_y, horizon, radius, reach,
     cost, fade, spread,
 ):  # fmt: skip
-    """Raise known cells along a straight way, see SocialLayer; cells' corner is (left_x, low_y)."""
+    """Raise the cost of known cells along a predicted straight motion; see SocialLayer.
+
+    The outer corner of cell (0, 0) is (left_x, low_y).
+    """
     squared = max(speed_x * speed_x + speed_y * speed_y, 1e-12)
     slope = fade / max(horizon, 1e-12)
     for row in range(cells.shape[0]):
@@ -231,7 +235,7 @@ def raise_on_way(
 
 @njit(cache=True, nogil=True)
 def write_changed(base, canvas, canvas_top, canvas_left, top, bottom, left, right):
-    """Copy a box from a canvas; returns the box of the cells that changed."""
+    """Copy a box from a canvas to the base; returns the box of the cells that changed."""
     first_row, last_row, first_column, last_column = bottom, top - 1, right, left - 1
     for row in range(top, bottom):
         for column in range(left, right):
@@ -245,7 +249,7 @@ def write_changed(base, canvas, canvas_top, canvas_left, top, bottom, left, righ
 
 @njit(cache=True, nogil=True)
 def _rows_to_lethal(base, limit, top, bottom, left, right):
-    """Distance in rows to the nearest lethal cell of the same column, at most limit + 1."""
+    """Distance in rows to the nearest lethal cell of the same column, capped at limit + 1."""
     rows = base.shape[0]
     distances = np.empty((bottom - top, right - left), np.int64)
     gaps = np.full(right - left, limit + 1, np.int64)
@@ -267,10 +271,10 @@ def _rows_to_lethal(base, limit, top, bottom, left, right):
 
 @njit(cache=True, nogil=True)
 def inflate(cells, base, costs, limit, top, bottom, left, right):
-    """Costs of a box from the exact Euclidean distance to the nearest lethal cell.
+    """Inflate a box: costs from the exact Euclidean distance to the nearest lethal cell.
 
-    Distances are separable (Felzenszwalb and Huttenlocher 2012), bounded by `limit` cells and
-    squared, hence whole numbers: costs (limit² + 1,) is looked up by them.
+    The distance transform is separable (Felzenszwalb and Huttenlocher 2012) and bounded by `limit`
+    cells. Squared distances are whole numbers and index `costs`, shape (limit² + 1,).
     """
     columns = base.shape[1]
     outer_left, outer_right = max(left - limit, 0), min(right + limit, columns)

@@ -1,4 +1,4 @@
-"""Where a costmap lies: over a map, or in a window that rolls with the robot."""
+"""Position of a costmap's cells: over the map, or in a window that rolls with the robot."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from stack.types import OccupancyGrid, Pose2D
 
 
 class Lattice:
-    """Places a costmap's frame so that its cells lie on the map's, or on multiples of their side.
+    """Aligns a costmap's cells to those of the map, or to multiples of the resolution.
 
     Args:
         static: the map, or None.
         window: side of a rolling square in metres, or None to cover the map.
-        resolution: side of a window's cells, metres; without a window they are the map's.
-        near: (x, y) that a window's corner is to be near, metres.
+        resolution: side of a window's cells, metres; without a window the map's is used.
+        near: (x, y) wanted for the window's corner, metres; rounded to a cell.
 
     Raises:
-        ParameterError: neither a map nor a window, or a window below three cells.
+        ParameterError: neither a map nor a window, or a window of less than three cells.
     """
 
     def __init__(
@@ -43,12 +43,12 @@ class Lattice:
 
     @property
     def frame(self) -> Frame:
-        """Where the cells lie now."""
+        """Current position of the cells."""
         (row, column), (x, y), step = self._corner, self._start, self._resolution
         return Frame(self._shape, step, (x + column * step, y + row * step))
 
     def follow(self, pose: Pose2D) -> tuple[int, int]:
-        """Roll the window so that the robot is in its middle; rows and columns that it moved."""
+        """Centre the window on the robot; return the rows and columns by which it moved."""
         if not self._rolls:
             return 0, 0
         half = self._shape[0] * self._resolution / 2
@@ -57,6 +57,6 @@ class Lattice:
         return self._corner[0] - row, self._corner[1] - column
 
     def _corner_near(self, x: float, y: float) -> tuple[int, int]:
-        """Row and column on the lattice of the cell corner nearest to a point."""
+        """Row and column of the cell corner nearest to a point, metres."""
         left, low = self._start
         return round((y - low) / self._resolution), round((x - left) / self._resolution)

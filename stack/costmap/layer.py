@@ -1,4 +1,4 @@
-"""What a costmap layer is, and what passes between it and its costmap."""
+"""Interface of costmap layers, and the data passed between a layer and its costmap."""
 
 from __future__ import annotations
 
@@ -14,18 +14,19 @@ from stack.types import FloatArray, Footprint, Pose2D, RangeReading, Scan, Track
 
 Costs = NDArray[np.uint8]
 Box = tuple[int, int, int, int]
-"""First row, last row + 1, first column, last column + 1; empty if the first pair is not rising."""
+"""First row, last row + 1, first column, last column + 1; empty if a pair does not increase."""
 NO_BOX: Box = (0, 0, 0, 0)
 
 
 @dataclass(frozen=True, slots=True)
 class CellProvenance:
-    """Why a cell is lethal.
+    """The layer and source that made a cell lethal.
 
     Attributes:
-        layer: name of the layer that marked it.
-        source: sensor, zone or map that it had it from.
-        time: when that source last said so, seconds on the robot's clock; None for what always is.
+        layer: name of the layer that marked the cell.
+        source: sensor, zone or map.
+        time: of the source's last observation, seconds on the robot's clock; None for the map and
+            zones, which do not change.
     """
 
     layer: str
@@ -35,7 +36,7 @@ class CellProvenance:
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """Where a costmap's cells lie: (rows, columns), side in metres, outer corner of cell (0, 0)."""
+    """Geometry of a costmap: (rows, columns), side of a cell and outer corner of cell (0, 0), m."""
 
     shape: tuple[int, int]
     resolution: float
@@ -43,17 +44,17 @@ class Frame:
 
     @property
     def everywhere(self) -> Box:
-        """All cells."""
+        """The box of all cells."""
         return 0, self.shape[0], 0, self.shape[1]
 
     def grown(self, box: Box, by: int) -> Box:
-        """A box and `by` cells around it, as far as there are cells."""
+        """A box grown by `by` cells on each side, clipped to the costmap."""
         rows, columns = self.shape
         top, bottom, left, right = box
         return max(top - by, 0), min(bottom + by, rows), max(left - by, 0), min(right + by, columns)
 
     def box_around(self, low: tuple[float, float], high: tuple[float, float]) -> Box:
-        """The cells that touch a rectangle given by two corners, metres."""
+        """The cells that touch a rectangle with these two corners, metres."""
         (x, y), step = self.origin, self.resolution
         top, bottom = floor((low[1] - y) / step), ceil((high[1] - y) / step)
         left, right = floor((low[0] - x) / step), ceil((high[0] - x) / step)
@@ -61,7 +62,7 @@ class Frame:
         return box if is_some(box) else NO_BOX
 
     def middles(self, box: Box) -> tuple[FloatArray, FloatArray]:
-        """x as (1, columns) and y as (rows, 1) of the middles of a box's cells, metres."""
+        """x as (1, columns) and y as (rows, 1) of the centres of a box's cells, metres."""
         top, bottom, left, right = box
         x = self.origin[0] + (np.arange(left, right, dtype=np.float64) + 0.5) * self.resolution
         y = self.origin[1] + (np.arange(top, bottom, dtype=np.float64) + 0.5) * self.resolution
@@ -70,15 +71,15 @@ class Frame:
 
 @dataclass(frozen=True, slots=True)
 class SensorUpdate:
-    """What is new since the last update.
+    """Sensor data that is new since the last update.
 
     Attributes:
         pose: of the base, map frame.
         time: seconds on the robot's clock.
         scan: a new scan, or None.
-        source: the sensor that the scan is from.
-        readings: new ones of sonar-like sensors.
-        tracks: of everything that moves, now; None without news of them.
+        source: name of the sensor that took the scan.
+        readings: new range readings, e.g. of sonars.
+        tracks: all tracked objects, at `time`; None when they were not updated.
     """
 
     pose: Pose2D
@@ -91,7 +92,7 @@ class SensorUpdate:
 
 @dataclass(frozen=True, slots=True)
 class Region:
-    """Some cells: a box, and which of its cells, (rows, columns) of the box."""
+    """A set of cells: a box and a mask (rows, columns) of the cells inside it."""
 
     box: Box
     inside: NDArray[np.bool_]
@@ -99,12 +100,12 @@ class Region:
 
 @dataclass(frozen=True, slots=True)
 class Canvas:
-    """The cells of a box, as the layers so far have painted them.
+    """The cells of a box, as painted by the layers so far.
 
     Attributes:
-        cells: (rows, columns) of the box, to be painted on.
-        ground: likewise, what the map alone says; unknown without one.
-        box: which cells of the costmap these are.
+        cells: (rows, columns) of the box; a layer writes to it.
+        ground: (rows, columns) of the box, costs of the map alone; unknown without a map.
+        box: position of these cells in the costmap.
     """
 
     cells: Costs
@@ -113,16 +114,16 @@ class Canvas:
 
 
 class CostmapLayer(Protocol):
-    """One reason why places cost something.
+    """One source of costs, e.g. the map, a sensor or a zone.
 
-    Layers before `inflation` in a costmap's list mark what is then inflated; those after it add
-    costs that are not. A layer keeps what it knows and paints it when asked to. Its class attribute
-    `Parameters` is a frozen dataclass of `parameter(...)` fields; kernels are imported in
-    `__init__`, so that checking a mission imports none.
+    Layers before `inflation` in a costmap's list mark cells, which are then inflated; layers after
+    it add costs that are not inflated. A layer stores its own data and paints it on request. Its
+    class attribute `Parameters` is a frozen dataclass of `parameter(...)` fields; kernels are
+    imported in `__init__`, so that checking a mission imports none.
 
     Attributes:
-        reach: how many cells away a cell may decide what another one is painted; mostly 0.
-        needs_tracks: whether somebody has to follow moving things for it.
+        reach: largest distance in cells at which one cell affects another; mostly 0.
+        needs_tracks: whether the layer uses tracked objects.
     """
 
     needs_tracks: ClassVar[bool]
@@ -131,59 +132,59 @@ class CostmapLayer(Protocol):
 
     @property
     def reach(self) -> int:
-        """How many cells away a cell may decide what another one is painted; mostly 0."""
+        """Largest distance in cells at which one cell affects another; mostly 0."""
         ...
 
     def configure(self, parameters: Any) -> None:
-        """Use other settings from now on; everything is painted anew after it."""
+        """Apply new parameters; the costmap repaints all cells afterwards."""
         ...
 
     def lay_out(self, frame: Frame, shift: tuple[int, int] | None) -> None:
-        """The cells lie elsewhere from now on.
+        """Change the position or the size of the cells.
 
         Args:
-            frame: where.
-            shift: (rows, columns) by which new cell (0, 0) lies beyond the old one, so that what
-                was sensed can be kept; None to begin without.
+            frame: the new geometry.
+            shift: (rows, columns) from the old cell (0, 0) to the new one, so that sensed cells
+                keep their positions; None to start without sensed cells.
         """
         ...
 
     def update(self, senses: SensorUpdate) -> Box:
-        """Take in what is new; returns the box of the cells that are to be painted anew."""
+        """Process new sensor data; return the box of the cells to repaint."""
         ...
 
     def paint(self, canvas: Canvas) -> None:
-        """Put what this layer knows over what the ones before it painted."""
+        """Paint this layer's cells over those of the layers before it."""
         ...
 
     def clear(self, region: Region | None) -> Box:
-        """Forget what was sensed in a region or everywhere; returns what is to be painted anew."""
+        """Clear sensed cells in a region, None for everywhere; return the box to repaint."""
         ...
 
     def origin_of(self, row: int, column: int) -> tuple[str, float | None] | None:
-        """Source and time of this layer's own lethal mark in a cell; None when it has none."""
+        """Source and time of this layer's lethal mark in a cell; None without a mark."""
         ...
 
 
 @runtime_checkable
 class Inflation(CostmapLayer, Protocol):
-    """The layer between marks and costs: what lies near lethal cells costs, too.
+    """The layer that adds costs around lethal cells.
 
-    Its `reach` is how many cells away from a lethal cell the cost ends.
+    Its `reach` is the inflation radius in cells.
     """
 
     def spread(self, cells: Costs, base: Costs, box: Box) -> None:
-        """Write a box of cells from base (both the whole costmap) and what surrounds it."""
+        """Inflate a box of `base` into `cells` (both cover the whole costmap)."""
         ...
 
 
 def is_some(box: Box) -> bool:
-    """Whether a box holds any cell."""
+    """Whether a box contains any cell."""
     return box[0] < box[1] and box[2] < box[3]
 
 
 def joined(boxes: Iterable[Box]) -> Box:
-    """The smallest box around all."""
+    """The smallest box that contains all boxes."""
     some = [box for box in boxes if is_some(box)]
     if not some:
         return NO_BOX
@@ -200,7 +201,7 @@ def part(cells: NDArray[Any], box: Box) -> NDArray[Any]:
 def shifted(
     source: NDArray[Any], shape: tuple[int, int], shift: tuple[int, int], fill: float
 ) -> NDArray[Any]:
-    """Cells of another shape whose cell (0, 0) lies over the source's cell `shift`."""
+    """Copy cells to a new shape; cell (0, 0) is the source's cell `shift`, new cells are `fill`."""
     target = np.full(shape, fill, dtype=source.dtype)
     row, column = shift
     rows = min(shape[0], source.shape[0] - row) - max(0, -row)
@@ -215,13 +216,13 @@ def shifted(
 
 
 def edges(shape: tuple[int, int], shift: tuple[int, int], *, lead: int, trail: int) -> list[Box]:
-    """Strips along the edges of cells of one shape that were shifted over each other.
+    """Strips along the edges of a grid that was shifted.
 
     Args:
         shape: (rows, columns).
-        shift: (rows, columns) by which they moved.
-        lead: cells of width beyond what came in at the leading edges.
-        trail: cells of width at the trailing edges, where others went out.
+        shift: (rows, columns) by which the grid moved.
+        lead: width in cells added to the new cells at the leading edges.
+        trail: width in cells at the trailing edges.
     """
     rows, columns = shape
     strips: list[Box] = []

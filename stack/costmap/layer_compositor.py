@@ -1,4 +1,4 @@
-"""The cells of a costmap as its layers paint them, one box at a time."""
+"""Combines the layers of a costmap into its cells, one box at a time."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ from stack.types import UNKNOWN_COST
 
 
 class LayerCompositor:
-    """Three sheets of cells: what the layers mark, the same inflated, and costs added to that.
+    """Three grids: cells marked by layers, the inflated costs, and the costs with additions.
 
     Attributes:
-        marking: layers whose marks are inflated, in order; may be replaced, then `repaint_all`.
+        marking: layers whose marks are inflated, in order; call `repaint_all` after a change.
         cells: (rows, columns) uint8, the costs.
     """
 
@@ -46,33 +46,33 @@ class LayerCompositor:
         self._base = self._inflated = self.cells = np.empty((0, 0), dtype=np.uint8)
 
     def lay_out(self, frame: Frame) -> None:
-        """Blank sheets; `repaint_all` has to follow."""
+        """Allocate the grids; call `repaint_all` afterwards."""
         self._frame, self._shift = frame, (0, 0)
-        self._take([np.empty(frame.shape, dtype=np.uint8) for _ in range(3)])
+        self._set_grids([np.empty(frame.shape, dtype=np.uint8) for _ in range(3)])
 
     def move(self, frame: Frame, shift: tuple[int, int]) -> None:
-        """Keep what stays in sight; `repaint` has to follow.
+        """Shift the grids and keep the cells that stay inside; call `repaint` afterwards.
 
         Args:
-            frame: of the same shape.
+            frame: the new frame, of the same shape.
             shift: (rows, columns) by which it moved.
         """
         self._frame, self._shift = frame, shift
-        sheets = (self._base, self._inflated, self.cells)
-        self._take([shifted(sheet, frame.shape, shift, UNKNOWN_COST) for sheet in sheets])
+        grids = (self._base, self._inflated, self.cells)
+        self._set_grids([shifted(grid, frame.shape, shift, UNKNOWN_COST) for grid in grids])
 
     def repaint_all(self) -> None:
-        """Every cell anew."""
+        """Repaint all cells."""
         self._shift = (0, 0)
         self._compose(self._frame.everywhere)
         self._finish([self._frame.everywhere])
 
     def repaint(self, marked: Box, added: Box) -> bool:
-        """Paint what has changed; whether any cell may be another one now.
+        """Repaint changed cells; return whether any cost may have changed.
 
         Args:
-            marked: cells that a marking layer wants to paint anew.
-            added: cells that an adding one does.
+            marked: box to repaint for the marking layers.
+            added: box to repaint for the layers that add costs.
         """
         shape, far = self._frame.shape, sum(layer.reach for layer in self.marking)
         reach = 0 if self._inflation is None else self._inflation.reach
@@ -86,13 +86,13 @@ class LayerCompositor:
             return True
         return False
 
-    def _take(self, sheets: list[Costs]) -> None:
-        self._base, self._inflated, self.cells = sheets
+    def _set_grids(self, grids: list[Costs]) -> None:
+        self._base, self._inflated, self.cells = grids
         if not self._adding:
             self.cells = self._inflated
 
     def _compose(self, box: Box) -> Box:
-        """Let the marking layers paint a box; returns the box of the cells that changed."""
+        """Paint a box with the marking layers; return the box of the cells that changed."""
         if not is_some(box):
             return NO_BOX
         far = sum(layer.reach for layer in self.marking)
@@ -105,7 +105,7 @@ class LayerCompositor:
         return changed
 
     def _finish(self, spread: list[Box], added: Box = NO_BOX) -> None:
-        """Inflate some boxes and add costs to them, and to another one."""
+        """Inflate some boxes, and add costs to them and to `added`."""
         if sum(map(_area, spread)) >= _area(self._frame.everywhere):
             spread = [self._frame.everywhere]
         for box in spread:

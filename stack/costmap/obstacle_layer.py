@@ -1,4 +1,4 @@
-"""What a lidar sees as a costmap layer: returns mark, beams clear."""
+"""Obstacle layer: lidar returns mark cells, beams clear them."""
 
 from __future__ import annotations
 
@@ -24,23 +24,24 @@ from stack.costmap.parameters import ObstacleParameters
 from stack.parameters import parameter
 from stack.types import Footprint, Pose2D, Scan
 
-_EXPIRY_PERIOD = 0.5  # s; looking for faded marks reads every cell, which large maps would feel
+_EXPIRY_PERIOD = 0.5  # s; the search for old marks reads every cell, which is slow on large maps
 
 
 class ObstacleLayer:
-    """What one lidar sees: returns mark, beams clear the cells that they pass.
+    """Obstacles seen by one lidar: returns mark cells, beams clear the cells that they pass.
 
-    Returns mark cells within `obstacle_range`, beams clear up to `clearing_range` (no return, +inf,
-    clears all the way; NaN does nothing), the robot's own footprint is always clear of marks, and
-    marks unseen for `decay` seconds fade. Several lidars are several layers, each with its `source`
-    and settings: what one sees in its plane no beam of another one, in its own plane, clears.
+    Returns mark cells within `obstacle_range`; beams clear up to `clearing_range` (no return, +inf,
+    clears the full range; NaN does nothing). Cells under the robot's footprint are always cleared,
+    and marks that were not seen for `decay` seconds expire. Use one layer per lidar, each with its
+    own `source`: lidars scan different planes, so the beams of one must not clear the marks of
+    another.
     """
 
     @dataclass(frozen=True)
     class Parameters(ObstacleParameters):
-        """How what the lidar sees is remembered."""
+        """Ranges and lifetime of the lidar's marks."""
 
-        source: str = parameter("lidar", help="the sensor whose scans it takes in")
+        source: str = parameter("lidar", help="name of the lidar whose scans are used")
 
     needs_tracks: ClassVar[bool] = False
     reach = 0
@@ -57,16 +58,16 @@ class ObstacleLayer:
 
     @property
     def marked(self) -> NDArray[np.bool_]:
-        """(rows, columns): where an obstacle was marked that has not faded."""
+        """(rows, columns): cells with a mark that has not expired."""
         marked: NDArray[np.bool_] = self._marked_at > -np.inf
         return marked
 
     def configure(self, parameters: Parameters) -> None:
-        """Use other settings from now on; marks stay."""
+        """Apply new parameters; marks stay."""
         self._parameters = parameters
 
     def lay_out(self, frame: Frame, shift: tuple[int, int] | None) -> None:
-        """Keep the marks where they are on the floor."""
+        """Move the grid; marks keep their positions in the map frame."""
         self._frame = frame
         if shift is None:
             self._marked_at = np.full(frame.shape, -np.inf, dtype=np.float32)
@@ -76,7 +77,7 @@ class ObstacleLayer:
             self._seen = shifted(self._seen, frame.shape, shift, 0)
 
     def update(self, senses: SensorUpdate) -> Box:
-        """Let old marks fade, take in a scan, and clear where the robot stands."""
+        """Expire old marks, add a scan, and clear the cells under the footprint."""
         touched = [self._forget_old(senses.time)]
         if senses.scan is not None and senses.source == self._parameters.source:
             touched.append(self._sense(senses.pose, senses.scan, senses.time))
@@ -84,11 +85,11 @@ class ObstacleLayer:
         return joined(touched)
 
     def paint(self, canvas: Canvas) -> None:
-        """Marks are lethal; what was seen to be free is free where nothing else is known."""
+        """Paint marks as lethal; cells seen free become free where they are unknown."""
         self._kernels.paint_marks(canvas.cells, self._marked_at, self._seen, *canvas.box)
 
     def clear(self, region: Region | None) -> Box:
-        """Forget marks and what was seen to be free."""
+        """Clear marks and cells seen free."""
         if region is None:
             self._marked_at[:] = -np.inf
             self._seen[:] = 0
@@ -100,7 +101,7 @@ class ObstacleLayer:
         return region.box
 
     def origin_of(self, row: int, column: int) -> tuple[str, float | None] | None:
-        """The lidar, and when it last saw the obstacle."""
+        """The lidar, and the time at which it last saw the obstacle."""
         time = float(self._marked_at[row, column])
         return None if time == -np.inf else (self._parameters.source, time)
 

@@ -1,4 +1,4 @@
-"""Settings of a costmap and its usual layers, apart from kernels so that reading them is cheap."""
+"""Parameters of a costmap and its default layers, in a module that imports no kernels."""
 
 from __future__ import annotations
 
@@ -10,39 +10,39 @@ from stack.parameters import parameter
 
 @dataclass(frozen=True)
 class InflationParameters:
-    """How obstacles are spread.
+    """Parameters of the inflation layer.
 
-    With a 0.22 m robot the defaults leave cost 100 of 252 in the middle of a 0.9 m door: easily
-    passable, yet wider ways and the middle of a corridor are preferred.
+    With a robot of 0.22 m radius the defaults give cost 100 of 252 in the middle of a 0.9 m door:
+    the door is passable, and wider passages and the middle of a corridor are preferred.
     """
 
     inflation_radius: float = parameter(
-        0.55, "m", at_least=0.0, at_most=5.0, help="obstacles cost something up to this far away"
+        0.55, "m", at_least=0.0, at_most=5.0, help="distance up to which obstacles add cost"
     )
     cost_scaling: float = parameter(
-        4.0, above=0.0, at_most=100.0, help="how fast the cost falls with distance, per metre"
+        4.0, above=0.0, at_most=100.0, help="decay rate of the cost with distance, per metre"
     )
     turning_cost: float = parameter(
         0.0, at_least=0.0, at_most=250.0,
-        help="cost, at least, where the robot cannot turn on the spot; 0 takes no notice of that",
+        help="minimum cost where the robot cannot turn in place; 0 turns this off",
     )  # fmt: skip
 
 
 @dataclass(frozen=True)
 class ObstacleParameters:
-    """How what the lidar sees is remembered."""
+    """Parameters of the obstacle layer."""
 
     obstacle_range: float = parameter(
-        2.5, "m", above=0.0, help="returns nearer than this mark obstacles"
+        2.5, "m", above=0.0, help="returns up to this distance mark obstacles"
     )
     clearing_range: float = parameter(
-        3.0, "m", above=0.0, help="beams clear what they pass up to here"
+        3.0, "m", above=0.0, help="beams clear cells up to this distance"
     )
     decay: float = parameter(
-        60.0, "s", at_least=0.0, help="unseen for this long a sensed obstacle fades; 0 is never"
+        60.0, "s", at_least=0.0, help="an obstacle not seen for this long is removed; 0: never"
     )
     persistence: float = parameter(
-        0.0, "s", at_least=0.0, help="no beam clears what was marked less than this long ago"
+        0.0, "s", at_least=0.0, help="beams do not clear marks younger than this"
     )
 
     def __post_init__(self) -> None:
@@ -50,17 +50,17 @@ class ObstacleParameters:
             raise ParameterError(
                 "clearing_range",
                 f"{self.clearing_range:g} m is less than obstacle_range "
-                f"{self.obstacle_range:g} m: what is marked beyond could not be cleared",
+                f"{self.obstacle_range:g} m: marks beyond it could never be cleared",
                 f"use at least {self.obstacle_range:g} m",
             )
 
 
 @dataclass(frozen=True)
 class CostmapParameters(ObstacleParameters, InflationParameters):
-    """Settings of a costmap. Names and meanings follow Nav2's costmap_2d.
+    """Parameters of a costmap. Names and meanings follow Nav2's costmap_2d.
 
-    A layer takes those of its own parameters that are also here from here, unless its entry in the
-    list of layers says otherwise.
+    Layers inherit the parameters of the same name from here; an entry in the list of layers
+    overrides them.
     """
 
     resolution: float = parameter(
@@ -68,8 +68,8 @@ class CostmapParameters(ObstacleParameters, InflationParameters):
     )
     map_resolution: float = parameter(
         0.025, "m", at_least=0.01, at_most=1.0,
-        help="side of the global costmap's cells when the map is the world's own",
+        help="side of the global costmap's cells when the map is drawn from the world file",
     )  # fmt: skip
     denoise: bool = parameter(
-        False, help="ignore single sensed cells; off because table legs are single cells, too"
+        False, help="ignore single sensed cells; off by default: table legs are single cells too"
     )

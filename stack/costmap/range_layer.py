@@ -1,4 +1,4 @@
-"""What sonar-like sensors hear as a costmap layer."""
+"""Range layer: obstacles from sonars and other range sensors with a cone."""
 
 from __future__ import annotations
 
@@ -32,21 +32,21 @@ from stack.types import (
     RangeReading,
 )
 
-_EVEN = 0.5
+_PRIOR = 0.5
 _EXPIRY_PERIOD = 0.5
 
 
 class RangeLayer:
-    """What sonar-like sensors hear: something somewhere in a cone, so cells are guessed at.
+    """Obstacles from range sensors, which detect something anywhere in their cone.
 
-    Each cell keeps the probability that it is occupied, 0.5 to begin with, updated by Bayes' rule
-    with the sensor model of Nav2's RangeSensorLayer: above `mark_above` a cell is lethal, below
-    `free_below` free. Cells that no reading spoke of for `decay` seconds are forgotten.
+    Each cell holds the probability that it is occupied, initially 0.5, updated by Bayes' rule with
+    the sensor model of Nav2's RangeSensorLayer. Above `mark_above` a cell is lethal, below
+    `free_below` it is free. Cells that were not updated for `decay` seconds return to 0.5.
     """
 
     @dataclass(frozen=True)
     class Parameters:
-        """How readings are trusted."""
+        """Sensor model, thresholds and lifetime of readings."""
 
         mark_above: float = parameter(
             0.8, above=0.5, at_most=0.98, help="probability above which a cell is an obstacle"
@@ -55,15 +55,17 @@ class RangeLayer:
             0.2, at_least=0.02, at_most=0.5, help="probability below which a cell is free"
         )
         fading: float = parameter(
-            1.2, "m", above=0.0, help="round this distance readings cease to be trusted"
+            1.2, "m", above=0.0, help="distance around which the confidence in readings falls"
         )
         accuracy: float = parameter(
-            0.05, above=0.0, at_most=0.5, help="share of the distance that a reading may be off"
+            0.05, above=0.0, at_most=0.5, help="error of a reading, as a share of the distance"
         )
         clear_without_return: bool = parameter(
             True, help="a reading without return frees the whole cone"
         )
-        decay: float = parameter(60.0, "s", at_least=0.0, help="forgets after this; 0 is never")
+        decay: float = parameter(
+            60.0, "s", at_least=0.0, help="cells not updated for this long are reset; 0: never"
+        )
 
         def __post_init__(self) -> None:
             if self.free_below >= self.mark_above:
@@ -86,51 +88,51 @@ class RangeLayer:
 
     @property
     def marked(self) -> NDArray[np.bool_]:
-        """(rows, columns): where an obstacle is believed to be."""
+        """(rows, columns): cells whose probability is above `mark_above`."""
         marked: NDArray[np.bool_] = self._probability > self._parameters.mark_above
         return marked
 
     def configure(self, parameters: Parameters) -> None:
-        """Use other settings from now on; probabilities stay."""
+        """Apply new parameters; probabilities stay."""
         self._parameters = parameters
 
     def lay_out(self, frame: Frame, shift: tuple[int, int] | None) -> None:
-        """Keep the probabilities where they are on the floor."""
+        """Move the grid; probabilities keep their positions in the map frame."""
         self._frame = frame
         if shift is None:
-            self._probability = np.full(frame.shape, _EVEN, dtype=np.float32)
+            self._probability = np.full(frame.shape, _PRIOR, dtype=np.float32)
             self._heard_at = np.full(frame.shape, -np.inf, dtype=np.float32)
         else:
-            self._probability = shifted(self._probability, frame.shape, shift, _EVEN)
+            self._probability = shifted(self._probability, frame.shape, shift, _PRIOR)
             self._heard_at = shifted(self._heard_at, frame.shape, shift, -np.inf)
 
     def update(self, senses: SensorUpdate) -> Box:
-        """Take in readings, let old ones fade, and forget what is under the robot."""
+        """Expire old cells, add readings, and clear the cells under the footprint."""
         touched = [self._forget_old(senses.time)]
         touched += [self._hear(senses.pose, item, senses.time) for item in senses.readings]
         touched.append(self._clear_footprint(senses.pose))
         return joined(touched)
 
     def paint(self, canvas: Canvas) -> None:
-        """Likely cells are lethal, unlikely ones free where nothing else is known."""
+        """Paint probable cells as lethal; improbable ones become free where they are unknown."""
         probability = part(self._probability, canvas.box)
         free = (probability < self._parameters.free_below) & (canvas.cells == UNKNOWN_COST)
         canvas.cells[free] = FREE_COST
         canvas.cells[probability > self._parameters.mark_above] = LETHAL_COST
 
     def clear(self, region: Region | None) -> Box:
-        """Forget every reading."""
+        """Reset the probabilities."""
         if region is None:
-            self._probability[:], self._heard_at[:] = _EVEN, -np.inf
+            self._probability[:], self._heard_at[:] = _PRIOR, -np.inf
             return self._frame.everywhere
         if not is_some(region.box):
             return NO_BOX
-        part(self._probability, region.box)[region.inside] = _EVEN
+        part(self._probability, region.box)[region.inside] = _PRIOR
         part(self._heard_at, region.box)[region.inside] = -np.inf
         return region.box
 
     def origin_of(self, row: int, column: int) -> tuple[str, float | None] | None:
-        """The sensor that spoke last, and when a reading last spoke of the cell."""
+        """The sensor of the newest reading, and the time of the cell's last update."""
         if self._probability[row, column] <= self._parameters.mark_above:
             return None
         return self._source, float(self._heard_at[row, column])
@@ -164,7 +166,7 @@ class RangeLayer:
         box: Box = self._kernels.expire(self._heard_at, oldest, *self._frame.everywhere)
         if is_some(box):
             faded = part(self._heard_at, box) == -np.inf
-            part(self._probability, box)[faded] = _EVEN
+            part(self._probability, box)[faded] = _PRIOR
         return box
 
     def _clear_footprint(self, pose: Pose2D) -> Box:

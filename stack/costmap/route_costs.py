@@ -1,4 +1,4 @@
-"""What a path costs on a costmap, and whether it is blocked."""
+"""Cost of a path on a costmap, and whether it is blocked."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from stack.types import (
 )
 
 COST_WEIGHT = 3.0
-"""How much longer a metre counts where an obstacle is nearest."""
+"""Extra metres counted per metre at the highest passable cost."""
 
 
 def costs_under(costs: CostGrid, points: FloatArray) -> NDArray[np.uint8]:
-    """(n,) the cost of the cell under each point (n, 2), map frame; unknown off the grid."""
+    """Return the (n,) costs under points (n, 2), map frame; UNKNOWN_COST outside the grid."""
     rows, columns = costs.cells.shape
     column, row = np.floor((points[:, :2] - costs.origin) / costs.resolution).astype(int).T
     inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
@@ -29,7 +29,7 @@ def costs_under(costs: CostGrid, points: FloatArray) -> NDArray[np.uint8]:
 
 
 def route_cost(costs: CostGrid, points: FloatArray) -> float:
-    """Length of a polyline (n, 2), each metre counted 1 to 1 + COST_WEIGHT times by its cost."""
+    """Length of a polyline (n, 2), metres; each metre counts 1 to 1 + COST_WEIGHT by its cost."""
     under = costs_under(costs, points).astype(np.float64)
     under[under == UNKNOWN_COST] = 0.0
     steps = np.linalg.norm(np.diff(points[:, :2], axis=0), axis=1)
@@ -39,14 +39,15 @@ def route_cost(costs: CostGrid, points: FloatArray) -> float:
 def blocked_at(
     costs: CostGrid, points: FloatArray, pose: Pose2D, near: float, least: int = INSCRIBED_COST
 ) -> tuple[float, float] | None:
-    """The first point (n, 2) at which the robot would collide, or None.
+    """Return the first point (x, y) of a path at which the robot would collide, or None.
 
     Args:
         costs: costmap.
-        points: way ahead, map frame.
-        pose: of the robot; within `near` metres of it nothing counts, it stands there already.
-        near: metres.
-        least: cost from which on it is a collision; LETHAL_COST for what lies on the way itself.
+        points: (n, 2) path ahead, map frame.
+        pose: of the robot.
+        near: points within this many metres of the robot are ignored.
+        least: costs from this value on are collisions; LETHAL_COST: only obstacles on the path
+            itself.
     """
     under = costs_under(costs, points)
     away = np.hypot(points[:, 0] - pose.x, points[:, 1] - pose.y)

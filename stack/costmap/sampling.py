@@ -1,4 +1,4 @@
-"""Another grid's values at the middles of a costmap's cells."""
+"""Resampling of a grid at the centres of a costmap's cells."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from stack.types import OccupancyGrid
 
 
 def sampled(grid: OccupancyGrid, frame: Frame, box: Box, outside: int) -> NDArray[np.int8]:
-    """(rows, columns) of a box: the grid's values there, `outside` where it has none."""
+    """Return the grid's values at a box's cell centres, (rows, columns); `outside` off the grid."""
     scale = frame.resolution / grid.resolution
     (x, y), (left, low) = frame.origin, grid.origin
     row = np.floor((y - low) / grid.resolution + (np.arange(*box[:2]) + 0.5) * scale)

@@ -1,4 +1,4 @@
-"""The space that moving people are about to need."""
+"""Social layer: costs where moving people are predicted to be."""
 
 from __future__ import annotations
 
@@ -21,32 +21,32 @@ from stack.parameters import parameter
 from stack.types import Footprint, TrackedObject
 
 _REACH = 3.0
-"""Deviations beside the way beyond which nothing costs more."""
+"""Lateral distance beyond which no cost is added, in standard deviations."""
 
 
 class SocialLayer:
-    """Where moving people will be costs more, so that ways lead behind them, not before them.
+    """Costs along the predicted motion of people, so that paths pass behind them.
 
-    Somebody at p with velocity v passes p + v t. A place whose nearest point of that way is reached
-    at time t, 0 <= t <= horizon, and lies d beyond the person's radius from it, costs
-    cost · (1 - fade · t / horizon) · exp(-d² / (2 · spread²)). Not lethal: what a person touches
-    now the obstacle layer marks. Stands after `inflation`. Prediction by constant velocity as in
-    Schöller et al., "What the constant velocity model can teach us", RA-L 2020.
+    A person at p with velocity v moves along p + v t. A cell whose nearest point on this line is
+    reached at time t, 0 <= t <= horizon, at distance d beyond the person's radius, costs
+    cost · (1 - fade · t / horizon) · exp(-d² / (2 · spread²)). The cost is never lethal: the
+    obstacle layer marks the person's current position. List it after `inflation`. Constant velocity
+    prediction as in Schöller et al., "What the constant velocity model can teach us", RA-L 2020.
     """
 
     @dataclass(frozen=True)
     class Parameters:
-        """How much room people get."""
+        """Shape and height of the cost around people."""
 
-        horizon: float = parameter(
-            2.0, "s", at_least=0.0, at_most=10.0, help="looks this far ahead"
+        horizon: float = parameter(2.0, "s", at_least=0.0, at_most=10.0, help="prediction time")
+        cost: int = parameter(
+            200, at_least=1, at_most=252, help="cost at a person's current position"
         )
-        cost: int = parameter(200, at_least=1, at_most=252, help="of the place of a person")
         fade: float = parameter(
-            0.6, at_least=0.0, at_most=1.0, help="share of the cost that is gone at the horizon"
+            0.6, at_least=0.0, at_most=1.0, help="share of the cost lost at the horizon"
         )
         spread: float = parameter(
-            0.3, "m", above=0.0, at_most=2.0, help="deviation of the cost beside the way"
+            0.3, "m", above=0.0, at_most=2.0, help="standard deviation of the cost to the side"
         )
 
     needs_tracks: ClassVar[bool] = True
@@ -62,15 +62,15 @@ class SocialLayer:
         self._tracks: tuple[TrackedObject, ...] = ()
 
     def configure(self, parameters: Parameters) -> None:
-        """Use other settings from now on."""
+        """Apply new parameters."""
         self._parameters = parameters
 
     def lay_out(self, frame: Frame, shift: tuple[int, int] | None) -> None:
-        """Tracks are in the map frame and need no moving."""
+        """Store the new frame; tracks are in the map frame."""
         self._frame = frame
 
     def update(self, senses: SensorUpdate) -> Box:
-        """Take the tracks of now for those of before."""
+        """Replace the tracks by the new ones."""
         if senses.tracks is None:
             return NO_BOX
         before = [self._box(track) for track in self._tracks]
@@ -78,7 +78,7 @@ class SocialLayer:
         return joined([*before, *map(self._box, self._tracks)])
 
     def paint(self, canvas: Canvas) -> None:
-        """Raise what is known and not certainly a collision."""
+        """Raise the cost of cells that are known and below INSCRIBED_COST."""
         for track in self._tracks:
             box = _common(self._box(track), canvas.box)
             if not is_some(box):
@@ -89,19 +89,19 @@ class SocialLayer:
             self._raise(cells, track, box)
 
     def clear(self, region: Region | None) -> Box:
-        """Forget who moves until the next update."""
+        """Drop all tracks until the next update."""
         boxes = [self._box(track) for track in self._tracks]
         self._tracks = ()
         return joined(boxes)
 
     def origin_of(self, row: int, column: int) -> tuple[str, float | None] | None:
-        """Marks nothing lethal."""
+        """Return None: the layer marks no lethal cells."""
         return None
 
     def _raise(self, cells: Costs, track: TrackedObject, box: Box) -> None:
-        """Paint one person's way on the cells of a box."""
+        """Paint one person's predicted motion on the cells of a box."""
         settings, frame = self._parameters, self._frame
-        self._kernels.raise_on_way(
+        self._kernels.raise_along_motion(
             cells, frame.origin[0] + box[2] * frame.resolution,
             frame.origin[1] + box[0] * frame.resolution, frame.resolution,
             *track.position_after(self._time - track.stamp), *track.velocity,
@@ -110,7 +110,7 @@ class SocialLayer:
         )  # fmt: skip
 
     def _box(self, track: TrackedObject) -> Box:
-        """The cells that a person's way makes cost something."""
+        """The cells whose cost a person's predicted motion raises."""
         margin = track.radius + _REACH * self._parameters.spread
         age = self._time - track.stamp
         ends = (track.position_after(age), track.position_after(age + self._parameters.horizon))

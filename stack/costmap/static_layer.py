@@ -1,4 +1,4 @@
-"""The map as a costmap layer."""
+"""Static layer: the map."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ from stack.types import (
 
 
 class StaticLayer:
-    """The map: occupied cells are lethal, and nothing that is sensed clears them."""
+    """The map: occupied cells are lethal, and sensors do not clear them."""
 
     @dataclass(frozen=True)
     class Parameters:
-        """It has none."""
+        """No parameters."""
 
     needs_tracks: ClassVar[bool] = False
     reach = 0
@@ -47,14 +47,14 @@ class StaticLayer:
         self.cells: Costs = np.empty((0, 0), dtype=np.uint8)
 
     def configure(self, parameters: Parameters) -> None:
-        """There is nothing to set."""
+        """Do nothing: there are no parameters."""
 
     def take(self, grid: OccupancyGrid | None) -> None:
-        """Use another map from the next `lay_out` on."""
+        """Use another map, from the next `lay_out` on."""
         self._map = grid
 
     def lay_out(self, frame: Frame, shift: tuple[int, int] | None) -> None:
-        """Take the map's cells at the middles of ours; a shift needs those that come in only."""
+        """Sample the map at the cell centres; after a shift only the new cells are sampled."""
         same = shift is not None and self.cells.shape == frame.shape
         self._frame = frame
         if not same or shift is None:
@@ -65,25 +65,25 @@ class StaticLayer:
             part(self.cells, strip)[:] = self._sampled(strip)
 
     def update(self, senses: SensorUpdate) -> Box:
-        """Nothing that is sensed changes the map."""
+        """Change nothing: sensors do not change the map."""
         return NO_BOX
 
     def paint(self, canvas: Canvas) -> None:
-        """What is lethal stays so; the rest is the map's where nothing else is known."""
+        """Paint occupied cells as lethal, and the map's costs where cells are unknown."""
         ours = part(self.cells, canvas.box)
         write = (canvas.cells == UNKNOWN_COST) | (ours == LETHAL_COST)
         np.copyto(canvas.cells, ours, where=write)
 
     def clear(self, region: Region | None) -> Box:
-        """The map stays."""
+        """Change nothing: the map stays."""
         return NO_BOX
 
     def origin_of(self, row: int, column: int) -> tuple[str, float | None] | None:
-        """The map, where it is occupied."""
+        """The map where it is occupied, otherwise None."""
         return ("map", None) if self.cells[row, column] == LETHAL_COST else None
 
     def _sampled(self, box: Box) -> Costs:
-        """Costs of the map at the middles of a box's cells; unknown where there is no map."""
+        """Costs of the map at the centres of a box's cells; unknown outside the map."""
         if self._map is None:
             return np.full((box[1] - box[0], box[3] - box[2]), UNKNOWN_COST, dtype=np.uint8)
         values = sampled(self._map, self._frame, box, UNKNOWN)

@@ -1,4 +1,4 @@
-"""The costmap's ground when there is no map: unknown everywhere, and growing where it is needed."""
+"""Unknown grid under the costmaps when there is no map; it grows with the goals."""
 
 from __future__ import annotations
 
@@ -13,48 +13,48 @@ from stack.errors import ParameterError
 from stack.types import UNKNOWN, OccupancyGrid, Pose2D
 
 MARGIN = 12.0
-"""Metres of unknown ground round every place the robot is asked to go: room for detours."""
+"""Metres of unknown cells around every requested pose: room for detours."""
 
 NEAR_EDGE = 6.0
-"""Metres to the edge of the ground below which it grows."""
+"""Distance in metres from a pose to the edge of the grid below which the grid grows."""
 
 STEP = 4.0
-"""Metres; the ground's edges lie on multiples of this, so that it grows seldom."""
+"""Metres; the grid's edges lie on multiples of this, so that it rarely grows."""
 
 MAX_CELLS = 4096 * 4096
 
 
 def unexplored(poses: Iterable[Pose2D], resolution: float) -> OccupancyGrid:
-    """Unknown ground MARGIN metres round some poses (at least one).
+    """Return an unknown grid that reaches MARGIN metres beyond some poses (at least one).
 
     Raises:
-        ParameterError: the poses lie so far apart that the grid would be too large.
+        ParameterError: the poses are so far apart that the grid would be too large.
     """
-    places = np.array([(pose.x, pose.y) for pose in poses])
-    low, high = places.min(axis=0) - MARGIN, places.max(axis=0) + MARGIN
+    positions = np.array([(pose.x, pose.y) for pose in poses])
+    low, high = positions.min(axis=0) - MARGIN, positions.max(axis=0) + MARGIN
     return _ground((*low, *high), resolution)
 
 
 class Growable(Protocol):
-    """A costmap whose ground can be replaced by a larger one."""
+    """A costmap whose static map can be replaced by a larger one."""
 
     def set_static(self, static: OccupancyGrid) -> None:
-        """Take another ground; what was sensed keeps its place."""
+        """Replace the static map; sensed obstacles keep their positions."""
         ...
 
 
 class Ground:
-    """Unknown ground under costmaps that grows so that no place asked for is outside."""
+    """Unknown grid of costmaps without a map; grows to contain every requested pose."""
 
     def __init__(self, grid: OccupancyGrid, costmaps: Iterable[Growable]) -> None:
-        """Begin with a grid, which the costmaps have already."""
+        """Start with a grid that the costmaps already use."""
         self.grid, self._costmaps = grid, tuple(costmaps)
 
     def cover(self, poses: Iterable[Pose2D]) -> None:
-        """Grow where a pose lies outside or nearer than NEAR_EDGE to the edge.
+        """Grow when a pose lies outside or nearer than NEAR_EDGE to the edge.
 
-        A place so far away that the grid would be too large stays outside, where a plan fails
-        with GOAL_OUTSIDE_MAP.
+        If the grid would be too large, it does not grow; a plan to the pose then fails with
+        GOAL_OUTSIDE_MAP.
         """
         rows, columns = self.grid.cells.shape
         x_min, y_min = self.grid.origin
@@ -75,7 +75,7 @@ class Ground:
 
 
 def _ground(bounds: tuple[float, float, float, float], resolution: float) -> OccupancyGrid:
-    """A grid over bounds widened to multiples of STEP, with corners on the resolution's lattice."""
+    """Return a grid over bounds widened to multiples of STEP, aligned to the resolution."""
     step = max(1, round(STEP / resolution)) * resolution
     left, low = (floor(edge / step + 1e-9) for edge in bounds[:2])
     right, high = (ceil(edge / step - 1e-9) for edge in bounds[2:])
@@ -84,8 +84,8 @@ def _ground(bounds: tuple[float, float, float, float], resolution: float) -> Occ
     if rows * columns > MAX_CELLS:
         raise ParameterError(
             "map",
-            f"without a map, places {step * max(right - left, high - low):.0f} m apart need "
-            f"{rows * columns} cells of {resolution:g} m, at most {MAX_CELLS} fit",
+            f"without a map, poses {step * max(right - left, high - low):.0f} m apart need "
+            f"{rows * columns} cells of {resolution:g} m; the limit is {MAX_CELLS}",
             "use a larger costmap resolution or nearer goals",
         )
     cells = np.full((rows, columns), UNKNOWN, dtype=np.int8)

@@ -1,6 +1,6 @@
-"""Rules of a place as costmap layers: keep out, keep to the lanes, keep to a speed.
+"""Zone layers: keepout zones, preferred lanes and speed zones.
 
-Each takes polygons (`zones`), a mask (a ROS map.yaml whose occupied cells are the zone), or both.
+Each accepts polygons (`zones`), a mask (a ROS map.yaml whose occupied cells are the zone), or both.
 """
 
 from __future__ import annotations
@@ -20,26 +20,28 @@ from stack.types import LETHAL_COST, FloatArray, Footprint, OccupancyGrid, Pose2
 
 @dataclass(frozen=True)
 class _Zoned:
-    """Where zones are."""
+    """Position of the zones."""
 
     zones: tuple[Any, ...] = parameter(
         (), help="polygons: [[x, y], …] or {name: text, corners: [[x, y], …]}, map frame"
     )
-    mask: str = parameter("", help="a map.yaml, relative to the mission; occupied is in the zone")
+    mask: str = parameter(
+        "", help="a map.yaml, relative to the mission; its occupied cells are the zone"
+    )
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "zones", read_zones(Zone, self.zones))
 
 
 class KeepoutLayer:
-    """Places that the robot must not enter, as if there were walls round them.
+    """Zones that the robot must not enter; their cells are lethal.
 
-    Before `inflation` in the list the whole footprint stays out, after it only its centre.
+    Listed before `inflation`, the whole footprint stays outside; after it, only the centre.
     """
 
     @dataclass(frozen=True)
     class Parameters(_Zoned):
-        """Where it must not go."""
+        """Position of the keepout zones."""
 
     needs_tracks: ClassVar[bool] = False
     reach = 0
@@ -48,43 +50,43 @@ class KeepoutLayer:
         self._cells = ZoneCells(parameters.zones, read_mask(parameters.mask))
 
     def configure(self, parameters: Parameters) -> None:
-        """Zones are read once."""
+        """Do nothing: zones are read once, when the layer is created."""
 
     def lay_out(self, frame: Frame, shift: tuple[int, int] | None) -> None:
-        """Draw the zones where the cells are now."""
+        """Draw the zones in the new frame."""
         self._cells.lay_out(frame, shift)
 
     def update(self, senses: SensorUpdate) -> Box:
-        """Nothing that is sensed changes a rule."""
+        """Change nothing: zones do not depend on sensors."""
         return NO_BOX
 
     def paint(self, canvas: Canvas) -> None:
-        """Lethal inside."""
+        """Paint cells inside a zone as lethal."""
         canvas.cells[part(self._cells.cells, canvas.box) > 0] = LETHAL_COST
 
     def clear(self, region: Region | None) -> Box:
-        """Rules stay."""
+        """Change nothing: zones stay."""
         return NO_BOX
 
     def origin_of(self, row: int, column: int) -> tuple[str, float | None] | None:
-        """The zone's name."""
+        """The name of the zone, None outside."""
         name = self._cells.name_at(row, column)
         return None if name is None else (name, None)
 
 
 class PreferredLanesLayer:
-    """Lanes to keep to where one can: every place off them costs something.
+    """Preferred lanes: cells outside them have a minimum cost.
 
-    Stands after `inflation`. Meant for the global costmap (`only: global`): a controller that
-    slows down where it is costly would crawl off the lanes.
+    List it after `inflation`. Use it in the global costmap (`only: global`): a controller that
+    slows down at high costs would be slow everywhere outside the lanes.
     """
 
     @dataclass(frozen=True)
     class Parameters(_Zoned):
-        """Where the lanes are and what leaving them costs."""
+        """Position of the lanes and the cost outside them."""
 
         cost_outside: int = parameter(
-            60, at_least=1, at_most=252, help="places off the lanes cost at least this"
+            60, at_least=1, at_most=252, help="minimum cost outside the lanes"
         )
 
     needs_tracks: ClassVar[bool] = False
@@ -95,29 +97,29 @@ class PreferredLanesLayer:
         self._cells = ZoneCells(parameters.zones, read_mask(parameters.mask))
 
     def configure(self, parameters: Parameters) -> None:
-        """Lanes are read once; their cost may change."""
+        """Apply a new cost; lanes are read once, when the layer is created."""
         self._parameters = parameters
 
     def lay_out(self, frame: Frame, shift: tuple[int, int] | None) -> None:
-        """Draw the lanes where the cells are now."""
+        """Draw the lanes in the new frame."""
         self._cells.lay_out(frame, shift)
 
     def update(self, senses: SensorUpdate) -> Box:
-        """Nothing that is sensed changes a rule."""
+        """Change nothing: zones do not depend on sensors."""
         return NO_BOX
 
     def paint(self, canvas: Canvas) -> None:
-        """Raise what is known and lies off the lanes."""
+        """Raise the cost of known cells outside the lanes."""
         off = part(self._cells.cells, canvas.box) == 0
         off &= canvas.cells < self._parameters.cost_outside
         canvas.cells[off] = self._parameters.cost_outside
 
     def clear(self, region: Region | None) -> Box:
-        """Rules stay."""
+        """Change nothing: zones stay."""
         return NO_BOX
 
     def origin_of(self, row: int, column: int) -> tuple[str, float | None] | None:
-        """Marks nothing lethal."""
+        """Return None: the layer marks no lethal cells."""
         return None
 
 
@@ -125,28 +127,30 @@ class PreferredLanesLayer:
 class SpeedZone(Zone):
     """A polygon with a speed limit."""
 
-    speed: float = parameter(0.3, "m/s", above=0.0, help="no faster than this inside")
+    speed: float = parameter(0.3, "m/s", above=0.0, help="speed limit inside the zone")
 
 
 class SpeedZonesLayer:
-    """Places with a speed limit. They cost nothing; the safety stage keeps to the limit.
+    """Zones with a speed limit. They add no cost; the safety stage applies the limit.
 
-    The robot has the limit's speed when its base enters: on the way there it slows down as its
-    deceleration asks for, looking straight ahead along its heading.
+    The robot is at the limit when its base enters a zone: it brakes in time, with its deceleration,
+    for zones straight ahead along its heading.
     """
 
     @dataclass(frozen=True)
     class Parameters:
-        """Where the limits are."""
+        """Position and speed limit of the zones."""
 
         zones: tuple[Any, ...] = parameter(
             (), help="polygons: {corners: [[x, y], …], speed: 0.3 m/s, name: text}, map frame"
         )
         mask: str = parameter(
-            "", help="a map.yaml, relative to the mission; 1 to 100 are percent of full_speed"
+            "", help="a map.yaml, relative to the mission; cells 1 to 100: percent of full_speed"
         )
-        full_speed: float = parameter(1.0, "m/s", above=0.0, help="what 100 in the mask means")
-        look_ahead: float = parameter(3.0, "m", at_least=0.0, help="slows down for zones this far")
+        full_speed: float = parameter(1.0, "m/s", above=0.0, help="speed limit of mask value 100")
+        look_ahead: float = parameter(
+            3.0, "m", at_least=0.0, help="distance ahead in which zones are checked"
+        )
 
         def __post_init__(self) -> None:
             object.__setattr__(self, "zones", read_zones(SpeedZone, self.zones))
@@ -159,11 +163,11 @@ class SpeedZonesLayer:
         self._parameters, self._mask = parameters, read_mask(parameters.mask)
 
     def configure(self, parameters: Parameters) -> None:
-        """The mask is read once."""
+        """Apply new parameters; the mask is read once, when the layer is created."""
         self._parameters = parameters
 
     def speeds_at(self, points: FloatArray) -> FloatArray:
-        """(n,) limits in m/s at points (n, 2), metres, map frame; inf where there is none."""
+        """Return the (n,) speed limits in m/s at points (n, 2), metres, map frame; inf if none."""
         limits = np.full(len(points), inf)
         for zone in self._parameters.zones:
             found = points_inside(points, zone.points)
@@ -173,13 +177,13 @@ class SpeedZonesLayer:
         return limits
 
     def speed_limit(self, pose: Pose2D, deceleration: float) -> float:
-        """The speed from which no zone straight ahead is entered too fast, m/s.
+        """Highest speed that still allows braking to the limit of every zone ahead, m/s.
 
-        v² = v_zone² + 2 · deceleration · distance, the smallest over look_ahead.
+        The minimum over look_ahead of v² = v_zone² + 2 · deceleration · distance.
 
         Args:
             pose: of the base, map frame.
-            deceleration: m/s² that the robot can brake with.
+            deceleration: of the robot, m/s².
         """
         if not self._parameters.zones and self._mask is None:
             return inf
@@ -199,19 +203,19 @@ class SpeedZonesLayer:
         return limits
 
     def lay_out(self, frame: Frame, shift: tuple[int, int] | None) -> None:
-        """Limits are looked up by place."""
+        """Do nothing: limits are looked up by position."""
 
     def update(self, senses: SensorUpdate) -> Box:
-        """Nothing that is sensed changes a rule."""
+        """Change nothing: zones do not depend on sensors."""
         return NO_BOX
 
     def paint(self, canvas: Canvas) -> None:
-        """Limits cost nothing."""
+        """Do nothing: speed limits add no cost."""
 
     def clear(self, region: Region | None) -> Box:
-        """Rules stay."""
+        """Change nothing: zones stay."""
         return NO_BOX
 
     def origin_of(self, row: int, column: int) -> tuple[str, float | None] | None:
-        """Marks nothing."""
+        """Return None: the layer marks no cells."""
         return None

@@ -1,6 +1,6 @@
-"""YAML files read with positions: missions, worlds, robots and maps.
+"""Reader of YAML files with positions: missions, worlds, robots and maps.
 
-Every finding carries file, line and column; a reader collects all of them before it raises.
+Every finding has file, line and column. A reader collects all findings before it raises.
 
 Codes: E001..E019 files and YAML · E1xx missions · E2xx worlds · E3xx robots · E4xx maps and
 components.

@@ -1,4 +1,4 @@
-"""What is wrong with files: where, which code, a sentence and the likely fix."""
+"""Findings about files: position, code, sentence and suggested fix."""
 
 from __future__ import annotations
 
@@ -11,26 +11,26 @@ __all__ = ["Finding", "Findings", "Mark"]
 
 @dataclass
 class Findings:
-    """Collects everything wrong, so that one reading reports it all."""
+    """Collects findings, so that one run reports all of them."""
 
     items: list[Finding] = field(default_factory=list)
     _noted: set[Finding] = field(default_factory=set)
 
     def error(self, code: str, mark: Mark, sentence: str, hint: str = "") -> None:
-        """Note something that makes the file unusable."""
+        """Add a finding that makes the file unusable."""
         self._add(Finding(mark, code, sentence, hint))
 
     def warning(self, code: str, mark: Mark, sentence: str, hint: str = "") -> None:
-        """Note something that is probably not meant."""
+        """Add a finding that is probably unintended, but does not make the file unusable."""
         self._add(Finding(mark, code, sentence, hint, "warning"))
 
     @property
     def errors(self) -> list[Finding]:
-        """Only the errors, by position."""
+        """The errors, sorted by position."""
         return sorted((f for f in self.items if f.severity == "error"), key=lambda f: f.mark)
 
     def raise_errors(self) -> None:
-        """Raise InputError with every error, if there is one."""
+        """Raise InputError with all errors, if there are any."""
         if self.errors:
             raise InputError(self.errors)
 

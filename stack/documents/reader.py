@@ -1,4 +1,4 @@
-"""Reads YAML documents and their mappings; every finding has file, line and column."""
+"""Reader of YAML documents and their mappings; every finding has file, line and column."""
 
 from __future__ import annotations
 
@@ -18,10 +18,15 @@ T = TypeVar("T")
 
 
 def read_file(path: Path, what: str = "file") -> Node:
-    """The document in a YAML file.
+    """Read the document in a YAML file.
+
+    Args:
+        path: of the file.
+        what: kind of file for messages, such as "world file".
 
     Raises:
-        InputError: missing, a folder, not text, too large, empty, not YAML, or not one mapping.
+        InputError: the file is missing, a folder, not text, too large, empty, not YAML, or not
+            one mapping.
     """
     start = Mark(str(path))
 
@@ -52,7 +57,7 @@ def read_file(path: Path, what: str = "file") -> Node:
 
 
 def read_document(path: Path, what: str = "file", text: str | None = None) -> Node:
-    """The document in a file, or in a text that an editor has not saved there yet.
+    """Read the document in a file, or in the unsaved `text` of an editor for that file.
 
     Raises:
         InputError: as `read_file` and `read_text` do.
@@ -61,10 +66,10 @@ def read_document(path: Path, what: str = "file", text: str | None = None) -> No
 
 
 def read_text(text: str, name: str, what: str = "file") -> Node:
-    """The document in a YAML text; `name` stands for the file in messages.
+    """Read the document in a YAML text; `name` is the file name for messages.
 
     Raises:
-        InputError: empty, not YAML, or not one mapping at the top.
+        InputError: the text is empty, not YAML, or not one mapping.
     """
     findings = Findings()
     documents = compose(text, name, findings)
@@ -73,19 +78,22 @@ def read_text(text: str, name: str, what: str = "file") -> Node:
     node = documents[0]
     if len(documents) > 1:
         where = documents[1].mark
-        raise InputError([Finding(where, "E006", f"a {what} holds one document", "remove `---`")])
+        raise InputError(
+            [Finding(where, "E006", f"a {what} has only one document", "remove `---`")]
+        )
     if not node.is_mapping:
-        findings.error("E007", node.mark, f"a {what} is a mapping of keys, got {node.words()}")
+        sentence = f"a {what} must be a mapping of keys, got {node.words()}"
+        findings.error("E007", node.mark, sentence)
     findings.raise_errors()
     return node
 
 
 class Section:
-    """A mapping being read: each key is taken once; `done` reports what nobody took.
+    """Reader of one mapping: getters read its keys, `done` reports the unknown ones.
 
-    Every getter notes what is wrong in `findings` and returns the fallback, so that reading goes
-    on and one run reports everything. With `keys`, the keys that there are, a misspelt key is
-    reported and then read as the one that was meant: one mistake gives one finding.
+    Every getter adds errors to `findings` and returns a fallback, so that one run reports all
+    errors. With `keys`, the list of known keys, a misspelt key is reported and then read as the
+    most similar known one: one mistake gives one finding.
     """
 
     def __init__(
@@ -95,10 +103,11 @@ class Section:
         self.node = self._respelt(node, keys) if keys and node.is_mapping else node
         self._known: list[str] = []
         if not node.is_mapping:
-            findings.error(code, node.mark, f"{what} is a mapping of keys, got {node.words()}")
+            sentence = f"{what} must be a mapping of keys, got {node.words()}"
+            findings.error(code, node.mark, sentence)
 
     def node_of(self, key: str, *, required: bool = False) -> Node | None:
-        """The node under a key, or None (an error when it is required)."""
+        """The node under a key, or None, which is reported if the key is required."""
         self._known.append(key)
         found = self.node.get(key)
         if found is None and required and self.node.is_mapping:
@@ -106,13 +115,13 @@ class Section:
         return found
 
     def value(self, declared: Declaration) -> Any:
-        """The checked value of a declared key; its default (or None) when absent or wrong."""
+        """The checked value of a declared key; its default (or None) if absent or wrong."""
         fallback = None if declared.default is REQUIRED else declared.default
         node = self.node_of(declared.name, required=declared.required)
         return fallback if node is None else self.read(declared, node, fallback)
 
     def read(self, declared: Declaration, node: Node, fallback: T | None = None) -> Any | T:
-        """The checked value of a node under a declaration; the fallback when it is wrong."""
+        """The checked value of a node by its declaration; the fallback if it is wrong."""
         try:
             return declared.read(node.plain())
         except ParameterError as error:
@@ -122,7 +131,7 @@ class Section:
             return fallback
 
     def section(self, key: str, *, required: bool = False) -> Section | None:
-        """The mapping under a key as a section of its own."""
+        """The mapping under a key as a Section."""
         node = self.node_of(key, required=required)
         return None if node is None else Section(node, self.findings, f"`{key}`", self.code)
 
@@ -132,15 +141,16 @@ class Section:
         if node is None:
             return []
         if not node.is_sequence:
-            self.findings.error(self.code, node.mark, f"{key} is a list, got {node.words()}")
+            sentence = f"{key}: expected a list, got {node.words()}"
+            self.findings.error(self.code, node.mark, sentence)
         return node.items
 
     def parts(
         self, name: str, node: Node, declared: Sequence[Declaration]
     ) -> tuple[Any, ...] | None:
-        """The items of a list, each read under its own declaration and reported at its own place.
+        """The items of a list, each read by its own declaration and reported at its own position.
 
-        None, with everything noted, when the list has another length or an item is wrong.
+        None if the list has another length or an item is wrong, which is reported.
         """
         wanted = f"[{', '.join(part.name for part in declared)}]"
         if not node.is_sequence or len(node.items) != len(declared):
@@ -168,7 +178,7 @@ class Section:
         self.findings.error(self.code, key.mark, sentence, suggestion(str(key.value), keys))
 
     def done(self) -> None:
-        """Report every key that nobody asked for, with the nearest one that exists."""
+        """Report every key that no getter has read, with the most similar known one."""
         for key, _ in self.node.entries:
             if key.value not in self._known:
                 self._unknown(key, self._known)
@@ -179,9 +189,9 @@ def _inner_mark(node: Node) -> Mark:
 
 
 def value_of(text: str) -> Any:
-    """What one value means that stands alone, as on a command line: 3, true, [1, 2], 30 cm.
+    """Read one YAML value, as on a command line: 3, true, [1, 2], 30 cm.
 
     Raises:
-        InputError: not YAML.
+        InputError: the text is not YAML.
     """
     return read_text(f"value: {text}", "command line", "value").plain()["value"]

@@ -1,9 +1,9 @@
-"""YAML texts as nodes with positions, strictly.
+"""Strict parser of YAML texts to nodes with positions.
 
-libyaml (through PyYAML) splits the text into events; where it is not there, PyYAML's own parser
-does, and that also says what is wrong with a text. Values are YAML 1.2 core scalars only (`on`,
-`yes`, `012` and `1:30` are text or what they look like), duplicate keys and tags are refused,
-aliases cannot explode.
+libyaml (through PyYAML) splits the text into events; without libyaml, PyYAML's own parser does.
+PyYAML's parser also provides the error messages. Only YAML 1.2 core scalars are recognised: `on`,
+`yes` and `1:30` are texts, `012` is the number 12. Duplicate keys and tags are errors. The number
+of nodes is limited, so that aliases cannot expand without bound.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import Any
 import yaml
 
 from stack.documents.findings import Finding, Findings, Mark
-from stack.documents.yaml_problems import Trouble, in_plain_words
+from stack.documents.yaml_problems import Problem, explain
 from stack.errors import InputError
 
 MAX_NODES, MAX_DEPTH = 50_000, 60
@@ -28,10 +28,10 @@ class Node:
 
     Attributes:
         value: None, bool, int, float or str of a scalar; list[Node] of a sequence; for a mapping a
-            list of (key Node, value Node), keys unique.
+            list of (key Node, value Node) with unique keys.
         kind: "scalar", "sequence" or "mapping".
-        mark: where it begins.
-        quoted: a scalar written in quotes or as a block: always text.
+        mark: position of its start.
+        quoted: a scalar in quotes or a block scalar, which is always text.
     """
 
     value: Any
@@ -72,7 +72,7 @@ class Node:
         return self.value
 
     def words(self) -> str:
-        """What this is, for messages: `the number 3`, `a list`…"""
+        """Description for messages: `a list`, `a mapping`, `'text'`, `3`…"""
         if self.kind != "scalar":
             return {"mapping": "a mapping", "sequence": "a list"}[self.kind]
         if self.value is None:
@@ -84,10 +84,11 @@ class Node:
 
 
 def compose(text: str, name: str, findings: Findings) -> list[Node]:
-    """The documents in a YAML text; `name` stands for the file in positions.
+    """Parse the documents in a YAML text; `name` is the file name in positions.
 
     Raises:
-        InputError: it is not YAML, nested too deep or too large; lesser faults go to `findings`.
+        InputError: the text is not YAML, nested too deeply or too large. Other errors are added
+            to `findings`.
     """
     try:
         events: Iterator[Any] = yaml.parse(text, Loader=_Parser)
@@ -103,7 +104,7 @@ _Parser: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
 def _refusal(text: str, name: str, error: yaml.YAMLError) -> Finding:
-    """What is wrong in words: as PyYAML's own parser sees it, which says more than libyaml."""
+    """The finding for a syntax error, from PyYAML's own parser: it tells more than libyaml."""
     try:
         list(yaml.parse(text, Loader=yaml.SafeLoader))
     except yaml.YAMLError as own:
@@ -114,11 +115,11 @@ def _refusal(text: str, name: str, error: yaml.YAMLError) -> Finding:
         sentence = f"not a text file: character U+{ord(str(text[error.position])):04X}"
         return Finding(mark, "E003", sentence)
     if isinstance(error, yaml.MarkedYAMLError):
-        trouble = in_plain_words(error, text)
+        problem = explain(error, text)
     else:
-        trouble = Trouble(1, 1, f"not YAML: {error}".splitlines()[0])
-    mark = Mark(name, trouble.line, trouble.column)
-    return Finding(mark, "E004", trouble.sentence, trouble.hint)
+        problem = Problem(1, 1, f"not YAML: {error}".splitlines()[0])
+    mark = Mark(name, problem.line, problem.column)
+    return Finding(mark, "E004", problem.sentence, problem.hint)
 
 
 _INT = re.compile(r"[-+]?[0-9]+")
@@ -132,7 +133,7 @@ _SPECIAL = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
 
 
 class _Composer:
-    """Puts nodes together from events, counting them so that aliases cannot explode."""
+    """Composes nodes from events; counts them to limit the expansion of aliases."""
 
     def __init__(self, name: str, findings: Findings, events: Iterator[Any]) -> None:
         self.name, self.findings, self.events = name, findings, events
@@ -158,7 +159,7 @@ class _Composer:
                 problem=f"nested more than {MAX_DEPTH} deep", problem_mark=event.start_mark
             )
         if event.tag is not None:
-            self.findings.error("E009", mark, f"tags are not used here, got {event.tag!r}")
+            self.findings.error("E009", mark, f"tags are not supported, got {event.tag!r}")
         if event.anchor is not None:
             self.anchors[event.anchor] = None
         if isinstance(event, yaml.ScalarEvent):
@@ -187,7 +188,7 @@ class _Composer:
     def _counted(self, number: int, mark: Mark) -> None:
         self.count += number
         if self.count > MAX_NODES:
-            sentence = f"more than {MAX_NODES} values once aliases are followed"
+            sentence = f"more than {MAX_NODES} values after expanding aliases"
             raise InputError([Finding(mark, "E008", sentence)])
 
     def _items(self, end: type, depth: int) -> Iterator[Node]:
@@ -202,12 +203,12 @@ class _Composer:
         for key in self._items(yaml.MappingEndEvent, depth):
             value = self._node(next(self.events), depth + 1)
             if key.kind != "scalar":
-                self.findings.error("E010", key.mark, f"a key is a word, got {key.words()}")
+                self.findings.error("E010", key.mark, f"a key must be a word, got {key.words()}")
             elif key.value in seen:
                 first = seen[key.value]
                 self.findings.error(
-                    "E011", key.mark, f"the key {key.value!r} stands twice",
-                    f"first in line {first.line}",
+                    "E011", key.mark, f"duplicate key {key.value!r}",
+                    f"the first is in line {first.line}",
                 )  # fmt: skip
             else:
                 seen[key.value] = key.mark
@@ -242,13 +243,13 @@ class _Composer:
 
 
 def as_yaml(value: Any) -> str:
-    """Plain values as a YAML text that `read_text` understands."""
+    """Write plain values as a YAML text that `read_text` can read."""
     text: str = yaml.safe_dump(value, sort_keys=False, allow_unicode=True, width=100)
     return text
 
 
 def iter_scalars(node: Node) -> Iterator[Node]:
-    """Every scalar below a node, keys left out."""
+    """All scalars below a node, without keys."""
     if node.kind == "scalar":
         yield node
     for _, value in node.entries:

@@ -1,4 +1,4 @@
-"""Why a text is not YAML, in plain words and with the likely fix, from what PyYAML says."""
+"""Translates PyYAML's syntax errors to plain sentences with a suggested fix."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from yaml import MarkedYAMLError
 
 
 @dataclass(frozen=True, slots=True)
-class Trouble:
-    """What is wrong where; line and column count from 1."""
+class Problem:
+    """A syntax error: position (line and column count from 1), sentence and hint."""
 
     line: int
     column: int
@@ -22,11 +22,14 @@ class Trouble:
 
 @dataclass(frozen=True, slots=True)
 class _Case:
-    """One error of PyYAML with what it matched and the text's lines.
+    """One error of PyYAML with the lines of the text.
 
     Attributes:
-        here: (line, column) where PyYAML stopped, from 0.
-        opened: where the thing began in which it stopped; `here` when it does not say.
+        found: match of the table's pattern in PyYAML's message.
+        context: PyYAML's description of what it was reading.
+        here: (line, column) at which PyYAML stopped, from 0.
+        opened: (line, column) at which the unfinished construct begins; `here` if unknown.
+        lines: of the text.
     """
 
     found: re.Match[str]
@@ -35,18 +38,18 @@ class _Case:
     opened: tuple[int, int]
     lines: list[str]
 
-    def at(self, place: tuple[int, int], sentence: str, hint: str = "") -> Trouble:
-        return Trouble(place[0] + 1, place[1] + 1, sentence, hint)
+    def at(self, place: tuple[int, int], sentence: str, hint: str = "") -> Problem:
+        return Problem(place[0] + 1, place[1] + 1, sentence, hint)
 
     def above(self, line: int) -> int | None:
-        """The nearest line above that holds something."""
+        """The nearest line above that is neither empty nor a comment."""
         for number in range(min(line, len(self.lines)) - 1, -1, -1):
             if self.lines[number].strip() and not self.lines[number].lstrip().startswith("#"):
                 return number
         return None
 
     def indents(self) -> list[int]:
-        """Indentations of the blocks that are open above, the innermost first."""
+        """Indentations of the blocks that are open above this line, innermost first."""
         found: list[int] = []
         line = self.above(self.here[0])
         while line is not None and 0 not in found:
@@ -58,92 +61,93 @@ class _Case:
 
     @property
     def before(self) -> str:
-        """The line up to where PyYAML stopped."""
+        """The part of the line before the position at which PyYAML stopped."""
         line, column = self.here
         return self.lines[line][:column] if line < len(self.lines) else ""
 
 
-def in_plain_words(error: MarkedYAMLError, text: str) -> Trouble:
-    """The error as somebody who has never read the YAML specification would put it."""
+def explain(error: MarkedYAMLError, text: str) -> Problem:
+    """Explain an error without the terms of the YAML specification."""
     here = _place(error.problem_mark or error.context_mark)
     opened = _place(error.context_mark) if error.context_mark else here
     problem, context = error.problem or "", error.context or ""
-    for context_pattern, pattern, explain in _TABLE:
+    for context_pattern, pattern, make_problem in _TABLE:
         found = re.search(pattern, problem, re.DOTALL)
         if found and re.search(context_pattern, context):
-            return explain(_Case(found, context, here, opened, text.split("\n")))
-    return Trouble(here[0] + 1, here[1] + 1, f"not YAML: {problem}".replace("\n", " "))
+            return make_problem(_Case(found, context, here, opened, text.split("\n")))
+    return Problem(here[0] + 1, here[1] + 1, f"not YAML: {problem}".replace("\n", " "))
 
 
 def _place(mark: Any) -> tuple[int, int]:
     return (mark.line, mark.column) if mark else (0, 0)
 
 
-def _first(case: _Case) -> Trouble:
+def _first(case: _Case) -> Problem:
     character = _unquoted(case.found[1])
     if character == "\t":
-        return case.at(case.here, "a tab stands here", "indent with spaces, YAML takes no tabs")
+        return case.at(case.here, "a tab is not allowed here", "indent with spaces")
     hint = f"put it in quotes: '{character}…'"
     return case.at(case.here, f"a value cannot begin with {character}", hint)
 
 
-def _no_colon(case: _Case) -> Trouble:
-    hint = "is a `:` missing? To go on with the text above, indent the line deeper than its key"
-    return case.at(case.opened, "this line is no `key: value`", hint)
+def _no_colon(case: _Case) -> Problem:
+    hint = "is a `:` missing? To continue the text above, indent this line deeper than its key"
+    return case.at(case.opened, "this line is not `key: value`", hint)
 
 
-def _second_colon(case: _Case) -> Trouble:
+def _second_colon(case: _Case) -> Problem:
     if re.search(r":\s", case.before.rstrip() + " "):
-        hint = "put the value in quotes, or the second key on a line of its own"
+        hint = "put the value in quotes, or the second key on its own line"
         return case.at(case.here, "a second `: ` in one value", hint)
     line, column = case.here[0], _indent(case.before)
     above = case.above(line)
     if above is not None and _indent(case.lines[above]) >= column:
         place = (above, _indent(case.lines[above]))
-        hint = "is a `:` missing? It is followed by a space"
-        return case.at(place, "this line is no `key: value`", hint)
+        hint = "is a `:` missing? A space must follow it"
+        return case.at(place, "this line is not `key: value`", hint)
     place = (line, column)
-    sentence = "this line is indented deeper than the one above, which has its value already"
-    return case.at(place, sentence, "begin both in the same column")
+    sentence = "this line is indented deeper than the line above, which already has a value"
+    return case.at(place, sentence, "begin both lines in the same column")
 
 
-def _item(case: _Case) -> Trouble:
-    hint = "put it on a line of its own, below the key of the list"
-    return case.at(case.here, "a list item `- ` cannot stand here", hint)
+def _item(case: _Case) -> Problem:
+    hint = "put it on its own line, below the key of the list"
+    return case.at(case.here, "a list item `- ` is not allowed here", hint)
 
 
-def _question(case: _Case) -> Trouble:
+def _question(case: _Case) -> Problem:
     return case.at(case.here, "a value cannot begin with `? `", "put it in quotes")
 
 
-def _block(case: _Case) -> Trouble:
+def _block(case: _Case) -> Problem:
     """Something that is neither the next key, the next item nor the end of a block."""
     found, among_keys = case.found[1], "mapping" in case.context
     if found in ("}", "]"):
-        return case.at(case.here, f"there is a `{found}` too many", "remove it, or open it before")
+        hint = "remove it, or add the opening bracket"
+        return case.at(case.here, f"unmatched `{found}`", hint)
     if found == ",":
-        return case.at(case.here, "a comma cannot stand here", "put the value in quotes")
+        return case.at(case.here, "a comma is not allowed here", "put the value in quotes")
     if found == "-" and among_keys:
         hint = "indent it below the key of its list"
-        return case.at(case.here, "a list item `- ` stands among keys", hint)
+        return case.at(case.here, "unexpected list item `- ` among keys", hint)
     if found in ("?", "<block mapping start>") and not among_keys and case.before.strip() == "":
         hint = f"begin it with `- `, or indent it deeper than column {case.opened[1] + 1}"
-        return case.at(case.here, "a key stands among list items", hint)
+        return case.at(case.here, "unexpected key among list items", hint)
     if case.before.strip() == "":
         columns = " or ".join(str(indent + 1) for indent in case.indents())
-        sentence = "the indentation of this line fits none above"
-        hint = f"what it can belong to begins in column {columns}" if columns else ""
+        sentence = "the indentation of this line matches no line above"
+        hint = f"the open blocks begin in column {columns}" if columns else ""
         return case.at(case.here, sentence, hint)
-    sentence = "the value before this has ended"
+    sentence = "unexpected text after the value"
     return case.at(case.here, sentence, "put the whole value in quotes")
 
 
-def _bracket(case: _Case) -> Trouble:
+def _bracket(case: _Case) -> Problem:
     close = case.found[1]
     what, sign = {"]": ("list", "["), "}": ("mapping", "{")}[close]
     if case.here[0] == case.opened[0] and case.found[2] not in ("<stream end>", "<document start>"):
         sentence = f"a `,` or the closing `{close}` is missing here"
-        hint = "inside brackets, texts with `: ` or brackets stand in quotes"
+        hint = "inside brackets, put texts with `: ` or brackets in quotes"
         return case.at(case.here, sentence, hint)
     sentence = f"the {what} that opens here with `{sign}` is not closed"
     hint = f"add `{close}`"
@@ -152,51 +156,52 @@ def _bracket(case: _Case) -> Trouble:
     return case.at(case.opened, sentence, hint)
 
 
-def _quote(case: _Case) -> Trouble:
+def _quote(case: _Case) -> Problem:
     line, column = case.opened
     sign = case.lines[line][column : column + 1] if line < len(case.lines) else "'"
     hint = f"close it with {sign}; inside '…' an apostrophe is written ''"
-    return case.at(case.opened, f"the quote {sign} that opens here is never closed", hint)
+    return case.at(case.opened, f"the quote {sign} that opens here is not closed", hint)
 
 
-def _escape(case: _Case) -> Trouble:
+def _escape(case: _Case) -> Problem:
     sign = _unquoted(case.found[1])
     hint = f"write \\\\{sign} for a backslash, or use single quotes"
-    return case.at(case.here, f"\\{sign} means nothing inside double quotes", hint)
+    return case.at(case.here, f"\\{sign} is not a valid escape in double quotes", hint)
 
 
-def _digits(case: _Case) -> Trouble:
+def _digits(case: _Case) -> Problem:
     sentence = f"this escape needs {case.found[1]} hexadecimal digits"
-    return case.at(case.here, sentence, "use single quotes if the backslash is meant")
+    return case.at(case.here, sentence, "use single quotes for a literal backslash")
 
 
-def _after_the_end(case: _Case) -> Trouble:
+def _after_the_end(case: _Case) -> Problem:
     if case.found[1] in ("}", "]"):
-        return case.at(case.here, f"there is a `{case.found[1]}` too many", "remove it")
-    hint = "begin all keys of the top level in the same column"
-    return case.at(case.here, "the file's value has ended before this line", hint)
+        return case.at(case.here, f"unmatched `{case.found[1]}`", "remove it")
+    hint = "begin all top-level keys in the same column"
+    return case.at(case.here, "unexpected text after the end of the document", hint)
 
 
-def _percent(case: _Case) -> Trouble:
+def _percent(case: _Case) -> Problem:
     place = (case.opened[0], 0)
     return case.at(place, "a line cannot begin with %", "put the value in quotes")
 
 
-def _star(case: _Case) -> Trouble:
+def _star(case: _Case) -> Problem:
     sign = "*" if "alias" in case.context else "&"
     hint = f"put a value that begins with {sign} in quotes"
-    return case.at(case.opened, f"{sign} is followed by no name", hint)
+    return case.at(case.opened, f"a name is missing after {sign}", hint)
 
 
-def _tag(case: _Case) -> Trouble:
+def _tag(case: _Case) -> Problem:
     return case.at(case.opened, "a value cannot begin with !", "put it in quotes")
 
 
-def _block_text(case: _Case) -> Trouble:
-    return case.at(case.here, "after `|` or `>` the text begins on the next line", "break the line")
+def _block_text(case: _Case) -> Problem:
+    sentence = "the text after `|` or `>` must begin on the next line"
+    return case.at(case.here, sentence, "insert a line break")
 
 
-def _no_value(case: _Case) -> Trouble:
+def _no_value(case: _Case) -> Problem:
     found = case.found[1]
     opened = _last_open("\n".join(case.lines)) if found == "<stream end>" else None
     if opened is not None:
@@ -205,19 +210,19 @@ def _no_value(case: _Case) -> Trouble:
     return case.at(case.here, f"a value is missing{before}", "write it, or `null` for none")
 
 
-def _stray_colon(case: _Case) -> Trouble:
-    hint = "put a space behind it, or the text in quotes"
-    return case.at(case.here, "a `:` stands inside a value", hint)
+def _stray_colon(case: _Case) -> Problem:
+    hint = "put a space after it, or put the text in quotes"
+    return case.at(case.here, "unexpected `:` inside a value", hint)
 
 
-def _deep(case: _Case) -> Trouble:
+def _deep(case: _Case) -> Problem:
     return case.at(case.here, case.found[0], "is a bracket or an indentation wrong?")
 
 
-def _alias(case: _Case) -> Trouble:
+def _alias(case: _Case) -> Problem:
     name = case.found[1]
     hint = f"write `&{name}` before the value, or quote a text that begins with *"
-    return case.at(case.here, f"there is no `&{name}` before this `*{name}`", hint)
+    return case.at(case.here, f"`*{name}` has no `&{name}` before it", hint)
 
 
 def _indent(line: str) -> int:
@@ -228,7 +233,7 @@ _QUOTED = re.compile(r"'[^']*'|\"(?:\\\\.|[^\"\\\\])*\"|(?:^|(?<=\s))#[^\n]*", r
 
 
 def _last_open(text: str) -> tuple[tuple[int, int], str] | None:
-    """Where the innermost bracket opens that is not closed, and which one it is."""
+    """Position and sign of the innermost bracket that is not closed."""
     blanked = _QUOTED.sub(lambda found: re.sub(r"[^\n]", " ", found[0]), text)
     stack: list[tuple[tuple[int, int], str]] = []
     for number, line in enumerate(blanked.split("\n")):
@@ -241,13 +246,13 @@ def _last_open(text: str) -> tuple[tuple[int, int], str] | None:
 
 
 def _unquoted(shown: str) -> str:
-    """The character that PyYAML shows as Python's repr."""
+    """The character of which PyYAML shows Python's repr."""
     inner = shown[1:-1]
     return {"\\t": "\t", "\\\\": "\\", "\\'": "'"}.get(inner, inner)
 
 
 _FOUND = r"'(.+)'"
-_TABLE: tuple[tuple[str, str, Callable[[_Case], Trouble]], ...] = (
+_TABLE: tuple[tuple[str, str, Callable[[_Case], Problem]], ...] = (
     ("directive", "", _percent),
     ("", r"duplicate YAML directive|incompatible YAML document|duplicate tag handle", _percent),
     ("an alias|an anchor", "expected alphabetic", _star),
@@ -270,4 +275,4 @@ _TABLE: tuple[tuple[str, str, Callable[[_Case], Trouble]], ...] = (
     ("", r"nested more than \d+ deep", _deep),
     ("", rf"found undefined alias {_FOUND}", _alias),
 )
-"""(pattern of the context, pattern of the problem, what to say), the first that fits."""
+"""(pattern of the context, pattern of the problem, explanation); the first match is used."""

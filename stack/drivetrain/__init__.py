@@ -1,1 +1,1 @@
-"""What a robot is and how it can move: description, limits, kinematics of each drive."""
+"""Description of a robot, and limits and kinematics of each kind of drive."""

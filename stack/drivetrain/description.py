@@ -1,4 +1,4 @@
-"""What a robot is: outline, limits, wheels and sensors, as read from its robot.yaml."""
+"""Description of a robot: footprint, limits, wheels and sensors, as read from robot.yaml."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from stack.types import CameraModel, FloatArray, Footprint, Pose2D
 
 
 class DriveKind(StrEnum):
-    """Which velocities a drive can make."""
+    """Kind of drive, which defines the feasible velocities."""
 
     DIFFERENTIAL = "differential"
     OMNI = "omni"
@@ -25,22 +25,31 @@ class DriveKind(StrEnum):
 
 @dataclass(frozen=True)
 class Limits:
-    """What the drive can do."""
+    """Limits of speed and acceleration of a drive."""
 
-    linear_speed: float = parameter(0.8, "m/s", above=0.0, help="top speed forward")
-    reverse_speed: float = parameter(0.3, "m/s", at_least=0.0, help="top speed backward")
+    linear_speed: float = parameter(0.8, "m/s", above=0.0, help="maximum speed forward")
+    reverse_speed: float = parameter(0.3, "m/s", at_least=0.0, help="maximum speed backward")
     lateral_speed: float = parameter(
-        0.0, "m/s", at_least=0.0, help="top speed sideways; omnidirectional robots only"
+        0.0, "m/s", at_least=0.0, help="maximum speed sideways; omnidirectional robots only"
     )
-    angular_speed: float = parameter(1.8, "rad/s", above=0.0, help="top turning speed")
+    angular_speed: float = parameter(1.8, "rad/s", above=0.0, help="maximum turning speed")
     linear_acceleration: float = parameter(1.0, "m/s²", above=0.0, help="speeding up")
     linear_deceleration: float = parameter(1.5, "m/s²", above=0.0, help="slowing down")
-    angular_acceleration: float = parameter(3.2, "rad/s²", above=0.0, help="turning, both ways")
+    angular_acceleration: float = parameter(
+        3.2, "rad/s²", above=0.0, help="turning, in both directions"
+    )
 
 
 @dataclass(frozen=True)
 class Wheels:
-    """A differential drive: names of the URDF joints and the geometry behind the odometry."""
+    """Wheels of a differential or skid-steered drive.
+
+    Attributes:
+        left: URDF joints of the left wheels.
+        right: URDF joints of the right wheels.
+        radius: metres.
+        separation: effective track that odometry uses, metres.
+    """
 
     left: tuple[str, ...]
     right: tuple[str, ...]
@@ -50,11 +59,11 @@ class Wheels:
 
 @dataclass(frozen=True)
 class OmniWheels:
-    """Three or more wheels that each push one way and roll freely the other.
+    """Three or more omnidirectional wheels: each drives in one direction and slides in the other.
 
     Attributes:
-        joints: of the URDF, one a wheel.
-        mounts: where each touches the floor, base frame; the heading is the way that it pushes.
+        joints: URDF joints, one for each wheel.
+        mounts: contact point of each wheel, base frame; the heading is its driving direction.
         radius: metres.
     """
 
@@ -64,7 +73,7 @@ class OmniWheels:
 
     @property
     def jacobian(self) -> FloatArray:
-        """(n, 3): the speed that each wheel rolls at, m/s, for each of linear, lateral, angular."""
+        """(n, 3) rolling speed of each wheel, m/s, per unit of linear, lateral, angular speed."""
         return np.array([
             [cos(m.heading), sin(m.heading), m.x * sin(m.heading) - m.y * cos(m.heading)]
             for m in self.mounts
@@ -73,16 +82,18 @@ class OmniWheels:
 
 @dataclass(frozen=True)
 class SteeredWheels:
-    """A car: steered front wheels, driven rear wheels; the base frame lies midway between these.
+    """Wheels of a car: steered in front, driven at the rear.
+
+    The base frame is midway between the rear wheels.
 
     Attributes:
         steering: URDF joints that turn the front wheels, left and right.
         rear: URDF joints of the driven wheels, left and right.
         radius: of the rear wheels, metres.
-        wheelbase: from axle to axle, metres.
-        track: between left and right wheels, metres.
-        steering_angle: the most that the middle of the front axle steers, radians.
-        steering_speed: how fast it steers, rad/s.
+        wheelbase: distance between the axles, metres.
+        track: distance between left and right wheels, metres.
+        steering_angle: largest steering angle at the middle of the front axle, radians.
+        steering_speed: rate of the steering angle, rad/s.
     """
 
     steering: tuple[str, str]
@@ -95,13 +106,13 @@ class SteeredWheels:
 
     @property
     def turning_radius(self) -> float:
-        """Tightest circle that the base frame's origin can drive, metres."""
+        """Radius of the tightest circle of the base frame's origin, metres."""
         return self.wheelbase / tan(self.steering_angle)
 
 
 @dataclass(frozen=True)
 class OdometryNoise:
-    """How wheel odometry errs. All draws are seeded."""
+    """Errors of wheel odometry. All random draws are seeded."""
 
     scale_error: float = parameter(
         0.01, at_least=0.0, at_most=0.2, help="standard deviation of each wheel's fixed scale error"
@@ -123,18 +134,18 @@ class LidarDescription:
     height: float = parameter(0.2, "m", above=0.0, help="above the floor")
     beams: int = parameter(360, at_least=3, at_most=4096, help="beams per turn")
     field_of_view: float = parameter(
-        6.283185307179586, "rad", above=0.0, help="360 deg is all round"
+        6.283185307179586, "rad", above=0.0, help="360 deg for a full turn"
     )
     rate: float = parameter(10.0, "Hz", above=0.0, help="scans per second")
-    range_min: float = parameter(0.08, "m", at_least=0.0, help="nearer is invalid")
-    range_max: float = parameter(12.0, "m", above=0.0, help="farther is no return")
+    range_min: float = parameter(0.08, "m", at_least=0.0, help="shorter ranges are invalid")
+    range_max: float = parameter(12.0, "m", above=0.0, help="longer ranges are no return")
     noise: float = parameter(0.01, "m", at_least=0.0, help="standard deviation of a range")
     dropout: float = parameter(0.005, at_least=0.0, at_most=1.0, help="share of beams lost")
 
 
 @dataclass(frozen=True)
 class SonarDescription:
-    """A sonar: hears the nearest thing somewhere in a cone."""
+    """A sonar: measures the distance to the nearest obstacle in a cone."""
 
     mount: Pose2D
     height: float = parameter(0.1, "m", above=0.0, help="above the floor")
@@ -142,8 +153,8 @@ class SonarDescription:
         0.44, "rad", above=0.0, at_most=1.6, help="opening of the cone"
     )
     rate: float = parameter(10.0, "Hz", above=0.0, help="readings per second")
-    range_min: float = parameter(0.05, "m", at_least=0.0, help="nearer is invalid")
-    range_max: float = parameter(2.5, "m", above=0.0, help="farther is no return")
+    range_min: float = parameter(0.05, "m", at_least=0.0, help="shorter distances are invalid")
+    range_max: float = parameter(2.5, "m", above=0.0, help="longer distances are no return")
     noise: float = parameter(0.01, "m", at_least=0.0, help="standard deviation of a distance")
 
 
@@ -152,10 +163,10 @@ class CameraDescription:
     """A colour camera."""
 
     model: CameraModel
-    rate: float = parameter(5.0, "Hz", above=0.0, help="pictures per second while asked for")
-    latency: float = parameter(0.1, "s", at_least=0.0, help="exposure to delivery")
+    rate: float = parameter(5.0, "Hz", above=0.0, help="pictures per second while requested")
+    latency: float = parameter(0.1, "s", at_least=0.0, help="time from exposure to delivery")
     noise: float = parameter(2.0, at_least=0.0, help="standard deviation of a colour value, 0..255")
-    range_max: float = parameter(12.0, "m", above=0.0, help="nothing is drawn beyond")
+    range_max: float = parameter(12.0, "m", above=0.0, help="far limit of the rendering")
 
 
 @dataclass(frozen=True)
@@ -167,35 +178,45 @@ class ImuDescription:
         0.004, "rad/s", at_least=0.0, help="standard deviation per sample"
     )
     gyro_bias: float = parameter(0.01, "rad/s", at_least=0.0, help="standard deviation of the bias")
-    accelerometer_noise: float = parameter(0.05, "m/s²", at_least=0.0, help="per sample")
-    accelerometer_bias: float = parameter(0.05, "m/s²", at_least=0.0, help="of the bias")
+    accelerometer_noise: float = parameter(
+        0.05, "m/s²", at_least=0.0, help="standard deviation per sample"
+    )
+    accelerometer_bias: float = parameter(
+        0.05, "m/s²", at_least=0.0, help="standard deviation of the bias"
+    )
 
 
 @dataclass(frozen=True)
 class BatteryDescription:
-    """A battery that drains at rest and with motion and charges on a dock."""
+    """A battery: drains at rest and in motion, charges on a dock."""
 
     capacity: float = parameter(100.0, "Wh", above=0.0, help="energy when full")
-    idle_power: float = parameter(15.0, "W", at_least=0.0, help="drawn at rest")
-    drive_power: float = parameter(60.0, "W", at_least=0.0, help="drawn more at top speed")
-    charge_power: float = parameter(200.0, "W", above=0.0, help="taken in on the dock")
-    voltage_full: float = parameter(25.2, "V", above=0.0, help="when full")
-    voltage_empty: float = parameter(20.0, "V", above=0.0, help="when empty")
+    idle_power: float = parameter(15.0, "W", at_least=0.0, help="power drawn at rest")
+    drive_power: float = parameter(60.0, "W", at_least=0.0, help="additional power at top speed")
+    charge_power: float = parameter(200.0, "W", above=0.0, help="charging power on a dock")
+    voltage_full: float = parameter(25.2, "V", above=0.0, help="voltage when full")
+    voltage_empty: float = parameter(20.0, "V", above=0.0, help="voltage when empty")
 
 
 @dataclass(frozen=True)
 class RobotDescription:
-    """Everything about a robot that is not the world's.
+    """Description of a robot.
 
     Attributes:
         name: e.g. scout.
         footprint: outline in the base frame.
-        height: metres, for what passes over it.
-        urdf: the file that shapes and masses come from.
-        lidars: further ones by name; `lidar` alone localises.
+        height: metres; obstacles above it do not block the robot.
+        urdf: file with shapes and masses.
+        wheels: geometry and URDF joints of the wheels.
+        limits: of speed and acceleration.
+        odometry: errors of the wheel odometry.
+        lidar: main lidar, which localisation uses; None without one.
+        navigation: component choices and parameters of this robot, as raw values by kind
+            ({"controller": {"use": "pure_pursuit", "cruise_speed": 0.5}}); those of the mission
+            take precedence.
+        source: the robot.yaml.
+        lidars: additional lidars by name.
         sonars: by name.
-        navigation: component choices and parameters for this robot, as raw values by kind
-            ({"controller": {"use": "pure_pursuit", "cruise_speed": 0.5}}), under the mission's.
     """
 
     name: str
@@ -216,7 +237,7 @@ class RobotDescription:
 
     @property
     def drive(self) -> DriveKind:
-        """Which velocities it can make."""
+        """Kind of drive, by the kind of wheels."""
         if isinstance(self.wheels, OmniWheels):
             return DriveKind.OMNI
         if isinstance(self.wheels, SteeredWheels):
@@ -225,5 +246,5 @@ class RobotDescription:
 
     @property
     def turning_radius(self) -> float:
-        """Tightest circle it can drive, metres; 0 where it can turn in place."""
+        """Radius of the tightest circle, metres; 0 if the robot can turn in place."""
         return self.wheels.turning_radius if isinstance(self.wheels, SteeredWheels) else 0.0

@@ -1,4 +1,4 @@
-"""How far the base moves when the wheels have rolled, for each kind of robot."""
+"""Forward kinematics of each kind of drive: motion of the base from the motion of the wheels."""
 
 from __future__ import annotations
 
@@ -13,33 +13,34 @@ from stack.types import Pose2D
 
 
 class ForwardKinematics(Protocol):
-    """The forward kinematics of one kind of wheels."""
+    """Forward kinematics of one kind of drive."""
 
     @property
     def count(self) -> int:
-        """How many encoders count."""
+        """Number of encoders."""
         ...
 
     def wheel_angles(self, wheels: Sequence[float]) -> Sequence[float]:
-        """What the encoders show, from the angle of every driven wheel, radians."""
+        """Encoder angles from the angles of all driven wheels, radians."""
         ...
 
     def steer(self, angles: Sequence[float]) -> None:
-        """Note the angles of the steered wheels, left and right, radians."""
+        """Set the angles of the steered wheels, left and right, radians."""
         ...
 
     def moved(self, rolled: Sequence[float], slips: Sequence[float]) -> Pose2D:
-        """The base's displacement in its own frame.
+        """Displacement of the base in its own frame.
 
         Args:
-            rolled: metres at each encoder; or m/s, and the displacement is a velocity.
-            slips: metres that each wheel went beyond that.
+            rolled: distance rolled at each encoder, metres; with speeds in m/s the result is a
+                velocity.
+            slips: distance that each wheel slipped in addition, in the same unit.
         """
         ...
 
 
 class DifferentialKinematics:
-    """Left and right, each the mean over its side; turn = (right - left) / separation."""
+    """Differential drive: mean of each side; turn = (right - left) / separation."""
 
     count = 2
 
@@ -47,21 +48,21 @@ class DifferentialKinematics:
         self._left, self._separation = len(wheels.left), wheels.separation
 
     def wheel_angles(self, wheels: Sequence[float]) -> Sequence[float]:
-        """The mean angle of each side."""
+        """Mean angle of each side, left and right."""
         left, right = wheels[: self._left], wheels[self._left :]
         return sum(left) / len(left), sum(right) / len(right)
 
     def steer(self, angles: Sequence[float]) -> None:
-        """Nothing is steered."""
+        """Ignored: this drive has no steered wheels."""
 
     def moved(self, rolled: Sequence[float], slips: Sequence[float]) -> Pose2D:
-        """Forward and turned; never sideways."""
+        """Displacement forward and in heading, none sideways."""
         left, right = rolled[0] + slips[0], rolled[1] + slips[1]
         return Pose2D((left + right) / 2.0, 0.0, (right - left) / self._separation)
 
 
 class OmniKinematics:
-    """The pseudo-inverse of the wheels' Jacobian: least squares where there are more than three.
+    """Omnidirectional drive: pseudo-inverse of the Jacobian, a least-squares solution if n > 3.
 
     P. F. Muir and C. P. Neuman, "Kinematic Modeling of Wheeled Mobile Robots", Journal of Robotic
     Systems 4(2), 1987.
@@ -73,25 +74,26 @@ class OmniKinematics:
         self._rows: list[list[float]] = inverse.tolist()
 
     def wheel_angles(self, wheels: Sequence[float]) -> Sequence[float]:
-        """Every wheel's own."""
+        """The angle of each wheel."""
         return wheels
 
     def steer(self, angles: Sequence[float]) -> None:
-        """Nothing is steered."""
+        """Ignored: this drive has no steered wheels."""
 
     def moved(self, rolled: Sequence[float], slips: Sequence[float]) -> Pose2D:
-        """In all three directions."""
-        ways = [way + slip for way, slip in zip(rolled, slips, strict=True)]
+        """Displacement forward, to the left and in heading."""
+        distances = [roll + slip for roll, slip in zip(rolled, slips, strict=True)]
         forward, left, turn = (
-            sum(gain * way for gain, way in zip(row, ways, strict=True)) for row in self._rows
+            sum(gain * distance for gain, distance in zip(row, distances, strict=True))
+            for row in self._rows
         )
         return Pose2D(forward, left, turn)
 
 
 class AckermannKinematics:
-    """The rear wheels say how far, the steering says on which arc.
+    """Ackermann drive: distance from the rear wheels, curvature from the steering angles.
 
-    Where the two rear wheels slip unlike each other the car turns, though no encoder says so.
+    Different slips of the two rear wheels also turn the car.
     """
 
     count = 2
@@ -100,17 +102,17 @@ class AckermannKinematics:
         self._wheels, self._curvature = wheels, 0.0
 
     def wheel_angles(self, wheels: Sequence[float]) -> Sequence[float]:
-        """Of the left and the right rear wheel."""
+        """Angles of the left and the right rear wheel."""
         return wheels
 
     def steer(self, angles: Sequence[float]) -> None:
-        """Take the arc as the mean of what the two front wheels say."""
+        """Set the curvature to the mean of those of the two front wheels."""
         half, base = self._wheels.track / 2.0, self._wheels.wheelbase
         left, right = (tan(angle) for angle in angles)
         self._curvature = (left / (base + half * left) + right / (base - half * right)) / 2.0
 
     def moved(self, rolled: Sequence[float], slips: Sequence[float]) -> Pose2D:
-        """Forward and turned; never sideways."""
+        """Displacement forward and in heading, none sideways."""
         forward = (rolled[0] + rolled[1]) / 2.0
         slipped = (slips[0] + slips[1]) / 2.0
         turn = forward * self._curvature + (slips[1] - slips[0]) / self._wheels.track
@@ -118,7 +120,7 @@ class AckermannKinematics:
 
 
 def forward_kinematics_of(robot: RobotDescription) -> ForwardKinematics:
-    """The forward kinematics of a robot's wheels."""
+    """Return the forward kinematics of a robot's drive."""
     wheels = robot.wheels
     if isinstance(wheels, Wheels):
         return DifferentialKinematics(wheels)

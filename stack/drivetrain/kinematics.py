@@ -1,4 +1,4 @@
-"""Which velocities a drive can make, whoever asks for them."""
+"""Feasible velocities of a drive."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ from stack.types import Pose2D, Twist
 
 
 def drivable(twist: Twist, robot: RobotDescription) -> Twist:
-    """The part of a twist that the robot's drive can make, whatever its speed.
+    """The feasible part of a twist, without regard to speed limits.
 
-    Nothing sideways but by omnidirectional wheels; no tighter arc than a car steers.
+    The lateral velocity is dropped unless the drive is omnidirectional; the curvature is limited
+    to the turning radius.
     """
     if robot.drive is DriveKind.OMNI:
         return twist
@@ -20,11 +21,11 @@ def drivable(twist: Twist, robot: RobotDescription) -> Twist:
 
 
 def within_turning_radius(twist: Twist, radius: float) -> Twist:
-    """The twist on no tighter an arc, at the same speed.
+    """Limit the turning speed of a twist to a turning radius, at the same linear velocity.
 
     Args:
         twist: base frame.
-        radius: of the tightest circle, metres; 0 where the robot turns in place.
+        radius: of the tightest circle, metres; 0 if the robot can turn in place.
     """
     if not radius:
         return twist
@@ -33,15 +34,15 @@ def within_turning_radius(twist: Twist, radius: float) -> Twist:
 
 
 def share_within_limits(twist: Twist, limits: Limits, top_speed: float = inf) -> float:
-    """The greatest share, at most 1, of a twist that a robot's speeds allow.
+    """The largest factor, at most 1, with which a twist is within the speed limits.
 
-    Driving all of a twist slower by one share keeps its arc. Forward, sideways and the speed over
-    ground are each limited, and the turning speed.
+    Scaling all components by one factor keeps the arc. Limits apply to the forward or reverse
+    speed, the lateral speed, the speed over ground and the turning speed.
 
     Args:
         twist: base frame.
         limits: of the robot.
-        top_speed: over ground, m/s.
+        top_speed: limit of the speed over ground, m/s.
     """
     forward = min(limits.linear_speed if twist.linear >= 0.0 else limits.reverse_speed, top_speed)
     speed, sideways = hypot(twist.linear, twist.lateral), abs(twist.lateral)
@@ -57,12 +58,12 @@ def share_within_limits(twist: Twist, limits: Limits, top_speed: float = inf) ->
 
 
 def scaled(twist: Twist, share: float) -> Twist:
-    """The same arc at a share of the speed."""
+    """Scale all components of a twist; the arc stays the same."""
     return Twist(twist.linear * share, twist.angular * share, twist.lateral * share)
 
 
 def speed_towards(direction: float, limits: Limits) -> float:
-    """Top speed of an omnidirectional robot in a direction (radians, base frame), m/s."""
+    """Maximum speed of an omnidirectional robot in a direction (radians, base frame), m/s."""
     c, s = cos(direction), abs(sin(direction))
     forward = limits.linear_speed if c >= 0.0 else limits.reverse_speed
     along = forward / abs(c) if abs(c) > 1e-9 else inf
@@ -71,7 +72,7 @@ def speed_towards(direction: float, limits: Limits) -> float:
 
 
 def moved(twist: Twist, seconds: float) -> Pose2D:
-    """Where a twist takes the robot in some seconds, seen from where it began."""
+    """Displacement by a constant twist in some seconds, in the frame of the start."""
     half = 0.5 * twist.angular * seconds
     chord = seconds if abs(half) < 1e-9 else seconds * sin(half) / half
     c, s = cos(half), sin(half)

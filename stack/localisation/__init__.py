@@ -1,1 +1,1 @@
-"""Where am I: odometry fusion and Monte-Carlo localisation."""
+"""Odometry fusion, Monte-Carlo localisation and dead reckoning."""

@@ -1,7 +1,7 @@
-"""Dead reckoning alone: where the robot is when there is no map to find itself on.
+"""Dead reckoning: the estimator of missions without a map.
 
-The map frame is the odom frame, laid where the robot was believed to stand when it began. The pose
-never jumps and drifts for ever; its covariance says by how much.
+The map frame is the odom frame, placed at the initial pose. The pose never jumps and drifts without
+bound; its covariance states the drift.
 """
 
 from __future__ import annotations
@@ -16,24 +16,24 @@ from stack.errors import NavigationError
 from stack.types import FailureCode, FloatArray, Pose2D, PoseEstimate, Scan
 
 DISTANCE_VARIANCE = 2e-4
-"""m² of position per metre driven: 1.4 cm after a metre, as good wheels on a clean floor."""
+"""m² of position per metre driven: 1.4 cm after a metre, for good wheels on a clean floor."""
 
 HEADING_VARIANCE_PER_METRE, HEADING_VARIANCE_PER_TURN = 1e-5, 2e-4
-"""rad² of heading per metre driven and per radian turned: a gyro whose bias is known."""
+"""rad² of heading per metre driven and per radian turned, for a gyro with a known bias."""
 
 NO_PARTICLES: FloatArray = np.empty((0, 3))
 NO_PARTICLES.flags.writeable = False
 
 
 class DeadReckoning:
-    """The estimator of missions without a map, with the same face as `Localiser`.
+    """Pose estimate from odometry only, with the interface of `Localiser`.
 
     The covariance follows the first-order propagation P' = F P Fᵀ + Q of a step (S. Thrun,
-    W. Burgard, D. Fox, Probabilistic Robotics, 2005, chapter 3.3), Q growing with the way driven
-    and turned, so that it does not depend on how finely the way is cut into steps.
+    W. Burgard, D. Fox, Probabilistic Robotics, 2005, chapter 3.3). Q is proportional to distance
+    and rotation, so that the result does not depend on the step size.
 
     Args:
-        pose: where the robot is believed to stand, map frame.
+        pose: initial pose, map frame.
     """
 
     def __init__(self, pose: Pose2D) -> None:
@@ -42,29 +42,29 @@ class DeadReckoning:
         self._covariance: FloatArray = np.zeros((3, 3))
 
     def start(self, pose: Pose2D, position_deviation: float, heading_deviation: float) -> None:
-        """Be at a pose of the map frame; standard deviations in metres and radians."""
+        """Restart at a pose in the map frame; standard deviations in metres and radians."""
         odometry = self._odometry or Pose2D(0.0, 0.0)
         self._map_from_odom = pose.compose(odometry.inverse())
         deviations = [position_deviation, position_deviation, heading_deviation]
         self._covariance = np.diag(np.square(deviations))
 
     def update(self, odometry: Pose2D, scan: Scan | None) -> None:
-        """Take in the newest dead reckoning; scans say nothing without a map.
+        """Update the estimate with odometry; scans have no effect without a map.
 
         Args:
             odometry: pose in the odom frame.
-            scan: taken there, or None.
+            scan: ignored.
         """
         if self._odometry is None:
             self._map_from_odom = self._map_from_odom.compose(odometry.inverse())
         elif odometry != self._odometry:
             before = self.estimate.pose
-            self._spread(before, odometry.relative_to(self._odometry))
+            self._propagate_covariance(before, odometry.relative_to(self._odometry))
         self._odometry = odometry
 
     @property
     def estimate(self) -> PoseEstimate:
-        """The dead-reckoned pose in the map frame; of health 1, since no scan can contradict."""
+        """The dead-reckoned pose in the map frame; its health is 1, since no scan is compared."""
         pose = self._map_from_odom.compose(self._odometry or Pose2D(0.0, 0.0))
         return PoseEstimate(pose, self._covariance, 1.0)
 
@@ -75,38 +75,38 @@ class DeadReckoning:
 
     @property
     def particles(self) -> FloatArray:
-        """(0, 3): there is one pose, not a cloud."""
+        """(0, 3): this estimator has no particles."""
         return NO_PARTICLES
 
     def fit_at(self, pose: Pose2D, scan: Scan) -> float:
-        """0: no scan fits a pose better than another without a map."""
+        """Return 0: without a map, no pose fits better than another."""
         return 0.0
 
     def relocalise_globally(
         self, scan: Scan, earlier: Sequence[tuple[Pose2D, Scan]] = ()
     ) -> NoReturn:
-        """Fail: there is nothing to compare the scans with.
+        """Raise LOST: there is no map to match the scans with.
 
         Raises:
             NavigationError: LOST, always.
         """
         raise NavigationError(
             FailureCode.LOST,
-            "this mission drives without a map (`map: none`), so there is none to find the place "
-            "on; give it a map, or set the pose",
+            "global relocalisation needs a map, and this mission has `map: none`; add a map, or "
+            "set the pose",
         )
 
-    def _spread(self, before: Pose2D, moved: Pose2D) -> None:
-        """Let the covariance grow by one step, `moved` in the frame of the pose before."""
+    def _propagate_covariance(self, before: Pose2D, moved: Pose2D) -> None:
+        """Propagate the covariance over one step, `moved` in the frame of the previous pose."""
         c, s = cos(before.heading), sin(before.heading)
         step = np.eye(3)
         step[0, 2] = -s * moved.x - c * moved.y
         step[1, 2] = c * moved.x - s * moved.y
-        way = float(np.hypot(moved.x, moved.y))
+        distance = float(np.hypot(moved.x, moved.y))
         turned = abs(moved.heading)
         noise = np.diag([
-            DISTANCE_VARIANCE * way,
-            DISTANCE_VARIANCE * way,
-            HEADING_VARIANCE_PER_METRE * way + HEADING_VARIANCE_PER_TURN * turned,
+            DISTANCE_VARIANCE * distance,
+            DISTANCE_VARIANCE * distance,
+            HEADING_VARIANCE_PER_METRE * distance + HEADING_VARIANCE_PER_TURN * turned,
         ])  # fmt: skip
         self._covariance = step @ self._covariance @ step.T + noise

@@ -1,4 +1,4 @@
-"""The map as the localisation looks at it: surfaces, distances to them, and likelihoods."""
+"""Signed distance field and likelihood field of a map."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 from stack.types import FloatArray, OccupancyGrid, Pose2D
 
 TRUNCATION = 1.0
-"""Metres beyond which distances to surfaces are all the same."""
+"""Metres at which distances to surfaces are truncated."""
 
 SURELY_FREE, SURELY_OCCUPIED = 25, 65
-"""Occupancies (of 0..100) up to and from which a cell is free or occupied; ROS' map_server."""
+"""Occupancy in 0..100: cells up to the first are free, from the second on occupied, as in ROS'
+map_server."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,15 +36,19 @@ class SignedDistanceField:
 
     @property
     def placement(self) -> tuple[float, float, float]:
-        """Resolution and origin, as kernels take them."""
+        """(resolution, origin x, origin y) in metres, the kernels' arguments."""
         return (self.resolution, *self.origin)
 
     def log_likelihoods(self, deviation: float, hit_share: float) -> NDArray[np.float32]:
-        """(rows, columns) float32: log of the likelihood field's mixture, 0 on a surface.
+        """Return (rows, columns) float32: log of the likelihood field's mixture, 0 on a surface.
 
-        Probabilistic Robotics, 2005, section 6.4: hit_share of the returns are normally
-        distributed about a surface, the rest are anywhere. That rest is what caps the penalty for
-        a return that the map does not explain.
+        Probabilistic Robotics, 2005, section 6.4: the share `hit_share` of the returns is normally
+        distributed about a surface, the rest is uniform. The uniform part limits the penalty of a
+        return that the map does not explain.
+
+        Args:
+            deviation: standard deviation of a hit, metres.
+            hit_share: in (0, 1).
         """
         hit = np.exp(-0.5 * (self.distances.astype(np.float64) / deviation) ** 2)
         mixture: NDArray[np.float32] = np.log(hit_share * hit + (1.0 - hit_share)).astype(
@@ -52,14 +57,14 @@ class SignedDistanceField:
         return mixture
 
     def free_cells(self, clearance: float) -> NDArray[np.int64]:
-        """(n, 2) rows and columns of free cells at least this far from any surface."""
+        """Return (n, 2) rows and columns of free cells with this clearance in metres."""
         cells: NDArray[np.int64] = np.argwhere(
             (self.occupancy == 0) & (self.distances >= clearance)
         )
         return cells
 
     def centres(self, cells: NDArray[np.int64]) -> FloatArray:
-        """(n, 2) x, y in metres of the middles of cells given as (n, 2) rows and columns."""
+        """Return (n, 2) x, y in metres of the centres of cells (n, 2) of row and column."""
         middles: FloatArray = cells[:, ::-1].astype(np.float64)
         middles += 0.5
         middles *= self.resolution
@@ -68,7 +73,7 @@ class SignedDistanceField:
 
 
 def surface_field(grid: OccupancyGrid) -> SignedDistanceField:
-    """Distances to the surfaces of an occupancy grid, by an exact Euclidean transform.
+    """Compute the signed distance field of an occupancy grid by an exact Euclidean transform.
 
     P. F. Felzenszwalb, D. P. Huttenlocher, "Distance Transforms of Sampled Functions", Theory of
     Computing 8, 2012, as in OpenCV.
@@ -82,7 +87,7 @@ def surface_field(grid: OccupancyGrid) -> SignedDistanceField:
         if not goal.any():
             return np.full(goal.shape, TRUNCATION, dtype=np.float32)
         rough = cv2.distanceTransform((~goal).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-        # Its last bit depends on where the memory lies; squares of distances are whole numbers.
+        # The last bit depends on memory alignment; squared distances in cells are integers.
         cells = np.sqrt(np.rint(np.square(rough)))
         metres = (cells - 0.5) * grid.resolution
         nearest: NDArray[np.float32] = np.minimum(metres, TRUNCATION).astype(np.float32)
@@ -96,10 +101,10 @@ def surface_field(grid: OccupancyGrid) -> SignedDistanceField:
 
 
 def as_row(pose: Pose2D) -> FloatArray:
-    """(3,) x, y, heading."""
+    """Return a pose as (3,) x, y, heading."""
     return np.array([pose.x, pose.y, pose.heading])
 
 
 def as_pose(row: FloatArray) -> Pose2D:
-    """The pose of a row x, y, heading; the heading is wrapped."""
+    """Return the pose of a row x, y, heading; the heading is wrapped."""
     return Pose2D(0.0, 0.0).compose(Pose2D(float(row[0]), float(row[1]), float(row[2])))

@@ -1,9 +1,9 @@
-"""Where on the map could this scan have been taken: an exhaustive search, coarse to fine.
+"""Global scan matching: exhaustive coarse-to-fine search for the poses that explain a scan.
 
 A lattice of poses over all free space is scored on a blurred likelihood field (correlative scan
-matching; E. B. Olson, "Real-Time Correlative Scan Matching", ICRA 2009), the best distinct ones
-are aligned to the map's surfaces, and their fit, which also knows beams that pass through walls,
-ranks them. Rooms that look alike come out as several candidates: that is for the caller to see.
+matching; E. B. Olson, "Real-Time Correlative Scan Matching", ICRA 2009). The best distinct poses
+are aligned to the map's surfaces and ranked by their fit, which also penalises beams that pass
+through walls. Rooms that look alike give several candidates; the caller resolves them.
 """
 
 from __future__ import annotations
@@ -17,36 +17,36 @@ from numpy.typing import NDArray
 
 from stack.errors import NavigationError
 from stack.localisation.distance_field import SignedDistanceField, as_pose, as_row
-from stack.localisation.health import JUDGED_BEAMS, ScanEvaluator, spread
+from stack.localisation.health import FIT_BEAMS, ScanEvaluator, spread
 from stack.types import FailureCode, FloatArray, Pose2D, Scan, wrap_angle
 
 SPACING, HEADINGS = 0.15, 72
-"""Metres between lattice positions; headings in a full turn (5 degrees apart)."""
+"""Metres between lattice positions; number of headings in a full turn (5 degrees apart)."""
 
 BLUR = 0.2
 """Metres: standard deviation of a hit as seen from the nearest lattice pose."""
 
 LATTICE_BEAMS = 60
 DISTINCT_DISTANCE, DISTINCT_ANGLE = 0.5, pi / 6
-"""Metres, radians: candidates nearer than both are the same place."""
+"""Metres, radians; candidates closer than both are the same place."""
 
-_FINALISTS, _POLISHED = 80, 20
+_FINALISTS, _REFINED = 80, 20
 _NO_PRIOR = np.zeros((3, 3))
 
 Views = Sequence[tuple[Pose2D, Scan]]
-"""Scans with the base's pose when each was taken, in the base's frame of now."""
+"""Scans, each with the base pose at its stamp in the current base frame."""
 
 
 @dataclass(frozen=True, slots=True)
 class GlobalMatch:
-    """A pose in the map frame and the share of the scans' beams that the map explains there."""
+    """Pose in the map frame with its fit, the share of the beams that the map explains there."""
 
     pose: Pose2D
     fit: float
 
 
 class GlobalMatcher:
-    """Searches a whole map for the poses from which scans could have been taken."""
+    """Search of a whole map for the poses that explain scans."""
 
     def __init__(self, field: SignedDistanceField, evaluator: ScanEvaluator) -> None:
         from stack.localisation import kernels
@@ -61,11 +61,11 @@ class GlobalMatcher:
 
     @property
     def size(self) -> int:
-        """Poses on the lattice."""
+        """Number of poses on the lattice."""
         return int(self._rows.size * HEADINGS)
 
     def scores(self, points: FloatArray) -> NDArray[np.float32]:
-        """(size,) log-likelihood of scan points (m, 2), base frame, at every lattice pose."""
+        """Return (size,) log-likelihoods of points (m, 2), base frame, at the lattice poses."""
         c, s = np.cos(self._headings)[:, None], np.sin(self._headings)[:, None]
         x, y = points[:, 0], points[:, 1]
         cells = np.stack([s * x + c * y, c * x - s * y], axis=-1) / self._field.resolution
@@ -76,18 +76,18 @@ class GlobalMatcher:
         return scores
 
     def poses(self, indices: NDArray[np.int64]) -> FloatArray:
-        """(n, 3) x, y, heading of lattice poses by index."""
+        """Return (n, 3) x, y, heading of lattice poses by index."""
         at, heading = np.divmod(indices, HEADINGS)
         centres = self._field.centres(np.column_stack([self._rows[at], self._columns[at]]))
         return np.column_stack([centres, self._headings[heading]])
 
     def candidates(self, scan: Scan, earlier: Views = ()) -> list[GlobalMatch]:
-        """Distinct poses that explain the scans, best first.
+        """Return distinct poses that explain the scans, best first.
 
         Args:
-            scan: the newest.
-            earlier: scans from before, each with the base's pose when it was taken, given in the
-                base's frame of now (from odometry).
+            scan: the newest scan.
+            earlier: earlier scans, each with the base pose at its stamp in the current base frame
+                (from odometry).
         """
         views: Views = [(Pose2D(0.0, 0.0), scan), *earlier]
         points = np.concatenate([at.transform(scan_points(s, LATTICE_BEAMS)) for at, s in views])
@@ -96,8 +96,8 @@ class GlobalMatcher:
         coarse = self._distinct_best(self.scores(points))
         matches = [self._aligned(row, views, points) for row in coarse]
         matches.sort(key=lambda match: -match.fit)
-        polished = [self._polished(match, views) for match in matches[:_POLISHED]]
-        matches = sorted([*polished, *matches[_POLISHED:]], key=lambda match: -match.fit)
+        refined = [self._refined(match, views) for match in matches[:_REFINED]]
+        matches = sorted([*refined, *matches[_REFINED:]], key=lambda match: -match.fit)
         kept: list[GlobalMatch] = []
         for match in matches:
             if all(is_distinct(match.pose, other.pose) for other in kept):
@@ -105,10 +105,10 @@ class GlobalMatcher:
         return kept
 
     def _distinct_best(self, scores: NDArray[np.float32]) -> FloatArray:
-        """(k, 3) the best lattice poses, none within reach of a better one's alignment."""
+        """Return the (k, 3) best lattice poses that do not converge to a better one."""
         many = min(scores.size, 4000)
         best = np.argpartition(-scores, many - 1)[:many]
-        # Ties are broken by index, so that the order does not depend on the partition's.
+        # Ties are broken by index, so that the order does not depend on the partition.
         best = best[np.lexsort((best, -scores[best]))]
         remaining = self.poses(best)
         kept: list[FloatArray] = []
@@ -129,12 +129,12 @@ class GlobalMatcher:
         fits = [self._evaluator.fit(pose.compose(at), scan) for at, scan in views]
         return GlobalMatch(pose, sum(fits) / len(fits))
 
-    def _polished(self, match: GlobalMatch, views: Views) -> GlobalMatch:
-        """Aligned once more, by more beams and only those that nothing unmapped has cut short."""
+    def _refined(self, match: GlobalMatch, views: Views) -> GlobalMatch:
+        """Align once more, with more beams, but only those that match the map."""
         explained = []
         for at, scan in views:
-            beams = returned_beams(scan, JUDGED_BEAMS)
-            kinds = self._evaluator.evaluator(match.pose.compose(at), scan, beams)
+            beams = returned_beams(scan, FIT_BEAMS)
+            kinds = self._evaluator.classify(match.pose.compose(at), scan, beams)
             kept = beams[kinds == self._kernels.MATCHED]
             explained.append(at.transform(beam_points(scan, kept)))
         again = self._aligned(as_row(match.pose), views, np.concatenate(explained))
@@ -142,23 +142,28 @@ class GlobalMatcher:
 
 
 def is_distinct(one: Pose2D, other: Pose2D) -> bool:
-    """Whether two poses are too far apart to be the same place."""
+    """Return whether two poses are different places."""
     turned = abs(wrap_angle(one.heading - other.heading))
     return one.distance_to(other) >= DISTINCT_DISTANCE or turned >= DISTINCT_ANGLE
 
 
 def decide(candidates: Sequence[GlobalMatch], least_fit: float, ratio: float) -> GlobalMatch:
-    """The first candidate, if it fits well and no other nearly as well.
+    """Return the first candidate if it fits well and no other fits nearly as well.
+
+    Args:
+        candidates: distinct poses, best first.
+        least_fit: smallest accepted fit.
+        ratio: of the second fit to the first, from which the pose is ambiguous.
 
     Raises:
-        NavigationError: LOST when nothing fits, AMBIGUOUS when several places do.
+        NavigationError: LOST if no candidate fits, AMBIGUOUS if several do.
     """
     if not candidates or candidates[0].fit < least_fit:
         fit = candidates[0].fit if candidates else 0.0
         raise NavigationError(
             FailureCode.LOST,
             f"the best place on the map explains {fit:.0%} of the scan, below {least_fit:.0%}; "
-            "drive to where more of the map can be seen",
+            "drive to a place where more of the map is visible",
         )
     best, second = candidates[0], candidates[1] if len(candidates) > 1 else None
     if second is not None and second.fit > ratio * best.fit:
@@ -166,25 +171,25 @@ def decide(candidates: Sequence[GlobalMatch], least_fit: float, ratio: float) ->
             FailureCode.AMBIGUOUS,
             f"({best.pose.x:.2f}, {best.pose.y:.2f}) explains {best.fit:.0%} of the scan, but "
             f"({second.pose.x:.2f}, {second.pose.y:.2f}) explains {second.fit:.0%}; "
-            "look for a marker or drive to where they differ",
+            "look for a marker or drive to a place where they differ",
         )
     return best
 
 
 def returned_beams(scan: Scan, wanted: int) -> NDArray[np.int64]:
-    """Indices of at most `wanted` beams that returned, evenly chosen among those."""
+    """Return the indices of at most `wanted` beams with a return, evenly chosen."""
     returned = np.flatnonzero(np.isfinite(scan.ranges))
     chosen: NDArray[np.int64] = returned[spread(returned.size, wanted)]
     return chosen
 
 
 def scan_points(scan: Scan, wanted: int) -> FloatArray:
-    """(m, 2) end points, base frame, of at most `wanted` beams that returned."""
+    """Return (m, 2) end points, base frame, of at most `wanted` beams with a return."""
     return beam_points(scan, returned_beams(scan, wanted))
 
 
 def beam_points(scan: Scan, beams: NDArray[np.int64]) -> FloatArray:
-    """(m, 2) end points of these beams in the base frame, metres."""
+    """Return (m, 2) end points of beams by index, base frame, metres."""
     ranges = scan.ranges[beams].astype(np.float64)
     angles = scan.angles[beams]
     return scan.mount.transform(np.column_stack([ranges * np.cos(angles), ranges * np.sin(angles)]))

@@ -1,4 +1,4 @@
-"""Numba kernels of the localisation: scoring, judging, casting, refining, resampling.
+"""Compiled loops of the localisation: scores, beam classes, ray casts, alignment, resampling.
 
 Grids are (rows, columns) with row 0 at the smallest y; `origin` is the outer corner of cell (0, 0)
 in metres. Poses are rows of x, y, heading. Points are (m, 2) in the base frame, metres.
@@ -18,10 +18,10 @@ Floats = NDArray[np.float32]
 Cells = NDArray[np.uint8]
 
 NOTHING, WALL, UNSEEN = 0, 1, 2
-"""What a ray meets within its limit: nothing, an occupied cell, a cell the map does not know."""
+"""Result of a ray cast within its limit: no hit, an occupied cell, an unknown cell."""
 
 IGNORED, MATCHED, SHORT, LONG, MISSING, SILENT, BEYOND = 0, 1, 2, 3, 4, 5, 6
-"""What a beam is to the map: see judge_beams."""
+"""Classes of a beam compared with the map; see `classify_beams`."""
 
 
 @njit(cache=True, nogil=True)
@@ -35,9 +35,10 @@ def score_poses(
     points: FloatArray,
     outside: float,
 ) -> FloatArray:
-    """Sum of the table's value under each point, for each pose: (n,) float64.
+    """Sum of the table's values at the points, for each pose: (n,) float64.
 
-    Points off the grid count `outside`; so do ten beams more of a pose inside a wall or off it.
+    Points outside the grid count `outside`. A pose inside a wall or outside the grid counts ten
+    times `outside` in addition.
     """
     rows, columns = table.shape
     scale = 1.0 / resolution
@@ -63,9 +64,9 @@ def score_poses(
 def _cast(
     occupancy: Cells, resolution: float, x: float, y: float, angle: float, limit: float
 ) -> tuple[float, int]:
-    """Distance to where a ray enters a cell that is not free, and what that cell is.
+    """Distance at which a ray enters a cell that is not free, and the kind of hit.
 
-    x, y are relative to the grid's corner. J. Amanatides, A. Woo, "A Fast Voxel Traversal
+    x, y are relative to the grid's corner, metres. J. Amanatides, A. Woo, "A Fast Voxel Traversal
     Algorithm for Ray Tracing", Eurographics 1987.
     """
     rows, columns = occupancy.shape
@@ -108,7 +109,7 @@ def cast_rays(
 ) -> FloatArray:
     """Ranges (m,) float64 that a lidar at `sensor` (x, y, heading) would measure on the map.
 
-    +inf where nothing occupied stands within `limit`, or where the ray leaves the known map.
+    +inf if no occupied cell is within `limit`, or if the ray leaves the known map.
     """
     ranges = np.empty(angles.shape[0])
     x, y = sensor[0] - origin_x, sensor[1] - origin_y
@@ -120,7 +121,7 @@ def cast_rays(
 
 @njit(cache=True, nogil=True)
 def _distance(field: Floats, u: float, v: float) -> float:
-    """Bilinear value of the field at (u, v) cells from its corner; clamped to its edge."""
+    """Bilinear interpolation of the field at (u, v) cells from its corner, clamped to its edge."""
     rows, columns = field.shape
     u = min(max(u - 0.5, 0.0), columns - 1.001)
     v = min(max(v - 0.5, 0.0), rows - 1.001)
@@ -141,7 +142,7 @@ def _through(
     limit: float,
     reach: float,
 ) -> bool:
-    """Whether a beam that went `reach` far has passed a wall, whatever its angle's small error."""
+    """Return whether a beam of range `reach` passes a wall for angle errors up to 0.03 rad."""
     for side in range(-1, 2):
         distance, kind = _cast(occupancy, resolution, x, y, angle + 0.03 * side, limit)
         if kind != WALL or reach <= distance + 0.25:
@@ -150,7 +151,7 @@ def _through(
 
 
 @njit(cache=True, nogil=True)
-def judge_beams(
+def classify_beams(
     occupancy: Cells,
     field: Floats,
     resolution: float,
@@ -162,12 +163,12 @@ def judge_beams(
     limit: float,
     deviation: float,
 ) -> tuple[NDArray[np.int8], FloatArray]:
-    """What each beam of a scan is to the map, for a lidar at `sensor` (x, y, heading).
+    """Classify each beam of a scan against the map, for a lidar at `sensor` (x, y, heading).
 
-    MATCHED ends at a wall; its credit is exp(-d²/(2 deviation²)) with the distance d to it. SHORT
-    ends before one: something the map does not have. LONG has passed a wall. MISSING did not
-    return though there is a wall. SILENT did not return and there is none. BEYOND ends where the
-    map knows nothing. IGNORED is invalid, or did not return from there.
+    MATCHED ends at a wall; its credit is exp(-d²/(2 deviation²)) with the distance d to the wall.
+    SHORT ends before a wall, at an unmapped obstacle. LONG passes a wall. MISSING has no return
+    although a wall is in range. SILENT has no return, and no wall is in range. BEYOND ends in
+    unknown space. IGNORED is invalid, or has no return from unknown space.
 
     Args:
         occupancy: 0 free, 1 occupied, 2 unknown.
@@ -231,7 +232,7 @@ def refine_pose(
 ) -> FloatArray:
     """Gauss-Newton on the squared distances of the points to the map's surfaces, with a prior.
 
-    Robust weights of Geman and McClure let points far from any surface drop out.
+    Geman-McClure weights reduce the influence of points far from any surface.
 
     Args:
         field: signed distance to the nearest surface, metres.
@@ -241,10 +242,10 @@ def refine_pose(
         start: (3,) prior mean.
         information: (3, 3) inverse covariance of the prior, divided by that of a point.
         points: (m, 2) in the base frame.
-        deviation: metres at which a residual's weight has fallen to a quarter.
+        deviation: residual in metres whose weight is a quarter.
 
     Returns:
-        (3,) the pose.
+        (3,) pose.
     """
     pose = start.copy()
     scale = 1.0 / resolution
@@ -282,7 +283,7 @@ def refine_pose(
 
 @njit(cache=True, nogil=True)
 def _solve(h: FloatArray, g: FloatArray) -> FloatArray:
-    """The solution of a symmetric positive definite 3x3 system (upper triangle), by Cholesky."""
+    """Solve a symmetric positive definite 3x3 system (upper triangle) by Cholesky."""
     a = (h[0, 0] + 1e-9) ** 0.5
     b, d = h[0, 1] / a, h[0, 2] / a
     c = max(h[1, 1] - b * b, 1e-9) ** 0.5
@@ -306,7 +307,7 @@ def resample(weights: FloatArray, count: int, offset: float) -> NDArray[np.int64
 
     Args:
         weights: (n,), sum 1.
-        count: how many to draw.
+        count: number of particles to draw.
         offset: one uniform draw from [0, 1).
     """
     indices = np.empty(count, dtype=np.int64)
@@ -325,11 +326,11 @@ def resample(weights: FloatArray, count: int, offset: float) -> NDArray[np.int64
 def score_lattice(
     table: Floats, rows: NDArray[np.int64], columns: NDArray[np.int64], offsets: NDArray[np.int32]
 ) -> Floats:
-    """Sum of the table's value under each point, for each cell and heading: (n, h) float32.
+    """Sum of the table's values at the points, for each cell and heading: (n, h) float32.
 
     Args:
-        table: (rows, columns); points off it count its least value.
-        rows: (n,) cells where the base may stand.
+        table: (rows, columns); points outside it count its smallest value.
+        rows: (n,) cells of the base.
         columns: (n,) likewise.
         offsets: (h, m, 2) rows and columns from the base to the points, for each heading.
     """

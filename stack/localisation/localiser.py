@@ -1,9 +1,9 @@
-"""Monte-Carlo localisation: where the robot is on a known map, as a cloud of weighted poses.
+"""Monte-Carlo localisation: the robot's pose on a known map by a particle filter.
 
 S. Thrun, W. Burgard, D. Fox, Probabilistic Robotics, 2005, chapters 5, 6.4 and 8.3; the number of
 particles follows D. Fox, "Adapting the Sample Size in Particle Filters Through KLD-Sampling",
-IJRR 22(12), 2003. Unlike AMCL there is no random injection: a filter that was carried off stays
-where it is, says so by its health, and leaves finding the place to the global search.
+IJRR 22(12), 2003. Unlike AMCL, the filter injects no random particles: after a kidnap its pose
+follows odometry, its health drops, and the global search finds the new pose.
 """
 
 from __future__ import annotations
@@ -39,28 +39,29 @@ from stack.streams import stream
 from stack.types import FloatArray, OccupancyGrid, Pose2D, PoseEstimate, Scan
 
 _HEADING_OF_METRE = 0.6
-"""Radians that count as a metre where one figure must say how spread out a cloud is."""
+"""Radians of heading deviation that are equivalent to a metre of position deviation."""
 
 _POINT_VARIANCE = 0.05**2
-"""m² of a return about the map's surface, for aligning a scan; its beams are not independent."""
+"""m²; variance of a return about the map's surface in scan alignment. Larger than the lidar's,
+since beams are not independent."""
 
-_HOPELESS = 0.5
-"""Share of the fit at health 0.3 below which a scan tells nothing about a pose near by."""
+_NO_FIT = 0.5
+"""Share of the fit at health 0.3; a lower fit means that the robot is not near the estimate."""
 
 _STILL_UPDATES = 2
-"""Scans weighed without moving while unsure: the same view again is hardly new evidence."""
+"""Largest number of measurement updates at standstill: the same view adds little evidence."""
 
 
 class Localiser:
-    """A particle filter on a likelihood field, with a health that tells when it is wrong.
+    """Particle filter on a likelihood field, with a health that shows a wrong pose.
 
-    Begins scattered over the free space; `start` or `scatter` say otherwise.
+    The particles are initially uniform over the free space; `start` sets a pose.
 
     Args:
         grid: the map.
         parameters: of the filter.
         seed: of its random streams.
-        sideways: whether the robot can go any way without turning first.
+        sideways: whether the robot is omnidirectional.
     """
 
     def __init__(
@@ -87,14 +88,14 @@ class Localiser:
         self.scatter()
 
     def start(self, pose: Pose2D, position_deviation: float, heading_deviation: float) -> None:
-        """Be around a pose of the map frame; standard deviations in metres and radians."""
+        """Restart around a pose in the map frame; standard deviations in metres and radians."""
         deviations = [position_deviation, position_deviation, heading_deviation]
         poses = self._generator.normal(as_row(pose), deviations, (self.parameters.max_particles, 3))
-        self._begin(ParticleSet.uniform(poses[: self._enough(poses)]))
+        self._reset(ParticleSet.uniform(poses[: self._particle_count(poses)]))
         self._map_from_odom = pose.compose(self._reference.inverse())
 
     def scatter(self) -> None:
-        """Be anywhere: particles uniform over the free space."""
+        """Restart with particles uniform over the free space."""
         cells = self._field.free_cells(0.0)
         count = self.parameters.max_particles
         poses = self._generator.uniform(-pi, pi, (count, 3))
@@ -102,16 +103,17 @@ class Localiser:
             shift = self._generator.uniform(-0.5, 0.5, (count, 2)) * self._field.resolution
             chosen = cells[self._generator.integers(0, cells.shape[0], count)]
             poses[:, :2] = self._field.centres(chosen) + shift
-        self._begin(ParticleSet.uniform(poses))
+        self._reset(ParticleSet.uniform(poses))
         self._scattered = True
 
     def update(self, odometry: Pose2D, scan: Scan | None) -> None:
-        """Take in the newest dead reckoning and, when there is one, a scan taken there.
+        """Update the estimate with odometry and an optional scan taken at that pose.
 
         Args:
             odometry: pose in the odom frame.
-            scan: a new scan, or None. Each is judged; it weighs the particles only when the robot
-                has moved since the last that did, or while the pose is not yet known.
+            scan: a new scan, or None. Every scan updates the health. It weights the particles only
+                if the robot has moved since the last measurement update, or once at standstill
+                (twice while the pose is uncertain).
         """
         if self._odometry is None:
             self._reference = odometry
@@ -121,18 +123,18 @@ class Localiser:
             return
         if self._scattered:
             self._seed(scan)
-        elif self._due():
-            self._drift() if self._carried_off(scan) else self._weigh(scan)
+        elif self._is_update_due():
+            self._predict_only() if self._is_kidnapped(scan) else self._measurement_update(scan)
         self._fit = self._evaluator.fit(self._pose, scan)
         self._fits.add(scan.stamp, self._fit)
-        self._scaled(scan)
+        self._fit_scale(scan)
 
     @property
     def estimate(self) -> PoseEstimate:
-        """The best pose, carried on by odometry since the last scan, its spread and health.
+        """The pose, propagated by odometry since the last scan, with covariance and health.
 
-        Until the first scan after a start its pose is believed (health 0.8, that of an ordinary
-        true pose), so that starting raises no alarm; scattered particles have health 0.
+        Until the first scan after a start the health is 0.8, the median at a true pose, so that
+        starting raises no alarm; scattered particles have health 0.
         """
         fit = self._fits.value
         if fit is None or self._scale is None:
@@ -146,36 +148,36 @@ class Localiser:
 
     @property
     def particles(self) -> FloatArray:
-        """(n, 3) x, y, heading of the cloud in the map frame, carried on by odometry."""
-        return move(self._cloud.poses, self._moved)
+        """(n, 3) x, y, heading of the particles in the map frame, propagated by odometry."""
+        return move(self._particle_set.poses, self._moved)
 
     def fit_at(self, pose: Pose2D, scan: Scan) -> float:
-        """The health in [0, 1] that this one scan has at another pose."""
-        return self._scaled(scan).health(self._evaluator.fit(pose, scan))
+        """Return the health in [0, 1] of a single scan at another pose, map frame."""
+        return self._fit_scale(scan).health(self._evaluator.fit(pose, scan))
 
     def match_globally(self, scan: Scan, earlier: Views = ()) -> list[GlobalMatch]:
-        """Distinct poses anywhere on the map that explain the scans, best first.
+        """Return distinct poses on the whole map that explain the scans, best first.
 
         Args:
-            scan: the newest.
-            earlier: scans from before, each with the base's pose when it was taken, given in the
-                base's frame of now (from odometry). They settle what one view leaves open.
+            scan: the newest scan.
+            earlier: earlier scans, each with the base pose at its stamp in the current base frame
+                (from odometry). They resolve ambiguities of a single view.
         """
         return self._matcher.candidates(scan, earlier)
 
     def relocalise_globally(self, scan: Scan, earlier: Views = ()) -> GlobalMatch:
-        """Start anew at the one place on the map that explains the scans.
+        """Restart at the only pose on the map that explains the scans.
 
         Args:
-            scan: the newest.
+            scan: the newest scan.
             earlier: as for `match_globally`.
 
         Raises:
-            NavigationError: LOST when no place fits, AMBIGUOUS when several do. The cloud is left
-                as it was.
+            NavigationError: LOST if no pose fits, AMBIGUOUS if several do. The particles do not
+                change then.
         """
         candidates = self.match_globally(scan, earlier)
-        best = decide(candidates, self._scaled(scan).low, self.parameters.ambiguity_ratio)
+        best = decide(candidates, self._fit_scale(scan).low, self.parameters.ambiguity_ratio)
         self.start(best.pose, 0.1, 0.05)
         return best
 
@@ -187,79 +189,81 @@ class Localiser:
     def _moved(self) -> Pose2D:
         return (self._odometry or self._reference).relative_to(self._reference)
 
-    def _scaled(self, scan: Scan) -> FitScale:
-        """What fits are worth on this map, measured once a scan has shown what the lidar is."""
+    def _fit_scale(self, scan: Scan) -> FitScale:
+        """Return the fit scale of this map; calibrated at the first scan, which shows the lidar."""
         if self._scale is None:
             noise = self.parameters.range_noise
             self._scale = calibrate(self._evaluator, self._field, scan, noise, self._calibration)
         return self._scale
 
-    def _begin(self, cloud: ParticleSet) -> None:
-        self._cloud = cloud
+    def _reset(self, particle_set: ParticleSet) -> None:
+        self._particle_set = particle_set
         self._reference = self._odometry or Pose2D(0.0, 0.0)
-        self._stills = 0
+        self._still_scans = 0
         self._scattered = False
         self._fits.clear()
         self._fit = None
-        self._conclude()
+        self._update_estimate()
 
-    def _settled(self) -> bool:
+    def _is_settled(self) -> bool:
         position = float(np.sqrt(max(0.0, np.linalg.eigvalsh(self._covariance[:2, :2])[-1])))
         heading = float(np.sqrt(self._covariance[2, 2]))
         limit = self.parameters.settled_deviation
         return position < limit and heading < limit * _HEADING_OF_METRE
 
-    def _due(self) -> bool:
+    def _is_update_due(self) -> bool:
         moved = self._moved
         if (
             moved.distance_to(Pose2D(0.0, 0.0)) >= self.parameters.update_distance
             or abs(moved.heading) >= self.parameters.update_angle
         ):
-            self._stills = 0
+            self._still_scans = 0
             return True
-        self._stills += 1
-        return self._stills <= 1 or (self._stills <= _STILL_UPDATES and not self._settled())
+        self._still_scans += 1
+        if self._still_scans <= 1:
+            return True
+        return self._still_scans <= _STILL_UPDATES and not self._is_settled()
 
-    def _carried_off(self, scan: Scan) -> bool:
-        """Whether it was sure of a pose where the last scan did not fit at all.
+    def _is_kidnapped(self, scan: Scan) -> bool:
+        """Return whether the filter is settled on a pose that the last scan does not fit at all.
 
-        Scans from elsewhere must not drag the cloud to where they happen to fit a little.
+        Scans from elsewhere must not pull the particles to a pose with a slightly better fit.
         """
-        hopeless = _HOPELESS * self._scaled(scan).low
-        return self._fit is not None and self._fit < hopeless and self._settled()
+        limit = _NO_FIT * self._fit_scale(scan).low
+        return self._fit is not None and self._fit < limit and self._is_settled()
 
-    def _drift(self) -> None:
-        """Follow odometry alone; the cloud grows until it is unsure and weighs again."""
+    def _predict_only(self) -> None:
+        """Follow odometry only; the particles spread until measurement updates resume."""
         self._move()
-        _, self._covariance = summarise(self._cloud)
+        _, self._covariance = summarise(self._particle_set)
 
     def _move(self) -> None:
-        poses = self._noise.sample(self._cloud.poses, self._moved, self._generator)
-        self._cloud = ParticleSet(poses, self._cloud.weights)
+        poses = self._noise.sample(self._particle_set.poses, self._moved, self._generator)
+        self._particle_set = ParticleSet(poses, self._particle_set.weights)
         self._reference = self._odometry or self._reference
 
-    def _weigh(self, scan: Scan) -> None:
-        """One round of the filter: move, weigh by the scan, conclude, resample."""
-        settled = self._settled()
+    def _measurement_update(self, scan: Scan) -> None:
+        """Run one filter step: predict, weight by the scan, estimate, resample."""
+        settled = self._is_settled()
         points = self._evidence(scan, settled)
         self._move()
         scores = self._kernels.score_poses(
-            self._table, self._field.occupancy, *self._field.placement, self._cloud.poses, points,
-            float(self._table.min()),
+            self._table, self._field.occupancy, *self._field.placement, self._particle_set.poses,
+            points, float(self._table.min()),
         )  # fmt: skip
-        logs = np.log(self._cloud.weights) + self.parameters.trust * scores
+        logs = np.log(self._particle_set.weights) + self.parameters.trust * scores
         weights = np.exp(logs - logs.max())
-        self._cloud = ParticleSet(self._cloud.poses, weights / weights.sum())
-        self._conclude()
-        if self._settled():
+        self._particle_set = ParticleSet(self._particle_set.poses, weights / weights.sum())
+        self._update_estimate()
+        if self._is_settled():
             self._refine(points)
         self._resample()
 
     def _seed(self, scan: Scan) -> None:
-        """Draw a scattered cloud anew, from where this scan could have been taken.
+        """Sample scattered particles again, from the poses that explain this scan.
 
-        Particles scattered over a whole building would be too far apart to have one at the robot:
-        dual sampling as in S. Thrun et al., "Robust Monte Carlo Localization for Mobile Robots",
+        Particles uniform over a building would be too far apart to include the robot's pose. Dual
+        sampling as in S. Thrun et al., "Robust Monte Carlo Localization for Mobile Robots",
         Artificial Intelligence 128, 2001.
         """
         points = scan_points(scan, LATTICE_BEAMS)
@@ -271,27 +275,27 @@ class Localiser:
         draw = self._kernels.resample(weights / weights.sum(), limit, self._generator.random())
         within = np.array([SPACING, SPACING, 2.0 * pi / HEADINGS]) / 2.0
         poses = self._matcher.poses(draw) + self._generator.uniform(-within, within, (limit, 3))
-        self._begin(ParticleSet.uniform(poses))
+        self._reset(ParticleSet.uniform(poses))
 
     def _evidence(self, scan: Scan, settled: bool) -> FloatArray:
-        """(m, 2) end points, base frame, of beams to weigh by.
+        """Return (m, 2) end points, base frame, of the beams of a measurement update.
 
-        Once the pose is known, beams that something unmapped has cut short are left out.
+        If the pose is settled, beams shortened by an unmapped obstacle are left out.
         """
         beams = returned_beams(scan, self.parameters.beams)
         if settled and beams.size:
-            kinds = self._evaluator.evaluator(self._pose, scan, beams)
+            kinds = self._evaluator.classify(self._pose, scan, beams)
             explained = beams[kinds != self._kernels.SHORT]
             if explained.size >= beams.size // 2:
                 beams = explained
         return beam_points(scan, beams)
 
-    def _conclude(self) -> None:
-        pose, self._covariance = summarise(self._cloud)
+    def _update_estimate(self) -> None:
+        pose, self._covariance = summarise(self._particle_set)
         self._map_from_odom = pose.compose(self._reference.inverse())
 
     def _refine(self, points: FloatArray) -> None:
-        """Align the scan itself to the map, the cloud's mean and covariance being the prior."""
+        """Align the scan to the map, with the mean and covariance of the particles as prior."""
         spread_out = self._covariance + np.diag([1e-6, 1e-6, 1e-6])
         information = _POINT_VARIANCE * np.asarray(np.linalg.inv(spread_out), dtype=np.float64)
         start = as_row(self._pose)
@@ -303,15 +307,15 @@ class Localiser:
             self._map_from_odom = aligned.compose(self._reference.inverse())
 
     def _resample(self) -> None:
-        weights = self._cloud.weights
+        weights = self._particle_set.weights
         if 1.0 / float(weights @ weights) > 0.5 * weights.size:
             return
         limit = self.parameters.max_particles
         draw = self._kernels.resample(weights, limit, self._generator.random())
-        count = self._enough(self._cloud.poses[draw])
+        count = self._particle_count(self._particle_set.poses[draw])
         chosen = self._kernels.resample(weights, count, self._generator.random())
-        self._cloud = ParticleSet.uniform(self._cloud.poses[chosen])
+        self._particle_set = ParticleSet.uniform(self._particle_set.poses[chosen])
 
-    def _enough(self, poses: FloatArray) -> int:
+    def _particle_count(self, poses: FloatArray) -> int:
         wanted = max(kld_bound(poses), self.parameters.min_particles)
         return min(wanted, int(poses.shape[0]))

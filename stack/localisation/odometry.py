@@ -1,10 +1,10 @@
-"""Dead reckoning from wheels and gyro: the wheels say how far, the gyro says how much it turned.
+"""Odometry fusion: translation from the wheels, rotation from the gyro.
 
-Over one step the base is taken to move on an arc. The wheels' displacement is taken apart with the
-closed-form logarithm of SE(2), its rotation is replaced by the gyro's, and the exponential puts
-both together again: exact for any constant twist. The gyro's bias is the mean of what it says
-while the wheels stand (a zero-velocity update; P. D. Groves, Principles of GNSS, Inertial, and
-Multisensor Integrated Navigation Systems, 2013, chapter 15).
+The base is assumed to move on an arc during a step. The closed-form logarithm of SE(2) decomposes
+the wheels' displacement, the gyro's rotation replaces theirs, and the exponential composes both:
+exact for any constant twist. The gyro's bias is its mean rate while the wheels are at rest (a
+zero-velocity update; P. D. Groves, Principles of GNSS, Inertial, and Multisensor Integrated
+Navigation Systems, 2013, chapter 15).
 """
 
 from __future__ import annotations
@@ -16,23 +16,24 @@ import numpy as np
 from stack.types import FloatArray, Imu, Observation, Odometry, Pose2D, Twist, wrap_angle
 
 STILL_LINEAR, STILL_ANGULAR = 0.003, 0.005
-"""Wheel speeds (m/s, rad/s) below which the robot counts as standing."""
+"""Wheel speeds (m/s, rad/s) below which the robot is at standstill."""
 
 SETTLING_TIME = 0.25
-"""Seconds the wheels must have stood before the gyro is believed to show only its bias."""
+"""Seconds at standstill before gyro samples update the bias."""
 
 LARGEST_BIAS = 0.05
-"""rad/s; a standing robot whose gyro shows more than this beyond its bias is being turned."""
+"""rad/s; at standstill, a mean rate farther than this from the bias means that someone turns the
+robot by hand."""
 
 MEMORY = 1000
-"""Samples over which the bias is averaged once it is known: about 10 s of standing at 100 Hz."""
+"""Samples over which the bias is averaged: about 10 s at standstill at 100 Hz."""
 
 
 class OdometryFusion:
-    """Wheel translation and gyro rotation as one pose in the odom frame.
+    """Fusion of wheel translation and gyro rotation into a pose in the odom frame.
 
-    Without inertial samples a step falls back to the wheels' own rotation. Until the robot has
-    stood for SETTLING_TIME once, the gyro's bias is taken to be zero.
+    A step without inertial samples uses the rotation of the wheels. Until the first standstill of
+    SETTLING_TIME, the gyro's bias is assumed to be zero.
     """
 
     def __init__(self) -> None:
@@ -48,18 +49,18 @@ class OdometryFusion:
         return self._bias.value
 
     def update(self, observation: Observation) -> Odometry:
-        """Take in one observation and return pose (odom frame) and measured twist (base frame)."""
+        """Process one observation; return pose (odom frame) and measured twist (base frame)."""
         wheels = observation.odometry
         if self._fused is None:
             self._fused, self._wheels = wheels, wheels.pose
             self._gyro_stamp = observation.time
-            self._note_gyro(observation, wheels, 0.0)
+            self._gyro_rotation(observation, wheels, 0.0)
             return wheels
         elapsed = observation.time - self._fused.stamp
         if elapsed <= 0.0:
             return self._fused
         moved = wheels.pose.relative_to(self._wheels)
-        rotation = self._note_gyro(observation, wheels, elapsed)
+        rotation = self._gyro_rotation(observation, wheels, elapsed)
         angular = moved.heading if rotation is None else rotation
         pose = self._fused.pose.compose(_with_rotation(moved, angular))
         twist = Twist(wheels.twist.linear, angular / elapsed, wheels.twist.lateral)
@@ -69,21 +70,21 @@ class OdometryFusion:
         self._fused = Odometry(observation.time, pose, twist)
         return self._fused
 
-    def _note_gyro(
+    def _gyro_rotation(
         self, observation: Observation, wheels: Odometry, elapsed: float
     ) -> float | None:
-        """Rotation since the last observation as the gyro has it; None when it said nothing."""
+        """Return the gyro's rotation since the last observation, radians; None without samples."""
         imu = observation.imu
-        standing = self._bias.wheels_say(wheels.twist, elapsed)
+        standing = self._bias.is_at_rest(wheels.twist, elapsed)
         if imu is None or imu.stamps.size == 0:
             self._gyro_stamp = observation.time
             return None
         rates = imu.angular_velocity[:, 2]
-        turned_by_hand = abs(float(rates.mean()) - self._bias.value) > LARGEST_BIAS
-        if standing and not turned_by_hand:
+        rotated_by_hand = abs(float(rates.mean()) - self._bias.value) > LARGEST_BIAS
+        if standing and not rotated_by_hand:
             self._bias.learn(rates)
         rotation = self._integrate(imu, rates)
-        at_rest = wheels.twist == Twist() and not turned_by_hand
+        at_rest = wheels.twist == Twist() and not rotated_by_hand
         return 0.0 if at_rest else rotation
 
     def _integrate(self, imu: Imu, rates: FloatArray) -> float:
@@ -96,18 +97,18 @@ class OdometryFusion:
 
 
 class _GyroBias:
-    """Mean yaw rate of a standing gyro: a plain mean at first, then a slow exponential one."""
+    """Mean yaw rate of the gyro at standstill: a plain mean at first, then an exponential mean."""
 
     def __init__(self) -> None:
         self.value = 0.0
         self._samples = 0
         self._stood_for = 0.0
 
-    def wheels_say(self, twist: Twist, elapsed: float) -> bool:
-        """Whether the robot has been standing long enough, `elapsed` seconds after the last call.
+    def is_at_rest(self, twist: Twist, elapsed: float) -> bool:
+        """Return whether the wheels have been at rest for SETTLING_TIME.
 
         Args:
-            twist: as the wheels measured it.
+            twist: measured by the wheels.
             elapsed: seconds since the last call.
         """
         still = max(abs(twist.linear), abs(twist.lateral)) < STILL_LINEAR
@@ -116,14 +117,14 @@ class _GyroBias:
         return self._stood_for >= SETTLING_TIME
 
     def learn(self, rates: FloatArray) -> None:
-        """Take in yaw rates (n,) measured at rest, rad/s."""
+        """Update the bias with yaw rates (n,) measured at rest, rad/s."""
         self._samples = min(self._samples + rates.size, MEMORY)
         gain = min(1.0, rates.size / self._samples)
         self.value += gain * (float(rates.mean()) - self.value)
 
 
 def _with_rotation(moved: Pose2D, rotation: float) -> Pose2D:
-    """The displacement along the same arc length when it turned by `rotation` instead."""
+    """Return the displacement of the same arc length with another rotation in radians."""
     a, b = _arc(moved.heading)
     norm = a * a + b * b
     forward = (a * moved.x + b * moved.y) / norm
@@ -133,7 +134,7 @@ def _with_rotation(moved: Pose2D, rotation: float) -> Pose2D:
 
 
 def _arc(angle: float) -> tuple[float, float]:
-    """sin(angle) / angle and (1 - cos(angle)) / angle: chord of a unit arc, forward and left."""
+    """Return sin(angle) / angle and (1 - cos(angle)) / angle: chord of a unit arc, x and y."""
     if abs(angle) < 1e-6:
         return 1.0 - angle * angle / 6.0, angle / 2.0
     return sin(angle) / angle, (1.0 - cos(angle)) / angle

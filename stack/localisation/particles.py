@@ -1,4 +1,4 @@
-"""Clouds of weighted poses: moving, summarising and sizing them. NumPy only."""
+"""Particle sets: motion models, mean and covariance, KLD bound. NumPy only."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ _BIN = np.array([0.5, 0.5, pi / 18])
 """Metres, metres, radians: AMCL's histogram bins for KLD sampling."""
 
 _KEY = np.array([1, 100_003, 100_003**2])
-"""Makes one number of three bin indices."""
+"""Factors that combine three bin indices into one key."""
 
 
 @dataclass(frozen=True, slots=True)
 class ParticleSet:
-    """Weighted poses.
+    """Particle filter state: poses and weights.
 
     Attributes:
-        poses: (n, 3) x, y, heading.
+        poses: (n, 3) x, y, heading; map frame.
         weights: (n,), sum 1.
     """
 
@@ -32,12 +32,12 @@ class ParticleSet:
 
     @staticmethod
     def uniform(poses: FloatArray) -> ParticleSet:
-        """The poses with equal weights."""
+        """Return a set of poses (n, 3) with equal weights."""
         return ParticleSet(poses, np.full(poses.shape[0], 1.0 / poses.shape[0]))
 
 
 def move(poses: FloatArray, by: Pose2D) -> FloatArray:
-    """(n, 3) poses composed with one displacement in their own frames."""
+    """Return (n, 3) poses composed with one displacement in the frame of each pose."""
     c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])
     return np.column_stack(
         [
@@ -50,7 +50,7 @@ def move(poses: FloatArray, by: Pose2D) -> FloatArray:
 
 @dataclass(frozen=True, slots=True)
 class MotionNoise:
-    """The odometry motion model's alphas; variances as in AMCL."""
+    """Odometry motion model of differential robots; the alphas scale variances as in AMCL."""
 
     alpha_1: float
     alpha_2: float
@@ -60,17 +60,17 @@ class MotionNoise:
     def sample(
         self, poses: FloatArray, moved: Pose2D, generator: np.random.Generator
     ) -> FloatArray:
-        """(n, 3) poses moved by a displacement as odometry has it, each with its own error.
+        """Return (n, 3) poses moved by an odometry displacement, each with a sampled error.
 
-        Probabilistic Robotics, 2005, table 5.6: turn, go, turn.
+        Probabilistic Robotics, 2005, table 5.6: rotation, translation, rotation.
         """
         distance = hypot(moved.x, moved.y)
         first = atan2(moved.y, moved.x)
         second = wrap_angle(moved.heading - first)
-        # Driving backwards is not a half turn, a drive and a half turn.
+        # Driving backward is not a half turn, a translation and a half turn.
         turn_1, turn_2 = (min(abs(a), pi - abs(a)) for a in (first, second))
         if distance < 0.01:
-            # A direction of travel read from less than a centimetre is noise.
+            # Below a centimetre the direction of travel is noise.
             turn_1, turn_2 = 0.0, abs(moved.heading)
         go = self.alpha_3 * distance**2 + self.alpha_4 * (turn_1**2 + turn_2**2)
         deviations = [
@@ -92,10 +92,10 @@ class MotionNoise:
 
 @dataclass(frozen=True, slots=True)
 class OmniMotionNoise:
-    """The same for robots that go any way without turning first, as AMCL's omnidirectional model.
+    """Motion model of omnidirectional robots, as AMCL's omnidirectional model.
 
-    Turn, go, turn would take every sideways step for two quarter turns and blur the heading. Here
-    the error lies along the way gone, across it, and in the heading.
+    Rotation, translation, rotation would treat a sideways step as two quarter turns and blur the
+    heading. Here the errors are along the motion, across it, and in the heading.
     """
 
     alpha_1: float
@@ -107,17 +107,17 @@ class OmniMotionNoise:
     def sample(
         self, poses: FloatArray, moved: Pose2D, generator: np.random.Generator
     ) -> FloatArray:
-        """(n, 3) poses moved by a displacement as odometry has it, each with its own error."""
-        way, turn = moved.x**2 + moved.y**2, moved.heading**2
+        """Return (n, 3) poses moved by an odometry displacement, each with a sampled error."""
+        distance, turn = moved.x**2 + moved.y**2, moved.heading**2  # both squared
         deviations = [
-            sqrt(self.alpha_3 * way + self.alpha_4 * turn),
-            sqrt(self.alpha_5 * way + self.alpha_4 * turn),
-            sqrt(self.alpha_1 * turn + self.alpha_2 * way),
+            sqrt(self.alpha_3 * distance + self.alpha_4 * turn),
+            sqrt(self.alpha_5 * distance + self.alpha_4 * turn),
+            sqrt(self.alpha_1 * turn + self.alpha_2 * distance),
         ]
         errors = generator.normal(0.0, deviations, (poses.shape[0], 3))
         going = poses[:, 2] + atan2(moved.y, moved.x)
         c, s = np.cos(going), np.sin(going)
-        along, across = sqrt(way) + errors[:, 0], errors[:, 1]
+        along, across = sqrt(distance) + errors[:, 0], errors[:, 1]
         return np.column_stack(
             [
                 poses[:, 0] + along * c - across * s,
@@ -127,15 +127,15 @@ class OmniMotionNoise:
         )
 
 
-def summarise(cloud: ParticleSet) -> tuple[Pose2D, FloatArray]:
-    """The mean of the heaviest cluster and the whole cloud's (3, 3) covariance about it."""
-    mean = _mean(cloud.poses, cloud.weights)
-    covariance = _covariance(cloud, mean)
+def summarise(particle_set: ParticleSet) -> tuple[Pose2D, FloatArray]:
+    """Return the mean of the heaviest cluster and the (3, 3) covariance of all particles."""
+    mean = _mean(particle_set.poses, particle_set.weights)
+    covariance = _covariance(particle_set, mean)
     if covariance[0, 0] + covariance[1, 1] > 0.5**2 or covariance[2, 2] > 0.5**2:
-        # Between two clusters there may be a wall.
-        near = _heaviest_cluster(cloud)
-        mean = _mean(cloud.poses[near], cloud.weights[near])
-        covariance = _covariance(cloud, mean)
+        # The overall mean of two clusters may be inside a wall.
+        near = _heaviest_cluster(particle_set)
+        mean = _mean(particle_set.poses[near], particle_set.weights[near])
+        covariance = _covariance(particle_set, mean)
     return as_pose(mean), covariance
 
 
@@ -151,28 +151,28 @@ def _offsets(poses: FloatArray, centre: FloatArray) -> FloatArray:
     return off
 
 
-def _covariance(cloud: ParticleSet, centre: FloatArray) -> FloatArray:
-    off = _offsets(cloud.poses, centre)
-    covariance: FloatArray = (off * cloud.weights[:, None]).T @ off
+def _covariance(particle_set: ParticleSet, centre: FloatArray) -> FloatArray:
+    off = _offsets(particle_set.poses, centre)
+    covariance: FloatArray = (off * particle_set.weights[:, None]).T @ off
     return covariance
 
 
-def _heaviest_cluster(cloud: ParticleSet) -> NDArray[np.bool_]:
-    """(n,) which particles lie round the mean of the heaviest bin of 1 m by 1 m by 45 degrees."""
-    keys = np.floor(cloud.poses / np.array([1.0, 1.0, pi / 4])).astype(np.int64)
+def _heaviest_cluster(particle_set: ParticleSet) -> NDArray[np.bool_]:
+    """Return the (n,) particles around the mean of the heaviest bin (1 m by 1 m by 45 degrees)."""
+    keys = np.floor(particle_set.poses / np.array([1.0, 1.0, pi / 4])).astype(np.int64)
     keys[:, 2] %= 8
     _, which = np.unique(keys @ _KEY, return_inverse=True)
-    inside = which == np.bincount(which, weights=cloud.weights).argmax()
-    centre = _mean(cloud.poses[inside], cloud.weights[inside])
-    off = _offsets(cloud.poses, centre)
+    inside = which == np.bincount(which, weights=particle_set.weights).argmax()
+    centre = _mean(particle_set.poses[inside], particle_set.weights[inside])
+    off = _offsets(particle_set.poses, centre)
     near: NDArray[np.bool_] = (np.hypot(off[:, 0], off[:, 1]) < 0.7) & (np.abs(off[:, 2]) < 0.7)
     return near if near.any() else inside
 
 
 def kld_bound(poses: FloatArray) -> int:
-    """Particles needed for an error of 0.05 with probability 0.99, given bins they occupy.
+    """Return the number of particles for a KL error of 0.05 with probability 0.99.
 
-    Fox 2003, equation 7.
+    D. Fox 2003, equation 7, with the number of occupied bins.
 
     Args:
         poses: (n, 3) equally weighted.

@@ -1,1 +1,1 @@
-"""Maps: occupancy grids from worlds and from ROS map files."""
+"""Occupancy grids from ROS map files, and the passages of a map."""

@@ -1,9 +1,9 @@
-"""Doors and passages of a map, and what fits through: the numbers behind `treepilot doctor`.
+"""Passages of a map and their widths, for `treepilot doctor`.
 
-Clearance is the distance of a free cell's middle to the nearest occupied cell's edge. Rooms are the
-parts of free space that stay connected where the clearance is large; a passage is where two of them
-meet, and its width is twice the clearance at the widest point of the seam (watershed: Beucher and
-Lantuéjoul, 1979). The widest way to a place is the path whose narrowest point is widest.
+Clearance is the distance from a free cell's centre to the edge of the nearest occupied cell. Rooms
+are the connected parts of free space with a large clearance. A passage is where two rooms meet; its
+width is twice the largest clearance on their common boundary (watershed: Beucher and Lantuéjoul,
+1979). The widest path to a place is the path whose narrowest point is widest.
 """
 
 from __future__ import annotations
@@ -17,15 +17,15 @@ from numpy.typing import NDArray
 from stack.types import FREE, OCCUPIED, FloatArray, OccupancyGrid
 
 ROOM_CLEARANCE = 0.55
-"""Metres: free space with more clearance than this belongs to a room, not to a passage."""
+"""Metres; free space with more clearance than this belongs to a room, not to a passage."""
 
 SMALLEST_ROOM = 0.25
-"""Square metres of such space below which it is no room."""
+"""Square metres; smaller areas of such space are not rooms."""
 
 
 @dataclass(frozen=True, slots=True)
 class Passage:
-    """Where two rooms meet: the middle (metres, map frame) and the clear width (metres)."""
+    """Boundary of two rooms: its centre (metres, map frame) and the clear width (metres)."""
 
     x: float
     y: float
@@ -33,12 +33,12 @@ class Passage:
 
 
 @dataclass(frozen=True, slots=True)
-class Way:
-    """The widest way from a start to a place.
+class WidestPath:
+    """Widest path from a start to a place.
 
     Attributes:
-        width: of its narrowest point, metres; 0 when nothing joins the two.
-        x: of that point, metres, map frame.
+        width: at its narrowest point, metres; 0 if there is no path.
+        x: of the narrowest point, metres, map frame.
         y: likewise.
     """
 
@@ -48,11 +48,11 @@ class Way:
 
 
 def clearance_of(grid: OccupancyGrid) -> FloatArray:
-    """(rows, columns) metres from each cell's middle to the nearest occupied or unknown cell."""
+    """Return (rows, columns) metres from cell centres to the nearest cell that is not free."""
     import cv2
 
     free = (grid.cells == FREE).astype(np.uint8)
-    padded = np.pad(free, 1)  # outside the map nothing is free
+    padded = np.pad(free, 1)  # cells outside the map are not free
     cells = cv2.distanceTransform(padded, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)[1:-1, 1:-1]
     clearance: FloatArray = np.maximum(cells.astype(np.float64) - 0.5, 0.0) * grid.resolution
     clearance[grid.cells == OCCUPIED] = 0.0
@@ -60,7 +60,7 @@ def clearance_of(grid: OccupancyGrid) -> FloatArray:
 
 
 def passages_of(grid: OccupancyGrid, clearance: FloatArray) -> list[Passage]:
-    """Every passage between two rooms, the narrowest first."""
+    """Return the passages between pairs of rooms, the narrowest first."""
     rooms = _rooms(grid, clearance)
     best: dict[tuple[int, int], tuple[float, int, int]] = {}
     for here, there in (
@@ -79,13 +79,19 @@ def passages_of(grid: OccupancyGrid, clearance: FloatArray) -> list[Passage]:
     return sorted(found, key=lambda passage: (passage.width, passage.x, passage.y))
 
 
-def widest_ways(
+def widest_paths(
     grid: OccupancyGrid, clearance: FloatArray, start: tuple[float, float]
 ) -> tuple[FloatArray, NDArray[np.int64]]:
-    """For every cell the clearance of the narrowest point on the widest way from the start.
+    """Compute for every cell the narrowest point of the widest path from the start.
+
+    Args:
+        grid: the map.
+        clearance: of the map, from `clearance_of`.
+        start: (x, y) metres, map frame.
 
     Returns:
-        (rows, columns) metres, 0 where nothing leads; and (rows, columns) flat index of that point.
+        (rows, columns) clearance of the point in metres, 0 if unreachable; and (rows, columns) its
+        flat cell index.
     """
     rows, columns = clearance.shape
     widest = np.zeros(clearance.shape)
@@ -113,19 +119,19 @@ def widest_ways(
     return widest, narrowest_at
 
 
-def way_to(
-    grid: OccupancyGrid, ways: tuple[FloatArray, NDArray[np.int64]], x: float, y: float
-) -> Way:
-    """The widest way to a place, from what `widest_ways` found."""
+def widest_path_to(
+    grid: OccupancyGrid, paths: tuple[FloatArray, NDArray[np.int64]], x: float, y: float
+) -> WidestPath:
+    """Return the widest path to (x, y), from the result of `widest_paths`."""
     row, column = grid.cell_at(x, y)
-    if not grid.contains(row, column) or ways[0][row, column] <= 0.0:
-        return Way(0.0, x, y)
-    at = divmod(int(ways[1][row, column]), grid.cells.shape[1])
-    return Way(2.0 * float(ways[0][row, column]), *grid.centre_of(*at))
+    if not grid.contains(row, column) or paths[0][row, column] <= 0.0:
+        return WidestPath(0.0, x, y)
+    at = divmod(int(paths[1][row, column]), grid.cells.shape[1])
+    return WidestPath(2.0 * float(paths[0][row, column]), *grid.centre_of(*at))
 
 
 def _rooms(grid: OccupancyGrid, clearance: FloatArray) -> NDArray[np.int32]:
-    """Room numbers from 1 on every free cell that some room's basin holds; 0 elsewhere."""
+    """Return the room number of each free cell, from 1; 0 for cells of no room."""
     import cv2
 
     cores = (clearance > ROOM_CLEARANCE).astype(np.uint8)
@@ -140,7 +146,7 @@ def _rooms(grid: OccupancyGrid, clearance: FloatArray) -> NDArray[np.int32]:
                 row, column = int(at[0]), int(at[1])
                 queue.append((-float(clearance[row, column]), row, column, label))
     queue.sort()
-    while queue:  # flood from the widest cells down, so that basins meet in the narrowest ones
+    while queue:  # grow rooms from the widest cells down, so that they meet in the narrowest ones
         _, row, column, label = heappop(queue)
         if rooms[row, column]:
             continue

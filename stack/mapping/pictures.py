@@ -1,4 +1,4 @@
-"""Reads the pictures that maps come as: PGM (plain and binary) and PNG."""
+"""Reader for map images: PGM (plain and binary) and PNG."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from stack.types import FloatArray
 MAX_SIDE = 8192
 MAX_BYTES = 1 << 28
 PNG = b"\x89PNG\r\n\x1a\n"
-# magic, width, height and largest value, with comments between, then one white byte
+# Magic number, width, height and largest value, with comments between, then one whitespace byte.
 _PGM = re.compile(rb"P([25])" + 3 * rb"(?:\s+(?:#[^\n]*\n\s*)*)(\d{1,9})" + rb"\s")
 
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """A picture as shares of its brightest value.
+    """Image with values scaled to [0, 1].
 
     Attributes:
-        colours: (rows, columns, n) in [0, 1], n 1 or 3; the first row is the top.
-        alpha: (rows, columns), 1 opaque; None when the file has no such channel.
+        colours: (rows, columns, n) in [0, 1], n = 1 or 3; the first row is the top.
+        alpha: (rows, columns), 1 is opaque; None without an alpha channel.
     """
 
     colours: FloatArray
@@ -34,29 +34,29 @@ class Picture:
 
 
 def read_picture(path: Path) -> Picture:
-    """The picture in a PGM or PNG file.
+    """Read a PGM or PNG file.
 
     Raises:
         OSError: the file cannot be read.
-        ParameterError: not such a picture, damaged, or more than 8192 pixels wide or high.
+        ParameterError: not a PGM or PNG image, damaged, or over 8192 pixels wide or high.
     """
     size = path.stat().st_size
     if size > MAX_BYTES:
-        raise ParameterError("", f"has {size} bytes; a map's picture may have {MAX_BYTES}")
+        raise ParameterError("", f"has {size} bytes; a map image has at most {MAX_BYTES}")
     raw = path.read_bytes()
     if raw.startswith(PNG):
         return _png(raw)
     header = _PGM.match(raw)
     if header is None:
         start = raw[:4].hex(" ") or "nothing"
-        raise ParameterError("", f"is no PGM or PNG picture, it begins with {start}")
+        raise ParameterError("", f"is not a PGM or PNG image; it begins with {start}")
     return _pgm(raw[header.end() :], *(int(group) for group in header.groups()))
 
 
 def _check_side(width: int, height: int) -> None:
     if not (1 <= width <= MAX_SIDE and 1 <= height <= MAX_SIDE):
-        sentence = f"is {width} x {height} pixels; a map has 1 to {MAX_SIDE} each way"
-        raise ParameterError("", sentence, "cut or shrink it")
+        sentence = f"has {width} x {height} pixels; a map image has 1 to {MAX_SIDE} per side"
+        raise ParameterError("", sentence, "crop or scale it")
 
 
 def _pgm(body: bytes, kind: int, width: int, height: int, brightest: int) -> Picture:
@@ -74,9 +74,9 @@ def _pgm(body: bytes, kind: int, width: int, height: int, brightest: int) -> Pic
             raise ParameterError("", "is a damaged PGM: not all of its values are numbers")
         values = np.array([int(word) for word in words], dtype=np.float64)
     if values.size != count:
-        raise ParameterError("", f"is a damaged PGM: {values.size} of {count} pixels are there")
+        raise ParameterError("", f"is a damaged PGM: it has {values.size} of {count} pixels")
     if values.size and values.max() > brightest:
-        sentence = f"is a damaged PGM: a pixel of {values.max():g} exceeds its {brightest}"
+        sentence = f"is a damaged PGM: pixel {values.max():g} exceeds its maximum {brightest}"
         raise ParameterError("", sentence)
     return Picture(values.reshape(height, width, 1) / float(brightest))
 
@@ -85,10 +85,10 @@ def _png(raw: bytes) -> Picture:
     import cv2
 
     if len(raw) < 33 or raw[12:16] != b"IHDR":
-        raise ParameterError("", "is a damaged PNG: its header is cut off")
+        raise ParameterError("", "is a damaged PNG: its header is incomplete")
     _check_side(int.from_bytes(raw[16:20], "big"), int.from_bytes(raw[20:24], "big"))
     if not raw.rstrip(b"\0").endswith(b"IEND\xaeB`\x82"):
-        raise ParameterError("", "is a damaged PNG: its end is cut off")
+        raise ParameterError("", "is a damaged PNG: its end is missing")
     pixels = cv2.imdecode(np.frombuffer(raw, np.uint8), cv2.IMREAD_UNCHANGED)
     if pixels is None:
         raise ParameterError("", "is a damaged PNG")

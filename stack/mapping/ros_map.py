@@ -1,7 +1,7 @@
-"""Map files of ROS' map_server: a YAML file and a picture, read and written.
+"""Reader and writer of ROS map_server files: a YAML file and an image.
 
-Thresholds, rounding and the treatment of transparency are those of nav2_map_server's map_io.cpp
-(ROS 2 Foxy to Jazzy). Codes: E401 shape and values · E402 the picture.
+Thresholds, rounding and transparency are those of nav2_map_server's map_io.cpp (ROS 2 Foxy to
+Jazzy). Codes: E401 keys and values · E402 image.
 """
 
 from __future__ import annotations
@@ -28,23 +28,29 @@ SHADES = {OCCUPIED: 0, FREE: 254, UNKNOWN: 205}
 OCCUPIED_THRESHOLD, FREE_THRESHOLD = 0.65, 0.196
 UNKNOWN_RAW = 255
 
-IMAGE = Declaration("image", str, "the picture, relative to this file")
+IMAGE = Declaration("image", str, "image file, relative to this file")
 RESOLUTION = Declaration("resolution", float, "side of a cell", "m", above=0.0, at_most=10.0)
 ORIGIN = (
     Declaration("x", float, "of the lower left corner", "m", at_least=-1e6, at_most=1e6),
     Declaration("y", float, "of the lower left corner", "m", at_least=-1e6, at_most=1e6),
-    Declaration("yaw", float, "0", "rad"),
+    Declaration("yaw", float, "must be 0", "rad"),
 )
-OCCUPIED_FROM = Declaration("occupied_thresh", float, "darker", at_least=0.0, at_most=1.0)
-FREE_BELOW = Declaration("free_thresh", float, "lighter", at_least=0.0, at_most=1.0)
+OCCUPIED_FROM = Declaration(
+    "occupied_thresh", float, "cells with a higher occupancy are occupied",
+    at_least=0.0, at_most=1.0,
+)  # fmt: skip
+FREE_BELOW = Declaration(
+    "free_thresh", float, "cells with a lower occupancy are free", at_least=0.0, at_most=1.0
+)
 MODE = Declaration(
-    "mode", str, "what shades mean", default="trinary", one_of=("trinary", "scale", "raw")
-)
+    "mode", str, "conversion of shades to occupancy", default="trinary",
+    one_of=("trinary", "scale", "raw"),
+)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
 class Shading:
-    """How shades become occupancies; fields as in the YAML file."""
+    """Conversion of shades to occupancies; fields as in the YAML file."""
 
     mode: str
     negate: bool
@@ -53,12 +59,13 @@ class Shading:
 
 
 def read_ros_map(path: Path) -> OccupancyGrid:
-    """The occupancy grid of a map.yaml and the PGM or PNG that it names.
+    """Read the occupancy grid of a map.yaml and its PGM or PNG image.
 
-    `trinary` maps hold FREE, OCCUPIED and UNKNOWN; `scale` and `raw` ones values between too.
+    Maps in mode `trinary` have the values FREE, OCCUPIED and UNKNOWN, those in `scale` and `raw`
+    also values between.
 
     Raises:
-        InputError: every finding, each with its position.
+        InputError: all findings, each with its position.
     """
     findings = Findings()
     top = Section(read_file(path, "map file"), findings, "a map file", SHAPE)
@@ -72,18 +79,19 @@ def read_ros_map(path: Path) -> OccupancyGrid:
     assert image is not None and named is not None
     picture = _picture(path.parent / named, image, findings)
     cells = occupancies(picture, shading)
-    # The picture's first row is its top, the grid's first row the smallest y.
+    # The image's first row is its top, the grid's first row the smallest y.
     return OccupancyGrid(np.ascontiguousarray(cells[::-1]), resolution, origin)
 
 
 def occupancies(picture: Picture, shading: Shading) -> NDArray[np.int8]:
-    """The occupancy (rows, columns) of each pixel, in the picture's order of rows.
+    """Return the (rows, columns) occupancy of each pixel, in the image's order of rows.
 
-    Source: nav2_map_server, map_io.cpp. A shade is the mean of the colours in [0, 1], white 1;
+    Source: nav2_map_server, map_io.cpp. A shade is the mean of the colours in [0, 1], white is 1;
     occ = 1 - shade, or the shade itself with `negate`. occ > occupied_thresh is OCCUPIED,
-    occ < free_thresh FREE; between them `trinary` says UNKNOWN and `scale` the share of the way
-    from free_thresh to occupied_thresh in percent. Alpha counts as one more colour in `trinary`
-    and, when not opaque, as UNKNOWN in `scale`. `raw` takes the shade's byte up to 100 as it is.
+    occ < free_thresh is FREE. Between them `trinary` gives UNKNOWN, and `scale` the linear
+    interpolation from 0 at free_thresh to 100 at occupied_thresh. Alpha counts as one more colour
+    in `trinary`; pixels that are not opaque are UNKNOWN in `scale`. `raw` uses the shade's byte up
+    to 100 as occupancy.
     """
     shade = picture.colours.mean(axis=2)
     if shading.mode == "raw":
@@ -106,11 +114,11 @@ def occupancies(picture: Picture, shading: Shading) -> NDArray[np.int8]:
 
 
 def write_ros_map(grid: OccupancyGrid, path: Path) -> None:
-    """Write a map.yaml and, beside it under the same stem, its PGM picture.
+    """Write a map.yaml and its PGM image in the same folder, with the same stem.
 
-    Each file appears whole or not at all, the picture first. A grid of FREE, OCCUPIED and UNKNOWN
-    is written `trinary` in map_saver's shades, one with values between in mode `raw`; reading
-    either gives the same grid back.
+    Each file is written atomically, the image first. A grid of FREE, OCCUPIED and UNKNOWN is
+    written in mode `trinary` with map_saver's shades, a grid with values between in mode `raw`;
+    reading either returns the same grid.
 
     Raises:
         OSError: the folder cannot be written to.
@@ -143,8 +151,8 @@ def _origin(top: Section) -> tuple[float, float]:
         return 0.0, 0.0
     x, y, yaw = values
     if yaw != 0.0:
-        sentence = f"origin: a map turned by a yaw of {yaw:g} rad cannot be used, expected 0"
-        hint = "turn the picture instead and save it with yaw 0"
+        sentence = f"origin: a yaw of {yaw:g} rad is not supported, expected 0"
+        hint = "rotate the image instead and save it with yaw 0"
         top.findings.error(SHAPE, node.items[2].mark, sentence, hint)
     return x, y
 
@@ -164,12 +172,12 @@ def _shading(top: Section) -> Shading:
 
 
 def _picture(file: Path, named: Node, findings: Findings) -> Picture:
-    """The picture, or InputError at the place that names it."""
+    """Read the image; raise InputError at the position of its name."""
     try:
         return read_picture(file)
     except FileNotFoundError:
         near = [item.name for item in sorted(file.parent.glob("*.p[gn][mg]"))]
-        sentence = f"image: there is no file {named.value!r} beside this one"
+        sentence = f"image: there is no file {named.value!r} in the folder of this file"
         findings.error(PICTURE, named.mark, sentence, suggestion(file.name, near))
     except OSError as error:
         sentence = f"image: {named.value!r} cannot be read: {error.strerror}"
@@ -184,7 +192,7 @@ def _quoted(name: str) -> str:
 
 
 def _replace(path: Path, content: bytes) -> None:
-    """Write beside the target, then rename over it."""
+    """Write to a temporary file in the target's folder, then rename it over the target."""
     handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
     try:
         with os.fdopen(handle, "wb") as file:

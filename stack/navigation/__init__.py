@@ -1,1 +1,1 @@
-"""Navigation: plans, follows, checks progress and recovers; the robot that behaviours see."""
+"""Navigation: planning, path following, progress checks, recoveries and the robot facade."""

@@ -1,8 +1,8 @@
-"""Places where the way was blocked, remembered so that a robot does not pace to and fro.
+"""Remembered blockages, so that the robot does not drive back and forth between two routes.
 
-Seen from near, a gap is blocked; from afar what blocked it has faded from the costmap, and the way
-through looks better again. A remembered blockage keeps better-looking paths away from it for a
-while, and twice as long each time it proves true again: turning back happens ever more seldom.
+A gap is blocked when seen from near. When the robot has driven away, the obstacle expires from the
+costmap and the path through the gap looks better again. A remembered blockage rejects such paths
+for a while. The time doubles each time the gap is found blocked again.
 """
 
 from __future__ import annotations
@@ -14,15 +14,15 @@ import numpy as np
 from stack.types import FloatArray
 
 NEAR = 0.6
-"""Metres within which two blockages are one, and a path leads through it."""
+"""Distance in metres within which two blockages are the same and a path leads through one."""
 
 FIRST_HOLD = 10.0
-"""Seconds for which a blockage is believed when met for the first time."""
+"""Seconds for which a new blockage is remembered."""
 
 
 @dataclass(frozen=True, slots=True)
 class Blockage:
-    """A place that was blocked (map frame, metres), believed for `hold` seconds, to `until`."""
+    """A blocked position (map frame, metres), remembered for `hold` seconds, until time `until`."""
 
     x: float
     y: float
@@ -31,13 +31,13 @@ class Blockage:
 
 
 class Blockages:
-    """The blockages one drive has met."""
+    """Blockages found during one drive."""
 
     def __init__(self) -> None:
         self._known: list[Blockage] = []
 
     def note(self, place: tuple[float, float], time: float) -> None:
-        """The way was given up because it is blocked at a place (x, y)."""
+        """Remember that the path is blocked at a position (x, y), map frame, metres."""
         x, y = place
         for i, known in enumerate(self._known):
             if np.hypot(known.x - x, known.y - y) <= NEAR:
@@ -47,7 +47,7 @@ class Blockages:
         self._known.append(Blockage(x, y, FIRST_HOLD, time + FIRST_HOLD))
 
     def bar(self, points: FloatArray, time: float) -> bool:
-        """Whether a way (n, 2) leads through a blockage that is still believed."""
+        """Whether a path (n, 2) leads through a blockage that is still remembered."""
         return any(
             bool((np.hypot(points[:, 0] - b.x, points[:, 1] - b.y) <= NEAR).any())
             for b in self._known

@@ -1,4 +1,4 @@
-"""Following one path to its end: the controller, and the checks around it."""
+"""Path following: the controller with goal, progress and localisation checks."""
 
 from __future__ import annotations
 
@@ -18,30 +18,30 @@ from stack.safety.monitor import CollisionMonitor
 from stack.types import STANDSTILL, FailureCode, FloatArray, Path, Twist, wrap_angle
 
 STANDING_SPEED, STANDING_TURN = 0.02, 0.05
-"""m/s and rad/s below which the robot stands."""
+"""Speeds in m/s and rad/s below which the robot counts as standing."""
 
 IDLE_BEFORE_REPLAN = 0.5
-"""Seconds of standing short of the goal after which a new path is asked for."""
+"""Seconds of standing before the goal after which a new plan is requested."""
 
 
 @dataclass
 class Tools:
-    """What drives work with; parameters and controller may be replaced between steps.
+    """Components used by drives; parameters and controller may be replaced between steps.
 
     Attributes:
-        clear_of: metres round the robot in which a blocked path is not its concern.
-        monitor: brings scans into the base frame of now; None where nobody looks.
-        deceleration: of the robot, m/s²: how early it brakes for a path's speed limit.
-        turns_in_place: whether the robot can; a car cannot.
-        has_legs: whether paths have legs forward and backward; an omnidirectional robot's have not.
-        counters: plans, replans, recoveries and the like, for the snapshot.
+        clear_of: radius around the robot, metres, in which a blocked path is ignored.
+        monitor: converts scans to the current base frame; None to use no scan points.
+        deceleration: of the robot, m/s², for braking before a path's speed limit.
+        turns_in_place: whether the robot can turn in place; a car cannot.
+        has_legs: whether paths have forward and backward segments; not for omnidirectional robots.
+        counters: plans, replans, recoveries and distance, for the snapshot.
     """
 
     controller: Controller
     planner_worker: PlannerWorker
     parameters: NavigationParameters
-    local: CostmapLike
-    world: CostmapLike
+    local_costmap: CostmapLike
+    global_costmap: CostmapLike
     emit: Emit
     clear_of: float
     monitor: CollisionMonitor | None = None
@@ -51,34 +51,36 @@ class Tools:
     counters: dict[str, float] = field(default_factory=dict)
 
     def count(self, what: str) -> None:
-        """One more of something."""
+        """Increment a counter."""
         self.counters[what] = self.counters.get(what, 0.0) + 1.0
 
 
 def standing(twist: Twist) -> bool:
-    """Whether a measured velocity is as good as none."""
+    """Whether a measured velocity counts as standstill."""
     speed = hypot(twist.linear, twist.lateral)
     return speed < STANDING_SPEED and abs(twist.angular) < STANDING_TURN
 
 
 class Follower:
-    """Drives along a path and notices when it is there, stuck or held up.
+    """Follows a path and detects when the robot has arrived, is stuck or is blocked.
 
     Attributes:
-        track: progress on the path in force; None before the first.
-        waiting: the controller sees something in the way and stands.
-        idle_since: since when it has stood without being there; None while it drives.
+        progress: progress on the current path; None before the first path.
+        waiting: whether the controller stands in front of an obstacle.
+        idle_since: time since which the robot stands before the goal; None while it drives.
     """
 
     def __init__(self, tools: Tools, tolerance: float | None) -> None:
         p = tools.parameters
         self._tools = tools
         self._tolerance = p.goal_position if tolerance is None else tolerance
-        self._progress = ProgressChecker(p.progress_distance, p.progress_angle, p.progress_time)
+        self._progress_checker = ProgressChecker(
+            p.progress_distance, p.progress_angle, p.progress_time
+        )
         self._goal: GoalChecker | None = None
         self._last = STANDSTILL
         self._held_since: float | None = None
-        self.track: PathProgress | None = None
+        self.progress: PathProgress | None = None
         self._speeds: PathSpeeds | None = None
         self.waiting = False
         self.idle_since: float | None = None
@@ -89,9 +91,9 @@ class Follower:
         return self._goal is not None and self._goal.at_position
 
     def set_path(self, path: Path) -> None:
-        """Follow another path from now on."""
+        """Set the path to follow."""
         p = self._tools.parameters
-        self.track = PathProgress(path, cusps_of(path) if self._tools.has_legs else ())
+        self.progress = PathProgress(path, cusps_of(path) if self._tools.has_legs else ())
         self._speeds = PathSpeeds(path, self._tools.deceleration)
         self._goal = GoalChecker(path.goal, self._tolerance, p.goal_heading, p.goal_settle)
         self._tools.controller.set_path(path)
@@ -99,13 +101,13 @@ class Follower:
 
     @property
     def posted_limit(self) -> float:
-        """Speed limit of the path where the robot is, m/s; inf where there is none."""
-        if self._speeds is None or self.track is None:
+        """Speed limit of the path at the robot's position, m/s; inf if none."""
+        if self._speeds is None or self.progress is None:
             return inf
-        return self._speeds.posted(self.track.travelled)
+        return self._speeds.posted(self.progress.travelled)
 
     def off_heading(self, state: NavigationState) -> str:
-        """What is wrong where a car has stood at the goal's position for a moment; else nothing."""
+        """Describe the heading error of a car that stands at the goal's position; else empty."""
         idle = self.idle_since
         stands = idle is not None and state.time - idle >= IDLE_BEFORE_REPLAN
         if self._tools.turns_in_place or self._goal is None or not (stands and self.at_position):
@@ -127,13 +129,13 @@ class Follower:
         return self._goal.reached(state.time, state.estimate.pose, standing=still)
 
     def advance(self, state: NavigationState) -> Twist:
-        """The velocity for this step.
+        """Compute the velocity for this step.
 
         Raises:
-            NavigationError: NO_PROGRESS, or COLLISION_AHEAD for longer than is patient.
+            NavigationError: NO_PROGRESS, or COLLISION_AHEAD for longer than collision_patience.
         """
         p = self._tools.parameters
-        if self._progress.stuck(state.time, state.estimate.pose):
+        if self._progress_checker.stuck(state.time, state.estimate.pose):
             raise NavigationError(
                 FailureCode.NO_PROGRESS,
                 f"moved less than {p.progress_distance:g} m in {p.progress_time:g} s",
@@ -147,7 +149,7 @@ class Follower:
 
     def _command(self, state: NavigationState) -> Twist:
         control_state = ControlState(
-            state.time, state.estimate.pose, state.odometry.twist, self._tools.local.grid,
+            state.time, state.estimate.pose, state.odometry.twist, self._tools.local_costmap.grid,
             state.tracks,
             self._points(state),
         )  # fmt: skip
@@ -159,19 +161,19 @@ class Follower:
         self.waiting = False
         if twist != STANDSTILL:
             self._held_since = None
-        if self._speeds is None or self.track is None:
+        if self._speeds is None or self.progress is None:
             return twist
-        return slower(twist, self._speeds.at(self.track.travelled))
+        return slower(twist, self._speeds.at(self.progress.travelled))
 
     def _points(self, state: NavigationState) -> FloatArray | None:
-        """What the newest scan met, in the base frame of now."""
+        """Points of the newest scan in the current base frame, (m, 2) metres."""
         monitor = self._tools.monitor
         if monitor is None or state.scan is None:
             return None
         return monitor.points(state.scan, state.time, state.odometry.twist)
 
     def _hold(self, error: NavigationError, time: float) -> None:
-        """Stand before something in the way, or pass the error on when patience is over."""
+        """Stand in front of an obstacle; raise the error when patience is over."""
         if error.failure.code != FailureCode.COLLISION_AHEAD:
             raise error
         self.waiting = True
@@ -182,7 +184,7 @@ class Follower:
 
 
 class PathDrive:
-    """Drives along a given path, without planning."""
+    """Follows a fixed path, without planning."""
 
     def __init__(self, task: MotionTask, tools: Tools, path: Path) -> None:
         self.task, self.path, self.goal = task, path, path.goal
@@ -192,17 +194,17 @@ class PathDrive:
         task.path = path
 
     def advance(self, state: NavigationState) -> Twist:
-        """The velocity for this step."""
+        """Compute the velocity for this step."""
         follower, task = self._follower, self.task
         try:
             check_not_lost(self._lost, state)
             if self._lost.doubted:
                 return STANDSTILL
-            if follower.track is not None:
-                follower.track.advance(state.estimate.pose)
-                task.report(drive_feedback(follower), follower.track.remaining)
+            if follower.progress is not None:
+                follower.progress.advance(state.estimate.pose)
+                task.report(drive_feedback(follower), follower.progress.remaining)
             if follower.reached(state):
-                task.succeed("at the end of the path")
+                task.succeed("reached the end of the path")
                 return STANDSTILL
             if off := follower.off_heading(state):
                 raise NavigationError(FailureCode.NO_PROGRESS, off)
@@ -213,7 +215,7 @@ class PathDrive:
 
 
 def check_not_lost(checker: LostChecker, state: NavigationState) -> None:
-    """Raise NavigationError LOST when the localisation has been in doubt for too long."""
+    """Raise NavigationError LOST when the localisation health has been low for too long."""
     health = state.estimate.health
     if checker.lost(state.time, health):
         raise NavigationError(
@@ -224,13 +226,13 @@ def check_not_lost(checker: LostChecker, state: NavigationState) -> None:
 
 
 def drive_feedback(follower: Follower) -> str:
-    """Progress of a drive in a few words."""
-    if follower.track is None:
+    """Return the progress of a drive in a few words."""
+    if follower.progress is None:
         return "planning"
     if follower.waiting:
-        return f"waiting, something is in the way; {follower.track.remaining:.1f} m to go"
+        return f"waiting, an obstacle is in the way; {follower.progress.remaining:.1f} m to go"
     if follower.at_position:
         return "turning to the goal's heading"
     limit = follower.posted_limit
     slowly = f", {limit:.2f} m/s at most" if limit < inf else ""
-    return f"{follower.track.remaining:.1f} m to go{slowly}"
+    return f"{follower.progress.remaining:.1f} m to go{slowly}"

@@ -1,4 +1,4 @@
-"""Navigation: takes tasks and turns the newest of them into a velocity, step by step."""
+"""Navigator: accepts motion tasks and computes the velocity of the newest one in each step."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from stack.navigation.recoveries import (
     DriveOnHeading,
     RecoveryTools,
     Spin,
-    StraightWay,
+    StraightLine,
 )
 from stack.navigation.tasks import CostmapLike, Emit, MotionExecutor, MotionTask, NavigationState
 from stack.navigation.teleoperation import Teleoperation
@@ -31,10 +31,10 @@ from stack.types import STANDSTILL, FailureCode, Path, Pose2D, TaskStatus, Twist
 
 
 class Navigator:
-    """Plans, follows and recovers; one motion task at a time, a newer one cancels the older.
+    """Plans, follows paths and recovers; one motion task at a time, a newer one cancels the older.
 
-    Called once per control step. Steps that are left out (a pause, an emergency stop) do not
-    count as time for its patience, progress and deadlines.
+    Called once per control step. Skipped steps (a pause, an emergency stop) do not count as time
+    for patience, progress and deadlines.
 
     Args:
         robot: outline and limits.
@@ -43,11 +43,11 @@ class Navigator:
         parameters: tolerances and patience.
         local_costmap: around the robot, for the controller.
         global_costmap: for planning.
-        emit: called with (kind, text, level="info", **fields) for each thing that happens.
+        emit: called with (kind, text, level="info", **fields) for each event.
         period: seconds between control steps.
     """
 
-    def __init__(  # noqa: PLR0913 - the composition root's one call
+    def __init__(  # noqa: PLR0913 - called once, by the composition root
         self, robot: RobotDescription, planner: Planner, controller: Controller,
         parameters: NavigationParameters, local_costmap: CostmapLike, global_costmap: CostmapLike,
         emit: Emit, period: float,
@@ -63,14 +63,14 @@ class Navigator:
             counters={"plans": 0.0, "replans": 0.0, "recoveries": 0.0, "distance": 0.0},
         )  # fmt: skip
         self._surroundings = Surroundings()
-        self._activity: MotionExecutor | None = None
+        self._executor: MotionExecutor | None = None
         self._queries = PlanQueries(self._tools)
-        self._moment: NavigationState | None = None
-        self._left_out, self._last_time = 0.0, 0.0
+        self._state: NavigationState | None = None
+        self._paused_time, self._last_time = 0.0, 0.0
 
     @property
     def parameters(self) -> NavigationParameters:
-        """In force; tasks begun later use the tolerances set here."""
+        """Current parameters; new tolerances apply to tasks started later."""
         return self._tools.parameters
 
     @parameters.setter
@@ -79,7 +79,7 @@ class Navigator:
 
     @property
     def planner(self) -> Planner:
-        """In use; another may be set between steps."""
+        """Current planner; may be replaced between steps."""
         return self._tools.planner_worker.planner
 
     @planner.setter
@@ -87,23 +87,23 @@ class Navigator:
         self._tools.planner_worker.planner = planner
 
     def set_edge(self, edge: str, *, closed: bool) -> None:
-        """Close or open an edge of the route graph; the drive under way plans anew.
+        """Close or open an edge of the route graph; the current drive replans.
 
         Raises:
-            ParameterError: there is no such edge, or the planner has no graph.
+            ParameterError: there is no such edge, or the planner has no route graph.
         """
         change = getattr(self.planner, "with_edge", None)
         if change is None:
             raise ParameterError(
                 "edge", f"{edge!r}: the planner in use has no route graph",
-                "choose `planner: {use: route, graph: FILE}`",
+                "use `planner: {use: route, graph: FILE}`",
             )  # fmt: skip
         self.planner = change(edge, closed=closed)
-        self._emit("route", f"edge {edge} is {'closed' if closed else 'open'} now", edge=edge)
+        self._emit("route", f"edge {edge} is now {'closed' if closed else 'open'}", edge=edge)
 
     @property
     def controller(self) -> Controller:
-        """In use; another may be set between steps and takes over the path under way."""
+        """Current controller; may be replaced between steps and then follows the current path."""
         return self._tools.controller
 
     @controller.setter
@@ -114,62 +114,64 @@ class Navigator:
 
     @property
     def goal(self) -> Pose2D | None:
-        """Where the task under way leads, map frame; None when it leads nowhere."""
+        """Goal of the current drive, map frame; None without one."""
         drive = self._drive
         return None if drive is None else drive.goal
 
     @property
     def path(self) -> Path | None:
-        """The path being driven, map frame."""
+        """Current path, map frame."""
         drive = self._drive
         return None if drive is None else drive.path
 
     @property
     def local_plan(self) -> Path | None:
-        """What the controller means to do next, map frame."""
+        """Planned motion of the controller, map frame."""
         return None if self.path is None else self._tools.controller.local_plan
 
     @property
     def counters(self) -> dict[str, float]:
-        """plans, replans, recoveries, distance (metres driven): for the snapshot."""
+        """Counters for the snapshot: plans, replans, recoveries, distance (metres driven)."""
         return dict(self._tools.counters)
 
     def advance(self, state: NavigationState) -> Twist:
-        """The velocity to drive in this step; STANDSTILL when there is nothing to do."""
+        """Compute the velocity for this step; STANDSTILL without a running task."""
         self._count_distance(state)
         state = self._without_pauses(state)
-        self._moment = state
+        self._state = state
         self._surroundings.look(state)
         self._queries.advance(state)
-        activity = self._activity
-        if activity is None or not activity.task.running:
-            self._activity = None
+        executor = self._executor
+        if executor is None or not executor.task.running:
+            self._executor = None
             return STANDSTILL
         try:
-            twist = activity.advance(state)
-        except Exception as error:  # a controller may be anybody's plugin
-            activity.task.fail(FailureCode.EXCEPTION, f"{activity.task.what} broke: {error!r}")
-        return twist if activity.task.running else STANDSTILL
+            twist = executor.advance(state)
+        except Exception as error:  # a controller may be a plugin
+            executor.task.fail(
+                FailureCode.EXCEPTION, f"{executor.task.what} raised an exception: {error!r}"
+            )
+        return twist if executor.task.running else STANDSTILL
 
     def navigate_to(
         self, goal: Pose2D, *, tolerance: float | None = None, partial: bool = False
     ) -> MotionTask:
         """Plan and drive to a pose in the map frame, replanning as the world changes.
 
-        With `partial`, having come as near as there is a way to counts as success.
+        With `partial`, reaching the nearest reachable pose counts as success.
         """
         return self._drive_through([goal], tolerance, partial)
 
     def navigate_through(
         self, goals: Sequence[Pose2D], *, tolerance: float | None = None
     ) -> MotionTask:
-        """Drive past poses in turn to the last one without stopping in between.
+        """Drive through poses in turn to the last one, without stopping in between.
 
         Raises:
             ParameterError: no goals.
         """
         if not goals:
-            raise ParameterError("goals", "there is no pose to drive to")
+            raise ParameterError("goals", "expected at least one pose, got an empty list")
         return self._drive_through(goals, tolerance, False)
 
     def _drive_through(
@@ -178,18 +180,18 @@ class Navigator:
         task = self._task(f"drive to {_text(goals[-1])}")
         drive = GoalDrive(task, self._tools, goals, tolerance)
         drive.partial = partial
-        vias = f" past {len(goals) - 1} poses" if len(goals) > 1 else ""
+        vias = f" via {len(goals) - 1} poses" if len(goals) > 1 else ""
         self.start(drive, "goal", f"goal {_text(goals[-1])} accepted{vias}")
         return task
 
     def follow_path(self, path: Path) -> MotionTask:
-        """Drive along a given path, without replanning.
+        """Follow a fixed path, without replanning.
 
         Raises:
             ParameterError: the path has fewer than two points.
         """
         if len(path.points) < 2:
-            raise ParameterError("path", f"{len(path.points)} points, expected two or more")
+            raise ParameterError("path", f"expected at least 2 points, got {len(path.points)}")
         task = self._task(f"follow a path of {path.length:.1f} m")
         self.start(
             PathDrive(task, self._tools, path), "goal", f"path of {path.length:.1f} m accepted"
@@ -197,7 +199,7 @@ class Navigator:
         return task
 
     def plan(self, goal: Pose2D, start: Pose2D | None = None) -> MotionTask:
-        """Plan without driving; the answer is the task's `path`."""
+        """Plan without driving; the result is the task's `path`."""
         task = self._task(f"plan to {_text(goal)}")
         self._queries.begin(task, goal, start)
         return task
@@ -206,7 +208,7 @@ class Navigator:
         """Turn in place by an angle, positive to the left; a car fails at once."""
         task = self._task(f"spin {degrees(angle):.0f} deg")
         rate = _positive("speed", self.parameters.spin_speed if speed is None else speed)
-        refusal = Spin.why_not(self._robot)
+        refusal = Spin.unsupported_reason(self._robot)
         if refusal:
             task.fail(FailureCode.UNSUPPORTED, refusal)
             return task
@@ -227,24 +229,24 @@ class Navigator:
     def drive_on_heading(
         self, distance: float, *, speed: float | None = None, direction: float = 0.0
     ) -> MotionTask:
-        """Drive straight by a distance, negative is backward, and hold the heading by odometry.
+        """Drive straight by a distance (negative: backward) and hold the heading by odometry.
 
         Args:
             distance: metres.
-            speed: m/s; the limits of the drive hold as well.
-            direction: radians in the base frame, for omnidirectional robots; others fail at once.
+            speed: m/s, within the limits of the drive.
+            direction: radians in the base frame, omnidirectional robots only; others fail at once.
 
         Raises:
             ParameterError: a speed that is not above 0.
         """
         rate = _positive("speed", self.parameters.straight_speed if speed is None else speed)
-        way = StraightWay(distance, direction, rate)
+        line = StraightLine(distance, direction, rate)
         task = self._task(f"drive {distance:.2f} m on its heading")
-        refusal = way.why_not(self._robot)
+        refusal = line.unsupported_reason(self._robot)
         if refusal:
             task.fail(FailureCode.UNSUPPORTED, refusal)
             return task
-        return self._recover(DriveOnHeading(task, way, self._recovery_tools()))
+        return self._recover(DriveOnHeading(task, line, self._recovery_tools()))
 
     def escape(
         self, *, clearance: float | None = None, distance: float = 1.5, speed: float | None = None
@@ -252,8 +254,8 @@ class Navigator:
         """Drive out of a tight spot by lidar and odometry alone.
 
         Args:
-            clearance: metres wanted round the outline; None is room to turn, and 15 cm at least.
-            distance: metres to drive for it, at most.
+            clearance: desired metres around the outline; None: room to turn, at least 15 cm.
+            distance: maximum metres to drive.
             speed: m/s.
 
         Raises:
@@ -270,11 +272,11 @@ class Navigator:
         return self._recover(Escape(task, escape_goal, self._surroundings, self._recovery_tools()))
 
     def drive_for(self, twist: Twist, seconds: float) -> MotionTask:
-        """A velocity with a time to live; called again before it is over, it goes on."""
-        until = (self._moment.time if self._moment else 0.0) + seconds
-        if isinstance(self._activity, DriveFor) and self._activity.task.running:
-            self._activity.renew(twist, until)
-            return self._activity.task
+        """Drive a velocity for some seconds; a call during this time renews it."""
+        until = (self._state.time if self._state else 0.0) + seconds
+        if isinstance(self._executor, DriveFor) and self._executor.task.running:
+            self._executor.renew(twist, until)
+            return self._executor.task
         task = self._task("drive on command")
         self.start(DriveFor(task, twist, until), "goal", "driving on command")
         return task
@@ -283,69 +285,69 @@ class Navigator:
         """Let the operator drive, through `teleoperation`.
 
         Args:
-            seconds: for which, at most.
-            silence: seconds without a velocity after which it fails.
+            seconds: maximum duration.
+            silence: seconds without a velocity command after which the task fails.
         """
         task = self._task("assisted teleoperation")
         return self._recover(Teleoperation(task, seconds, silence))
 
     @property
     def teleoperation(self) -> Teleoperation | None:
-        """Takes the operator's velocities while one is under way."""
-        activity = self._activity
-        if isinstance(activity, Teleoperation) and activity.task.running:
-            return activity
+        """The running teleoperation task, None without one; accepts the operator's velocities."""
+        executor = self._executor
+        if isinstance(executor, Teleoperation) and executor.task.running:
+            return executor
         return None
 
-    def start(self, activity: MotionExecutor, kind: str, text: str) -> None:
-        """Let an activity move the robot from the next step on; cancels the one under way."""
-        if self._activity is not None:
-            self._activity.task.cancel(f"replaced: {activity.task.what}")
-        self._activity = activity
+    def start(self, executor: MotionExecutor, kind: str, text: str) -> None:
+        """Run an executor from the next step on; cancels the current one."""
+        if self._executor is not None:
+            self._executor.task.cancel(f"replaced: {executor.task.what}")
+        self._executor = executor
         self._emit(kind, text)
 
-    def set_aside(self) -> MotionExecutor | None:
-        """Take the activity under way off the wheels without ending it; `take_up` goes on."""
-        activity, self._activity = self._activity, None
-        return activity
+    def suspend(self) -> MotionExecutor | None:
+        """Suspend the current executor without ending its task; see `resume`."""
+        executor, self._executor = self._executor, None
+        return executor
 
-    def take_up(self, activity: MotionExecutor | None) -> None:
-        """Cancel what is under way and go on with an activity that was set aside."""
-        if self._activity is not None:
-            self._activity.task.cancel("the mission goes on")
-        self._activity = activity
-        if self.path is not None:  # the controller is shared, and follows the other's path
+    def resume(self, executor: MotionExecutor | None) -> None:
+        """Cancel the current executor and continue a suspended one."""
+        if self._executor is not None:
+            self._executor.task.cancel("the mission continues")
+        self._executor = executor
+        if self.path is not None:  # the shared controller still has the other executor's path
             self.controller.set_path(self.path)
 
     def new_task(self, what: str) -> MotionTask:
-        """A handle for an activity built elsewhere."""
+        """Create a task handle for an executor built elsewhere."""
         return self._task(what)
 
     def cancel_all(self, why: str = "cancelled") -> None:
-        """End every task; the robot stands from the next step on."""
+        """Cancel every task; the robot stops from the next step on."""
         self._queries.cancel(why)
-        if self._activity is not None:
-            self._activity.task.cancel(why)
+        if self._executor is not None:
+            self._executor.task.cancel(why)
 
     def close(self) -> None:
-        """Cancel everything and let go of the planner's thread."""
+        """Cancel all tasks and stop the planner's thread."""
         self.cancel_all("the run is over")
         self._tools.planner_worker.close()
 
     @property
     def _drive(self) -> GoalDrive | PathDrive | None:
-        activity = self._activity
-        if isinstance(activity, GoalDrive | PathDrive) and activity.task.running:
-            return activity
+        executor = self._executor
+        if isinstance(executor, GoalDrive | PathDrive) and executor.task.running:
+            return executor
         return None
 
     def _recovery_tools(self) -> RecoveryTools:
         return RecoveryTools(self._robot, self.parameters, self._monitor, self._period)
 
-    def _recover(self, activity: MotionExecutor) -> MotionTask:
+    def _recover(self, executor: MotionExecutor) -> MotionTask:
         self._tools.count("recoveries")
-        self.start(activity, "recovery", activity.task.what)
-        return activity.task
+        self.start(executor, "recovery", executor.task.what)
+        return executor.task
 
     def _task(self, what: str) -> MotionTask:
         return MotionTask(what, self._ended)
@@ -359,16 +361,16 @@ class Navigator:
         self._emit("task", f"{task.what} {word}{why}", level, status=word, code=code)
 
     def _without_pauses(self, state: NavigationState) -> NavigationState:
-        """The moment on a clock that stands while navigation is not called."""
+        """Return the state with a time that excludes pauses."""
         gap = state.time - self._last_time
-        if self._moment is not None and gap > 3.0 * self._period:
-            self._left_out += gap - self._period
+        if self._state is not None and gap > 3.0 * self._period:
+            self._paused_time += gap - self._period
         self._last_time = state.time
-        return replace(state, time=state.time - self._left_out) if self._left_out else state
+        return replace(state, time=state.time - self._paused_time) if self._paused_time else state
 
     def _count_distance(self, state: NavigationState) -> None:
-        if self._moment is not None:
-            before, now = self._moment.odometry.pose, state.odometry.pose
+        if self._state is not None:
+            before, now = self._state.odometry.pose, state.odometry.pose
             self._tools.counters["distance"] += before.distance_to(now)
 
 

@@ -1,4 +1,4 @@
-"""Settings of navigation: tolerances, patience, planning and the recoveries."""
+"""Parameters of navigation: tolerances, patience, planning and recoveries."""
 
 from __future__ import annotations
 
@@ -9,46 +9,58 @@ from stack.parameters import parameter
 
 @dataclass(frozen=True)
 class NavigationParameters:
-    """Settings of `Navigation`."""
+    """Parameters of `Navigator`."""
 
     goal_position: float = parameter(
-        0.15, "m", above=0.0, help="how near counts as there, where a task does not say"
+        0.15, "m", above=0.0, help="position tolerance at the goal, unless a task sets its own"
     )
-    goal_heading: float = parameter(0.15, "rad", above=0.0, help="heading error that counts as 0")
+    goal_heading: float = parameter(0.15, "rad", above=0.0, help="heading tolerance at the goal")
     goal_settle: float = parameter(
-        2.0, "s", at_least=0.0, help="a goal counts after this long within, standing or not"
+        2.0, "s", at_least=0.0, help="after this time within tolerance a moving robot has arrived"
     )
-    via_radius: float = parameter(0.4, "m", above=0.0, help="how near a pose on the way is passed")
-    progress_distance: float = parameter(0.3, "m", above=0.0, help="moving this far is progress")
-    progress_angle: float = parameter(0.4, "rad", above=0.0, help="turning this far is progress")
-    progress_time: float = parameter(8.0, "s", above=0.0, help="a drive without progress fails")
+    via_radius: float = parameter(
+        0.4, "m", above=0.0, help="distance within which a via pose is passed"
+    )
+    progress_distance: float = parameter(
+        0.3, "m", above=0.0, help="distance that counts as progress"
+    )
+    progress_angle: float = parameter(0.4, "rad", above=0.0, help="turn that counts as progress")
+    progress_time: float = parameter(
+        8.0, "s", above=0.0, help="a drive fails after this time without progress"
+    )
     planning_latency: float = parameter(
-        0.1, "s", at_least=0.0, help="a plan is used this long after it was asked for"
+        0.1, "s", at_least=0.0, help="time from the request of a plan to its use"
     )
     wait_for_plan: bool = parameter(
-        True, help="simulation: wait for a late plan; hardware: drive on until it comes"
+        True, help="wait for a late plan (simulation); false: drive on until it arrives (hardware)"
     )
-    replan_period: float = parameter(2.0, "s", above=0.0, help="looks for a better path this often")
-    replan_interval: float = parameter(0.5, "s", above=0.0, help="plans at most this often")
+    replan_period: float = parameter(
+        2.0, "s", above=0.0, help="time between two searches for a better path"
+    )
+    replan_interval: float = parameter(
+        0.5, "s", above=0.0, help="minimum time between two plan requests"
+    )
     replan_gain: float = parameter(
-        0.1, at_least=0.0, at_most=1.0, help="share by which a new path must be cheaper to be taken"
+        0.1, at_least=0.0, at_most=1.0, help="share by which a better path must be cheaper"
     )
     look_ahead: float = parameter(
-        3.0, "m", above=0.0, help="path ahead that is watched for being blocked"
+        3.0, "m", above=0.0, help="length of path ahead that is checked for obstacles"
     )
     off_path: float = parameter(
-        0.5, "m", above=0.0, help="plans anew when farther from the path than this"
+        0.5, "m", above=0.0, help="distance to the path above which the robot replans"
     )
     patience: float = parameter(
-        2.0, "s", at_least=0.0, help="standing still, tries this long before no path is a failure"
+        2.0, "s", at_least=0.0, help="a standing robot without a path fails after this time"
     )
     collision_patience: float = parameter(
-        5.0, "s", at_least=0.0, help="waits this long before something in the way is a failure"
+        5.0, "s", at_least=0.0, help="waits this long in front of an obstacle, then fails"
     )
     lost_health: float = parameter(
-        0.3, at_least=0.0, at_most=1.0, help="localisation health below which the pose is doubted"
+        0.3, at_least=0.0, at_most=1.0, help="localisation health below which the robot stops"
     )
-    lost_time: float = parameter(1.5, "s", at_least=0.0, help="doubt this long is a failure")
+    lost_time: float = parameter(
+        1.5, "s", at_least=0.0, help="a drive fails after this time below lost_health"
+    )
     spin_speed: float = parameter(1.0, "rad/s", above=0.0, help="turning speed of spins")
     back_up_speed: float = parameter(0.15, "m/s", above=0.0, help="speed of backing up")
     straight_speed: float = parameter(
@@ -58,14 +70,14 @@ class NavigationParameters:
         0.15, "m/s", above=0.0, help="speed of driving out of a tight spot"
     )
     recovery_padding: float = parameter(
-        0.05, "m", at_least=0.0, help="stays free round the footprint in spins and backing up"
+        0.05, "m", at_least=0.0, help="distance kept around the footprint in recoveries"
     )
     escape_padding: float = parameter(
-        0.03, "m", at_least=0.0, help="stays free round the footprint on the way out, if it is now"
+        0.03, "m", at_least=0.0, help="distance kept around the footprint in an escape, if free now"
     )
     recovery_patience: float = parameter(
-        2.0, "s", at_least=0.0, help="a spin or backing up waits this long for its way to clear"
+        2.0, "s", at_least=0.0, help="a blocked recovery waits this long, then fails"
     )
     stall_time: float = parameter(
-        3.0, "s", above=0.0, help="a spin or backing up that does not move for this long fails"
+        3.0, "s", above=0.0, help="a recovery that does not move for this long fails"
     )

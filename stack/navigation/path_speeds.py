@@ -1,4 +1,4 @@
-"""The speed limits of a path, kept to from where they begin."""
+"""Speed limits along a path, with braking before lower limits."""
 
 from __future__ import annotations
 
@@ -9,14 +9,13 @@ import numpy as np
 from stack.types import FloatArray, Path, Twist
 
 BRAKING_SHARE = 0.5
-"""Share of the robot's deceleration that is counted on when a lower limit comes nearer."""
+"""Share of the robot's deceleration that is used before a lower limit."""
 
 
 class PathSpeeds:
-    """How fast a path may be driven at each place.
+    """Highest speed at each point of a path.
 
-    Before a lower limit the speed falls so that it is reached there: v² = w² + 2 a s for a limit w
-    in s metres.
+    Before a lower limit the speed falls in time: v² = w² + 2 a s for a limit w at s metres ahead.
 
     Args:
         path: with or without limits.
@@ -37,11 +36,11 @@ class PathSpeeds:
         self._limits, self._posted = limits, path.speed_limits
 
     def posted(self, travelled: float) -> float:
-        """The limit of that very place, m/s; inf where there is none."""
+        """The limit at this point of the path, without braking, m/s; inf if none."""
         return inf if self._along is None else float(self._posted[self._index(travelled)])
 
     def at(self, travelled: float) -> float:
-        """The limit this many metres along the path, m/s; inf where there is none."""
+        """The highest speed this many metres along the path, m/s; inf if none."""
         return inf if self._along is None else float(self._limits[self._index(travelled)])
 
     def _index(self, travelled: float) -> int:
@@ -51,7 +50,7 @@ class PathSpeeds:
 
 
 def slower(twist: Twist, limit: float) -> Twist:
-    """The same arc, driven no faster than a limit in m/s."""
+    """Scale a twist to a speed limit in m/s; the arc stays the same."""
     speed = hypot(twist.linear, twist.lateral)
     if speed <= limit:
         return twist

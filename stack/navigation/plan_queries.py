@@ -1,4 +1,4 @@
-"""Plans that somebody asks for without driving them."""
+"""Plan queries: plans that are computed without driving them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from stack.types import Pose2D
 
 @dataclass
 class _Planning:
-    """A `plan` task; its future once the start is known."""
+    """A running `plan` task."""
 
     task: MotionTask
     goal: Pose2D
@@ -20,23 +20,23 @@ class _Planning:
 
 
 class PlanQueries:
-    """The `plan` tasks under way; they move nothing and do not disturb each other."""
+    """The running `plan` tasks; they do not move the robot and are independent of each other."""
 
     def __init__(self, tools: Tools) -> None:
         self._tools = tools
         self._under_way: list[_Planning] = []
 
     def begin(self, task: MotionTask, goal: Pose2D, start: Pose2D | None) -> None:
-        """Plan to a goal from the next step on; from where the robot is then without a start."""
+        """Plan to a goal, from the next step on; without a start, from the robot's pose."""
         self._under_way.append(_Planning(task, goal, start))
 
     def cancel(self, why: str) -> None:
-        """End them all."""
+        """Cancel all plan tasks."""
         for planning in self._under_way:
             planning.task.cancel(why)
 
     def advance(self, state: NavigationState) -> None:
-        """Ask for plans, and hand over those that have come."""
+        """Request plans and deliver finished ones."""
         for planning in self._under_way:
             if planning.task.running:
                 self._advance(planning, state)
@@ -46,7 +46,7 @@ class PlanQueries:
         tools, p, task = self._tools, self._tools.parameters, planning.task
         if task.future is None:
             start = planning.start or state.estimate.pose
-            request = PlanRequest(tools.world.grid, start, (planning.goal,))
+            request = PlanRequest(tools.global_costmap.grid, start, (planning.goal,))
             due = state.time + p.planning_latency
             task.future = tools.planner_worker.ask(request, due, wait=p.wait_for_plan)
             task.report("planning", 0.0)

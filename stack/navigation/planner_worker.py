@@ -1,9 +1,9 @@
-"""Planning off the control loop: one worker, results used on time.
+"""Planning outside the control loop: one worker thread, results at a fixed latency.
 
-A plan asked for at time t is used at t + latency of the robot's clock, whatever the computer
-needed for it: the loop waits for a late one. A simulated run is therefore the same on any machine.
-A plan that nobody wants any more is stopped within a fraction of a millisecond, so that the next
-one need not wait for it; how far it had come by then shows in no result.
+A plan requested at time t is used at t + latency on the robot's clock, however long it took to
+compute: the loop waits for a late plan. A simulated run is therefore the same on every machine.
+A cancelled search stops within a fraction of a millisecond, so that the next one starts without
+delay; its progress does not affect any result.
 """
 
 from __future__ import annotations
@@ -34,10 +34,10 @@ class Plan:
 
 @dataclass(frozen=True, slots=True)
 class PlanRequest:
-    """What to plan: costs that nobody writes to any more, a start and goals, map frame.
+    """Input of a plan: costs (never modified), start and goals, map frame.
 
     Attributes:
-        partial: where there is no way to a goal, one to the nearest place to it will do.
+        partial: if a goal is not reachable, plan to the nearest reachable pose.
         direction: +1 or -1 while the robot drives forward or backward, 0 while it stands.
     """
 
@@ -49,7 +49,7 @@ class PlanRequest:
 
 
 class PlanFuture:
-    """A plan that was asked for."""
+    """Handle of a requested plan."""
 
     def __init__(
         self,
@@ -64,33 +64,33 @@ class PlanFuture:
 
     @property
     def over(self) -> bool:
-        """Whether nobody works on it any more."""
+        """Whether the search has ended."""
         return self._future.done()
 
     def drop(self) -> None:
-        """Nobody wants the plan any more: the search for it ends, if it has begun."""
+        """Cancel the plan; a search that has started stops."""
         self._cancel.request()
         self._future.cancel()
 
     def result(self, time: float) -> Plan | Failure | None:
-        """The plan or why there is none; None before its time."""
+        """Return the plan or the failure; None before it is due."""
         if time < self._due - 1e-9 or not (self._wait or self._future.done()):
             return None
         try:
             return self._future.result()
         except CancelledError:
-            return Failure(FailureCode.CANCELLED, "nobody wanted the plan any more")
+            return Failure(FailureCode.CANCELLED, "the plan was cancelled")
         except NavigationError as error:
             return error.failure
-        except Exception as error:  # a planner may be anybody's plugin
-            return Failure(FailureCode.EXCEPTION, f"the planner broke: {error!r}")
+        except Exception as error:  # a planner may be a plugin
+            return Failure(FailureCode.EXCEPTION, f"the planner raised an exception: {error!r}")
 
 
 class PlannerWorker:
-    """Takes requests and has them planned, one at a time, in a thread of its own.
+    """Plans requests one at a time in its own thread.
 
     Attributes:
-        planner: may be replaced; requests under way keep theirs.
+        planner: may be replaced; open requests keep their planner.
     """
 
     def __init__(self, planner: Planner) -> None:
@@ -99,15 +99,21 @@ class PlannerWorker:
         self._open: list[PlanFuture] = []
 
     def ask(self, request: PlanRequest, due: float, *, wait: bool) -> PlanFuture:
-        """Have something planned, to be used at the time `due`."""
+        """Submit a request whose plan is due at time `due` (seconds, robot's clock).
+
+        Args:
+            request: to plan.
+            due: time from which the result is available.
+            wait: whether `PlanFuture.result` waits for a late plan.
+        """
         cancel = CancelToken()
         future = self._worker.submit(plan_through, self.planner, request, cancel)
         queued = PlanFuture(request, future, cancel, due, wait)
-        self._open = [one for one in self._open if not one.over] + [queued]
+        self._open = [item for item in self._open if not item.over] + [queued]
         return queued
 
     def close(self) -> None:
-        """Let go of the worker; what it was asked for is dropped."""
+        """Cancel all requests and stop the worker."""
         for queued in self._open:
             queued.drop()
         self._worker.shutdown(wait=True, cancel_futures=True)
@@ -116,11 +122,11 @@ class PlannerWorker:
 def plan_through(planner: Planner, request: PlanRequest, cancel: CancelToken | None = None) -> Plan:
     """Plan from goal to goal and join the legs.
 
-    Planners of poses drive through each goal with its heading, so that the joins are smooth, and
-    count a change of direction there as they do anywhere.
+    Planners that plan headings pass each goal with its heading, so that the joins are smooth; a
+    change of the driving direction at a goal has its usual cost.
 
     Raises:
-        NavigationError: one of the legs cannot be planned, or CANCELLED.
+        NavigationError: a leg cannot be planned, or CANCELLED.
     """
     cancel = cancel or CancelToken()
     options = PlanOptions(request.partial, request.direction, cancel)
@@ -129,20 +135,23 @@ def plan_through(planner: Planner, request: PlanRequest, cancel: CancelToken | N
         cancel.check()
         path = plan_with_options(planner, request.costs, (start, goal), options)
         legs.append(path)
-        start, options = path.goal, replace(options, direction=last_way(path))
+        start, options = path.goal, replace(options, direction=last_direction(path))
     ends = tuple(float(end) for end in np.cumsum([leg.length for leg in legs]))
     return Plan(joined(legs), ends)
 
 
 def joined(legs: Sequence[Path]) -> Path:
-    """One path from legs that begin where the one before ends; goals on the way lose headings."""
-    points = [leg.points[:-1] for leg in legs[:-1]]
-    whole = np.vstack([*points, legs[-1].points])
+    """Join legs, each beginning where the one before ends, into one path.
+
+    The heading of a via goal is that of the leg that begins there.
+    """
+    parts = [leg.points[:-1] for leg in legs[:-1]]
+    points = np.vstack([*parts, legs[-1].points])
     if all(leg.speed_limits is None for leg in legs):
-        return replace(legs[-1], points=whole)
+        return replace(legs[-1], points=points)
     limits = [_limits(leg)[:-1] for leg in legs[:-1]]
     joint = np.concatenate([*limits, _limits(legs[-1])])
-    return replace(legs[-1], points=whole, speed_limits=joint)
+    return replace(legs[-1], points=points, speed_limits=joint)
 
 
 def _limits(leg: Path) -> FloatArray:
@@ -151,8 +160,8 @@ def _limits(leg: Path) -> FloatArray:
     return none if leg.speed_limits is None else leg.speed_limits
 
 
-def last_way(path: Path) -> int:
-    """+1 or -1 when a path's last step goes with its heading or against it; 0 without a step."""
+def last_direction(path: Path) -> int:
+    """Return +1 or -1 when a path's last step is forward or backward; 0 without a step."""
     if len(path.points) < 2:
         return 0
     (x, y, _), (end_x, end_y, heading) = path.points[-2:]

@@ -1,7 +1,7 @@
-"""Short motions by odometry and lidar alone: spin, back up, drive straight, drive for a while.
+"""Recovery motions by odometry and lidar alone: spin, back up, drive straight, drive for a time.
 
-They need no map and no pose, so that they work when those are what is wrong. Every one of them
-ends: done, blocked, stalled or out of time.
+They need no map and no pose, so they also work when map or pose are wrong. Each of them ends: done,
+blocked, stalled or timed out.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from stack.safety.monitor import CollisionMonitor
 from stack.types import STANDSTILL, FailureCode, Odometry, Pose2D, Twist, wrap_angle
 
 DONE = 0.02
-"""Metres or radians left that count as none: half a slow control step."""
+"""Remaining metres or radians at which a motion is complete: half a slow control step."""
 
 
 @dataclass(frozen=True, slots=True)
 class RecoveryTools:
-    """What recoveries work with: the robot, settings, eyes and the control period (s)."""
+    """Components used by recoveries: robot, parameters, collision monitor, control period (s)."""
 
     robot: RobotDescription
     parameters: NavigationParameters
@@ -32,20 +32,20 @@ class RecoveryTools:
 
     @property
     def limits(self) -> Limits:
-        """What the drive can do."""
+        """Limits of the drive."""
         return self.robot.limits
 
 
 @dataclass(frozen=True, slots=True)
 class MotionProfile:
-    """How a recovery moves in its one degree of freedom.
+    """Trapezoidal speed profile of a recovery with one degree of freedom.
 
     Attributes:
-        total: metres or radians to go, positive.
-        speed: top speed, per second.
-        acceleration: likewise, both ways.
-        look_ahead: way ahead that must be clear.
-        unit: for the feedback.
+        total: metres or radians to drive, positive.
+        speed: top speed, m/s or rad/s.
+        acceleration: of speeding up and braking, m/s² or rad/s².
+        look_ahead: distance ahead that must be clear, metres or radians.
+        unit: of the feedback.
     """
 
     total: float
@@ -56,26 +56,26 @@ class MotionProfile:
 
     @property
     def deadline(self) -> float:
-        """Seconds that are enough for it, three times over."""
+        """Time limit in seconds: three times the expected duration, plus 5 s."""
         return 3.0 * (self.total / self.speed + self.speed / self.acceleration) + 5.0
 
     def next_rate(self, rate: float, remaining: float, period: float) -> float:
-        """The rate for the next control step, speeding up, and slowing down towards the end."""
+        """Return the rate for the next control step: accelerate, then brake towards the end."""
         rise = rate + self.acceleration * period
-        late = self.acceleration * 2.0 * period
-        fall = sqrt(late * late + self.acceleration * remaining) - late
+        delay = self.acceleration * 2.0 * period
+        fall = sqrt(delay * delay + self.acceleration * remaining) - delay
         return min(self.speed, rise, max(fall, 0.1 * self.speed))
 
 
 class Recovery(ABC):
-    """A motion in one degree of freedom with a trapezoid speed profile.
+    """A motion with one degree of freedom and a trapezoidal speed profile.
 
-    Subclasses say how odometry measures it and which twist makes it.
+    Subclasses define how odometry measures the motion and which twist drives it.
     """
 
     def __init__(self, task: MotionTask, profile: MotionProfile, tools: RecoveryTools) -> None:
         self.task = task
-        self._stroke, self._tools, self._rate = profile, tools, 0.0
+        self._profile, self._tools, self._rate = profile, tools, 0.0
         self._began: float | None = None
         self._done = self._best = 0.0
         self._best_at = 0.0
@@ -84,19 +84,19 @@ class Recovery(ABC):
 
     @abstractmethod
     def _measure(self, odometry: Odometry) -> float:
-        """How far it has come, metres or radians."""
+        """Return the distance or angle driven so far, metres or radians."""
 
     @abstractmethod
     def _twist(self, rate: float) -> Twist:
-        """The twist that makes it at this rate."""
+        """Return the twist that drives the motion at this rate."""
 
     def advance(self, state: NavigationState) -> Twist:
-        """The velocity for this step."""
+        """Compute the velocity for this step."""
         self._done = self._measure(state.odometry)
         if self._began is None:
             self._began = self._best_at = state.time
-        remaining = self._stroke.total - self._done
-        self.task.report(f"{max(0.0, remaining):.2f} {self._stroke.unit} to go", remaining)
+        remaining = self._profile.total - self._done
+        self.task.report(f"{max(0.0, remaining):.2f} {self._profile.unit} to go", remaining)
         if remaining <= DONE:
             return self._finish(state)
         if self._ended_early(state):
@@ -104,41 +104,41 @@ class Recovery(ABC):
         if self._blocked(state, remaining):
             self._rate = 0.0
             return STANDSTILL
-        self._rate = self._stroke.next_rate(self._rate, remaining, self._tools.period)
+        self._rate = self._profile.next_rate(self._rate, remaining, self._tools.period)
         return self._twist(self._rate)
 
     def _finish(self, state: NavigationState) -> Twist:
         if standing(state.odometry.twist):
-            self.task.succeed(f"done, {self._done:.2f} {self._stroke.unit}")
+            self.task.succeed(f"done, {self._done:.2f} {self._profile.unit}")
         return STANDSTILL
 
     def _ended_early(self, state: NavigationState) -> bool:
-        """Fail when it has stalled or its time is over."""
+        """Fail when the robot has stalled or the deadline has passed."""
         if self._done > self._best + DONE:
             self._best, self._best_at = self._done, state.time
-        came = f"came {self._done:.2f} of {self._stroke.total:.2f} {self._stroke.unit}"
+        driven = f"drove {self._done:.2f} of {self._profile.total:.2f} {self._profile.unit}"
         if state.time - self._best_at >= self._tools.parameters.stall_time:
             self.task.fail(
                 FailureCode.NO_PROGRESS,
-                f"did not move for {self._tools.parameters.stall_time:g} s; {came}",
+                f"did not move for {self._tools.parameters.stall_time:g} s; {driven}",
             )
-        elif self._began is not None and state.time - self._began >= self._stroke.deadline:
+        elif self._began is not None and state.time - self._began >= self._profile.deadline:
             self.task.fail(
-                FailureCode.TIMED_OUT, f"not done after {self._stroke.deadline:.1f} s; {came}"
+                FailureCode.TIMED_OUT, f"not done after {self._profile.deadline:.1f} s; {driven}"
             )
         return not self.task.running
 
     def _blocked(self, state: NavigationState, remaining: float) -> bool:
-        """Whether something stands in its way; fails once patience is over."""
+        """Whether an obstacle is in the way; the task fails when patience is over."""
         if state.scan is None:
             return False
         points = self._tools.monitor.points(state.scan, state.time, state.odometry.twist)
-        ahead = min(remaining, self._stroke.look_ahead)
+        ahead = min(remaining, self._profile.look_ahead)
         contact = self._tools.monitor.contact(
             self._twist(1.0), points, ahead, self._tools.parameters.recovery_padding
         )
         if contact.time == inf:
-            if self._done > self._blocked_at + DONE:  # not for noise that lets it look clear
+            if self._done > self._blocked_at + DONE:  # noise alone must not restart the patience
                 self._blocked_since = None
             return False
         if self._blocked_since is None:
@@ -146,8 +146,8 @@ class Recovery(ABC):
         if state.time - self._blocked_since >= self._tools.parameters.recovery_patience:
             self.task.fail(
                 FailureCode.COLLISION_AHEAD,
-                f"something {contact.time:.2f} {self._stroke.unit} on is in the way; came "
-                f"{self._done:.2f} of {self._stroke.total:.2f} {self._stroke.unit}",
+                f"an obstacle {contact.time:.2f} {self._profile.unit} ahead is in the way; drove "
+                f"{self._done:.2f} of {self._profile.total:.2f} {self._profile.unit}",
             )
         return True
 
@@ -155,8 +155,7 @@ class Recovery(ABC):
 class Spin(Recovery):
     """Turns in place by an angle, which may be more than a full turn.
 
-    The angle is summed up from step to step, so that there is no heading at which it can miss its
-    end (a turn between two steps is far below half a turn).
+    The angle is accumulated over the steps; the turn in one step is far below half a turn.
     """
 
     def __init__(self, task: MotionTask, angle: float, speed: float, tools: RecoveryTools) -> None:
@@ -168,14 +167,14 @@ class Spin(Recovery):
         self._heading: float | None = None
 
     @staticmethod
-    def why_not(robot: RobotDescription) -> str:
-        """Why a robot cannot turn in place; empty when it can."""
+    def unsupported_reason(robot: RobotDescription) -> str:
+        """Reason why a robot cannot turn in place; empty when it can."""
         radius = robot.turning_radius
         if not radius:
             return ""
         return (
-            f"the {robot.name} steers like a car and cannot turn in place: its tightest circle has "
-            f"a radius of {radius:.2f} m; use free_space_escape or back_up instead"
+            f"the {robot.name} steers like a car and cannot turn in place: its turning radius is "
+            f"{radius:.2f} m; use free_space_escape or back_up instead"
         )
 
     def _measure(self, odometry: Odometry) -> float:
@@ -213,12 +212,12 @@ class BackUp(Recovery):
 
 
 @dataclass(frozen=True, slots=True)
-class StraightWay:
-    """A straight line to drive, without a turn before it.
+class StraightLine:
+    """A straight line to drive without turning first.
 
     Attributes:
-        distance: metres; negative is the other way.
-        direction: of the line in the base frame, radians; 0 but for omnidirectional robots.
+        distance: metres; negative: opposite to the direction.
+        direction: of the line in the base frame, radians; 0 except for omnidirectional robots.
         speed: m/s.
     """
 
@@ -227,29 +226,31 @@ class StraightWay:
     speed: float
 
     @staticmethod
-    def along(twist: Twist, speed: float) -> StraightWay:
-        """A metre the way that a twist leads."""
-        return StraightWay(1.0, atan2(twist.lateral, twist.linear), speed)
+    def along(twist: Twist, speed: float) -> StraightLine:
+        """A line of 1 m in the direction of a twist."""
+        return StraightLine(1.0, atan2(twist.lateral, twist.linear), speed)
 
     @property
     def unit(self) -> tuple[float, float]:
-        """Forward and left parts of the direction of travel, base frame."""
+        """Unit vector (forward, left) of the direction of travel, base frame."""
         sign = copysign(1.0, self.distance)
         return sign * cos(self.direction), sign * sin(self.direction)
 
-    def why_not(self, robot: RobotDescription) -> str:
-        """Why a robot's drive cannot make it; empty when it can."""
+    def unsupported_reason(self, robot: RobotDescription) -> str:
+        """Reason why a robot cannot drive the line; empty when it can."""
         if self.direction and robot.drive is not DriveKind.OMNI:
             return (
                 f"the {robot.name} has {robot.drive} wheels and cannot drive towards "
-                f"{degrees(self.direction):.0f} deg without turning first; leave the direction out"
+                f"{degrees(self.direction):.0f} deg without turning first; omit the direction"
             )
         if self.top_speed(robot.limits) <= 0.0:
-            return f"the {robot.name} cannot drive that way: its speed limit there is 0 m/s"
+            return (
+                f"the {robot.name} cannot drive in that direction: its speed limit there is 0 m/s"
+            )
         return ""
 
     def top_speed(self, limits: Limits) -> float:
-        """The speed within what the drive can do in this direction, m/s; 0 when it cannot."""
+        """Top speed of the drive in this direction, m/s; 0 when it cannot drive there."""
         forward, left = self.unit
         along = limits.linear_speed if forward > 0.0 else limits.reverse_speed
         tops = [self.speed]
@@ -261,21 +262,21 @@ class StraightWay:
 
 
 class DriveOnHeading(Recovery):
-    """Drives straight by a distance and holds the heading that it began with, by odometry."""
+    """Drives straight by a distance and holds its initial heading by odometry."""
 
     STEERING = 2.0
-    """Curvature for each radian that it is off its heading, 1/m."""
+    """Steering gain: curvature per radian of heading error, 1/m."""
     TIGHTEST = 4.0
-    """The most curvature that it steers with, 1/m; less where the robot cannot."""
+    """Maximum curvature, 1/m; less if the robot's turning radius requires it."""
 
-    def __init__(self, task: MotionTask, way: StraightWay, tools: RecoveryTools) -> None:
+    def __init__(self, task: MotionTask, line: StraightLine, tools: RecoveryTools) -> None:
         limits, robot = tools.limits, tools.robot
-        speed = way.top_speed(limits)
+        speed = line.top_speed(limits)
         profile = MotionProfile(
-            abs(way.distance), speed, 0.5 * limits.linear_acceleration, 0.25, "m"
+            abs(line.distance), speed, 0.5 * limits.linear_acceleration, 0.25, "m"
         )
         super().__init__(task, profile, tools)
-        self._unit, self._start, self._off = way.unit, Pose2D(0.0, 0.0), 0.0
+        self._unit, self._start, self._off = line.unit, Pose2D(0.0, 0.0), 0.0
         self._sideways = robot.drive is DriveKind.OMNI
         radius = robot.turning_radius
         self._tightest = min(self.TIGHTEST, 1.0 / radius) if radius else self.TIGHTEST
@@ -283,34 +284,34 @@ class DriveOnHeading(Recovery):
     def _measure(self, odometry: Odometry) -> float:
         if self._began is None:
             self._start = odometry.pose
-        come = odometry.pose.relative_to(self._start)
-        self._off = come.heading
-        return come.x * self._unit[0] + come.y * self._unit[1]
+        motion = odometry.pose.relative_to(self._start)
+        self._off = motion.heading
+        return motion.x * self._unit[0] + motion.y * self._unit[1]
 
     def _twist(self, rate: float) -> Twist:
         forward, left = self._unit
         steer = min(self._tightest, max(-self._tightest, -self.STEERING * self._off))
-        if self._sideways:  # keep to the line even while the heading is off it
+        if self._sideways:  # stay on the line even with a heading error
             c, s = cos(self._off), sin(self._off)
             forward, left = c * forward + s * left, c * left - s * forward
         return Twist(rate * forward, rate * steer, rate * left)
 
 
 class DriveFor:
-    """A velocity with a time to live, renewed by whoever closes a loop of their own."""
+    """Drives a velocity with a time to live, renewed by behaviours with their own control loop."""
 
     def __init__(self, task: MotionTask, twist: Twist, until: float) -> None:
         self.task = task
         self.renew(twist, until)
 
     def renew(self, twist: Twist, until: float) -> None:
-        """Drive another velocity, until another time."""
+        """Set a new velocity and the time until which it is driven."""
         self._twist, self._until = twist, until
 
     def advance(self, state: NavigationState) -> Twist:
-        """The velocity, until its time is over."""
+        """Return the velocity until its time is over."""
         if state.time >= self._until - 1e-9:
-            self.task.succeed("its time is over")
+            self.task.succeed("done")
             return STANDSTILL
         self.task.report("driving on command", 0.0)
         return self._twist

@@ -1,4 +1,4 @@
-"""Finding the pose anywhere on the map, from a stand."""
+"""Global relocalisation: finds the pose anywhere on the map while the robot stands."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from stack.navigation.tasks import MotionTask, NavigationState
 from stack.types import STANDSTILL, FailureCode, Pose2D, PoseEstimate, Scan, Twist
 
 SCANS = 3
-"""Scans matched together; more of the same view only average the noise."""
+"""Number of scans matched together; more scans of the same view only average the noise."""
 
 SCAN_PATIENCE = 5.0
-"""Seconds in which the robot must have come to a stand and the scans must have come in."""
+"""Seconds within which the robot must stop and the scans must arrive."""
 
 
 class Match(Protocol):
@@ -32,36 +32,37 @@ class Match(Protocol):
 
 
 class Estimator(Protocol):
-    """What says where the robot is."""
+    """Localisation, as far as relocalisation uses it."""
 
     @property
     def estimate(self) -> PoseEstimate:
-        """Pose, covariance and health now, map frame."""
+        """Current pose, covariance and health, map frame."""
         ...
 
     def start(self, pose: Pose2D, position_deviation: float, heading_deviation: float) -> None:
-        """Be around a pose of the map frame; standard deviations in metres and radians."""
+        """Reset around a pose of the map frame; standard deviations in metres and radians."""
         ...
 
     def fit_at(self, pose: Pose2D, scan: Scan) -> float:
-        """Health that a scan would have at another pose, in [0, 1]."""
+        """Health of a scan at another pose, in [0, 1]."""
         ...
 
     def relocalise_globally(self, scan: Scan, earlier: Sequence[tuple[Pose2D, Scan]] = ()) -> Match:
-        """Start anew at the one place that explains the scans.
+        """Find the pose that explains the scans on the whole map, and reset to it.
 
         Args:
-            scan: the newest.
-            earlier: scans from before, each with the base's pose then in the base's frame of now.
+            scan: the newest scan.
+            earlier: earlier scans, each with the base's pose at that time in the current base
+                frame.
 
         Raises:
-            NavigationError: LOST when no place fits, AMBIGUOUS when several do.
+            NavigationError: LOST when no pose fits, AMBIGUOUS when several poses do.
         """
         ...
 
 
 class Relocalisation:
-    """Stands still, gathers scans and asks the estimator where on the map they were taken."""
+    """Stands still, collects scans and lets the estimator match them with the whole map."""
 
     def __init__(
         self, task: MotionTask, estimator: Estimator, found: Callable[[Pose2D, Match], None]
@@ -73,7 +74,7 @@ class Relocalisation:
         self._standing_since: float | None = None
 
     def advance(self, state: NavigationState) -> Twist:
-        """Standstill; ends the task once there are scans enough."""
+        """Return standstill; end the task when there are enough scans."""
         if self._deadline is None:
             self._deadline = state.time + SCAN_PATIENCE
         if standing(state.odometry.twist):
@@ -84,13 +85,13 @@ class Relocalisation:
         elif state.time >= self._deadline:
             self.task.fail(
                 FailureCode.LOST,
-                f"{len(self._views)} of {SCANS} lidar scans came in within {SCAN_PATIENCE:g} s "
-                "of standing still",
+                f"received {len(self._views)} of {SCANS} lidar scans while standing still "
+                f"within {SCAN_PATIENCE:g} s",
             )
         return STANDSTILL
 
     def _gather(self, state: NavigationState) -> None:
-        """Keep a scan taken wholly while standing, once."""
+        """Store each scan that was taken while the robot stood."""
         if self._standing_since is None:
             self._standing_since = state.time
         newest = self._views[-1][1].stamp if self._views else self._standing_since - 1e-9

@@ -1,4 +1,4 @@
-"""The robot that behaviours see: one face for navigation, localisation, costmaps and camera."""
+"""Robot facade for behaviours: navigation, localisation, costmaps and camera."""
 
 from __future__ import annotations
 
@@ -32,38 +32,38 @@ from stack.types import (
 )
 
 CAMERA_LEASE = 1.0
-"""Seconds of robot time for which asking for a picture keeps the camera on."""
+"""Seconds of robot time for which a request for an image keeps the camera on."""
 
 JUMP, TURN = 0.3, 0.2
-"""Metres and radians: after a larger jump, what was sensed before lies in the wrong places."""
+"""Jump of the pose in metres and radians above which sensed obstacles are cleared."""
 
 
 class MarkerDetector(Protocol):
-    """Finds known markers in pictures."""
+    """Detects known markers in images."""
 
     def sightings(self, image: Image) -> tuple[MarkerSighting, ...]:
-        """The known markers in a picture."""
+        """Return the known markers in an image."""
         ...
 
 
 class ImageStore(Protocol):
-    """Keeps pictures in the run's folder."""
+    """Saves images in the run's folder."""
 
     def save(self, image: Image, name: str) -> str:
-        """Keep a picture; its path relative to the folder."""
+        """Save an image; return its path relative to the folder."""
         ...
 
 
 @dataclass(frozen=True)
 class FacadeParts:
-    """What a pilot is composed of.
+    """Components of a robot facade.
 
     Attributes:
-        markers: the known markers of this place, map frame.
+        markers: the known markers of the world, map frame.
         detector: None when the robot has no camera.
         tunables: components whose parameters may be changed, by name.
-        cover: lets the ground of the costmaps grow to hold some poses, where there is no map.
-        forget_tracks: called when what was followed before lies in the wrong places.
+        cover: without a map, grows the costmaps to contain some poses.
+        forget_tracks: called after a jump of the pose, when old tracks have wrong positions.
     """
 
     body: Body
@@ -81,13 +81,13 @@ class FacadeParts:
 
 
 class RobotFacade:
-    """stack.robot.Robot over the parts of the stack.
+    """Implementation of stack.robot.Robot with the components of the stack.
 
-    The runtime calls `update` with each observation and `advance` once per control step, and asks
-    the body for a picture whenever `camera_wanted`.
+    The runtime calls `update` with each observation and `advance` once per control step, and
+    requests an image from the body while `camera_wanted`.
 
     Attributes:
-        tracks: what moves around the robot, map frame; whoever follows it puts it here.
+        tracks: tracked objects around the robot, map frame; set by the runtime.
     """
 
     def __init__(self, parts: FacadeParts) -> None:
@@ -102,11 +102,11 @@ class RobotFacade:
         self.tracks: tuple[TrackedObject, ...] = ()
 
     def update(self, observation: Observation, odometry: Odometry | None = None) -> None:
-        """Take in what the sensors said in this step.
+        """Store the sensor data of this step.
 
         Args:
             observation: from the body.
-            odometry: dead reckoning better than the wheels' own (fused with the gyro), or None.
+            odometry: fused odometry (wheels and gyro), or None to use the observation's.
         """
         self._observation = observation
         self._odometry = odometry or observation.odometry
@@ -115,7 +115,7 @@ class RobotFacade:
         self._image = observation.image or self._image
 
     def advance(self) -> Twist:
-        """The velocity that the task under way wants in this step."""
+        """Compute the velocity of the current task for this step."""
         tracks = tuple(track.at(self.time) for track in self.tracks)
         state = NavigationState(self.time, self.estimate, self._odometry, self._scan, tracks)
         self._parts.cover([state.estimate.pose])
@@ -123,24 +123,24 @@ class RobotFacade:
 
     @property
     def scans(self) -> Mapping[str, Scan]:
-        """The newest scans of further lidars, by name."""
+        """The newest scans of the other lidars, by name."""
         return self._scans
 
     @property
     def camera_wanted(self) -> bool:
-        """Whether somebody asked for pictures within the last second."""
+        """Whether an image was requested within the last second."""
         return self.time - self._lease < CAMERA_LEASE
 
     @property
     def parameters(self) -> dict[str, Any]:
-        """Component parameters in force: `controller.cruise_speed` -> value."""
+        """Current parameters of the components: `controller.cruise_speed` -> value."""
         return flat(self._parts.tunables)
 
     def set_parameter(self, name: str, value: Any) -> None:
-        """Put another value of a component's parameter in force, from the next step on.
+        """Change a parameter of a component, from the next step on.
 
         Raises:
-            ParameterError: no such component or parameter, or a value that will not do.
+            ParameterError: unknown component or parameter, or an invalid value.
         """
         read = change(self._parts.tunables, name, value)
         self._parts.emit("parameter", f"{name} is now {read}", name=name, value=str(read))
@@ -157,7 +157,7 @@ class RobotFacade:
 
     @property
     def pose(self) -> Pose2D:
-        """Best estimate of where the robot is, in the map frame."""
+        """Estimated pose of the robot, map frame."""
         return self.estimate.pose
 
     @property
@@ -192,13 +192,13 @@ class RobotFacade:
 
     @property
     def markers(self) -> tuple[Marker, ...]:
-        """The known markers of this place, map frame."""
+        """The known markers of the world, map frame."""
         return self._parts.markers
 
     def image(self) -> Image | None:
-        """The newest camera picture since somebody began to ask; keeps the camera on.
+        """The newest camera image since the camera was switched on; keeps it on.
 
-        A picture from before the camera was last off is not handed out: it shows another moment.
+        Images from before the camera was last off are not returned: they are out of date.
         """
         if not self.camera_wanted:
             self._image = None
@@ -206,7 +206,7 @@ class RobotFacade:
         return self._image
 
     def marker_sightings(self) -> tuple[MarkerSighting, ...]:
-        """Known markers in the newest picture; keeps the camera on as `image` does."""
+        """Known markers in the newest image; keeps the camera on like `image`."""
         image, detector = self.image(), self._parts.detector
         if image is None or detector is None:
             return ()
@@ -215,7 +215,7 @@ class RobotFacade:
         return self._sightings[1]
 
     def fit_at(self, pose: Pose2D) -> float:
-        """Localisation health that the newest scan would have at another pose; 0 without one."""
+        """Localisation health of the newest scan at another pose; 0 without a scan."""
         return 0.0 if self._scan is None else self._parts.estimator.fit_at(pose, self._scan)
 
     def navigate_to(
@@ -228,31 +228,31 @@ class RobotFacade:
     def navigate_through(
         self, goals: list[Pose2D], *, tolerance: float | None = None
     ) -> MotionTask:
-        """Drive past poses in turn to the last one without stopping in between."""
+        """Drive through poses in turn to the last one, without stopping in between."""
         self._parts.cover(goals)
         return self._navigation.navigate_through(goals, tolerance=tolerance)
 
     def follow_path(self, path: Path) -> MotionTask:
-        """Drive along a given path, without replanning."""
+        """Follow a fixed path, without replanning."""
         return self._navigation.follow_path(path)
 
     def plan(self, goal: Pose2D, start: Pose2D | None = None) -> MotionTask:
-        """Plan without driving; the answer is the task's `path`."""
+        """Plan without driving; the result is the task's `path`."""
         self._parts.cover([goal])
         return self._navigation.plan(goal, start)
 
     def spin(self, angle: float, *, speed: float | None = None) -> MotionTask:
-        """Turn in place by an angle (also above a full turn), positive to the left."""
+        """Turn in place by an angle (may exceed a full turn), positive to the left."""
         return self._navigation.spin(angle, speed=speed)
 
     def back_up(self, distance: float, *, speed: float | None = None) -> MotionTask:
-        """Drive straight back by a distance; gives up rather than touch what the lidar sees."""
+        """Drive straight back by a distance; fails before it hits an obstacle that a lidar sees."""
         return self._navigation.back_up(distance, speed=speed)
 
     def drive_on_heading(
         self, distance: float, *, speed: float | None = None, direction: float = 0.0
     ) -> MotionTask:
-        """Drive straight by a distance, negative is backward, and hold the heading."""
+        """Drive straight by a distance (negative: backward) and hold the heading."""
         return self._navigation.drive_on_heading(distance, speed=speed, direction=direction)
 
     def escape(
@@ -262,38 +262,36 @@ class RobotFacade:
         return self._navigation.escape(clearance=clearance, distance=distance, speed=speed)
 
     def assisted_teleop(self, seconds: float, *, silence: float = 30.0) -> MotionTask:
-        """Let the operator drive; safety has the last word."""
+        """Let the operator drive, within the limits of the safety stage."""
         return self._navigation.assisted_teleop(seconds, silence=silence)
 
     def drive_for(self, twist: Twist, seconds: float) -> None:
-        """Velocity with a time to live; cancels another motion task under way."""
+        """Drive a velocity for some seconds; cancels another running motion task."""
         self._navigation.drive_for(twist, seconds)
 
     def clear_costmap(
         self, which: str = "both", *, radius: float | None = None, layer: str | None = None
     ) -> None:
-        """Forget sensed obstacles: `local`, `global` or `both`. The static map stays.
+        """Clear sensed obstacles in the `local` or `global` costmap or `both`. The map stays.
 
         Args:
             which: costmap.
-            radius: metres round the robot; None is everywhere.
-            layer: name of the one layer that is to forget; None is all.
+            radius: metres around the robot; None: everywhere.
+            layer: name of the only layer to clear; None: all.
 
         Raises:
-            ParameterError: another word, or no such layer.
+            ParameterError: unknown costmap or layer.
         """
         known = ("local", "global", "both")
         if which not in known:
             raise ParameterError(
-                "which", f"there is no {which!r} costmap", suggestion(which, known)
+                "which", f"{which!r} is not one of {', '.join(known)}", suggestion(which, known)
             )
         named = {"local": self._parts.local_costmap, "global": self._parts.global_costmap}
         costmaps = [costmap for name, costmap in named.items() if which in (name, "both")]
         layers = [name for costmap in costmaps for name in costmap.layers]
         if layer is not None and layer not in layers:
-            raise ParameterError(
-                "layer", f"there is no layer {layer!r} here", suggestion(layer, layers)
-            )
+            raise ParameterError("layer", f"unknown layer {layer!r}", suggestion(layer, layers))
         for costmap in costmaps:
             if layer is not None and layer not in costmap.layers:
                 continue
@@ -314,10 +312,10 @@ class RobotFacade:
         self._navigation.set_edge(edge, closed=closed)
 
     def relocalise(self) -> MotionTask:
-        """Find the pose anywhere on the map from lidar alone; fails AMBIGUOUS rather than guess."""
+        """Find the pose on the whole map by lidar alone; fails AMBIGUOUS when several poses fit."""
         task = self._navigation.new_task("relocalise")
-        activity = Relocalisation(task, self._parts.estimator, self._relocalised)
-        self._navigation.start(activity, "recovery", "looks for its place on the whole map")
+        executor = Relocalisation(task, self._parts.estimator, self._relocalised)
+        self._navigation.start(executor, "recovery", "searching for the pose on the whole map")
         return task
 
     def set_pose(
@@ -326,21 +324,21 @@ class RobotFacade:
         """Reset the localisation around a pose."""
         before = self.pose
         self._parts.estimator.start(pose, position_deviation, heading_deviation)
-        self._jumped(before, pose, source)
+        self._handle_jump(before, pose, source)
 
     def save_image(self, image: Image, name: str) -> str:
-        """Keep a picture in the run's folder; returns its path relative to that folder."""
+        """Save an image in the run's folder; return its path relative to that folder."""
         return self._parts.store.save(image, name)
 
     def say(self, text: str) -> None:
-        """Tell the operator: goes into the event log."""
+        """Write a message to the operator to the event log."""
         self._parts.emit("say", text)
 
     def _relocalised(self, before: Pose2D, match: Match) -> None:
-        self._jumped(before, match.pose, "lidar")
+        self._handle_jump(before, match.pose, "lidar")
 
-    def _jumped(self, before: Pose2D, pose: Pose2D, source: str) -> None:
-        """Tell of a new pose, and forget what was sensed from a wrong one."""
+    def _handle_jump(self, before: Pose2D, pose: Pose2D, source: str) -> None:
+        """Report a new pose, and clear obstacles sensed from a wrong one."""
         jump = before.distance_to(pose)
         turn = abs(wrap_angle(pose.heading - before.heading))
         if jump > JUMP or turn > TURN:
@@ -350,6 +348,6 @@ class RobotFacade:
         self._parts.emit(
             "relocalised",
             f"now at ({pose.x:.2f}, {pose.y:.2f}, {degrees(pose.heading):.0f} deg) by {source}, "
-            f"{jump:.2f} m and {degrees(turn):.0f} deg from before",
+            f"{jump:.2f} m and {degrees(turn):.0f} deg from the previous pose",
             by=source, jump=round(jump, 3), turn=round(turn, 4),
         )  # fmt: skip

@@ -1,4 +1,4 @@
-"""What navigation is asked to do: task handles, and the moment they advance in."""
+"""Task handles of navigation, and the state that they are advanced with."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ from stack.types import (
 )
 
 Emit = Callable[..., None]
-"""emit(kind, text, level="info", **fields): something happened."""
+"""emit(kind, text, level="info", **fields): publish an event."""
 
 
 @dataclass(frozen=True, slots=True)
 class NavigationState:
-    """What navigation knows in one control step.
+    """Input of navigation in one control step.
 
     Attributes:
         time: seconds on the robot's clock.
-        estimate: where the robot believes it is, map frame.
-        odometry: dead reckoning and measured speed.
+        estimate: estimated pose, map frame.
+        odometry: dead-reckoned pose and measured velocity.
         scan: the newest lidar scan.
-        tracks: what moves around the robot, as of the robot's clock now, map frame.
+        tracks: tracked objects around the robot at `time`, map frame.
     """
 
     time: float
@@ -49,41 +49,41 @@ class CostmapLike(Protocol):
 
     @property
     def grid(self) -> CostGrid:
-        """The costs now; never written to again, so that a worker may read them."""
+        """The current costs; never modified later, so that a worker thread may read them."""
         ...
 
     @property
     def version(self) -> int:
-        """Grows with each change."""
+        """Increases with each change."""
         ...
 
     @property
     def layers(self) -> tuple[str, ...]:
-        """Names of what it is made of."""
+        """Names of the layers."""
         ...
 
     def clear(self, *, layer: str | None = None) -> None:
-        """Forget what was sensed, by one layer or all."""
+        """Clear sensed obstacles, in one layer or all."""
         ...
 
     def clear_around(self, pose: Pose2D, radius: float, *, layer: str | None = None) -> None:
-        """Forget what was sensed within a distance (metres) of a pose."""
+        """Clear sensed obstacles within `radius` metres of a pose."""
         ...
 
 
 class MotionTask:
-    """A task handle (stack.robot.Task) that keeps its own outcome for ever.
+    """A task handle (stack.robot.Task); it keeps its outcome after the task has ended.
 
     Attributes:
-        what: the task in words, e.g. `drive to (3.0, 1.0)`.
+        what: description of the task, e.g. `drive to (3.0, 1.0)`.
         feedback: progress in a few words.
-        distance_remaining: metres left (radians for a spin); 0 when over.
-        path: in force, or the answer of a plan.
-        future: the plan that it waits for; dropped when the task ends first.
+        distance_remaining: remaining metres (radians for a spin); 0 after the end.
+        path: current path, or the result of a plan.
+        future: the requested plan; cancelled when the task ends before it is due.
     """
 
     def __init__(self, what: str, ended: Callable[[MotionTask], None]) -> None:
-        self.what, self.feedback = what, "begins"
+        self.what, self.feedback = what, "starting"
         self.distance_remaining = 0.0
         self.path: Path | None = None
         self.future: PlanFuture | None = None
@@ -93,34 +93,34 @@ class MotionTask:
 
     @property
     def status(self) -> TaskStatus:
-        """RUNNING until it succeeded, failed or was cancelled; never changes after that."""
+        """RUNNING until the task succeeds, fails or is cancelled; does not change afterwards."""
         return self._status
 
     @property
     def failure(self) -> Failure | None:
-        """Why it failed or was cancelled; None otherwise."""
+        """Reason of a failure or cancellation; None otherwise."""
         return self._failure
 
     @property
     def running(self) -> bool:
-        """Whether it is not over yet."""
+        """Whether the task has not ended yet."""
         return self._status is TaskStatus.RUNNING
 
     def report(self, feedback: str, remaining: float) -> None:
-        """Progress, for the operator and for behaviours."""
+        """Set the progress shown to the operator and to behaviours."""
         if self.running:
             self.feedback, self.distance_remaining = feedback, remaining
 
     def succeed(self, feedback: str) -> None:
-        """End it well."""
+        """End the task with success."""
         self._end(TaskStatus.SUCCEEDED, feedback, None)
 
     def fail(self, code: str, sentence: str) -> None:
-        """End it with a reason."""
+        """End the task with a failure code and a sentence."""
         self._end(TaskStatus.FAILED, sentence, Failure(code, sentence))
 
     def cancel(self, why: str = "cancelled") -> None:
-        """End it; the robot stands from the next control step on."""
+        """Cancel the task; the robot stops from the next control step on."""
         self._end(TaskStatus.CANCELLED, why, Failure(FailureCode.CANCELLED, why))
 
     def _end(self, status: TaskStatus, feedback: str, failure: Failure | None) -> None:
@@ -134,10 +134,10 @@ class MotionTask:
 
 
 class MotionExecutor(Protocol):
-    """A motion task at work: one of the drives and recoveries."""
+    """Executes a motion task: a drive or a recovery."""
 
     task: MotionTask
 
     def advance(self, state: NavigationState) -> Twist:
-        """The velocity for this control step; ends its task when there is nothing left to do."""
+        """Compute the velocity for this control step; ends the task when it is done."""
         ...

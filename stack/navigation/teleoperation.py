@@ -1,4 +1,4 @@
-"""The operator drives for a while; the safety stage cuts what would touch something."""
+"""Assisted teleoperation: the operator drives, limited by the safety stage."""
 
 from __future__ import annotations
 
@@ -6,19 +6,18 @@ from stack.navigation.tasks import MotionTask, NavigationState
 from stack.types import STANDSTILL, FailureCode, Twist
 
 TIME_TO_LIVE = 0.5
-"""Seconds on the robot's clock that one velocity of the operator is driven for."""
+"""Seconds on the robot's clock for which one velocity command is driven."""
 
 
 class Teleoperation:
-    """Drives the velocities that come in, until released, out of time, or left alone too long.
+    """Drives the operator's velocities until release, time limit or silence.
 
-    What comes near is none of its business: the safety stage behind it has the last word on every
-    velocity, whoever wishes it.
+    It does not check for obstacles: the safety stage limits every velocity.
 
     Args:
-        task: its handle.
-        seconds: that the operator has.
-        silence: seconds without a velocity after which nobody is believed to be there.
+        task: handle of the task.
+        seconds: time limit for the operator.
+        silence: seconds without a velocity command after which the task fails.
     """
 
     def __init__(self, task: MotionTask, seconds: float, silence: float) -> None:
@@ -27,35 +26,35 @@ class Teleoperation:
         self._twist = STANDSTILL
         self._now = 0.0
         self._began: float | None = None
-        self._heard_at = 0.0
+        self._received_at = 0.0
 
     def steer(self, twist: Twist) -> None:
-        """Drive this from the next step on; lives half a second."""
-        self._twist, self._heard_at = twist, self._now
+        """Set the velocity to drive from the next step on, for TIME_TO_LIVE seconds."""
+        self._twist, self._received_at = twist, self._now
 
-    def let_go(self) -> None:
-        """Forget the velocity: after a pause or an emergency stop none is driven from before."""
+    def discard_velocity(self) -> None:
+        """Discard the velocity; used by pauses and emergency stops."""
         self._twist = STANDSTILL
 
     def release(self) -> None:
-        """The operator is done: the mission goes on."""
+        """End the teleoperation with success; the mission continues."""
         self.task.succeed("released by the operator")
 
     def advance(self, state: NavigationState) -> Twist:
-        """The operator's velocity while it lives."""
+        """Return the operator's velocity, standstill after its time to live."""
         self._now = state.time
         if self._began is None:
-            self._began = self._heard_at = state.time
+            self._began = self._received_at = state.time
         left = self._seconds - (state.time - self._began)
-        unheard = state.time - self._heard_at
+        silent = state.time - self._received_at
         if left <= 1e-9:
             self.task.fail(
-                FailureCode.TIMED_OUT, f"the operator was not done after {self._seconds:g} s"
+                FailureCode.TIMED_OUT, f"the operator did not finish within {self._seconds:g} s"
             )
-        elif unheard >= self._silence - 1e-9:
+        elif silent >= self._silence - 1e-9:
             self.task.fail(
                 FailureCode.NO_PROGRESS, f"the operator sent no velocity for {self._silence:g} s"
             )
         else:
             self.task.report(f"the operator drives, {left:.0f} s left", 0.0)
-        return self._twist if unheard < TIME_TO_LIVE - 1e-9 else STANDSTILL
+        return self._twist if silent < TIME_TO_LIVE - 1e-9 else STANDSTILL

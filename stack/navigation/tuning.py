@@ -1,4 +1,4 @@
-"""Changing the parameters of components while they run."""
+"""Live tuning: changes the parameters of running components."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from stack.parameters import declarations, suggestion
 
 @dataclass(frozen=True, slots=True)
 class Tunable:
-    """A component's parameters as they are now, and what makes others take effect.
+    """Access to the parameters of a running component.
 
     Attributes:
-        read: returns the frozen dataclass in force.
-        apply: puts another in force; called between two steps.
+        read: returns the current parameters, a frozen dataclass.
+        apply: applies new parameters; called between two steps.
     """
 
     read: Callable[[], Any]
@@ -24,7 +24,7 @@ class Tunable:
 
     @staticmethod
     def of(component: Any) -> Tunable:
-        """For a component with `parameters` that has `configure`, or lets them be set."""
+        """Create for a component with `parameters`, and `configure` or a settable attribute."""
         configure = getattr(component, "configure", None)
 
         def assign(parameters: Any) -> None:
@@ -34,7 +34,7 @@ class Tunable:
 
 
 def flat(tunables: Mapping[str, Tunable]) -> dict[str, Any]:
-    """The parameters in force by their full names: `controller.cruise_speed`."""
+    """Return the current parameters by their full names, e.g. `controller.cruise_speed`."""
     return {
         f"{name}.{item.name}": getattr(parameters, item.name)
         for name, tunable in tunables.items()
@@ -44,15 +44,15 @@ def flat(tunables: Mapping[str, Tunable]) -> dict[str, Any]:
 
 
 def change(tunables: Mapping[str, Tunable], name: str, raw: Any) -> Any:
-    """Put another value in force; returns it as it was read.
+    """Set a parameter; return the value as read.
 
     Raises:
-        ParameterError: no such component or parameter, or a value that will not do.
+        ParameterError: unknown component or parameter, or an invalid value.
     """
     component, _, parameter = name.partition(".")
     if component not in tunables:
         raise ParameterError(
-            name, f"there is no component {component!r}", suggestion(component, tunables)
+            name, f"unknown component {component!r}", suggestion(component, tunables)
         )
     parameters = tunables[component].read()
     kind: type = type(parameters)

@@ -1,1 +1,1 @@
-"""What the camera tells: fiducial markers and the poses they imply."""
+"""Fiducial markers in images, and tracking of moving objects in scans."""

@@ -1,4 +1,4 @@
-"""Things in a scan: runs of neighbouring returns, and the circles that they lie on."""
+"""Clusters of neighbouring returns in a scan, and circles fitted to them."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from stack.types import FloatArray, Pose2D, Scan
 
 @dataclass(frozen=True, slots=True)
 class Disc:
-    """A round thing as one scan shows it.
+    """Circle fitted to a cluster of a scan.
 
     Attributes:
-        x: of its middle, metres, frame of the pose that was given.
+        x: of its centre, metres, frame of the pose argument.
         y: likewise.
         radius: metres.
-        is_whole: False when something nearer hides one of its sides: then it is too small, and
-            its middle is off.
+        is_whole: False if something closer hides one of its sides; then the radius is too small
+            and the centre is biased.
     """
 
     x: float
@@ -32,19 +32,19 @@ class Disc:
 def clusters(
     ranges: FloatArray, increment: float, jump: float, valid: NDArray[np.bool_]
 ) -> list[tuple[int, int]]:
-    """Runs of valid beams whose neighbouring returns lie no farther apart than a jump distance.
+    """Return the runs of valid beams whose neighbouring returns are at most a jump distance apart.
 
-    The first and the last beam of a scan all round are neighbours; such a run's end lies beyond
+    The first and the last beam of a 360° scan are neighbours; the end index of such a run is above
     the number of beams.
 
     Args:
         ranges: (n,) metres.
         increment: radians from beam to beam.
         jump: metres.
-        valid: (n,) beams to be looked at.
+        valid: (n,) beams to use.
 
     Returns:
-        (first, last + 1) of each run; beams are to be taken modulo n.
+        (first, last + 1) of each run; beam indices are modulo n.
     """
     n = ranges.size
     following, after = np.roll(ranges, -1), np.roll(valid, -1)
@@ -63,17 +63,17 @@ def clusters(
 
 
 def disc_of(scan: Scan, pose: Pose2D, run: tuple[int, int], jump: float) -> Disc | None:
-    """The circle that a run of beams lies on; None where it is not round.
+    """Fit a circle to a run of beams; None if it covers half a turn or more.
 
-    A circle of radius R whose middle is D away is seen under the half angle a = asin(R / D); its
-    return at the angle p off the middle is D · (cos p - sqrt(sin² a - sin² p)). The half angle is
-    half the run's, so each beam gives D; their mean over the inner half is taken.
+    A circle of radius R at the distance D subtends the half angle a = asin(R / D); its range at
+    the angle p from the centre is D · (cos p - sqrt(sin² a - sin² p)). The half angle is half of
+    the run's angle, so each beam gives D; the result is the mean over the inner half of the run.
 
     Args:
-        scan: that the run is in.
+        scan: the scan of the run.
         pose: of the base.
         run: (first, last + 1), modulo the number of beams.
-        jump: metres by which a neighbouring return has to be nearer to hide a side.
+        jump: metres by which a neighbouring return must be closer to hide a side.
     """
     n, (first, end) = scan.ranges.size, run
     beams = np.arange(first, end)
@@ -101,7 +101,7 @@ def disc_of(scan: Scan, pose: Pose2D, run: tuple[int, int], jump: float) -> Disc
 
 
 def spread_of(scan: Scan, run: tuple[int, int]) -> float:
-    """Distance between the first and the last return of a run, metres."""
+    """Return the distance between the first and the last return of a run, metres."""
     n, (first, end) = scan.ranges.size, run
     near, far = float(scan.ranges[first % n]), float(scan.ranges[(end - 1) % n])
     angle = (end - 1 - first) * scan.angle_increment

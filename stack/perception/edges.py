@@ -1,9 +1,9 @@
-"""Corners of a dark square on a bright board, to a few hundredths of a pixel.
+"""Subpixel corners of a dark square on a bright board, accurate to a few hundredths of a pixel.
 
-A corner is a few pixels, an edge is many. Across each side brightness profiles are taken, the
-middle of each profile's rise is a point on the edge, a line is fitted to the points of a side, and
-neighbouring lines meet in the corners (as AprilTag refines its quads; J. Wang, E. Olson,
-"AprilTag 2: Efficient and Robust Fiducial Detection", IROS 2016).
+Edges have more pixels than corners. Brightness profiles are sampled across each side; the centre of
+a profile's rise is a point on the edge. A line is fitted to the points of each side, and adjacent
+lines intersect in the corners (as AprilTag refines its quads; J. Wang, E. Olson, "AprilTag 2:
+Efficient and Robust Fiducial Detection", IROS 2016).
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ _ROUNDS = 3
 
 
 def refine_corners(grey: NDArray[np.uint8], corners: FloatArray, cells: int) -> FloatArray:
-    """Better corners (4, 2) of a marker's black square.
+    """Refine the corners (4, 2) of a marker's black square.
 
     Args:
         grey: (height, width) brightness.
-        corners: (4, 2) pixels from pixel centres, in turn; right to a pixel or two.
-        cells: cells along a side, the black border included; half a cell is how far from an edge
-            one may look without meeting the next.
+        corners: (4, 2) pixels, (0, 0) at a pixel centre, in order; accurate to one or two pixels.
+        cells: cells along a side, including the black border; a profile must be shorter than a
+            cell on each side of the edge.
     """
     refined = corners
     for _ in range(_ROUNDS):
@@ -36,7 +36,7 @@ def refine_corners(grey: NDArray[np.uint8], corners: FloatArray, cells: int) -> 
             for i in range(4)
         ]
         met = np.array([_intersection(lines[i - 1], lines[i]) for i in range(4)])
-        # A board half hidden or out of the picture has no edge to fit: keep what there was.
+        # A partly hidden board has no edge to fit: keep the initial corners.
         if not np.isfinite(met).all() or np.abs(met - corners).max() > 3.0:
             return corners
         refined = met
@@ -46,7 +46,7 @@ def refine_corners(grey: NDArray[np.uint8], corners: FloatArray, cells: int) -> 
 def _edge_line(
     grey: NDArray[np.uint8], start: FloatArray, end: FloatArray, middle: FloatArray, reach: float
 ) -> tuple[FloatArray, float]:
-    """The line n·p = d of an edge between two corners; n is its outward unit normal."""
+    """Fit the line n·p = d of the edge between two corners; n is its outward unit normal."""
     import cv2
 
     direction = (end - start) / np.linalg.norm(end - start)
@@ -74,7 +74,7 @@ def _edge_line(
 def _fitted(
     points: FloatArray, weights: FloatArray, outward: FloatArray
 ) -> tuple[FloatArray, float]:
-    """Weighted total least squares line through points (n, 2)."""
+    """Fit a line to points (n, 2) by weighted total least squares."""
     centre = weights @ points / weights.sum()
     off = points - centre
     across = np.linalg.eigh((off * weights[:, None]).T @ off)[1][:, 0]

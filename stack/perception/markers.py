@@ -1,10 +1,9 @@
-"""Where the robot must be to see a known fiducial marker the way it does.
+"""Robot poses from known fiducial markers in images.
 
-Markers are found with OpenCV's ArucoDetector (S. Garrido-Jurado et al., Pattern Recognition 47,
-2014); the camera's pose comes from IPPE for squares (T. Collins, A. Bartoli, "Infinitesimal
-Plane-Based Pose Estimation", IJCV 109, 2014). A square seen from afar has two poses that look
-nearly alike, one mirrored at the line of sight: both are returned, and a caller with a prior
-takes the one that fits it.
+Markers are detected with OpenCV's ArucoDetector (S. Garrido-Jurado et al., Pattern Recognition 47,
+2014); the camera's pose is computed by IPPE for squares (T. Collins, A. Bartoli, "Infinitesimal
+Plane-Based Pose Estimation", IJCV 109, 2014). A distant square has two poses with nearly the same
+image, mirrored at the line of sight. Both are returned; a caller with a prior selects one.
 """
 
 from __future__ import annotations
@@ -23,22 +22,22 @@ from stack.perception.planar_pose import align_on_floor
 from stack.types import FloatArray, Image, Marker, MarkerSighting, Pose2D, PoseCandidate
 
 LARGEST_HEIGHT_ERROR = 0.3
-"""Metres by which a solution's camera height may disagree with the camera's mount."""
+"""Metres; largest height of a solution's base above or below the floor."""
 
 LARGEST_TILT = 0.52
-"""Radians (30 degrees) by which a solution may tilt the base out of the floor's plane."""
+"""Radians (30 degrees); largest tilt of a solution's base against the floor."""
 
 
 LARGEST_CORRECTION = 0.5
-"""Metres by which the floor may correct a solution; more means it went astray."""
+"""Metres; larger corrections by the floor constraint are rejected as divergence."""
 
 SAME_POSE = 0.02
-"""Metres between two solutions that the floor has made one."""
+"""Metres; solutions closer than this after the floor constraint are the same."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Solution:
-    """A base pose in the map frame, and how far it is from standing on the floor."""
+    """Base pose in the map frame with its height error and tilt against the floor."""
 
     candidate: PoseCandidate
     distance: float
@@ -51,23 +50,23 @@ class _Solution:
 
 
 class MarkerDetector:
-    """Finds known markers in camera pictures."""
+    """Detector of known markers in camera images."""
 
     def __init__(self, markers: Sequence[Marker]) -> None:
-        """Takes the markers of a place.
+        """Create a detector for the markers of a map.
 
         Args:
-            markers: map frame; one number may stand once per dictionary.
+            markers: map frame; numbers are unique within a dictionary.
 
         Raises:
-            InputError: a dictionary that OpenCV does not have.
+            InputError: OpenCV does not have a marker's dictionary.
         """
         self._known = {(marker.dictionary, marker.number): marker for marker in markers}
         names = sorted({marker.dictionary for marker in markers})
         self._detectors = {name: _detector(name) for name in names}
 
     def sightings(self, image: Image) -> tuple[MarkerSighting, ...]:
-        """The known markers in a picture, nearest first, each with its possible base poses."""
+        """Return the known markers in an image, nearest first, with their possible base poses."""
         found = []
         grey = _grey(image)
         for dictionary, detector in self._detectors.items():
@@ -105,13 +104,13 @@ def _grey(image: Image) -> Any:
 
 
 def _sighting(image: Image, marker: Marker, corners: FloatArray) -> MarkerSighting | None:
-    """A marker's sighting from its corners in pixels (4, 2); None when no solution exists."""
+    """Return a marker's sighting from its corners in pixels (4, 2), or None without a solution."""
     import cv2
 
     half = marker.size / 2.0
-    # IPPE_SQUARE wants them in this order: the marker's frame has x right, y up, z out of it.
+    # IPPE_SQUARE requires this order: the marker's frame has x right, y up, z out of it.
     square = np.array([[-half, half, 0], [half, half, 0], [half, -half, 0], [-half, -half, 0]])
-    # OpenCV counts from pixels' centres, the camera model's middle of the image from their edges.
+    # OpenCV's origin is the centre of the first pixel, the camera model's origin is its corner.
     seen = corners + 0.5
     count, rotations, translations, errors = cv2.solvePnPGeneric(
         square, seen, image.camera.matrix, None,
@@ -139,7 +138,7 @@ def _sighting(image: Image, marker: Marker, corners: FloatArray) -> MarkerSighti
 def _on_floor(
     candidates: list[PoseCandidate], image: Image, corners: FloatArray, pixels: FloatArray
 ) -> tuple[PoseCandidate, ...]:
-    """The candidates aligned under the constraint that the base stands on the floor."""
+    """Return the candidates aligned under the constraint that the base is on the floor."""
     aligned: list[PoseCandidate] = []
     for candidate in candidates:
         found = align_on_floor(candidate.pose, image.camera, corners, pixels)
@@ -168,10 +167,10 @@ def _solution(
 
 
 def map_from_marker(marker: Marker) -> FloatArray:
-    """(4, 4) transform of a marker's frame (x right, y up, z out of it) to the map frame."""
+    """Return the (4, 4) transform from a marker's frame (x right, y up, z out) to the map frame."""
     c, s = cos(marker.heading), sin(marker.heading)
     transform = np.eye(4)
-    # Seen from in front, the marker's right is to the left of the way it faces.
+    # Seen from the front, the marker's right is to the left of the direction it faces.
     transform[:3, 0] = [-s, c, 0.0]
     transform[:3, 1] = [0.0, 0.0, 1.0]
     transform[:3, 2] = [c, s, 0.0]

@@ -1,9 +1,9 @@
-"""Poses on the floor from pictures of upright squares.
+"""Base pose on the floor from the image of an upright square.
 
-A mount that is known and a base that stands on the floor leave three unknowns of the camera's six:
-x, y and heading. Starting from a pose of the unconstrained solution, Gauss-Newton on the
-reprojection errors finds the pose on the floor that explains the corners best. A fourth unknown
-moves all corners up or down together, so that a pitching base does not bend the other three.
+With a known camera mount and the base on the floor, three of the camera's six unknowns remain: x, y
+and heading. Gauss-Newton on the reprojection errors starts at an unconstrained solution. A fourth
+unknown shifts all corners vertically in the image, so that pitch of the base does not bias the
+other three.
 """
 
 from __future__ import annotations
@@ -20,17 +20,17 @@ _ITERATIONS = 15
 def align_on_floor(
     start: Pose2D, camera: CameraModel, corners: FloatArray, pixels: FloatArray
 ) -> tuple[Pose2D, float] | None:
-    """The base pose in the map frame near `start` that explains the corners best, and its error.
+    """Return the base pose near `start` with the smallest reprojection error, and that error.
 
     Args:
         start: map frame.
         camera: intrinsics and mount.
         corners: (4, 3) in the map frame, metres.
-        pixels: (4, 2) where they were seen, from the image's corner.
+        pixels: (4, 2) corners in the image, from the image's corner.
 
     Returns:
-        The pose and its root mean square reprojection error in pixels; None if a corner comes to
-        lie behind the camera or the corners leave the pose undetermined.
+        The pose in the map frame and its root mean square reprojection error in pixels; None if a
+        corner is behind the camera or the corners do not determine the pose.
     """
     optical_from_base = np.asarray(np.linalg.inv(camera.base_from_optical()), dtype=np.float64)
     unknowns = np.array([start.x, start.y, start.heading, 0.0])
@@ -57,7 +57,7 @@ def align_on_floor(
 def _project(
     unknowns: FloatArray, optical_from_base: FloatArray, camera: CameraModel, corners: FloatArray
 ) -> tuple[FloatArray, FloatArray] | None:
-    """Pixels (4, 2) of map points seen from x, y, heading, and their (8, 4) Jacobian."""
+    """Project map points for x, y, heading and lift: pixels (4, 2) and the (8, 4) Jacobian."""
     x, y, heading, lift = unknowns
     c, s = cos(heading), sin(heading)
     base_from_map = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])

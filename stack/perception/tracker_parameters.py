@@ -1,4 +1,4 @@
-"""Settings of the tracker of moving things."""
+"""Parameters of the tracker of moving objects."""
 
 from __future__ import annotations
 
@@ -9,37 +9,37 @@ from stack.parameters import parameter
 
 @dataclass(frozen=True)
 class TrackerParameters:
-    """How moving things are found in scans and followed."""
+    """Parameters of the detection and tracking of moving objects."""
 
-    range: float = parameter(8.0, "m", above=0.0, help="looks no farther than this")
+    range: float = parameter(8.0, "m", above=0.0, help="largest range of a return")
     jump: float = parameter(
-        0.3, "m", above=0.0, help="neighbouring returns farther apart belong to different things"
+        0.3, "m", above=0.0, help="neighbouring returns farther apart belong to different objects"
     )
-    least_beams: int = parameter(3, at_least=2, help="fewer returns are no thing")
-    largest_radius: float = parameter(0.7, "m", above=0.0, help="what is larger is a wall")
+    least_beams: int = parameter(3, at_least=2, help="smallest number of returns of an object")
+    largest_radius: float = parameter(0.7, "m", above=0.0, help="larger objects count as walls")
     map_margin: float = parameter(
-        0.15, "m", at_least=0.0, help="returns as near to the map's obstacles belong to the map"
+        0.15, "m", at_least=0.0, help="returns this close to a mapped obstacle belong to the map"
     )
     gate: float = parameter(
-        9.21, above=0.0, help="largest squared Mahalanobis distance of a match; 9.21 holds 99 %"
+        9.21, above=0.0, help="largest squared Mahalanobis distance of a match; 9.21 covers 99 %"
     )
     acceleration: float = parameter(
         1.0,
         "m/s²",
         above=0.0,
-        help="deviation of the acceleration that people are believed to have",
+        help="standard deviation of an object's acceleration",
     )
     position_noise: float = parameter(
-        0.05, "m", above=0.0, help="deviation of a thing's middle as one scan gives it"
+        0.05, "m", above=0.0, help="standard deviation of an object's centre in one scan"
     )
     first_speed: float = parameter(
-        1.0, "m/s", above=0.0, help="deviation of the velocity of what is seen for the first time"
+        1.0, "m/s", above=0.0, help="standard deviation of the velocity of a new track"
     )
-    confirm: int = parameter(4, at_least=2, help="seen this often, a thing is believed in")
-    forget: float = parameter(1.0, "s", above=0.0, help="unseen for this long, a thing is gone")
+    confirm: int = parameter(4, at_least=2, help="number of detections that confirm a track")
+    forget: float = parameter(1.0, "s", above=0.0, help="a track not seen for this time is removed")
     moving_speed: float = parameter(
-        0.25, "m/s", above=0.0, help="what was never this fast does not move"
+        0.25, "m/s", above=0.0, help="an object counts as moving if it has reached this speed"
     )
     moving_distance: float = parameter(
-        0.3, "m", at_least=0.0, help="what never came this far does not move, nor does its noise"
+        0.3, "m", at_least=0.0, help="and if it has come this far from its first position"
     )

@@ -1,4 +1,4 @@
-"""Global planning: the cheapest way over a costmap, then smoothed."""
+"""A* planner: the cheapest path on a costmap, then smoothed."""
 
 from __future__ import annotations
 
@@ -8,39 +8,46 @@ from typing import Any, ClassVar
 from stack.components import DEFAULT_PLAN_OPTIONS, PlanOptions
 from stack.drivetrain.description import RobotDescription
 from stack.parameters import parameter
-from stack.planning.endpoints import Cell, Endpoints, cell_on_map, number, straight, through_centres
+from stack.planning.endpoints import (
+    Cell,
+    Endpoints,
+    cell_index,
+    cell_on_map,
+    straight_path,
+    through_centres,
+)
 from stack.planning.parameters import PlannerParameters
-from stack.planning.search import Effort, StepCosts, Workspace
+from stack.planning.search import SearchLimits, StepCosts, Workspace
 from stack.planning.smoothers.choice import SMOOTHERS, point_smoother
 from stack.types import CostGrid, FailureCode, Path, Pose2D
 
 
 @dataclass(frozen=True)
 class AstarParameters(PlannerParameters):
-    """How A* weighs ways against each other."""
+    """Parameters of the A* planner."""
 
     cost_weight: float = parameter(
         3.0, at_least=0.0, at_most=50.0,
-        help="how many times its length a way costs more where the costmap is fullest (252)",
+        help="weight of cell costs: a path costs length * (1 + cost_weight * cost / 252)",
     )  # fmt: skip
     unknown_as: float = parameter(
         126.0, at_least=0.0, at_most=252.0,
-        help="cost that cells nobody has seen count as; less explores more",
+        help="cell cost assumed for unknown cells; lower values lead through them more often",
     )  # fmt: skip
-    smoother: str = parameter("simple", one_of=SMOOTHERS, help="what is done to the path of cells")
+    smoother: str = parameter("simple", one_of=SMOOTHERS, help="smoother for the path of cells")
 
 
 class Astar:
-    """Cheapest path over an 8-connected grid, smoothed.
+    """A* on an 8-connected grid, followed by a smoother.
 
-    A path costs its length times (1 + cost_weight · c / 252), c the cost of the cells it enters; it
-    never passes lethal or inscribed cells, nor between two that touch at a corner. The search is
-    exact: a reachable goal is never missed, and no cheaper path of cells exists (up to the
-    rounding of costs to whole numbers, 0.5 %).
+    A path costs its length times (1 + cost_weight · c / 252), where c is the cost of the cells it
+    enters. It never enters lethal or inscribed cells and never passes between two such cells that
+    touch at a corner. The search is exact: it finds a path to every reachable goal, and no cheaper
+    path of cells exists (up to the rounding of costs to integers, 0.5 %).
 
     Args:
         parameters: weights and tolerances.
-        robot: its inscribed radius widens the escape distance where that is larger.
+        robot: 1.3 times its inscribed radius is the least escape distance.
     """
 
     Parameters: ClassVar[type] = AstarParameters
@@ -52,7 +59,7 @@ class Astar:
         self._tables = StepCosts.of(
             parameters.cost_weight, parameters.allow_unknown, parameters.unknown_as
         )
-        self._most = parameters.max_expansions
+        self._max_expansions = parameters.max_expansions
         self._endpoints = Endpoints.of(parameters, robot.footprint, self._tables.traverse)
         self._smoother = point_smoother(parameters.smoother, self._tables.traverse)
         self._workspace = Workspace(0, 0, self._tables)
@@ -64,40 +71,45 @@ class Astar:
         goal: Pose2D,
         options: PlanOptions = DEFAULT_PLAN_OPTIONS,
     ) -> Path:
-        """A path of poses 5 cm apart from start to goal, both exactly, in the map frame.
+        """Return a path of poses 5 cm apart from exactly the start to exactly the goal, map frame.
 
-        Headings follow the path, but the last one is the goal's. Where the goal cannot be reached,
-        the path ends at the nearest place within the tolerance that can. A start in an inscribed or
-        lethal cell (noise, somebody close by) is left by the cheapest way to a better cell.
+        Headings follow the path, except that the last one is the goal's. If the goal cannot be
+        reached, the path ends at the nearest reachable cell within the tolerance. From a start in
+        an inscribed or lethal cell (noise, a person close by) the path first takes the cheapest
+        route to a passable cell.
 
         Raises:
             NavigationError: NO_VALID_PATH, START_OCCUPIED, GOAL_OCCUPIED, START_OUTSIDE_MAP,
                 GOAL_OUTSIDE_MAP, TIMED_OUT after max_expansions, or CANCELLED.
         """
-        ends = self._endpoints.on(options)
+        ends = self._endpoints.with_options(options)
         start_cell = ends.start_cell(costs, start)
         goal_cell = cell_on_map(costs, goal, "goal", FailureCode.GOAL_OUTSIDE_MAP)
         query = _Query(start, start_cell, goal, ends.goal_cell(costs, goal))
-        target = self._search(costs, query, ends, Effort(self._most, options.cancel))
+        target = self._search(
+            costs, query, ends, SearchLimits(self._max_expansions, options.cancel)
+        )
         end = goal
         if target != goal_cell:
             end = Pose2D(*costs.centre_of(*target), goal.heading)
         if start_cell == target:
-            return ends.marked(straight(start, end), goal)
+            return ends.mark_partial(straight_path(start, end), goal)
         cells = self._kernels.extract(
             self._workspace.parents, costs.cells.shape[1],
-            number(costs, start_cell), number(costs, target),
+            cell_index(costs, start_cell), cell_index(costs, target),
         )  # fmt: skip
         points = through_centres(costs, cells, start, end)
-        return ends.marked(self._smoother.smooth(costs, points, end.heading), goal)
+        return ends.mark_partial(self._smoother.smooth(costs, points, end.heading), goal)
 
-    def _search(self, costs: CostGrid, query: _Query, ends: Endpoints, effort: Effort) -> Cell:
-        """Run A*; the cell it reached: the target, or the nearest reachable one to the goal."""
+    def _search(
+        self, costs: CostGrid, query: _Query, ends: Endpoints, limits: SearchLimits
+    ) -> Cell:
+        """Run A*; return the target, or the reachable cell nearest to the goal."""
         stuck = self._tables.traverse[costs.cells[query.start_cell]] == 0
         reach = round(ends.escape_distance / costs.resolution) if stuck else 0
         workspace = self._workspace = self._workspace.fitting(costs)
-        numbers = number(costs, query.start_cell), number(costs, query.target)
-        if workspace.run(costs, *numbers, reach, effort):
+        numbers = cell_index(costs, query.start_cell), cell_index(costs, query.target)
+        if workspace.run(costs, *numbers, reach, limits):
             return query.target
         near = workspace.nearest_reached(costs, query.goal)
         if workspace.limited:
@@ -107,7 +119,7 @@ class Astar:
 
 @dataclass(frozen=True)
 class _Query:
-    """A plan to be made, with the cells to search from and to."""
+    """Start and goal of a plan, with the cells that the search connects."""
 
     start: Pose2D
     start_cell: Cell

@@ -1,4 +1,4 @@
-"""Where plans begin and end on a costmap, and what is said when that is no place to be."""
+"""Start and goal cells of a plan, and the errors for occupied or unreachable ones."""
 
 from __future__ import annotations
 
@@ -25,18 +25,18 @@ from stack.types import (
 
 Cell = tuple[int, int]
 
-_HINT_REACH = 3.0  # m; how far a failure's sentence looks for a free place
+_HINT_REACH = 3.0  # m; search radius for the free place that an error message suggests
 
 
 @dataclass(frozen=True)
 class Endpoints:
-    """Checks starts and goals, and finds free places near them.
+    """Checks of starts and goals, and free cells near them.
 
     Attributes:
-        traverse: (256,) cost of a step by cell cost, 0 for no way.
-        tolerance: metres; a free place this near to a blocked goal will do.
-        escape_distance: metres that a plan may lead out of a bad start.
-        partial: whether a place at any distance from the goal will do.
+        traverse: (256,) cost of a step by cell cost, 0 if impassable.
+        tolerance: metres; a free cell within this distance of a blocked goal is accepted.
+        escape_distance: metres; longest distance to leave an occupied start.
+        partial: whether a plan may end at any distance from the goal.
     """
 
     traverse: NDArray[np.int64]
@@ -48,36 +48,37 @@ class Endpoints:
     def of(
         parameters: PlannerParameters, footprint: Footprint, traverse: NDArray[np.int64]
     ) -> Endpoints:
-        """As a planner's parameters say; a robot gets out of at least its own width."""
+        """Return the checks for a planner; the escape distance is at least 1.3 inscribed radii."""
         escape = max(parameters.escape_distance, 1.3 * footprint.inscribed_radius)
         return Endpoints(traverse, parameters.tolerance, escape, parameters.allow_partial)
 
-    def on(self, options: PlanOptions) -> Endpoints:
-        """The same where a plan is asked for on terms of its own."""
+    def with_options(self, options: PlanOptions) -> Endpoints:
+        """Return these checks with the options of one plan applied."""
         return replace(self, partial=True) if options.partial and not self.partial else self
 
-    def marked(self, path: Path, goal: Pose2D) -> Path:
-        """The path, said to be partial where it ends farther from the goal than is tolerated."""
+    def mark_partial(self, path: Path, goal: Pose2D) -> Path:
+        """Return the path, marked partial if it ends outside the goal tolerance."""
         far = path.goal.distance_to(goal) > self.tolerance + 1e-6
         return replace(path, partial=True) if far else path
 
     def start_cell(self, costs: CostGrid, start: Pose2D) -> Cell:
-        """The start's cell.
+        """Return the start's cell.
 
         Raises:
-            NavigationError: START_OUTSIDE_MAP, or START_OCCUPIED with nothing free near.
+            NavigationError: START_OUTSIDE_MAP, or START_OCCUPIED if no cell within the escape
+                distance is free.
         """
         cell = cell_on_map(costs, start, "start", FailureCode.START_OUTSIDE_MAP)
         if costs.cells[cell] == LETHAL_COST and self.escape_cell(costs, start) is None:
             raise NavigationError(
                 FailureCode.START_OCCUPIED,
-                f"start {text(start)} lies in an occupied cell and no cell within "
+                f"start {xy_text(start)} is in an occupied cell and no cell within "
                 f"{self.escape_distance:.2f} m is free; {self.free_place(costs, start)}",
             )
         return cell
 
     def goal_cell(self, costs: CostGrid, goal: Pose2D) -> Cell:
-        """The goal's cell, or the nearest free one within the tolerance.
+        """Return the goal's cell, or the nearest free cell within the tolerance.
 
         Raises:
             NavigationError: GOAL_OUTSIDE_MAP or GOAL_OCCUPIED.
@@ -88,104 +89,104 @@ class Endpoints:
         reach = max(costs.cells.shape) * costs.resolution if self.partial else self.tolerance
         near = self.nearest_free(costs, goal, reach)
         if near is None:
-            word = _word(int(costs.cells[cell]))
+            where = _cell_text(int(costs.cells[cell]))
             raise NavigationError(
                 FailureCode.GOAL_OCCUPIED,
-                f"goal {text(goal)} lies in {word} cell; {self.free_place(costs, goal)}",
+                f"goal {xy_text(goal)} is {where}; {self.free_place(costs, goal)}",
             )
         return near
 
     def escape_cell(self, costs: CostGrid, start: Pose2D) -> Cell | None:
-        """The nearest free cell to a start, within the escape distance."""
+        """Return the free cell nearest to a start, within the escape distance."""
         return self.nearest_free(costs, start, self.escape_distance)
 
     def nearest_free(self, costs: CostGrid, pose: Pose2D, distance: float) -> Cell | None:
-        """The nearest cell with a way within a distance in metres."""
+        """Return the passable cell nearest to a pose within a distance in metres, or None."""
         from stack.planning import kernels
 
         search: Any = kernels.nearest_passable
         row, column = search(
-            costs.cells, self.traverse, *in_cells(costs, pose), distance / costs.resolution
+            costs.cells, self.traverse, *fractional_cell(costs, pose), distance / costs.resolution
         )
         return None if row < 0 else (int(row), int(column))
 
     def free_place(self, costs: CostGrid, pose: Pose2D) -> str:
-        """Words that name the nearest free place."""
+        """Return the nearest free place as text for an error message."""
         near = self.nearest_free(costs, pose, _HINT_REACH)
         if near is None:
             return f"no place within {_HINT_REACH:g} m is free"
         x, y = costs.centre_of(*near)
-        return f"nearest free place ({x:.2f}, {y:.2f})"
+        return f"the nearest free place is ({x:.2f}, {y:.2f})"
 
     def accept_nearest(
         self, costs: CostGrid, start: Pose2D, goal: Pose2D, near: Cell | None
     ) -> Cell:
-        """The cell to end in when the goal cannot be reached.
+        """Return the last cell of a plan whose goal cannot be reached.
 
         Args:
             costs: map frame.
-            start: where the plan begins.
-            goal: that cannot be reached.
-            near: the nearest cell to it that can, or None.
+            start: start of the plan.
+            goal: the unreachable goal.
+            near: the reachable cell nearest to the goal, or None.
 
         Raises:
             NavigationError: NO_VALID_PATH.
         """
         if near is None:
-            raise shut_in(start)
-        if not self._will_do(costs, goal, near):
-            raise no_way(start, goal, costs.centre_of(*near))
+            raise enclosed_start(start)
+        if not self._acceptable(costs, goal, near):
+            raise unreachable_goal(start, goal, costs.centre_of(*near))
         return near
 
     def check_limited(
         self, costs: CostGrid, ends: tuple[Pose2D, Pose2D], near: Cell | None, expanded: int
     ) -> None:
-        """Raise TIMED_OUT for a search that ran out of expansions, unless what it has will do.
+        """Raise TIMED_OUT for a search at its limit, unless `near` is an acceptable end.
 
         Args:
             costs: map frame.
             ends: start and goal.
-            near: the nearest cell to the goal that was reached until then.
-            expanded: cells, until then.
+            near: the reached cell nearest to the goal, or None.
+            expanded: number of expanded cells.
         """
-        if near is None or not self._will_do(costs, ends[1], near):
+        if near is None or not self._acceptable(costs, ends[1], near):
             raise out_of_expansions(*ends, expanded)
 
-    def _will_do(self, costs: CostGrid, goal: Pose2D, near: Cell) -> bool:
-        """Whether a plan may end in a cell instead of at the goal."""
+    def _acceptable(self, costs: CostGrid, goal: Pose2D, near: Cell) -> bool:
+        """Return whether a plan may end in this cell instead of at the goal."""
         distance = goal.distance_to(Pose2D(*costs.centre_of(*near)))
         return self.partial or distance <= self.tolerance
 
 
-def shut_in(start: Pose2D) -> NavigationError:
-    """The failure of a start from which nothing can be reached."""
+def enclosed_start(start: Pose2D) -> NavigationError:
+    """Return the error for a start from which no free cell can be reached."""
     return NavigationError(
         FailureCode.NO_VALID_PATH,
-        f"start {text(start)} is shut in: nothing free can be reached from it",
+        f"start {xy_text(start)} is enclosed: no free cell can be reached from it",
     )
 
 
 def out_of_expansions(start: Pose2D, goal: Pose2D, expanded: int) -> NavigationError:
-    """The failure of a search that was still at work when its limit came."""
+    """Return the error for a search that reached its limit of expansions."""
     return NavigationError(
         FailureCode.TIMED_OUT,
-        f"no way from {text(start)} to {text(goal)} found within {expanded} expansions; raise "
-        "max_expansions, or look with `treepilot doctor` whether there is one",
+        f"no path from {xy_text(start)} to {xy_text(goal)} found within {expanded} expansions; "
+        "raise max_expansions, or check with `treepilot doctor` that a path exists",
     )
 
 
-def no_way(start: Pose2D, goal: Pose2D, nearest: tuple[float, float]) -> NavigationError:
-    """The failure that names the nearest place that can be reached."""
+def unreachable_goal(start: Pose2D, goal: Pose2D, nearest: tuple[float, float]) -> NavigationError:
+    """Return the error for an unreachable goal; it names the nearest reachable place."""
     x, y = nearest
     return NavigationError(
         FailureCode.NO_VALID_PATH,
-        f"no way from {text(start)} to {text(goal)}: the nearest place that can be "
-        f"reached is ({x:.2f}, {y:.2f}), {goal.distance_to(Pose2D(x, y)):.2f} m from the goal",
+        f"no path from {xy_text(start)} to {xy_text(goal)}: the nearest reachable place is "
+        f"({x:.2f}, {y:.2f}), {goal.distance_to(Pose2D(x, y)):.2f} m from the goal",
     )
 
 
 def cell_on_map(costs: CostGrid, pose: Pose2D, what: str, code: FailureCode) -> Cell:
-    """A pose's cell; raises NavigationError with this code off the map."""
+    """Return a pose's cell; raise NavigationError with `code` if it is outside the map."""
     cell = costs.cell_at(pose.x, pose.y)
     if not costs.contains(*cell):
         rows, columns = costs.cells.shape
@@ -193,7 +194,7 @@ def cell_on_map(costs: CostGrid, pose: Pose2D, what: str, code: FailureCode) -> 
         right, top = x + columns * costs.resolution, y + rows * costs.resolution
         raise NavigationError(
             code,
-            f"{what} {text(pose)} lies outside the map, which covers x {x:.2f} to {right:.2f} m "
+            f"{what} {xy_text(pose)} is outside the map, which covers x {x:.2f} to {right:.2f} m "
             f"and y {y:.2f} to {top:.2f} m",
         )
     return cell
@@ -202,34 +203,34 @@ def cell_on_map(costs: CostGrid, pose: Pose2D, what: str, code: FailureCode) -> 
 def through_centres(
     costs: CostGrid, cells: NDArray[np.int64], start: Pose2D, end: Pose2D
 ) -> FloatArray:
-    """(n, 2) start, the middles of the cells, end."""
+    """Return (n, 2) metres, map frame: start, cell centres, end."""
     middles = (cells[:, ::-1] + 0.5) * costs.resolution + np.array(costs.origin)
     return np.vstack([(start.x, start.y), middles, (end.x, end.y)])
 
 
-def straight(start: Pose2D, goal: Pose2D) -> Path:
-    """Two poses, for a start and a goal in one cell."""
+def straight_path(start: Pose2D, goal: Pose2D) -> Path:
+    """Return a path of two poses, for a start and a goal in the same cell."""
     apart = start.distance_to(goal) > 0.0
     heading = start.bearing_to(goal) if apart else goal.heading
     return Path(np.array([[start.x, start.y, heading], [goal.x, goal.y, goal.heading]]))
 
 
-def in_cells(costs: CostGrid, pose: Pose2D) -> tuple[float, float]:
-    """(row, column) of a place in fractions of cells."""
+def fractional_cell(costs: CostGrid, pose: Pose2D) -> tuple[float, float]:
+    """Return fractional (row, column) of a pose; the centre of cell (0, 0) is (0.5, 0.5)."""
     x, y = costs.origin
     return (pose.y - y) / costs.resolution, (pose.x - x) / costs.resolution
 
 
-def number(costs: CostGrid, cell: Cell) -> int:
-    """A cell's number, row by row."""
+def cell_index(costs: CostGrid, cell: Cell) -> int:
+    """Return a cell's index, row * columns + column."""
     return cell[0] * int(costs.cells.shape[1]) + cell[1]
 
 
-def text(pose: Pose2D) -> str:
-    """A place in words."""
+def xy_text(pose: Pose2D) -> str:
+    """Return a pose's position as text for an error message."""
     return f"({pose.x:.2f}, {pose.y:.2f})"
 
 
-def _word(cost: int) -> str:
-    words = {INSCRIBED_COST: "a too narrow", UNKNOWN_COST: "an unknown"}
-    return words.get(cost, "an occupied")
+def _cell_text(cost: int) -> str:
+    texts = {INSCRIBED_COST: "too close to an obstacle", UNKNOWN_COST: "in an unknown cell"}
+    return texts.get(cost, "in an occupied cell")

@@ -1,31 +1,32 @@
 # mypy: allow-untyped-defs
 """Compiled loops of A* and of path smoothing.
 
-Costs of a step are whole numbers, so that paths are optimal to the last unit and the same on every
-machine. `traverse` (256,) int64 gives by cell cost what a straight step into the cell costs, 0 for
-no way; `diagonal` the same for a diagonal step. Cells are numbered row * columns + column.
+Step costs are integers, so paths are exactly optimal and the same on every machine. `traverse`
+(256,) int64 holds the cost of a straight step into a cell, by cell cost, 0 if the cell is
+impassable; `diagonal` holds the cost of a diagonal step. The index of a cell is
+row * columns + column.
 
-Nothing is cleared between queries: `reached` holds base + cost-so-far, and each query's base lies
-so far below the one before that whatever older queries left counts as not reached.
+The arrays are not cleared between queries: `reached` holds base + cost so far, and each query's
+base is so far below the previous one that all older entries count as not reached.
 """
 
 import numpy as np
 from numba import njit
 
-# Rows and columns to the neighbours: right, up, left, down, then the diagonals between them; the
-# way back along direction k is OPPOSITE[k]. SIDES are the two straight neighbours of a diagonal.
+# Row and column steps to the neighbours: right, up, left, down, then the diagonals between them.
+# SIDES is the bit mask of the two straight neighbours of a diagonal.
 ROW_STEP = np.array([0, 1, 0, -1, 1, 1, -1, -1])
 COLUMN_STEP = np.array([1, 0, -1, 0, 1, -1, -1, 1])
 SIDES = np.array([0, 0, 0, 0, 0b0011, 0b0110, 0b1100, 0b1001])
 
-AT_REST = 1e-3  # cells; a pull of less is not worth looking up the cells around
-FOUND, NO_WAY, QUEUE_FULL, RANGE_FULL, LIMIT, STOPPED = 0, 1, 2, 3, 4, 5
-CHECKED = 1024  # expansions between two looks at the wish to stop: at most 0.1 ms
+AT_REST = 1e-3  # cells; smaller displacements are skipped to save the collision check
+FOUND, NO_PATH, QUEUE_FULL, RANGE_FULL, LIMIT, STOPPED = 0, 1, 2, 3, 4, 5
+CHECKED = 1024  # expansions between two checks of the cancel flag: at most 0.1 ms
 
 
 @njit(cache=True, nogil=True)
 def _octile(rows, columns, straight, oblique):
-    """Cost of the shortest way over free cells."""
+    """Octile distance in step costs: the cheapest path over free cells."""
     if rows > columns:
         return straight * (rows - columns) + oblique * columns
     return straight * (columns - rows) + oblique * rows
@@ -34,32 +35,32 @@ def _octile(rows, columns, straight, oblique):
 @njit(cache=True, nogil=True)
 def search(
     costs, traverse, diagonal, escape, escape_reach,
-    reached, parents, base, limit, heads, queue, links, start, goal, most, stop,
+    reached, parents, base, limit, heads, queue, links, start, goal, max_expansions, cancelled,
 ):  # fmt: skip
     """A* (Hart, Nilsson and Raphael 1968) with Dial's bucket queue (1969) on f = cost + heuristic.
 
-    The octile heuristic is consistent for these costs, hence f never falls and each cell is
-    expanded once. A bucket is a linked stack: of equal f, the deepest entry goes first.
+    The octile heuristic is consistent for these costs, hence f never decreases and each cell is
+    expanded once. A bucket is a linked stack: entries of equal f are popped last in, first out.
 
     Args:
         costs: (rows, columns) uint8.
-        traverse: (256,) by cell cost, 0 for no way; traverse[0] is the least of the others.
+        traverse: (256,) by cell cost, 0 if impassable; traverse[0] is the smallest positive one.
         diagonal: (256,) likewise.
-        escape: (256,) what a step into a cell with no way costs while the robot leaves the place
-            it started in. It goes up with badness: such cells are entered only from cells at
-            least as bad, and never again once a better one was reached.
-        escape_reach: cells from the start within which that is allowed; 0 when the start is free.
-        reached: (n,) int32, n >= cells; see above.
-        parents: (n,) uint8, direction that led into a cell; valid where reached.
-        base: this query's zero in `reached`.
-        limit: largest cost-so-far that fits.
-        heads: (m,) int32, all -1; m a power of two above the largest rise of f in a step.
-        queue: (q, 2) int32 for cell and cost-so-far of the entries.
-        links: (q,) int32.
-        start: cell number.
-        goal: cell number.
-        most: expansions after which to give up with LIMIT.
-        stop: (1,) uint8, set to anything but 0 by another thread to have it STOPPED.
+        escape: (256,) cost of a step into an impassable cell while leaving an occupied start. It
+            is higher for worse cells: such a cell is entered only from a cell at least as bad, so
+            the search never returns to a worse cell.
+        escape_reach: cells from the start within which that is allowed; 0 if the start is free.
+        reached: (n,) int32 or int64, n >= cells; see the module docstring.
+        parents: (n,) uint8, direction of the step into a cell; valid where reached.
+        base: value of `reached` that means cost 0 in this query.
+        limit: largest cost so far that `reached` can hold.
+        heads: (m,) int32, all -1; m is a power of two above the largest increase of f in a step.
+        queue: (q, 2) int64, cell and cost so far of each entry.
+        links: (q,) int32, next entry of the same bucket.
+        start: cell index.
+        goal: cell index.
+        max_expansions: number of expansions after which the search ends with LIMIT.
+        cancelled: (1,) uint8; a value other than 0, set by another thread, ends it with STOPPED.
 
     Returns:
         (status, cost of the path, cells expanded). `heads` is all -1 again.
@@ -75,8 +76,8 @@ def search(
     parents[start] = 8
     queue[0, 0], queue[0, 1], links[0] = start, 0, -1
     heads[level & mask] = 0
-    waiting, fresh, spare, expanded, look = 1, 1, -1, 0, 0
-    status, total = NO_WAY, -1
+    waiting, fresh, spare, expanded, next_check = 1, 1, -1, 0, 0
+    status, total = NO_PATH, -1
     while waiting > 0:
         entry = heads[level & mask]
         if entry < 0:
@@ -88,15 +89,15 @@ def search(
         spare = entry
         waiting -= 1
         if reached[cell] != base + so_far:
-            continue  # a cheaper way to it was found after this entry was queued
+            continue  # a cheaper path to it was found after this entry was queued
         if cell == goal:
             status, total = FOUND, so_far
             break
-        if expanded == look:
-            if expanded >= most or stop[0] != 0:
-                status = STOPPED if stop[0] != 0 else LIMIT
+        if expanded == next_check:
+            if expanded >= max_expansions or cancelled[0] != 0:
+                status = STOPPED if cancelled[0] != 0 else LIMIT
                 break
-            look = min(expanded + CHECKED, most)
+            next_check = min(expanded + CHECKED, max_expansions)
         expanded += 1
         row = cell // columns
         column = cell - row * columns
@@ -153,7 +154,7 @@ def search(
 
 @njit(cache=True, nogil=True)
 def extract(parents, columns, start, goal):
-    """(n, 2) rows and columns of the cells from start to goal."""
+    """Return (n, 2) rows and columns of the cells from start to goal."""
     count, cell = 1, goal
     while cell != start:
         direction = parents[cell]
@@ -171,9 +172,9 @@ def extract(parents, columns, start, goal):
 
 @njit(cache=True, nogil=True)
 def nearest_passable(costs, traverse, row, column, reach):
-    """Nearest cell with a way to a place given in cells, within `reach`; (-1, -1) for none.
+    """Return the passable cell nearest to (row, column), within `reach` cells, or (-1, -1).
 
-    The place is (row, column) in fractions of cells: the middle of cell (0, 0) is (0.5, 0.5).
+    Row and column are fractional: the centre of cell (0, 0) is (0.5, 0.5).
     """
     rows, columns = costs.shape
     best, best_row, best_column = reach * reach + 1e-9, -1, -1
@@ -191,7 +192,7 @@ def nearest_passable(costs, traverse, row, column, reach):
 
 @njit(cache=True, nogil=True)
 def nearest_reached(costs, traverse, reached, base, limit, row, column):
-    """The cell with a way nearest to a place (as above) among those the last search reached."""
+    """Return the passable cell reached by the last search nearest to fractional (row, column)."""
     rows, columns = costs.shape
     best, best_row, best_column = np.inf, -1, -1
     for near_row in range(rows):
@@ -208,7 +209,7 @@ def nearest_reached(costs, traverse, reached, base, limit, row, column):
 
 @njit(cache=True, nogil=True)
 def _line_cost(costs, traverse, x1, y1, x2, y2, budget):
-    """Cost of a straight line, in cells times traverse; -1 without a way or above the budget."""
+    """Cost of a straight line, in cells times traverse; -1 if impassable or above the budget."""
     rows, columns = costs.shape
     length = np.hypot(x2 - x1, y2 - y1)
     steps = max(int(np.ceil(2.0 * length)), 1)
@@ -229,11 +230,11 @@ def _line_cost(costs, traverse, x1, y1, x2, y2, budget):
 
 @njit(cache=True, nogil=True)
 def straighten(costs, traverse, points, stride, window):
-    """Replace stretches of a path of points (n, 2), in cells, by straight lines that cost less.
+    """Replace parts of a path of points (n, 2), in cells, by straight lines that cost less.
 
-    The cheapest chain of lines between every `stride`-th point, each over at most `window` such
-    stretches, by dynamic programming: it cuts across open floor and stays in the middle of a
-    corridor. Returns the indices of the kept points.
+    Dynamic programming finds the cheapest chain of lines between every `stride`-th point; a line
+    spans at most `window` strides. The result cuts across open space and keeps to the middle of
+    corridors. Returns the indices of the kept points.
     """
     count = points.shape[0]
     last = (count - 2) // stride + 1
@@ -242,11 +243,11 @@ def straighten(costs, traverse, points, stride, window):
         x1, y1 = points[index - 1, 0], points[index - 1, 1]
         x2, y2 = points[index, 0], points[index, 1]
         cost = _line_cost(costs, traverse, x1, y1, x2, y2, np.inf)
-        if cost < 0.0:  # leaving a bad start: any free line is better
+        if cost < 0.0:  # leaving an occupied start: any free line is better
             cost = 1e6 * np.hypot(x2 - x1, y2 - y1)
         along[index] = along[index - 1] + cost
     best = np.zeros(last + 1)
-    before = np.full(last + 1, -1, np.int64)  # -1: along the path itself from the knot before
+    before = np.full(last + 1, -1, np.int64)  # -1: along the path itself from the previous knot
     for knot in range(1, last + 1):
         end = min(knot * stride, count - 1)
         x2, y2 = points[end, 0], points[end, 1]
@@ -274,18 +275,18 @@ def straighten(costs, traverse, points, stride, window):
 
 
 @njit(cache=True, nogil=True)
-def _is_way_between(costs, traverse, x1, y1, x2, y2):
-    """Whether the cell half-way between two points of the grid can be passed."""
+def _midpoint_passable(costs, traverse, x1, y1, x2, y2):
+    """Return whether the cell at the midpoint of two points is passable."""
     return traverse[costs[int(np.floor(0.5 * (y1 + y2))), int(np.floor(0.5 * (x1 + x2)))]] > 0
 
 
 @njit(cache=True, nogil=True)
 def round_corners(costs, traverse, points, weight_data, weight_smooth, easy, iterations):
-    """Pull points (n, 2), in cells, towards their neighbours' middle and back to where they were.
+    """Smooth points (n, 2), in cells: pull them to their neighbours' midpoint and to their origin.
 
-    The data and smoothness terms of Dolgov et al. (2010), by Gauss-Seidel; the ends stay. A point
-    never moves into a cell that costs more than both its present one and `easy`, nor to where the
-    cell half-way to a neighbour cannot be passed.
+    The smoothness and data terms of Dolgov et al. (2010), solved by Gauss-Seidel; the ends are
+    fixed. A point never moves into a cell that costs more than both its current cell and `easy`,
+    nor where the cell at the midpoint to a neighbour is impassable.
     """
     rows, columns = costs.shape
     moved = points.copy()
@@ -306,9 +307,9 @@ def round_corners(costs, traverse, points, weight_data, weight_smooth, easy, ite
             here = traverse[costs[int(np.floor(y)), int(np.floor(x))]]
             if cost == 0 or (cost > easy and cost > here):
                 continue
-            if _is_way_between(
+            if _midpoint_passable(
                 costs, traverse, new_x, new_y, moved[index - 1, 0], moved[index - 1, 1]
-            ) and _is_way_between(
+            ) and _midpoint_passable(
                 costs, traverse, new_x, new_y, moved[index + 1, 0], moved[index + 1, 1]
             ):
                 moved[index, 0], moved[index, 1] = new_x, new_y
@@ -317,7 +318,7 @@ def round_corners(costs, traverse, points, weight_data, weight_smooth, easy, ite
 
 @njit(cache=True, nogil=True)
 def blocked_steps(costs, traverse, points):
-    """How many of the steps between points (n, 2), in cells, meet a cell with no way."""
+    """Count the steps between points (n, 2), in cells, that cross an impassable cell."""
     blocked = 0
     for index in range(1, points.shape[0]):
         x1, y1 = points[index - 1, 0], points[index - 1, 1]

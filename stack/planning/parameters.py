@@ -1,4 +1,4 @@
-"""What planners have in common to be set."""
+"""Parameters that all grid and pose planners share."""
 
 from __future__ import annotations
 
@@ -9,21 +9,21 @@ from stack.parameters import parameter
 
 @dataclass(frozen=True)
 class PlannerParameters:
-    """Tolerances and limits that every planner has."""
+    """Tolerances and limits of a planner."""
 
-    allow_unknown: bool = parameter(True, help="plan through cells nobody has seen")
+    allow_unknown: bool = parameter(True, help="plan through unknown cells")
     tolerance: float = parameter(
         0.2, "m", at_least=0.0, at_most=5.0,
-        help="when the goal cannot be reached, a place this near will do; 0 is exactly there",
+        help="if the goal cannot be reached, accept a place within this distance; 0: exact goal",
     )  # fmt: skip
     escape_distance: float = parameter(
         0.3, "m", at_least=0.0, at_most=2.0,
-        help="how far a plan may lead out of a place too near to an obstacle",
+        help="longest distance to leave a start that is too close to an obstacle",
     )  # fmt: skip
     allow_partial: bool = parameter(
-        False, help="when the goal cannot be reached, lead as near to it as can be"
+        False, help="if the goal cannot be reached, plan to the nearest reachable place"
     )
     max_expansions: int = parameter(
         100_000_000, at_least=1, at_most=1_000_000_000,
-        help="places looked at before it gives up: a limit that is the same on every machine",
+        help="maximum number of expanded cells; the limit is the same on every machine",
     )  # fmt: skip

@@ -1,4 +1,4 @@
-"""The machinery of A*: step costs in whole numbers and the arrays a search works in."""
+"""Step costs and reusable arrays of the A* search."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from numpy.typing import NDArray
 from stack.components import CancelToken
 from stack.types import INSCRIBED_COST, LETHAL_COST, UNKNOWN_COST, CostGrid, Pose2D
 
-_FREE_STEP = 100  # what a straight step over a free cell costs: whole numbers within 0.5 %
+_FREE_STEP = 100  # cost of a straight step over a free cell: integers are exact to 0.5 %
 
 
 @dataclass(frozen=True)
 class StepCosts:
-    """What a step into a cell costs, by cell cost; 0 where there is no way.
+    """Integer cost of a step into a cell, by cell cost; 0 if the cell is impassable.
 
     Attributes:
-        traverse: (256,) int64, a straight step.
-        diagonal: (256,) int64, a diagonal one.
-        escape: (256,) int64, a step into a cell with no way while leaving a bad start.
+        traverse: (256,) int64, straight step.
+        diagonal: (256,) int64, diagonal step.
+        escape: (256,) int64, step into an impassable cell while leaving an occupied start.
     """
 
     traverse: NDArray[np.int64]
@@ -30,7 +30,7 @@ class StepCosts:
 
     @staticmethod
     def of(cost_weight: float, allow_unknown: bool, unknown_as: float = 126.0) -> StepCosts:
-        """Tables in which a cell of cost c takes 1 + cost_weight · c / 252 times a free one's.
+        """Return tables with step cost 100 · (1 + cost_weight · c / 252) for cell cost c.
 
         Unknown cells count as cells of cost `unknown_as`.
         """
@@ -49,31 +49,31 @@ class StepCosts:
 
 
 @dataclass(frozen=True)
-class Effort:
-    """How much a search may take.
+class SearchLimits:
+    """Limits of a search.
 
     Attributes:
-        most: expansions.
-        cancel: wished for when nobody wants the answer any more.
+        max_expansions: maximum number of expansions.
+        cancel: set by the caller to stop the search.
     """
 
-    most: int = 2**62
+    max_expansions: int = 2**62
     cancel: CancelToken = field(default_factory=CancelToken)
 
 
-UNLIMITED = Effort()
-"""Until there is an answer; nobody has its stop in hand."""
+UNLIMITED = SearchLimits()
+"""No limit on expansions, and no caller that could cancel."""
 
 
 class Workspace:
-    """Runs A* in arrays that are kept between queries on grids of one shape and never cleared.
+    """Arrays of an A* search, reused between queries on grids of one shape without clearing.
 
     Attributes:
-        reached, base, limit: cell n was reached at a cost of reached[n] - base if that is at most
+        reached, base, limit: cell n was reached at the cost reached[n] - base if that is at most
             limit.
         parents: (cells,) uint8, direction of the step into each reached cell.
-        expanded: cells the last search expanded.
-        limited: whether it ended at its limit of expansions.
+        expanded: number of cells that the last search expanded.
+        limited: whether the last search stopped at its limit of expansions.
     """
 
     def __init__(self, rows: int, columns: int, tables: StepCosts) -> None:
@@ -92,17 +92,29 @@ class Workspace:
         self._forget()
 
     def fitting(self, costs: CostGrid) -> Workspace:
-        """This workspace, or a new one where the grid has another shape."""
+        """Return this workspace, or a new one if the grid has another shape."""
         rows, columns = costs.cells.shape
         return self if self._shape == (rows, columns) else Workspace(rows, columns, self._tables)
 
     def run(
-        self, costs: CostGrid, start: int, goal: int, escape_reach: int, effort: Effort = UNLIMITED
+        self,
+        costs: CostGrid,
+        start: int,
+        goal: int,
+        escape_reach: int,
+        limits: SearchLimits = UNLIMITED,
     ) -> bool:
-        """Search from cell to cell; whether the goal was reached.
+        """Search from a start cell to a goal cell; return whether the goal was reached.
+
+        Args:
+            costs: grid of this workspace's shape.
+            start: cell index, row * columns + column.
+            goal: cell index.
+            escape_reach: cells from the start within which impassable cells may be entered.
+            limits: limit of expansions and cancel token.
 
         Raises:
-            NavigationError: CANCELLED when the effort's stop is wished for.
+            NavigationError: CANCELLED when the cancel token is set.
         """
         kernels, tables = self._kernels, self._tables
         while True:
@@ -110,13 +122,14 @@ class Workspace:
             status, _, self.expanded = kernels.search(
                 costs.cells, tables.traverse, tables.diagonal, tables.escape, escape_reach,
                 self.reached, self.parents, self.base, self.limit,
-                self._heads, self._queue, self._links, start, goal, effort.most, effort.cancel.flag,
+                self._heads, self._queue, self._links, start, goal,
+                limits.max_expansions, limits.cancel.flag,
             )  # fmt: skip
             self.limited = status == kernels.LIMIT
-            effort.cancel.check()
+            limits.cancel.check()
             if status == kernels.QUEUE_FULL:
                 self._set_queue(2 * self._links.size)
-            elif status == kernels.RANGE_FULL:  # an endless maze: 64 bits hold any path's cost
+            elif status == kernels.RANGE_FULL:  # a very long path: 64 bits hold any path cost
                 self.limit = 2**60
                 self.reached = np.empty(self.reached.size, dtype=np.int64)
                 self._forget()
@@ -124,7 +137,7 @@ class Workspace:
                 return bool(status == kernels.FOUND)
 
     def nearest_reached(self, costs: CostGrid, place: Pose2D) -> tuple[int, int] | None:
-        """The cell with a way that the last search reached nearest to a place."""
+        """Return (row, column) of the passable reached cell nearest to a place, or None."""
         x, y = costs.origin
         row, column = self._kernels.nearest_reached(
             costs.cells, self._tables.traverse, self.reached, self.base, self.limit,

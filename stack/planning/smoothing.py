@@ -1,4 +1,4 @@
-"""From a path of cells to a smooth, evenly spaced path of poses."""
+"""Smoothing of a path of cells into evenly spaced poses."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ from numpy.typing import NDArray
 from stack.types import CostGrid, FloatArray, Path
 
 SPACING = 0.05
-"""Metres between the poses of a path, to within half a spacing over its whole length."""
+"""Metres between the poses of a path; the path length is rounded to a multiple of it."""
 
-_WINDOW = 5.0  # m; the longest shortcut looked for
-_STRIDE = 4  # cells between the places where shortcuts may begin and end
-_ROUNDING = 0.3  # m; a corner is rounded about this far to both sides
-_SMOOTHNESS = 0.3  # of a point's way to its neighbours' middle per iteration: stable below 0.5
+_WINDOW = 5.0  # m; length of the longest shortcut
+_STRIDE = 4  # cells between the points where shortcuts may begin and end
+_ROUNDING = 0.3  # m; rounding changes about this length on both sides of a corner
+_SMOOTHNESS = 0.3  # share of the step to the neighbours' midpoint per iteration: stable below 0.5
 _ITERATIONS = 80
-_EASY = 160  # corners may be cut through cells up to this cost (0.11 m beyond inscribed)
+_EASY = 160  # rounding may enter cells up to this cost (0.11 m beyond the inscribed radius)
 
 
 class Smoother:
-    """Straightens where that costs nothing, rounds corners, and checks the result.
+    """Straighten a path where this adds no cost, round its corners and check the result.
 
     Args:
-        traverse: (256,) int64, cost of a straight step by cell cost, 0 for no way.
+        traverse: (256,) int64, cost of a straight step by cell cost, 0 if impassable.
     """
 
     def __init__(self, traverse: NDArray[np.int64]) -> None:
@@ -34,15 +34,16 @@ class Smoother:
         self._traverse = traverse
 
     def smooth(self, costs: CostGrid, points: FloatArray, heading: float) -> Path:
-        """A smooth path with the ends of `points`, or as near to it as the costs allow.
+        """Return the smoothest collision-free path with the ends of `points`.
 
-        Tried in turn: rounded, straightened, unchanged. The first that meets no more cells
-        without a way than the unchanged one (none, unless the start is in a bad place) is taken.
+        The candidates in order: rounded, straightened, unchanged. The result is the first with no
+        more steps over impassable cells than the unchanged path (which has none, unless its start
+        is occupied).
 
         Args:
             costs: map frame.
-            points: (n, 2) metres, map frame: start, middles of the cells, end.
-            heading: of the last pose, radians.
+            points: (n, 2) metres, map frame: start, cell centres, end.
+            heading: heading of the last pose, radians.
 
         Returns:
             Poses SPACING apart; their headings follow the path.
@@ -53,7 +54,7 @@ class Smoother:
         window = max(1, round(_WINDOW / scale / _STRIDE))
         kept = kernels.straighten(cells, traverse, raw, _STRIDE, window)
         straight = resampled(raw[kept], SPACING / scale)
-        # a kink fades out over sqrt(smoothness / data) points: that many make the rounding
+        # A kink decays over sqrt(smoothness / data) points; _ROUNDING is that many spacings.
         weight_data = _SMOOTHNESS * (SPACING / _ROUNDING) ** 2
         rounded = kernels.round_corners(
             cells, traverse, straight, weight_data, _SMOOTHNESS, traverse[_EASY], _ITERATIONS
@@ -67,12 +68,12 @@ class Smoother:
 
 
 def unsmoothed(points: FloatArray, heading: float) -> Path:
-    """The path along points (n, 2) in metres as they are, evenly spaced."""
+    """Return the path along points (n, 2) in metres, resampled but not smoothed."""
     return with_headings(resampled(points, SPACING), heading)
 
 
 def resampled(points: FloatArray, spacing: float) -> FloatArray:
-    """Points (m, 2) along the line through (n, 2), ends included, evenly spaced by about this."""
+    """Return (m, 2) points along the polyline (n, 2), ends included, about `spacing` apart."""
     steps = np.hypot(*np.diff(points, axis=0).T)
     along = np.concatenate([[0.0], np.cumsum(steps)])
     count = max(1, round(float(along[-1]) / spacing))
@@ -83,7 +84,7 @@ def resampled(points: FloatArray, spacing: float) -> FloatArray:
 
 
 def with_headings(points: FloatArray, heading: float) -> Path:
-    """Poses whose headings point from the neighbour before to the one after; the last is given."""
+    """Return poses with headings from the previous to the next point; the last is `heading`."""
     ahead = np.vstack([points[1:], points[-1:]])
     behind = np.vstack([points[:1], points[:-1]])
     x, y = (ahead - behind).T

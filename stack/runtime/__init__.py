@@ -1,1 +1,1 @@
-"""The step loop: commands, stages, snapshots, and the interfaces between its parts."""
+"""The step loop: stages, commands, snapshots, stage times."""

@@ -1,4 +1,4 @@
-"""Carries out what operators command, between two steps of the loop."""
+"""Applies the commands of operators between two steps of the loop."""
 
 from __future__ import annotations
 
@@ -20,32 +20,32 @@ Arguments = Mapping[str, Any]
 
 
 class LoopControl(Protocol):
-    """The course of the mission, which commands change."""
+    """The state of the mission, which commands change."""
 
     state: MissionState
     reason: str
     steps: int
 
     def end(self, state: MissionState, reason: str) -> None:
-        """Bring the mission to an end."""
+        """End the mission."""
         ...
 
 
 @dataclass(frozen=True)
-class Detour:
-    """A drive that the operator ordered, and the mission's own that waits meanwhile."""
+class OperatorGoal:
+    """A drive to the operator's goal, and the mission's motion that is suspended meanwhile."""
 
     task: Task
-    set_aside: MotionExecutor | None
+    suspended: MotionExecutor | None
 
 
 class CommandHandler:
-    """Applies commands; each is acknowledged, and logged with the step in which it took effect."""
+    """Applies commands; acknowledges each and logs it with the step in which it took effect."""
 
     def __init__(self, parts: Parts, control: LoopControl) -> None:
         self._parts, self._control = parts, control
         self._resume_to = MissionState.RUNNING
-        self._detour: Detour | None = None
+        self._operator_goal: OperatorGoal | None = None
         self.debugging = DebugCommands(parts, control, lambda: self._resume({}))
         self._actions: dict[str, Callable[[Arguments], str | None]] = {
             "pause": self._pause,
@@ -62,45 +62,48 @@ class CommandHandler:
         }
 
     @property
-    def on_detour(self) -> bool:
-        """Whether the robot drives where the operator sent it while the mission is paused."""
+    def drives_to_operator_goal(self) -> bool:
+        """Whether the mission is paused and the robot drives to the operator's goal."""
         return (
             self._control.state is MissionState.PAUSED
-            and self._detour is not None
-            and self._detour.task.status is TaskStatus.RUNNING
+            and self._operator_goal is not None
+            and self._operator_goal.task.status is TaskStatus.RUNNING
         )
 
     def apply_commands(self, held: bool = False) -> None:
-        """Carry out everything that came in since the last step, in order.
+        """Apply the commands since the last step, in order.
 
         Args:
-            held: the robot stands and no step is made: together with the step, this says exactly
-                when a command took effect.
+            held: the robot stands and no step is made. Logged, because only step and `held`
+                together define when a command took effect.
         """
         for command in self._parts.telemetry.commands():
             self.apply(command, held)
 
     def apply(self, command: Command, held: bool = False) -> Ack:
-        """Carry out one command, answer it and log it."""
-        refusal, understood = self._carry_out(command)
-        ack = Ack(command.id, not refusal, refusal or understood)
+        """Apply one command, acknowledge it and log it."""
+        refusal, effect = self._execute(command)
+        ack = Ack(command.id, not refusal, refusal or effect)
         self._parts.telemetry.acknowledge(ack)
         if command.kind == "speed" and not refusal:
-            return ack  # changes nothing in the run, so it stays out of the hashed log
+            return ack  # does not affect the run, so it is not in the hashed log
         kind = "teleop" if command.kind == "teleop" and not refusal else "command"
         self._parts.telemetry.emit(
-            kind, f"{command.kind}: {refusal or understood or 'done'}", source="command",
+            kind, f"{command.kind}: {refusal or effect or 'done'}", source="command",
             level="warning" if refusal or command.kind == "estop" else "info",
             command=command.kind, arguments=dict(command.arguments), refused=refusal, held=held,
         )  # fmt: skip
         return ack
 
-    def _carry_out(self, command: Command) -> tuple[str, str]:
-        """Why a command is refused, or else what was understood; both empty when it is done."""
+    def _execute(self, command: Command) -> tuple[str, str]:
+        """Execute a command; return why it was refused, and a description of its effect.
+
+        Both are empty if it was done and needs no description.
+        """
         action, debugging = self._actions.get(command.kind), self.debugging.actions
         if action is None and command.kind not in debugging:
             known = ", ".join([*self._actions, *debugging])
-            return f"there is no command {command.kind!r}; there are {known}", ""
+            return f"there is no command {command.kind!r}; available: {known}", ""
         if self._control.state.is_over:
             return f"the mission is over ({self._control.state})", ""
         try:
@@ -115,19 +118,19 @@ class CommandHandler:
     def _pause(self, _: Arguments) -> str | None:
         if self._control.state is MissionState.EMERGENCY_STOP:
             return "the emergency stop is engaged; release it first"
-        if self._detour is not None:
-            self._detour.task.cancel()
+        if self._operator_goal is not None:
+            self._operator_goal.task.cancel()
         self.debugging.forget_steps()
         self._control.state, self._control.reason = MissionState.PAUSED, ""
         return None
 
     def _resume(self, _: Arguments) -> str | None:
         if self._control.state is not MissionState.PAUSED:
-            return f"nothing to resume: the mission is {self._control.state}"
-        if self._detour is not None:
-            self._parts.navigator.take_up(self._detour.set_aside)
-            self._detour = None
-        self._let_go()
+            return f"cannot resume: the mission is {self._control.state}"
+        if self._operator_goal is not None:
+            self._parts.navigator.resume(self._operator_goal.suspended)
+            self._operator_goal = None
+        self._forget_teleoperation()
         self.debugging.forget_steps()
         self._control.state, self._control.reason = MissionState.RUNNING, ""
         return None
@@ -141,7 +144,7 @@ class CommandHandler:
     def _release(self, _: Arguments) -> str | None:
         if self._control.state is not MissionState.EMERGENCY_STOP:
             return "the emergency stop is not engaged"
-        self._let_go()
+        self._forget_teleoperation()
         self._parts.safety.release()
         self._control.state = self._resume_to
         return None
@@ -151,10 +154,10 @@ class CommandHandler:
 
     def _speed(self, arguments: Arguments) -> str | None:
         if not hasattr(self._parts.body, "pace"):
-            return "this robot runs in real time"
+            return "cannot change the speed: this robot runs in real time"
         factor = float(arguments["factor"])
         if not 0.0 <= factor <= 1000.0:
-            return f"a speed of {factor:g} is not between 0 (as fast as possible) and 1000"
+            return f"speed {factor:g} is not between 0 (as fast as possible) and 1000"
         self._parts.body.pace = factor
         return None
 
@@ -164,36 +167,36 @@ class CommandHandler:
         )
 
     def _set_goal(self, arguments: Arguments) -> str | None:
-        """Pause the mission and drive somewhere; `resume` takes its own drive up again."""
+        """Pause the mission and drive to a pose; `resume` continues the mission's own motion."""
         if self._control.state not in (MissionState.RUNNING, MissionState.PAUSED):
             return f"the mission is {self._control.state}"
         goal = _pose(arguments)
-        navigator = self._parts.navigator
-        aside = self._detour.set_aside if self._detour else navigator.set_aside()
+        navigator, previous = self._parts.navigator, self._operator_goal
+        suspended = previous.suspended if previous else navigator.suspend()
         self._control.state = MissionState.PAUSED
-        self._detour = Detour(self._parts.facade.navigate_to(goal), aside)
+        self._operator_goal = OperatorGoal(self._parts.facade.navigate_to(goal), suspended)
         return None
 
     def _teleop(self, arguments: Arguments) -> str | None:
-        """A velocity to drive for half a second; only a behaviour asks for it."""
+        """Drive a velocity for half a second; refused unless assisted_teleop is running."""
         teleoperation = self._teleoperation
         if teleoperation is None:
-            return self._no_teleoperation
+            return self._teleoperation_refusal
         teleoperation.steer(_twist(arguments))
         return None
 
     def _teleop_done(self, _: Arguments) -> str | None:
         teleoperation = self._teleoperation
         if teleoperation is None:
-            return self._no_teleoperation
+            return self._teleoperation_refusal
         teleoperation.release()
         return None
 
-    def _let_go(self) -> None:
-        """What the operator wished before the robot was held is not driven when it goes on."""
+    def _forget_teleoperation(self) -> None:
+        """Drop a velocity that the operator sent before the robot was held."""
         teleoperation = self._parts.navigator.teleoperation
         if teleoperation is not None:
-            teleoperation.let_go()
+            teleoperation.discard_velocity()
 
     @property
     def _teleoperation(self) -> Teleoperation | None:
@@ -201,10 +204,10 @@ class CommandHandler:
         return self._parts.navigator.teleoperation if running else None
 
     @property
-    def _no_teleoperation(self) -> str:
+    def _teleoperation_refusal(self) -> str:
         if self._control.state is not MissionState.RUNNING:
             return f"the mission is {self._control.state}"
-        return "the mission drives: no assisted_teleop is running that would take velocities"
+        return "the mission drives: velocities are accepted only while assisted_teleop is running"
 
     def _set_parameter(self, arguments: Arguments) -> None:
         self._parts.facade.set_parameter(str(arguments["name"]), arguments["value"])
@@ -213,7 +216,7 @@ class CommandHandler:
 def _pose(arguments: Arguments) -> Pose2D:
     x, y, heading = (float(arguments[key]) for key in ("x", "y", "heading"))
     if not all(map(isfinite, (x, y, heading))):
-        raise ValueError(f"({x}, {y}, {heading}) is not a pose")
+        raise ValueError(f"({x}, {y}, {heading}) is not a pose: all values must be finite")
     return Pose2D(x, y, heading)
 
 
@@ -221,5 +224,7 @@ def _twist(arguments: Arguments) -> Twist:
     names = ("linear", "angular", "lateral")
     linear, angular, lateral = (float(arguments.get(name, 0.0)) for name in names)
     if not all(map(isfinite, (linear, angular, lateral))):
-        raise ValueError(f"({linear}, {angular}, {lateral}) is not a velocity")
+        raise ValueError(
+            f"({linear}, {angular}, {lateral}) is not a velocity: all values must be finite"
+        )
     return Twist(linear, angular, lateral)

@@ -1,8 +1,8 @@
-"""Orders for finding faults in a mission: breakpoints, single steps, forced outcomes.
+"""Commands for debugging a mission: breakpoints, single steps, forced outcomes.
 
-A tick that reaches a breakpoint is finished, then the mission pauses: the robot comes to a stand
-and its clock stands, as with `pause`. A step is one tick and the control periods up to the next
-one, so that the robot moves as far as it would have; then the mission pauses again.
+A tick that reaches a breakpoint is completed, then the mission pauses: the robot stops and its
+clock stands still, as with `pause`. A step is one tick and the control periods until the next
+tick, so that the robot moves as far as without stepping; then the mission pauses again.
 """
 
 from __future__ import annotations
@@ -20,29 +20,29 @@ Arguments = Mapping[str, Any]
 
 
 class MissionControl(Protocol):
-    """The course of the mission as debugging changes it."""
+    """The state of the mission, which debugging changes."""
 
     state: MissionState
     reason: str
 
 
 class DebugCommands:
-    """Carries out debugging orders, and pauses the mission where they say.
+    """Applies debugging commands and pauses the mission at breakpoints and after steps.
 
     Attributes:
-        actions: by kind of command; each returns what was understood, in words, and raises
-            InputError with the reason when it refuses.
+        actions: by kind of command; each returns a description of its effect, and raises
+            InputError with the reason if it refuses.
     """
 
     def __init__(
         self, parts: Parts, control: MissionControl, resume: Callable[[], str | None]
     ) -> None:
-        """Ready for orders.
+        """Prepare the actions.
 
         Args:
-            parts: of the loop; the debugger among them, when there is one.
-            control: what is paused.
-            resume: ends a pause; why it cannot, or None.
+            parts: of the loop; `parts.debugger` may be None.
+            control: state of the mission.
+            resume: ends a pause; returns why it cannot, or None.
         """
         self._parts, self._control, self._resume = parts, control, resume
         self._ticks_left: int | None = None
@@ -55,16 +55,16 @@ class DebugCommands:
         }
 
     def forget_steps(self) -> None:
-        """Somebody paused or resumed: nothing is left of an earlier `step`."""
+        """Cancel the remaining ticks of a `step`, after a pause or resume."""
         self._ticks_left = None
 
-    def lets_tick(self) -> bool:
-        """Whether the tree may be ticked now; pauses the mission when its steps are done."""
+    def may_tick(self) -> bool:
+        """Whether the tree may be ticked now; pauses the mission after the last tick of a step."""
         if self._ticks_left is None:
             return True
         if self._ticks_left == 0:
             self._ticks_left = None
-            self._pause("after the ticks that were ordered; step or continue")
+            self._pause("all ticks of the step are done; step or continue")
             return False
         self._ticks_left -= 1
         return True
@@ -78,7 +78,7 @@ class DebugCommands:
         where = ", ".join(stops)
         self._pause(f"stopped at breakpoint: before {where}")
         self._parts.telemetry.emit(
-            "breakpoint", f"stopped before {where} starts; step or continue", source="tree",
+            "breakpoint", f"stopped before the start of {where}; step or continue", source="tree",
             level="warning", nodes=list(self._debugger.view().held),
         )  # fmt: skip
 
@@ -86,44 +86,44 @@ class DebugCommands:
         self._control.state, self._control.reason = MissionState.PAUSED, why
 
     def _break(self, arguments: Arguments) -> str:
-        return f"stops before {self._debugger.set_breakpoint(self._node(arguments))}"
+        return f"breakpoint set before {self._debugger.set_breakpoint(self._node(arguments))}"
 
     def _unbreak(self, arguments: Arguments) -> str:
         named = self._node(arguments) if "node" in arguments else ""
         cleared = self._debugger.clear_breakpoint(named)
-        return f"no breakpoint any more: {cleared}"
+        return f"breakpoint removed: {cleared}"
 
     def _force(self, arguments: Arguments) -> str:
         node, status = self._node(arguments), str(arguments["status"])
         found = self._debugger.force(node, status, str(arguments.get("code", "")))
-        return f"{found}: {'runs as ever' if status == 'off' else status}"
+        return f"{found}: {'no longer forced' if status == 'off' else status}"
 
     def _step(self, arguments: Arguments) -> str:
         ticks = arguments.get("ticks", 1)
         if type(ticks) is not int or not 1 <= ticks <= MAX_TICKS:
-            raise InputError(f"step takes a number of ticks from 1 to {MAX_TICKS}, got {ticks!r}")
+            raise InputError(f"step needs a number of ticks from 1 to {MAX_TICKS}, got {ticks!r}")
         state = self._control.state
         if state is MissionState.PAUSED:
-            self._go_on()
+            self._resume_mission()
         elif state not in (MissionState.STARTING, MissionState.RUNNING):
-            raise InputError(f"nothing to step: the mission is {state}")
+            raise InputError(f"cannot step: the mission is {state}")
         self._ticks_left = ticks
         return f"{ticks} tick{'' if ticks == 1 else 's'}"
 
     def _continue(self, _: Arguments) -> str:
-        self._go_on()
-        return "the mission goes on"
+        self._resume_mission()
+        return "the mission continues"
 
-    def _go_on(self) -> None:
+    def _resume_mission(self) -> None:
         refusal = self._resume()
         if refusal:
             raise InputError(refusal)
 
     def _node(self, arguments: Arguments) -> str:
-        """The node that is named; a number read off an older tree means another node by now."""
-        of = arguments.get("generation")
-        if of is not None and of != self._debugger.view().generation:
-            raise InputError("the tree was replaced meanwhile; choose the node again")
+        """The named node; refused if its number is from a tree that was replaced since."""
+        generation = arguments.get("generation")
+        if generation is not None and generation != self._debugger.view().generation:
+            raise InputError("the tree was replaced; choose the node again")
         return str(arguments["node"])
 
     @property

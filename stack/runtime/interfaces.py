@@ -1,4 +1,4 @@
-"""What the step loop is made of, and how often each part runs."""
+"""Parts of the step loop, the interfaces of those that other packages implement, and rates."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ from stack.types import FloatArray, Pose2D, PoseEstimate
 
 
 class MissionTree(Protocol):
-    """The compiled mission as the loop sees it."""
+    """Interface of the compiled mission to the step loop."""
 
     def tick(self) -> None:
-        """One tick of the tree."""
+        """Tick the tree once."""
         ...
 
     def leave_out(self, seconds: float) -> None:
-        """Time that passed while the mission was paused: no limit or delay counts it."""
+        """Exclude the seconds of a pause from all time limits and delays of the tree."""
         ...
 
     def halt(self) -> None:
-        """Halt whatever runs, so that the robot is left standing."""
+        """Halt all running nodes, so that the robot stops."""
         ...
 
     @property
@@ -43,12 +43,12 @@ class MissionTree(Protocol):
 
     @property
     def reason(self) -> str:
-        """Path of names from the root to the first cause of the failure, and the cause."""
+        """Names from the root to the node that failed first, and why it failed."""
         ...
 
     @property
     def recoveries(self) -> int:
-        """Recoveries begun so far."""
+        """Number of recoveries started so far."""
         ...
 
     def rows(self) -> tuple[TreeRow, ...]:
@@ -61,35 +61,35 @@ class MissionTree(Protocol):
 
 
 class Debugger(Protocol):
-    """What operators may do to the tree while it runs; nodes are named as people name them."""
+    """Debugger of the running tree; nodes are given by name, number or file position."""
 
     def set_breakpoint(self, node: str) -> str:
-        """Stop before a node starts; what was understood, in words.
+        """Set a breakpoint before a node; return a description of the node.
 
         Raises:
-            InputError: there is no such node; so for the others.
+            InputError: there is no such node; also raised by the methods below.
         """
         ...
 
     def clear_breakpoint(self, node: str = "") -> str:
-        """Take breakpoints away; without a node all of them."""
+        """Remove the breakpoint of a node, or all breakpoints; return a description."""
         ...
 
     def force(self, node: str, outcome: str, code: str = "") -> str:
-        """Force success or failure on a node until `off`; let an event be `due` once."""
+        """Force a node to success or failure until `off`, or trigger an event once with `due`."""
         ...
 
     def take_stops(self) -> tuple[str, ...]:
-        """The nodes, in words, that a tick was stopped before since the last call."""
+        """Descriptions of the nodes at which ticks stopped since the last call."""
         ...
 
     def view(self) -> Debugging:
-        """For the screen."""
+        """State of the debugger for snapshots."""
         ...
 
 
 class GroundTruthScorer(Protocol):
-    """Who knows the truth: in simulation only, for scoring and for the screen."""
+    """Compares estimates with the ground truth; in simulation only, for reports and displays."""
 
     @property
     def truth(self) -> Pose2D:
@@ -98,15 +98,15 @@ class GroundTruthScorer(Protocol):
 
     @property
     def people(self) -> FloatArray:
-        """(n, 3) x, y, radius of the people."""
+        """(n, 3) x, y, radius of the people, map frame, metres."""
         ...
 
     def look(self, estimate: PoseEstimate) -> None:
-        """Score the estimate against the truth; called once a step."""
+        """Compare the estimate with the truth; called once per step."""
         ...
 
     def news(self) -> list[tuple[str, str]]:
-        """What happened in the world since the last call, as (kind, text)."""
+        """Events of the world since the last call, each (kind, text)."""
         ...
 
     def counters(self) -> dict[str, float]:
@@ -120,13 +120,17 @@ class GroundTruthScorer(Protocol):
 
 @dataclass(frozen=True)
 class Rates:
-    """How often each stage runs. Slower rates must divide the control rate."""
+    """Rates of the loop's stages. Slower rates must divide the control rate."""
 
     control: float = parameter(20.0, "Hz", above=0.0, help="sense, navigate, limit and drive")
     tree: float = parameter(10.0, "Hz", above=0.0, help="ticks of the behaviour tree")
 
     def every(self, rate: float, name: str) -> int:
-        """How many control steps lie between two runs of a stage.
+        """Return the number of control steps between two runs of a stage.
+
+        Args:
+            rate: of the stage, Hz.
+            name: of the stage, for messages.
 
         Raises:
             InputError: the rate does not divide the control rate.
@@ -135,14 +139,14 @@ class Rates:
         if steps < 1 or abs(steps - round(steps)) > 1e-9:
             raise InputError(
                 f"the {name} rate {rate:g} Hz does not divide the control rate {self.control:g} Hz;"
-                " choose one that does, such as 20, 10 or 5 Hz"
+                " choose a rate that does, such as 20, 10 or 5 Hz"
             )
         return round(steps)
 
 
 @dataclass
 class Parts:
-    """What the loop is made of."""
+    """The parts of the step loop."""
 
     body: Body
     fusion: OdometryFusion

@@ -1,7 +1,7 @@
-"""The step loop: one thread owns the robot, everybody else gets copies.
+"""The step loop. One thread owns the robot; everything else receives copies.
 
-`Runtime.step` reads like the abstract of the paper. Each named stage is timed; in simulation a
-stage that would have overrun the control period on hardware is counted.
+Each stage of `Runtime.step` is timed. A stage that takes longer than the control period is
+counted as an overrun, also in simulation.
 """
 
 from __future__ import annotations
@@ -18,18 +18,18 @@ from stack.telemetry.records import Ack, Command, Layer, MissionState
 from stack.types import STANDSTILL, Image, Observation, Odometry, Pose2D, RangeReading, Twist
 
 STANDING_SPEED = 0.02
-"""Below this speed (m/s and rad/s) the robot counts as standing."""
+"""Speed, m/s and rad/s, below which the robot counts as standing."""
 
 
 class Runtime:
-    """Runs a mission step by step. Nothing here reads a clock but the body's."""
+    """Runs a mission step by step. Its only clock is the body's."""
 
     def __init__(self, parts: Parts, rates: Rates, idle: Callable[[], None] = lambda: None) -> None:
-        """Ready to step.
+        """Prepare the first step.
 
         Args:
-            parts: what to run.
-            rates: how often.
+            parts: of the loop.
+            rates: of the stages.
             idle: called instead of a step while the robot is held and stands.
         """
         self.parts, self._idle = parts, idle
@@ -43,17 +43,17 @@ class Runtime:
         self.distance = 0.0
         self._began = perf_counter()
         self._image: Image | None = None
-        self._successor: Callable[[], MissionTree] | None = None
+        self._next_tree: Callable[[], MissionTree] | None = None
         self._waiting_readings: tuple[RangeReading, ...] = ()
         self._ticks_every = rates.every(rates.tree, "tree")
         self._commands = CommandHandler(parts, self)
 
     def step(self) -> None:
-        """One control period, or nothing but service to the operator while the robot is held."""
+        """Run one control period; while the robot is held and stands, only serve the operator."""
         self.parts.telemetry.advance(self.steps, self.parts.body.time)
         if self._held_and_standing():
             self._idle()
-            self._take_up_successor()
+            self._install_next_tree()
             self._commands.apply_commands(held=True)
             self.parts.telemetry.publish(lambda: compose_snapshot(self))
             return
@@ -73,7 +73,7 @@ class Runtime:
             self._conclude()
             self._commands.debugging.after_tick()
         with measure("navigate"):
-            moving = self._ticking() or self._commands.on_detour
+            moving = self._ticking() or self._commands.drives_to_operator_goal
             wanted = self.parts.facade.advance() if moving else STANDSTILL
         with measure("safety"):
             self.commanded = self._limit(wanted)
@@ -90,25 +90,26 @@ class Runtime:
         self.steps += 1
 
     def apply(self, command: Command) -> Ack:
-        """Carry out a command now, between two steps, as if an operator had sent it."""
+        """Apply a command now, between two steps, as if an operator had sent it."""
         return self._commands.apply(command)
 
-    def replace_tree(self, take_up: Callable[[], MissionTree]) -> None:
-        """Halt the tree now, and go on with another one from its root once the robot stands.
+    def replace_tree(self, make_tree: Callable[[], MissionTree]) -> None:
+        """Halt the tree now, and continue with another one from its root once the robot stands.
 
         Args:
-            take_up: called at that moment; the tree to go on with. A newer one takes its place.
+            make_tree: called when the robot stands; returns the new tree. A later call of
+                `replace_tree` replaces it.
         """
         if self.parts.tree.outcome == "running":
             self.parts.tree.halt()
-        self._successor = take_up
+        self._next_tree = make_tree
 
     def end(self, state: MissionState, reason: str) -> None:
-        """Bring the mission to an end from outside: aborted, interrupted, error."""
+        """End the mission with a final state; does nothing if it is over."""
         if self.state.is_over:
             return
         self.state, self.reason = state, reason
-        if self.parts.tree.outcome == "running":  # a tree that has ended keeps its picture
+        if self.parts.tree.outcome == "running":  # a tree that has ended keeps its statuses
             self.parts.tree.halt()
         self.parts.telemetry.emit(
             "mission_ended", f"{state}: {reason}" if reason else str(state), source="mission",
@@ -117,7 +118,7 @@ class Runtime:
         )  # fmt: skip
 
     def stand_still(self, patience: float = 3.0) -> None:
-        """Keep stepping with a zero command until the robot stands; at most `patience` seconds."""
+        """Step with a zero command until the robot stands, at most `patience` seconds."""
         for _ in range(round(patience / self.period)):
             if self._standing():
                 return
@@ -125,16 +126,16 @@ class Runtime:
 
     @property
     def real_time_factor(self) -> float:
-        """Simulated seconds per wall second since the run began; for the screen only."""
+        """Simulated seconds per wall second since the run began; for displays only."""
         return self.parts.body.time / max(1e-6, perf_counter() - self._began)
 
     def fresh_image(self) -> Image | None:
-        """The newest picture that no snapshot has shown yet."""
+        """The newest picture if no snapshot has contained it yet."""
         image, self._image = self._image, None
         return image
 
     def counters(self) -> dict[str, float]:
-        """Figures for the screen and the report."""
+        """Counters by name, for displays and the report."""
         own = {
             "distance": self.distance,
             "recoveries": float(self.parts.tree.recoveries),
@@ -143,7 +144,7 @@ class Runtime:
         return own if self.parts.scorer is None else {**own, **self.parts.scorer.counters()}
 
     def layers(self) -> dict[str, Layer]:
-        """The large things by name: map, costmaps, scene."""
+        """Map, costmaps and scene by name."""
         parts = self.parts
         return {
             "map": parts.map_layer,
@@ -153,29 +154,29 @@ class Runtime:
         }
 
     def _asleep(self) -> float:
-        """Wall seconds that the body has slept to keep its pace: not compute time."""
+        """Wall seconds that the body has slept to keep its pace; these are not compute time."""
         return float(getattr(self.parts.body, "slept", 0.0))
 
     def _may_tick(self) -> bool:
-        """Whether the tree is to be ticked in this step; takes up a successor, pauses after steps.
+        """Whether the tree is ticked in this step; installs the next tree if the robot stands.
 
-        A tree that was halted is not ticked again: the robot comes to a stand for its successor.
+        A halted tree is not ticked again: the robot stops first, then the next tree starts.
         """
-        self._take_up_successor()
-        if self._successor is not None or not self._ticking():
+        self._install_next_tree()
+        if self._next_tree is not None or not self._ticking():
             return False
-        return self._commands.debugging.lets_tick()
+        return self._commands.debugging.may_tick()
 
-    def _take_up_successor(self) -> None:
-        if self._successor is not None and self._standing() and not self.state.is_over:
-            self.parts.tree, self._successor = self._successor(), None
+    def _install_next_tree(self) -> None:
+        if self._next_tree is not None and self._standing() and not self.state.is_over:
+            self.parts.tree, self._next_tree = self._next_tree(), None
 
     def _ticking(self) -> bool:
         return self.state in (MissionState.STARTING, MissionState.RUNNING)
 
     def _held_and_standing(self) -> bool:
         held = self.state in (MissionState.PAUSED, MissionState.EMERGENCY_STOP)
-        return held and self._standing() and not self._commands.on_detour
+        return held and self._standing() and not self._commands.drives_to_operator_goal
 
     def _standing(self) -> bool:
         twist = self.odometry.twist
@@ -218,7 +219,7 @@ class Runtime:
         )  # fmt: skip
 
     def _note_trajectory(self) -> None:
-        """Once a simulated second the exact pose goes into the hashed log."""
+        """Log the exact pose once per second of robot time; the log is hashed."""
         if self.steps % round(1.0 / self.period) == 0:
             pose = self.parts.localiser.estimate.pose
             self.parts.telemetry.emit(

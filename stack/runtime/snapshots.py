@@ -1,4 +1,4 @@
-"""Assembles the Snapshot of a moment from the parts of the loop."""
+"""Composes the Snapshot from the parts of the loop."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ SHOWN_PARTICLES, SHOWN_EVENTS = 300, 40
 
 
 class Loop(Protocol):
-    """What the step loop says of itself."""
+    """The data of the step loop that a snapshot contains."""
 
     parts: Parts
     steps: int
@@ -31,20 +31,20 @@ class Loop(Protocol):
         ...
 
     def fresh_image(self) -> Image | None:
-        """The newest picture that no snapshot has shown yet."""
+        """The newest picture if no snapshot has contained it yet."""
         ...
 
     def counters(self) -> dict[str, float]:
-        """Figures for the screen."""
+        """Counters by name."""
         ...
 
     def layers(self) -> dict[str, Layer]:
-        """The large things by name."""
+        """Map, costmaps and scene by name."""
         ...
 
 
 def compose_snapshot(runtime: Loop) -> Snapshot:
-    """What everybody else may know about this moment. Arrays are shared, never written to."""
+    """Compose the snapshot of the current step. Its arrays are shared and must not be modified."""
     parts = runtime.parts
     facade, estimate = parts.facade, parts.localiser.estimate
     return Snapshot(

@@ -1,4 +1,4 @@
-"""Compute time by stage of the loop: for profiling, never for decisions."""
+"""Compute time of the loop's stages, for profiling only: no decision depends on it."""
 
 from __future__ import annotations
 
@@ -20,14 +20,23 @@ class _Stage:
 
 @dataclass
 class Stages:
-    """Compute time by stage, wall seconds: for profiling, never for decisions."""
+    """Compute time by stage, wall seconds.
+
+    Attributes:
+        budget: a run longer than this counts as an overrun, wall seconds.
+    """
 
     budget: float
     stages: dict[str, _Stage] = field(default_factory=dict)
 
     @contextmanager
     def measure(self, name: str, asleep: Callable[[], float] = lambda: 0.0) -> Iterator[None]:
-        """Add the time that the block takes to a stage, less what it sleeps."""
+        """Add the run time of the block, without the time that it sleeps, to a stage.
+
+        Args:
+            name: of the stage.
+            asleep: returns the wall seconds slept so far.
+        """
         began = perf_counter() - asleep()
         try:
             yield

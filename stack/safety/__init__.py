@@ -1,1 +1,1 @@
-"""The last stages before the wheels: collision monitor, velocity smoother, emergency stop."""
+"""Safety stage: collision monitor, safety zones, velocity smoother, emergency stop."""

@@ -1,4 +1,4 @@
-"""Collision monitor: what the newest scan says about where a twist would lead."""
+"""Collision monitor: checks a twist against the points of the newest scan."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ NO_POINTS: FloatArray = np.empty((0, 2))
 
 
 NEIGHBOURS, SAME_SURFACE = 3, 0.05
-"""Beams to either side, and metres between points that may be taken together."""
+"""Number of beams to either side, and largest distance in metres, of points that are averaged."""
 
 MOST_SHIFT = 0.008
-"""Metres that taking points together may move one: about a lidar's noise, and less than is kept
-free, as the corner of a box would else be seen up to 2 cm inside the box.
+"""Metres by which averaging may move a point: about the noise of a lidar, and less than the
+padding. Without this limit the corner of a box would be seen up to 2 cm inside the box.
 """
 
 
 @dataclass(frozen=True, slots=True)
 class Contact:
-    """What a twist would run into.
+    """First contact of a twist with a scan point.
 
     Attributes:
-        time: seconds at that twist until the first point is within the padding; inf: none.
-        x: of that point now, base frame, metres.
-        y: likewise.
+        time: seconds at this twist until the first point is within the padding; inf: none.
+        x: current position of that point, base frame, metres.
+        y: current position of that point, base frame, metres.
     """
 
     time: float
@@ -42,7 +42,7 @@ NOTHING_NEAR = Contact(inf)
 
 
 class CollisionMonitor:
-    """Projects the footprint along a twist against scan points; no costmap in between."""
+    """Sweeps the footprint along a twist against scan points, without a costmap."""
 
     SLACK = 0.005
 
@@ -56,13 +56,13 @@ class CollisionMonitor:
         self._points = NO_POINTS
 
     def contact(self, twist: Twist, points: FloatArray, horizon: float, padding: float) -> Contact:
-        """The first contact of a twist driven from here on.
+        """Return the first contact of a twist.
 
         Args:
-            twist: to be driven.
-            points: (m, 2) what stands around, base frame, metres.
+            twist: to check.
+            points: (m, 2) obstacle points, base frame, metres.
             horizon: seconds to look ahead.
-            padding: metres to keep free round the footprint.
+            padding: distance kept free around the footprint, metres.
         """
         time, which = self._kernels.time_to_contact(
             points, self._corners, self._radius, padding, self.SLACK,
@@ -71,9 +71,14 @@ class CollisionMonitor:
         return Contact(time, *points[which]) if which >= 0 else NOTHING_NEAR
 
     def points(self, scan: Scan, time: float, measured: Twist) -> FloatArray:
-        """(m, 2) end points of a scan in the base frame of now, metres.
+        """Return the (m, 2) end points of a scan in the current base frame, metres.
 
-        The robot has moved on since the scan; at the measured twist, by a known bit.
+        The motion since the scan is compensated with the measured twist.
+
+        Args:
+            scan: to convert.
+            time: now, seconds.
+            measured: current velocity, base frame.
         """
         if scan is not self._scan:
             self._scan, self._points = scan, steadied(scan.points())
@@ -82,12 +87,12 @@ class CollisionMonitor:
 
 
 def steadied(points: FloatArray) -> FloatArray:
-    """Points (n, 2) in the order of their beams with less noise.
+    """Reduce the noise of points (n, 2), metres, in the order of their beams.
 
     A sigma filter (J.-S. Lee, "Digital image smoothing and the sigma filter", Computer Vision,
-    Graphics, and Image Processing 24(2), 1983): each becomes the mean of those up to NEIGHBOURS
-    beams away that lie within SAME_SURFACE of it. On a flat wall that is exact; what a single beam
-    sees stays as it is, and nothing moves farther than MOST_SHIFT.
+    Graphics, and Image Processing 24(2), 1983): each point becomes the mean of the points up to
+    NEIGHBOURS beams away and within SAME_SURFACE of it. It adds no error on a flat wall, keeps the
+    points of objects hit by a single beam, and moves no point farther than MOST_SHIFT.
     """
     total, count = points.copy(), np.ones(len(points))
     for shift in range(1, min(NEIGHBOURS, len(points) - 1) + 1):

@@ -1,4 +1,4 @@
-"""Settings of the safety stage."""
+"""Parameters of the safety stage."""
 
 from __future__ import annotations
 
@@ -9,34 +9,34 @@ from stack.parameters import parameter
 
 @dataclass(frozen=True)
 class SafetyParameters:
-    """Settings of `Safety`."""
+    """Parameters of `Safety`."""
 
     padding: float = parameter(
-        0.03, "m", at_least=0.0, at_most=0.5, help="stays free round the footprint"
+        0.03, "m", at_least=0.0, at_most=0.5, help="distance kept free around the footprint"
     )
     tight_padding: float = parameter(
-        0.015, "m", at_least=0.0, at_most=0.5, help="stays free at tight_speed; lidar noise and so"
+        0.015, "m", at_least=0.0, at_most=0.5, help="distance kept free up to tight_speed"
     )
     tight_speed: float = parameter(
-        0.15, "m/s", at_least=0.0, help="what lies within the padding is passed no faster than this"
+        0.15, "m/s", at_least=0.0, help="speed limit when passing obstacles within the padding"
     )
     slow_time: float = parameter(
-        1.0, "s", above=0.0, at_most=5.0, help="slower in proportion when contact is nearer"
+        1.0, "s", above=0.0, at_most=5.0, help="time to contact below which the speed is reduced"
     )
     reaction_time: float = parameter(
-        0.15, "s", at_least=0.0, help="part of the stopping distance: scan, step and drive delay"
+        0.15, "s", at_least=0.0, help="delay of scan, step and drive, added to the stopping time"
     )
     creep_speed: float = parameter(
-        0.02, "m/s", at_least=0.0, help="stops rather than creep slower than this at something"
+        0.02, "m/s", at_least=0.0, help="stops at an obstacle instead of driving slower than this"
     )
     stale_after: float = parameter(
-        0.3, "s", above=0.0, help="stops when the newest scan is older than this"
+        0.3, "s", above=0.0, help="maximum age of the newest scan; the robot stops above it"
     )
     top_speed: float = parameter(
-        5.0, "m/s", above=0.0, help="speed limit; the robot's own limit holds as well"
+        5.0, "m/s", above=0.0, help="speed limit, in addition to the robot's own"
     )
     closed_loop: bool = parameter(
-        False, help="changes of speed count from the measured velocity, not the last command"
+        False, help="limit accelerations from the measured velocity, not the last command"
     )
     dead_band: float = parameter(
         0.0, "m/s", at_least=0.0, at_most=0.5, help="the drive does not move slower than this"

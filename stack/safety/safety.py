@@ -1,10 +1,10 @@
-"""The last word before the wheels.
+"""Safety stage: limits the commanded velocity.
 
-In this order: emergency stop, staleness of the lidar, zones, collision monitor, speed limit,
-velocity smoother, and a last look at what the smoother made of it. Works on the newest scan alone,
-so that a wrong pose or a wrong costmap cannot fool it (but for speed zones, which lie on the map);
-what the lidar cannot see (behind one that does not
-look all round, below its plane) it cannot guard.
+Stages in order: emergency stop, age of the scans, safety zones, collision monitor, speed limit,
+velocity smoother, and a final collision check of the smoothed velocity. It uses the newest scans
+only, so a wrong pose or a wrong costmap does not affect it (except for speed zones, which are on
+the map). It does not protect against obstacles that the lidars cannot see: outside their field of
+view or outside their plane.
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ NO_SCANS: Mapping[str, Scan] = {}
 
 
 class Safety:
-    """Turns what navigation wants into what may be driven.
+    """Limits the velocity that navigation commands.
 
     Attributes:
         parameters: may be replaced between steps.
-        reason: what it does now, in words; empty when it lets everything through.
+        reason: why the velocity is limited now; empty when it is not.
     """
 
     def __init__(
@@ -46,33 +46,33 @@ class Safety:
         self.parameters, self.reason = parameters, ""
         self._robot, self._limits = robot, robot.limits
         self._monitor = CollisionMonitor(robot)
-        self._more = {name: CollisionMonitor(robot) for name in robot.lidars}
+        self._other_monitors = {name: CollisionMonitor(robot) for name in robot.lidars}
         self._zones = ZoneMonitor(zones, robot.footprint)
         self._smoother = VelocitySmoother(robot, period)
         self._emergency: str | None = None
 
     def engage(self, reason: str) -> None:
-        """Latch the emergency stop: standstill until somebody calls `release`."""
+        """Latch the emergency stop: standstill until `release` is called."""
         if self._emergency is None:
             self._emergency = reason or "no reason given"
 
     def release(self) -> None:
-        """Unlatch the emergency stop; speeds then rise again from zero."""
+        """Release the emergency stop; the speed then rises from zero."""
         self._emergency = None
 
-    def limit(  # noqa: PLR0913 - all there is to know of one moment, by name
+    def limit(  # noqa: PLR0913 - all inputs of one step, by name
         self, twist: Twist, *, scan: Scan | None, time: float, measured: Twist,
         speed_limit: float = inf, more: Mapping[str, Scan] = NO_SCANS,
     ) -> Twist:  # fmt: skip
-        """The twist that may be driven now.
+        """Return the limited twist for this step.
 
         Args:
-            twist: what is wanted, base frame.
-            scan: the newest one; None when none has come yet or there is no lidar.
-            time: now, on the robot's clock.
-            measured: velocity now, base frame.
-            speed_limit: of this place, m/s.
-            more: the newest scans of further lidars, by name.
+            twist: commanded velocity, base frame.
+            scan: the newest scan; None before the first scan or without a lidar.
+            time: now, seconds on the robot's clock.
+            measured: current velocity, base frame.
+            speed_limit: at this position, m/s.
+            more: the newest scans of the other lidars, by name.
         """
         self.reason = ""
         if self._emergency is not None:
@@ -81,17 +81,17 @@ class Safety:
             return STANDSTILL
         wanted = drivable(self._finite(twist), self._robot)
         if self._robot.lidar is not None:
-            wanted = self._fresh(wanted, scan, time)
+            wanted = self._unless_stale(wanted, scan, time)
         points = None if scan is None else self._monitor.points(scan, time, measured)
         for name in self._robot.lidars:
-            wanted = self._fresh(wanted, more.get(name), time, name)
+            wanted = self._unless_stale(wanted, more.get(name), time, name)
             if name in more:
-                others = self._more[name].points(more[name], time, measured)
+                others = self._other_monitors[name].points(more[name], time, measured)
                 points = others if points is None else np.concatenate([points, others])
         if points is not None and wanted != STANDSTILL:
             wanted, self.reason = self._zones.limited(wanted, points)
-            wanted = self._guarded(wanted, points)
-        wanted = self._slow_enough(wanted, speed_limit)
+            wanted = self._collision_limited(wanted, points)
+        wanted = self._speed_limited(wanted, speed_limit)
         if self.parameters.closed_loop:
             self._smoother.last = measured
         smooth = self._smoother.towards(wanted)
@@ -109,11 +109,13 @@ class Safety:
     def _finite(self, twist: Twist) -> Twist:
         if all(map(isfinite, (twist.linear, twist.angular, twist.lateral))):
             return twist
-        self.reason = f"stopped: not a velocity: {twist}"
+        self.reason = f"stopped: not a finite velocity: {twist}"
         return STANDSTILL
 
-    def _fresh(self, twist: Twist, scan: Scan | None, time: float, name: str = "lidar") -> Twist:
-        """Standstill when there should be a scan and there is none, or an old one."""
+    def _unless_stale(
+        self, twist: Twist, scan: Scan | None, time: float, name: str = "lidar"
+    ) -> Twist:
+        """Return standstill when the lidar's scan is missing or too old."""
         if twist == STANDSTILL:
             return twist
         age = inf if scan is None else time - scan.stamp
@@ -126,8 +128,8 @@ class Safety:
         )
         return STANDSTILL
 
-    def _slow_enough(self, twist: Twist, speed_limit: float) -> Twist:
-        """The same arc within the limits of the robot, the operator and the place."""
+    def _speed_limited(self, twist: Twist, speed_limit: float) -> Twist:
+        """Scale a twist to the limits of the robot, the parameters and the position."""
         top = min(self.parameters.top_speed, speed_limit)
         speed = hypot(twist.linear, twist.lateral)
         binding = min(self.parameters.top_speed, self._limits.linear_speed, speed)
@@ -135,8 +137,8 @@ class Safety:
             self.reason = f"slower: the speed limit here is {speed_limit:.2f} m/s"
         return within_limits(twist, self._robot, top)
 
-    def _guarded(self, twist: Twist, points: FloatArray) -> Twist:
-        """The same arc driven slower, a turn in place, or standstill."""
+    def _collision_limited(self, twist: Twist, points: FloatArray) -> Twist:
+        """Return the same arc at a safe speed, a turn in place, or standstill."""
         p = self.parameters
         horizon = max(p.slow_time, self._stopping_time(twist))
         contact = self._monitor.contact(twist, points, horizon, p.padding)
@@ -145,9 +147,9 @@ class Safety:
         share = min(1.0, contact.time / p.slow_time)
         share = max(share, self._tight_share(twist, points))
         if share * self._rim_speed(twist) >= p.creep_speed:
-            self.reason = f"slower: something {_where(contact)}"
+            self.reason = f"slower: obstacle {_where(contact)}"
             return scaled(twist, share)
-        self.reason = f"stopped: something {_where(contact)}"
+        self.reason = f"stopped: obstacle {_where(contact)}"
         turn = drivable(Twist(angular=twist.angular), self._robot)
         if turn not in (twist, STANDSTILL):
             time = self._monitor.contact(turn, points, p.slow_time, p.padding).time
@@ -156,10 +158,10 @@ class Safety:
         return STANDSTILL
 
     def _tight_share(self, twist: Twist, points: FloatArray) -> float:
-        """The share of a twist's speed at which it may pass between things within the padding.
+        """Share of a twist's speed at which the robot may pass obstacles within the padding.
 
-        At a crawl the robot follows its arc to millimetres and needs less room beside it. Towards
-        something ahead it is no faster for that.
+        At low speed the robot follows its arc to millimetres and needs less room to the side. An
+        obstacle ahead still limits the speed as usual.
         """
         p = self.parameters
         speed = self._rim_speed(twist)
@@ -171,25 +173,25 @@ class Safety:
         return share if contact.time == inf else 0.0
 
     def _padding(self, twist: Twist) -> float:
-        """What is to stay free at a twist's speed, metres."""
+        """Distance kept free at a twist's speed, metres."""
         p = self.parameters
         slow = self._rim_speed(twist) <= p.tight_speed + 1e-9
         return min(p.padding, p.tight_padding) if slow else p.padding
 
     def _braked(self, smooth: Twist, points: FloatArray) -> Twist:
-        """The smoothed twist, or full braking if it meets something sooner than it can stop.
+        """Return the smoothed twist, or full braking when it leads to a contact before a stop.
 
-        On the way from one arc to another the robot drives neither.
+        Between two arcs the robot drives on neither of them, so the result is checked again.
         """
         time = self._stopping_time(smooth)
         contact = self._monitor.contact(smooth, points, time, self._padding(smooth))
         if contact.time == inf:
             return smooth
-        self.reason = f"braking: something {_where(contact)}"
+        self.reason = f"braking: obstacle {_where(contact)}"
         return self._smoother.towards(STANDSTILL)
 
     def _stopping_time(self, twist: Twist) -> float:
-        """Seconds at this twist that cover as much ground as stopping from it does."""
+        """Time in seconds at this twist that covers its stopping distance."""
         speed = hypot(twist.linear, twist.lateral) / self._limits.linear_deceleration
         turn = abs(twist.angular) / self._limits.angular_acceleration
         return self.parameters.reaction_time + 0.5 * max(speed, turn)

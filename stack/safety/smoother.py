@@ -1,4 +1,4 @@
-"""Velocity smoother and speed limit: what the drive can follow."""
+"""Velocity smoother: limits speed and acceleration to those of the drive."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from stack.drivetrain.kinematics import drivable, scaled, share_within_limits
 from stack.types import STANDSTILL, Twist
 
 STEERED_FROM = 1e-3
-"""m/s from which a car's twist says how its wheels are steered."""
+"""Speed in m/s from which a car's twist determines the steering angle."""
 
 
 class VelocitySmoother:
-    """Limits how fast commands change, one control period at a time.
+    """Limits the change of commands in each control period.
 
-    Forward speed and turning speed each have their ramp. The velocity of an omnidirectional robot
-    changes as a vector, so that its direction does not swerve. A car's turning speed follows from
-    its speed and from the angle of its wheels, which turn no faster than they can.
+    Forward speed and turning speed have separate limits. The velocity of an omnidirectional robot
+    changes as a vector, so that its direction changes steadily. A car's turning speed follows from
+    its speed and its steering angle, which has a limited rate.
     """
 
     def __init__(self, robot: RobotDescription, period: float) -> None:
@@ -32,7 +32,7 @@ class VelocitySmoother:
 
     @property
     def last(self) -> Twist:
-        """The command from which the next one departs."""
+        """The previous command, from which the next one is limited."""
         return self._last
 
     @last.setter
@@ -42,7 +42,7 @@ class VelocitySmoother:
             self._steering = atan(self._wheels.wheelbase * twist.angular / twist.linear)
 
     def towards(self, wanted: Twist) -> Twist:
-        """The reachable twist that is nearest to the wanted one; does not yet move there."""
+        """Return the reachable twist nearest to the wanted one; `last` does not change."""
         last = self.last
         linear = _towards(last.linear, wanted.linear, self._up, self._down)
         if self._wheels is not None:
@@ -53,16 +53,16 @@ class VelocitySmoother:
         return Twist(linear, angular, _towards(last.lateral, wanted.lateral, self._up, self._down))
 
     def _curvature(self, wanted: Twist, wheels: SteeredWheels) -> float:
-        """Of the arc on which the wheels are steered one period later, 1/m."""
+        """Curvature of the arc with the steering angle one period later, 1/m."""
         steering = self._steering
         if abs(wanted.linear) >= STEERED_FROM:
-            aim = atan(wheels.wheelbase * wanted.angular / wanted.linear)
+            target = atan(wheels.wheelbase * wanted.angular / wanted.linear)
             most = wheels.steering_speed * self._period
-            steering += max(-most, min(most, aim - steering))
+            steering += max(-most, min(most, target - steering))
         return tan(steering) / wheels.wheelbase
 
     def _along(self, wanted: Twist, angular: float) -> tuple[float, float, float]:
-        """One step on the straight line between two velocities over ground."""
+        """One step along the straight line between two velocity vectors."""
         last = self.last
         ahead, left = wanted.linear - last.linear, wanted.lateral - last.lateral
         change = hypot(ahead, left)
@@ -75,7 +75,7 @@ class VelocitySmoother:
 
 
 def _towards(last: float, wanted: float, up: float, down: float) -> float:
-    """One step from last to wanted: braking at most `down`, speeding up at most `up`."""
+    """One step from last to wanted: at most `down` when braking, `up` when speeding up."""
     if last * wanted < 0.0:
         wanted = 0.0
     most = down if abs(wanted) < abs(last) else up
@@ -83,9 +83,9 @@ def _towards(last: float, wanted: float, up: float, down: float) -> float:
 
 
 def within_limits(twist: Twist, robot: RobotDescription, top_speed: float) -> Twist:
-    """The same arc, driven no faster than the robot and the top speed (m/s) allow.
+    """Scale a twist to the robot's limits and the top speed (m/s); the arc stays the same.
 
-    Arcs tighter than a car steers become the tightest that it can.
+    Arcs tighter than a car's turning radius are replaced by its tightest arc.
     """
     possible = drivable(twist, robot)
     share = share_within_limits(possible, robot.limits, top_speed)
@@ -93,16 +93,16 @@ def within_limits(twist: Twist, robot: RobotDescription, top_speed: float) -> Tw
 
 
 def beyond_dead_band(smooth: Twist, wanted: Twist, linear: float, angular: float) -> Twist:
-    """What a drive that cannot move slower than its dead band is to be told.
+    """Replace speeds inside the dead band of the drive.
 
-    A speed inside the band becomes the band's edge on the way up to a wanted one beyond it, else
-    zero: so a drive gets going, and does not hum where it stands.
+    A speed inside the band becomes the edge of the band while the wanted speed is beyond it, and
+    zero otherwise: the drive starts to move, and gets no command that it cannot follow.
 
     Args:
-        smooth: what the smoother allows now.
-        wanted: where it is heading.
+        smooth: smoothed velocity.
+        wanted: target of the smoother.
         linear: edge of the band, m/s.
-        angular: likewise, rad/s.
+        angular: edge of the band, rad/s.
     """
     return Twist(
         _beyond(smooth.linear, wanted.linear, linear),
@@ -112,7 +112,7 @@ def beyond_dead_band(smooth: Twist, wanted: Twist, linear: float, angular: float
 
 
 def arc_beyond_dead_band(smooth: Twist, wanted: Twist, linear: float) -> Twist:
-    """The same for a car: on the same arc, as it does not turn but by driving."""
+    """As `beyond_dead_band` for a car, on the same arc: a car turns only while it drives."""
     speed = _beyond(smooth.linear, wanted.linear, linear)
     return scaled(smooth, speed / smooth.linear) if smooth.linear else STANDSTILL
 

@@ -1,4 +1,4 @@
-"""What zones round the robot make of a twist."""
+"""Zone monitor: limits a twist when points are inside safety zones around the robot."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from stack.types import STANDSTILL, FloatArray, Footprint, Twist
 
 
 class ZoneMonitor:
-    """Looks which zones something is in, and slows or stops a twist as they say."""
+    """Checks which zones contain points, and limits or stops a twist as they require."""
 
     LOOK_AHEAD = 0.2
-    """Seconds over which a twist is asked whether it leads away."""
+    """Seconds over which the motion away from points in a zone is checked."""
     GAIN = 0.25
-    """Share of what its rim travels that it has to gain in distance for that."""
+    """Required increase of the distance, as a share of the distance that the rim travels."""
     SLACK = 0.005
 
     def __init__(self, zones: Sequence[SafetyZone], footprint: Footprint) -> None:
@@ -31,14 +31,14 @@ class ZoneMonitor:
         self._footprint = np.ascontiguousarray(footprint.points, dtype=np.float64)
 
     def limited(self, twist: Twist, points: FloatArray) -> tuple[Twist, str]:
-        """The same arc as fast as every zone allows, and why it is not faster.
+        """Scale a twist to the speed that every zone allows.
 
         Args:
-            twist: wanted, base frame.
-            points: (m, 2) what stands around, base frame, metres.
+            twist: commanded velocity, base frame.
+            points: (m, 2) obstacle points, base frame, metres.
 
         Returns:
-            The twist, and words that are empty when no zone has a say.
+            The twist, and the reason of the limit; empty when no zone applies.
         """
         share, reason = 1.0, ""
         speed = copysign(hypot(twist.linear, twist.lateral), twist.linear)
@@ -57,7 +57,7 @@ class ZoneMonitor:
     def _share(
         self, zone: SafetyZone, outline: FloatArray, twist: Twist, points: FloatArray
     ) -> float:
-        """The share of a twist's speed that one zone allows."""
+        """Share of a twist's speed that one zone allows."""
         if zone.action == "approach":
             return min(1.0, self._time_to_contact(zone, outline, twist, points) / zone.time)
         if np.count_nonzero(points_inside(points, outline)) < zone.points:
@@ -84,7 +84,7 @@ class ZoneMonitor:
         return float(time)
 
     def _leads_away(self, outline: FloatArray, twist: Twist, points: FloatArray) -> bool:
-        """Whether driving on takes the robot away from everything in a zone."""
+        """Whether the twist leads away from all points in a zone."""
         inside = points_inside(points, outline)
         there = moved(twist, self.LOOK_AHEAD).inverse().transform(points[inside])
         now = self._kernels.nearest(points[inside], self._footprint)
@@ -95,5 +95,5 @@ class ZoneMonitor:
 
 def _reason(zone: SafetyZone, share: float) -> str:
     if share == 0.0:
-        return f"stopped: something in the zone {zone.name!r}"
-    return f"slower: something in the zone {zone.name!r}, {share:.0%} of the speed"
+        return f"stopped: obstacle in the zone {zone.name!r}"
+    return f"slower: obstacle in the zone {zone.name!r}, {share:.0%} of the speed"

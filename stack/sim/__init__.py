@@ -1,1 +1,1 @@
-"""Simulated worlds, sensors and physics, on PyBullet."""
+"""Simulation on PyBullet: worlds, physics, sensors and people."""

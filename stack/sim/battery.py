@@ -1,4 +1,4 @@
-"""A battery: drains with time and speed, charges on a dock."""
+"""Battery model: drains with time and speed, charges on a dock."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from stack.sim.physics.physics_world import GroundTruth
 from stack.sim.worlds.world import Dock
 from stack.types import Battery as BatteryReading
 
-STANDING = 0.05
-"""Below this speed, m/s and rad/s, a robot on a dock has contact."""
+STANDSTILL_SPEED = 0.05
+"""Speed, m/s and rad/s, below which a robot on a dock charges."""
 
 JOULES_PER_WATT_HOUR = 3600.0
 
 
 class Battery:
-    """State of charge by energy; the voltage follows it linearly."""
+    """State of charge from an energy balance; the voltage is linear in the charge."""
 
     def __init__(
         self,
@@ -29,7 +29,7 @@ class Battery:
         self.charge, self._charging = charge, False
 
     def update(self, truth: GroundTruth, period: float) -> None:
-        """Let a period pass at this place and speed."""
+        """Advance by `period` seconds at the robot's pose and speed."""
         d = self._description
         self._charging = self._on_dock(truth)
         power = d.charge_power if self._charging else -d.idle_power - self._drive_power(truth)
@@ -38,7 +38,7 @@ class Battery:
 
     @property
     def reading(self) -> BatteryReading:
-        """What the robot is told."""
+        """The measurement that the robot receives."""
         d = self._description
         voltage = d.voltage_empty + self.charge * (d.voltage_full - d.voltage_empty)
         return BatteryReading(self.charge, self._charging, voltage)
@@ -52,7 +52,7 @@ class Battery:
 
     def _on_dock(self, truth: GroundTruth) -> bool:
         twist = truth.twist
-        if max(abs(twist.linear), abs(twist.lateral), abs(twist.angular)) > STANDING:
+        if max(abs(twist.linear), abs(twist.lateral), abs(twist.angular)) > STANDSTILL_SPEED:
             return False
         pose = truth.pose
         return any(hypot(pose.x - d.x, pose.y - d.y) <= d.radius for d in self._docks)

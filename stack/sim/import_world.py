@@ -1,4 +1,4 @@
-"""Worlds of every kind that can be read: ours, Gazebo's, and ROS maps as walls."""
+"""Read a world of any supported format: treepilot's own, Gazebo's, or a ROS map."""
 
 from __future__ import annotations
 
@@ -12,10 +12,12 @@ GAZEBO = (".world", ".sdf")
 
 
 def read_any_world(path: Path) -> World:
-    """The world in a file: .world and .sdf are Gazebo's, a YAML with `image` is a ROS map.
+    """Read a world file and choose the format from its ending and content.
+
+    `.world` and `.sdf` are Gazebo files; a YAML file with the key `image` is a ROS map.
 
     Raises:
-        InputError: every finding, each with its position.
+        InputError: all findings, each with its position.
     """
     if path.suffix in GAZEBO:
         from stack.sim.sdf.world import read_sdf_world
@@ -29,10 +31,10 @@ def read_any_world(path: Path) -> World:
 
 
 def is_ros_map(path: Path) -> bool:
-    """Whether a YAML file names a picture and no world.
+    """Whether a YAML file is a ROS map: it has the key `image` and no key `world`.
 
     Raises:
-        InputError: it cannot be read.
+        InputError: the file cannot be read.
     """
     top = read_file(path, "world file")
     return top.get("image") is not None and top.get("world") is None

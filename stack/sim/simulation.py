@@ -1,4 +1,4 @@
-"""The simulated robot, its sensors and the world around it, advanced together step by step."""
+"""Simulation of one robot, its sensors and its world, advanced in physics steps."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ from stack.sim.worlds.world import World, WorldEvent
 from stack.types import Image, Observation, Pose2D, RangeReading, Scan
 
 CLEARANCE_REACH = 1.0
-"""Metres beyond which a distance is of no interest."""
+"""Largest clearance that is measured, metres."""
 
 NEVER = 1 << 62
-"""Steps between two readings of a sensor that a robot does not have."""
+"""Period, in steps, of a sensor that the robot does not have."""
 
 
 class Simulation:
-    """One robot in one world. Time is the number of physics steps so far.
+    """One robot in one world. The clock counts physics steps.
 
-    The physics and the wheel loop run every step; people, encoders, battery and contacts at the
-    scene rate; each sensor at its own. The timeline is looked at after each `advance`.
+    Physics and wheel controller run in every step; people, encoders, battery and contacts at the
+    scene rate; each sensor at its own rate. The timeline is evaluated after each `advance`.
     """
 
     def __init__(
@@ -84,7 +84,7 @@ class Simulation:
         return self._contacts.tally
 
     def advance(self, steps: int) -> None:
-        """Let this many physics steps pass."""
+        """Run this many physics steps."""
         physics, drive = self._physics, self.drive
         for _ in range(steps):
             if drive.advance():
@@ -98,14 +98,14 @@ class Simulation:
                 self._read_imu()
             if self._step % self._lidar_steps == 0:
                 self._take_scan()
-            if self._more_sensors:
-                self._sense_more()
+            if self._extra_sensor_steps:
+                self._read_extra_sensors()
             if self._step % self._clearance_steps == 0:
                 self._measure_clearance()
-        self._let_things_happen()
+        self._apply_due_events()
 
     def observation(self, image: Image | None) -> Observation:
-        """What the sensors said since the last call."""
+        """Return the measurements since the last call."""
         scan, self._scan = self._scan, None
         scans, self._scans = self._scans, {}
         readings, self._readings = tuple(self._readings), []
@@ -121,19 +121,19 @@ class Simulation:
         )
 
     def render_request(self) -> RenderRequest:
-        """What a camera would need to know to take a picture now."""
+        """Return the state that a camera renders: robot, people and doors as of now."""
         position, orientation = self._physics.base_pose()
         return RenderRequest(
             self._step, position, orientation, self.people.places, dict(self.doors)
         )
 
     def take_news(self) -> list[tuple[str, str]]:
-        """(kind, sentence) of what happened since the last call."""
+        """Return the events since the last call, each (kind, sentence)."""
         news, self._news = self._news, []
         return news
 
     def close(self) -> None:
-        """Let go of the physics. Safe to call twice."""
+        """Disconnect from the physics engine. Safe to call twice."""
         self._physics.close()
 
     def _plan_rates(self, description: RobotDescription, settings: SimulationSettings) -> None:
@@ -141,20 +141,20 @@ class Simulation:
         self._clearance_steps = settings.steps("clearance period", 1.0 / settings.clearance_rate)
         self._lidar_steps = self._imu_steps = NEVER
         if description.lidar:
-            self._lidar_steps = settings.steps("lidar's period", 1.0 / description.lidar.rate)
+            self._lidar_steps = settings.steps("lidar period", 1.0 / description.lidar.rate)
         rates = {name: lidar.rate for name, lidar in description.lidars.items()}
         rates |= {name: sonar.rate for name, sonar in description.sonars.items()}
-        self._more_sensors = {
-            name: settings.steps(f"{name}'s period", 1.0 / rate) for name, rate in rates.items()
+        self._extra_sensor_steps = {
+            name: settings.steps(f"{name} period", 1.0 / rate) for name, rate in rates.items()
         }
         if description.imu:
-            self._imu_steps = settings.steps("IMU's period", 1.0 / description.imu.rate)
+            self._imu_steps = settings.steps("IMU period", 1.0 / description.imu.rate)
 
     def _begin(self) -> None:
         self._physics.scene.place_people(self.people.places)
         self._friction.update(self.truth.pose)
         self._odometry.update(0.0, self._encoders())
-        self._let_things_happen()
+        self._apply_due_events()
         if self._lidar:
             self._take_scan()
         self._measure_clearance()
@@ -175,8 +175,8 @@ class Simulation:
         touching = self._physics.touching()
         if self._contacts.update(self.time, bool(touching), truth.twist):
             body, x, y = touching[0]
-            what = self._physics.scene.obstacles[body]
-            self._tell("contact", f"the robot and {what} touched at ({x:.2f}, {y:.2f})")
+            obstacle = self._physics.scene.obstacles[body]
+            self._report("contact", f"contact with {obstacle} at ({x:.2f}, {y:.2f})")
 
     def _read_imu(self) -> None:
         assert self._imu is not None
@@ -188,25 +188,25 @@ class Simulation:
             self.truth.pose, self.people.places, self.doors, self._step, self.time
         )
 
-    def _sense_more(self) -> None:
-        """Further lidars and sonars, each at its rate."""
-        for name, steps in self._more_sensors.items():
+    def _read_extra_sensors(self) -> None:
+        """Read the additional lidars and the sonars, each at its own rate."""
+        for name, steps in self._extra_sensor_steps.items():
             if self._step % steps:
                 continue
-            seen = (self.truth.pose, self.people.places, self.doors, self._step, self.time)
+            state = (self.truth.pose, self.people.places, self.doors, self._step, self.time)
             if name in self._lidars:
-                self._scans[name] = self._lidars[name].scan(*seen)
+                self._scans[name] = self._lidars[name].scan(*state)
             else:
-                self._readings.append(self._sonars[name].reading(*seen))
+                self._readings.append(self._sonars[name].reading(*state))
 
     def _measure_clearance(self) -> None:
         self.clearance = self._physics.distance(self.clearance)
 
-    def _let_things_happen(self) -> None:
+    def _apply_due_events(self) -> None:
         for event in self._timeline.due(self.time, self.truth.pose):
-            self._act(event)
+            self._apply(event)
 
-    def _act(self, event: WorldEvent) -> None:
+    def _apply(self, event: WorldEvent) -> None:
         if event.open_door is not None:
             self._move_door(event.open_door, closed=False)
         if event.close_door is not None:
@@ -215,22 +215,22 @@ class Simulation:
             self._lift_robot(event.move_robot)
         if event.battery is not None:
             self._battery.charge = event.battery
-            self._tell("battery", f"the battery is at {event.battery:.0%}")
+            self._report("battery", f"battery charge set to {event.battery:.0%}")
 
     def _move_door(self, name: str, *, closed: bool) -> None:
         self._physics.scene.place_door(name, closed)
         self.doors[name] = closed
         self.scene_changes += 1
-        self._tell("door", f"the door {name} {'closed' if closed else 'opened'}")
+        self._report("door", f"the door {name} {'closed' if closed else 'opened'}")
 
     def _lift_robot(self, pose: Pose2D) -> None:
         self.drive.halt()
         self._physics.place_robot(pose)
         self._friction.update(pose)
         if self._imu:
-            self._imu.lifted()
+            self._imu.reset_velocity()
         where = f"({pose.x:.2f}, {pose.y:.2f}, {pose.heading:.2f})"
-        self._tell("lifted", f"the robot was lifted to {where}")
+        self._report("lifted", f"the robot was lifted to {where}")
 
-    def _tell(self, kind: str, text: str) -> None:
+    def _report(self, kind: str, text: str) -> None:
         self._news.append((kind, text))

@@ -1,4 +1,4 @@
-"""What happens in a world by itself: doors that move, a robot that is lifted, a failing battery."""
+"""Scheduler of a world's timeline: doors, a lifted robot, changes of the battery charge."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ _ROUNDING = 1e-9
 
 
 class Timeline:
-    """Says which happenings are due; each is due once."""
+    """The timeline entries of a world that have not happened yet; each happens once."""
 
     def __init__(self, world_events: tuple[WorldEvent, ...]) -> None:
         self._waiting = list(world_events)
         self._triggered: list[tuple[float, WorldEvent]] = []
 
     def due(self, time: float, robot: Pose2D) -> list[WorldEvent]:
-        """What happens now, in the order of the world file."""
+        """Return the entries that happen now, in the order in which they were triggered."""
         still: list[WorldEvent] = []
         for event in self._waiting:
             if _triggers(event.trigger, time, robot):

@@ -1,1 +1,1 @@
-"""What leaves the engine (events, snapshots) and what enters it (commands)."""
+"""Telemetry: events and snapshots of the engine, commands to it, and the sinks and server."""

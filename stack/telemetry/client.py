@@ -1,10 +1,10 @@
-"""The other end of TelemetryServer: what dashboards hold. Knows nothing of the stack."""
+"""Client of TelemetryServer, used by dashboards. Independent of the stack."""
 
 from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Mapping
-from time import monotonic  # noqa: TID251 - transport paces itself by the wall clock
+from time import monotonic  # noqa: TID251 - transport timeouts are wall time
 from typing import Any
 
 from stack.errors import TelemetryError
@@ -20,24 +20,24 @@ from stack.telemetry.messages import (
 )
 from stack.telemetry.records import Ack, Command, Event, Layer, RunInfo, Snapshot
 
-ASK_AGAIN_AFTER = 2.0
+REQUEST_TIMEOUT = 2.0
 """Wall seconds of silence after which an unanswered request is repeated."""
 
 LINGER_MS = 200
-"""How long closing waits for a last command to leave, at most."""
+"""Longest time that closing waits for the last command to be sent."""
 
 MAX_RECEIVED = 1000
-"""Messages read in one `poll`, so that a screen stays responsive while a backlog comes in."""
+"""Messages read in one `poll`, so that the dashboard stays responsive during a backlog."""
 
 
 class TelemetryClient:
-    """Watches and commands one run. Nothing here blocks.
+    """Connection to one run: snapshots, events, commands. No method blocks.
 
     Attributes:
-        info: what is fixed for the run; None until the engine has answered.
-        report: what is in report.json; None until the run is over (or after a crash).
-        is_over: the engine has said that the run ended.
-        missed_events: events that the engine had forgotten before this client came.
+        info: constant data of the run; None until the engine has answered.
+        report: content of report.json; None until the run is over, or after a crash.
+        is_over: the engine has reported the end of the run.
+        missed_events: events that the engine had discarded before this client connected.
     """
 
     def __init__(
@@ -47,11 +47,11 @@ class TelemetryClient:
 
         Args:
             address: of a RunHandle, ipc://…
-            images: whether snapshots should bring camera pictures.
-            clock: wall seconds.
+            images: whether snapshots contain camera pictures.
+            clock: returns wall seconds.
 
         Raises:
-            TelemetryError: the address is not a local one.
+            TelemetryError: the address is not local (ipc://…).
         """
         if not address.startswith("ipc://"):
             raise TelemetryError(f"cannot connect to {address!r}: expected ipc://… of a live run")
@@ -71,41 +71,41 @@ class TelemetryClient:
         self._socket: zmq.Socket[bytes] = self._context.socket(zmq.DEALER)
         self._socket.set(zmq.LINGER, LINGER_MS)
         self._socket.connect(address)
-        self._heard = self._asked = clock()
-        self._ask()
+        self._heard = self._requested = clock()
+        self._request()
 
     @property
     def silent_for(self) -> float:
-        """Wall seconds since the engine last said anything."""
+        """Wall seconds since the last message of the engine."""
         return self._clock() - self._heard
 
     def poll(self) -> Snapshot | None:
-        """Read what came in; the newest snapshot since the last call, layers included.
+        """Read incoming messages; return the newest snapshot since the last call, with layers.
 
         Raises:
-            TelemetryError: the engine speaks another version.
+            TelemetryError: the engine uses another telemetry version.
         """
         self._receive()
         newest, self._newest = self._newest, None
         return newest
 
     def events(self) -> list[Event]:
-        """Events that came in since the last call: in order, without gaps, from number 0 on."""
+        """Return the events since the last call: in order, without gaps, from number 0 on."""
         self._receive()
         taken, self._events = self._events, []
         return taken
 
     def acks(self) -> list[Ack]:
-        """What became of commands, since the last call."""
+        """Return the acknowledgements since the last call."""
         self._receive()
         taken, self._acks = self._acks, []
         return taken
 
     def send(self, command: Command) -> None:
-        """Command the engine; what became of it comes with `acks`.
+        """Send a command; `acks` returns its acknowledgement.
 
         Raises:
-            TelemetryError: the engine takes no more messages, or the run is over.
+            TelemetryError: the engine does not accept messages, or the run is over.
         """
         import zmq
 
@@ -117,22 +117,22 @@ class TelemetryClient:
             raise TelemetryError(f"cannot {command.kind}: the engine does not answer") from None
 
     def close(self) -> None:
-        """Let go of the run, which goes on. Safe to call twice."""
+        """Disconnect; the run continues. Safe to call twice."""
         self._socket.close()
         self._context.term()
 
-    def _ask(self) -> None:
+    def _request(self) -> None:
         import zmq
 
         versions = {name: layer.version for name, layer in self._layers.items()}
         request = Request(
             self.info is not None, self._next_event, self._moment, versions, self._images
         )
-        self._asked = self._clock()
+        self._requested = self._clock()
         try:
             self._socket.send(encode(request), zmq.NOBLOCK)
         except zmq.Again:
-            return  # nobody there; asked again after a while
+            return  # the engine does not read; requested again after REQUEST_TIMEOUT
 
     def _receive(self) -> None:
         import zmq
@@ -147,8 +147,8 @@ class TelemetryClient:
             self._heard = self._clock()
             self._take(decode_one_of(encoded, SERVER_SENDS))
         now = self._clock()
-        if not self.is_over and min(now - self._heard, now - self._asked) > ASK_AGAIN_AFTER:
-            self._ask()
+        if not self.is_over and min(now - self._heard, now - self._requested) > REQUEST_TIMEOUT:
+            self._request()
 
     def _take(self, message: Any) -> None:
         match message:
@@ -164,7 +164,7 @@ class TelemetryClient:
                 self._acks.append(message)
             case Served():
                 if not self.is_over:
-                    self._ask()
+                    self._request()
             case Over():
                 self.is_over = True
                 self.report = dict(message.report) if isinstance(message.report, Mapping) else None

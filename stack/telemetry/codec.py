@@ -1,8 +1,8 @@
-"""Records as bytes and back: msgpack, steered by the records' own type annotations.
+"""Encode records to bytes and decode them: msgpack, driven by the records' type annotations.
 
 A message is [stamp, name of the record, values of its fields in order]. The stamp is a digest of
-every record's fields and types, so that two versions which differ in any of them refuse each other
-instead of misreading. Nothing is ever executed or looked up by a name that came over the wire.
+the fields and types of all records, so that two incompatible versions reject each other's messages
+instead of misreading them. Received names are never executed or imported.
 """
 
 from __future__ import annotations
@@ -26,24 +26,24 @@ from stack.telemetry.records import Event
 T = TypeVar("T")
 
 FORMAT = 1
-"""Counts changes of the encoding that the fields of the records do not show."""
+"""Version of the encoding; increase it for changes that the records' fields do not show."""
 
 COMPRESS_ABOVE = 2048
-"""Bytes of an array above which compression is tried; smaller ones are not worth the time."""
+"""Size of an array, bytes, above which it is compressed."""
 
 MAX_ARRAY_BYTES = 256 * 1024 * 1024
-"""An array that claims to be larger is malformed: a few bytes must not ask for all the memory."""
+"""Largest accepted array: a short message must not allocate all the memory."""
 
 _DTYPES = {"<f8", "<f4", "|i1", "|u1", "<i2", "<u2", "<i4", "<u4", "<i8", "<u8", "|b1"}
 
 
 class _Malformed(Exception):
-    """What was read does not fit the type that belongs there."""
+    """A received value does not match the expected type."""
 
 
 @dataclasses.dataclass(frozen=True)
 class _Codec:
-    """How one type travels: `shape` describes it for the stamp."""
+    """Encoder and decoder of one type; `shape` describes the type for the stamp."""
 
     encode: Callable[[Any], Any]
     decode: Callable[[Any], Any]
@@ -51,10 +51,10 @@ class _Codec:
 
 
 def encode(record: Any) -> bytes:
-    """The bytes of a record (a Snapshot, Event, Command…).
+    """Encode a record (a Snapshot, Event, Command…).
 
     Raises:
-        TelemetryError: a field holds something its annotation does not allow.
+        TelemetryError: a field has a value that its annotation does not allow.
     """
     kind: Any = type(record)
     try:
@@ -64,20 +64,20 @@ def encode(record: Any) -> bytes:
 
 
 def decode(encoded: bytes, kind: type[T]) -> T:
-    """The record of this type in the bytes.
+    """Decode a record of this type.
 
     Raises:
-        TelemetryError: not such a message, malformed, or written by another version.
+        TelemetryError: another message, a malformed one, or one of another version.
     """
     decoded: T = decode_one_of(encoded, (kind,))
     return decoded
 
 
 def decode_one_of(encoded: bytes, kinds: Iterable[type]) -> Any:
-    """The record in the bytes, if it is of one of these types.
+    """Decode a record of one of these types.
 
     Raises:
-        TelemetryError: none of them, malformed, or written by another version.
+        TelemetryError: another message, a malformed one, or one of another version.
     """
     by_name = {kind.__name__: kind for kind in kinds}
     message = _unpacked(encoded)
@@ -86,8 +86,8 @@ def decode_one_of(encoded: bytes, kinds: Iterable[type]) -> Any:
     written, name, fields = message
     if written != stamp():
         raise TelemetryError(
-            f"the other side speaks telemetry version {written!r:.60}, this one {stamp()!r}; "
-            "use the same treepilot on both sides"
+            f"the other side uses telemetry version {written!r:.60}, this side {stamp()!r}; "
+            "use the same treepilot version on both sides"
         )
     if not isinstance(name, str) or name not in by_name:
         raise TelemetryError(f"expected a {' or '.join(by_name)}, got {name!r:.60}")
@@ -99,17 +99,17 @@ def decode_one_of(encoded: bytes, kinds: Iterable[type]) -> Any:
 
 @lru_cache(maxsize=1)
 def stamp() -> str:
-    """The version of the format: a number and a digest of all records' fields and types."""
+    """Version of the format: FORMAT and a digest of the fields and types of all records."""
     kinds = (Event, *CLIENT_SENDS, *SERVER_SENDS)
     shapes = "\n".join(_codec(kind).shape for kind in kinds)
     return f"{FORMAT}.{zlib.crc32(shapes.encode()):08x}"
 
 
 def plain(value: Any) -> Any:
-    """A value made of None, bool, int, float, str, lists and dicts with text keys.
+    """Convert a value to None, bool, int, float, str, lists and dicts with text keys.
 
     Raises:
-        TypeError: it holds something else.
+        TypeError: it contains something else.
     """
     if isinstance(value, Enum):
         return plain(value.value)
@@ -141,7 +141,7 @@ def _unpacked(encoded: bytes) -> Any:
 
 @lru_cache(maxsize=256)
 def _codec(kind: Any) -> _Codec:
-    """The codec of a type as it stands in an annotation."""
+    """The codec of an annotated type."""
     origin, arms = typing.get_origin(kind), typing.get_args(kind)
     if origin in (typing.Union, types.UnionType):
         return _union_codec(arms)
@@ -159,7 +159,7 @@ def _codec(kind: Any) -> _Codec:
         return _Codec(plain, lambda value: value, "any")
     if kind in (str, int, bool, float, bytes):
         return _scalar_codec(kind)
-    raise TypeError(f"there is no encoding for {kind}")
+    raise TypeError(f"{kind} has no encoding")
 
 
 def _scalar_codec(kind: type) -> _Codec:
@@ -225,7 +225,7 @@ def _mapping_codec(arms: tuple[Any, ...]) -> _Codec:
 
 
 def _union_codec(arms: tuple[Any, ...]) -> _Codec:
-    """X | None travels as nil or X; several types as [which, value]."""
+    """X | None is encoded as nil or X; a union of several types as [index, value]."""
     kinds = [arm for arm in arms if arm is not type(None)]
     codecs = [_codec(kind) for kind in kinds]
     if len(kinds) == 1:
@@ -240,13 +240,14 @@ def _union_codec(arms: tuple[Any, ...]) -> _Codec:
     def encode_union(value: Any) -> list[Any]:
         which = next((n for n, kind in enumerate(runtime) if isinstance(value, kind)), None)
         if which is None:
-            raise _Malformed(f"no place for a {type(value).__name__}")
+            expected = " or ".join(kind.__name__ for kind in runtime)
+            raise _Malformed(f"expected {expected}, got {type(value).__name__}")
         return [which, codecs[which].encode(value)]
 
     def decode_union(values: Any) -> Any:
         which, value = _list_of(values, 2, "choice")
         if type(which) is not int or not 0 <= which < len(codecs):
-            raise _Malformed(f"choice {which!r:.60} of {len(codecs)}")
+            raise _Malformed(f"expected a choice of 0 to {len(codecs) - 1}, got {which!r:.60}")
         return codecs[which].decode(value)
 
     return _Codec(encode_union, decode_union, "|".join(codec.shape for codec in codecs))
@@ -259,7 +260,7 @@ def _list_of(values: Any, length: int | None, what: str) -> list[Any]:
 
 
 def _encode_array(array: Any) -> list[Any]:
-    """[type, shape, compressed?, bytes]; little-endian, rows first."""
+    """Encode as [type, shape, compressed?, bytes]; little-endian, row-major."""
     array = np.asarray(array)
     array = np.ascontiguousarray(array, array.dtype.newbyteorder("<")).reshape(array.shape)
     if array.dtype.str not in _DTYPES:
@@ -275,15 +276,15 @@ def _decode_array(values: Any) -> Any:
     if kind not in _DTYPES or not isinstance(content, bytes) or not isinstance(shape, list):
         raise _Malformed("an array is [type, shape, compressed, bytes]")
     if len(shape) > 4 or any(type(side) is not int or side < 0 for side in shape):
-        raise _Malformed(f"an array of shape {shape!r:.60}")
+        raise _Malformed(f"an array cannot have the shape {shape!r:.60}")
     size = np.dtype(kind).itemsize
     for side in shape:
         size *= side
     if size > MAX_ARRAY_BYTES:
-        raise _Malformed(f"an array of {size} bytes")
+        raise _Malformed(f"an array of {size} bytes; at most {MAX_ARRAY_BYTES} are accepted")
     if compressed:
-        # One byte more than it should be shows a stream that goes on.
+        # One extra byte detects a stream that is longer than the shape says.
         content = zlib.decompressobj().decompress(content, size + 1)
     if len(content) != size:
-        raise _Malformed(f"an array of shape {shape} came with {len(content)} bytes, not {size}")
+        raise _Malformed(f"an array of shape {shape} needs {size} bytes, got {len(content)}")
     return np.frombuffer(content, dtype=kind).reshape(shape)

@@ -1,6 +1,6 @@
-"""Events as lines of text: the one encoding that is written to events.jsonl and hashed.
+"""Events as lines of JSON: the encoding that is written to events.jsonl and hashed.
 
-The hash of a run's events is the SHA-256 of its events.jsonl, byte for byte.
+The hash of a run's events is the SHA-256 of the bytes of its events.jsonl.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ _ADDRESS = re.compile(r"\b0x[0-9a-fA-F]{6,}\b")
 _PATH = re.compile(r"(?<![\w.:/])/(?:[\w.+-]+/)+(?=[\w.+-])")
 
 
-def without_whereabouts(text: str) -> str:
-    """A text without memory addresses and without the folders of absolute paths.
+def without_local_details(text: str) -> str:
+    """Remove memory addresses and the folders of absolute paths from a text.
 
-    They differ from run to run and from machine to machine, and the log is hashed.
+    They differ between runs and machines, and the log is hashed.
     """
     if "/" not in text and "0x" not in text:
         return text
@@ -43,16 +43,16 @@ def without_whereabouts(text: str) -> str:
 
 
 def json_value(value: Any) -> Any:
-    """A value that JSON can hold: infinities and NaN become text, arrays lists.
+    """Convert a value to JSON types: infinities and NaN become text, arrays become lists.
 
     Raises:
-        TypeError: it holds something that is neither number, text, list nor mapping.
+        TypeError: it contains something that is neither number, text, list nor mapping.
     """
     return _finite(plain(value))
 
 
 def event_line(event: Event) -> bytes:
-    """One line of JSON ending in a newline: keys sorted, floats shortest that read back exactly."""
+    """One line of JSON with a newline: sorted keys, shortest floats that round-trip exactly."""
     record = {name: getattr(event, name) for name in _FIELDS}
     text = json.dumps(
         json_value(record),
@@ -67,10 +67,10 @@ def event_line(event: Event) -> bytes:
 def read_events(path: Path) -> Iterator[Event]:
     """The events of an events.jsonl in order.
 
-    A last line without its newline is what a killed run leaves; it is passed over.
+    A last line without newline, as a killed run leaves it, is skipped.
 
     Raises:
-        TelemetryError: a whole line is not an event; names file and line.
+        TelemetryError: a complete line is not an event; names file and line.
     """
     with path.open("rb") as lines:
         for number, line in enumerate(lines, start=1):
@@ -88,7 +88,7 @@ def _event(line: bytes, where: str) -> Event:
         raise TelemetryError(f"{where}: not an event: expected the keys {', '.join(_FIELDS)}")
     for name, kind in _FIELDS.items():
         if type(values[name]) is not kind:
-            raise TelemetryError(f"{where}: {name} is {values[name]!r}, not a {kind.__name__}")
+            raise TelemetryError(f"{where}: {name}: expected {kind.__name__}, got {values[name]!r}")
     return Event(**values)
 
 

@@ -1,4 +1,4 @@
-"""Grids as pictures for a dark screen: quiet floors, legible walls, costs that let paths show."""
+"""Maps and costmaps as RGBA pictures for a dark background."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _LETHAL_ALPHA = 130
 
 
 def map_picture(grid: OccupancyGrid) -> Picture:
-    """(rows, columns, 4) RGBA with row 0 at the top, as screens want it."""
+    """(rows, columns, 4) RGBA of a map; row 0 is at the top."""
     table = np.empty((256, 4), np.uint8)
     table[:] = _UNKNOWN
     shades = np.linspace(_FLOOR, _WALL, 101)
@@ -32,7 +32,7 @@ def map_picture(grid: OccupancyGrid) -> Picture:
 
 
 def cost_picture(grid: CostGrid, layer: str) -> Picture:
-    """(rows, columns, 4) RGBA with row 0 at the top; free and unknown cells are transparent."""
+    """(rows, columns, 4) RGBA of a costmap, row 0 at the top; free and unknown: transparent."""
     return np.ascontiguousarray(_cost_table(layer)[grid.cells][::-1])
 
 

@@ -1,4 +1,4 @@
-"""The one place that events and snapshots pass through on their way out of the engine."""
+"""Telemetry hub: numbers and hashes events, feeds the sinks, collects commands."""
 
 from __future__ import annotations
 
@@ -8,35 +8,35 @@ from dataclasses import replace
 from hashlib import sha256
 from typing import Any
 
-from stack.telemetry.event_log import event_line, json_value, without_whereabouts
+from stack.telemetry.event_log import event_line, json_value, without_local_details
 from stack.telemetry.records import Ack, Command, CommandSource, Event, RunInfo, Sink, Snapshot
 
 LEVELS = ("info", "warning", "error")
 REPLAYED = 1000
-"""How many past events a sink that is attached late is still told."""
+"""Number of past events that a sink receives when it is attached late."""
 
 
-def _told(value: Any) -> Any:
-    return without_whereabouts(value) if isinstance(value, str) else value
+def _reproducible(value: Any) -> Any:
+    return without_local_details(value) if isinstance(value, str) else value
 
 
-def _nowhere(sentence: str) -> None:
-    """The log of a run that keeps none."""
+def _ignore(sentence: str) -> None:
+    """Default log: discard the line."""
 
 
 class Telemetry:
-    """Numbers and hashes events, feeds sinks, and gathers what operators command.
+    """Numbers and hashes events, feeds sinks, and collects commands of operators.
 
-    Everything is called from the engine's thread. A sink that raises is dropped with one line in
-    the log; the mission goes on.
+    All calls come from the engine's thread. A sink that raises is removed with one line in the
+    log; the mission continues.
 
     Attributes:
-        info: what is fixed for this run.
-        count: how many events there have been; the next one gets this number.
+        info: constant data of this run.
+        count: number of events so far, and the number of the next one.
     """
 
     def __init__(
-        self, info: RunInfo, sinks: Iterable[Sink] = (), log: Callable[[str], None] = _nowhere
+        self, info: RunInfo, sinks: Iterable[Sink] = (), log: Callable[[str], None] = _ignore
     ) -> None:
         self.info, self.count = info, 0
         self._log = log
@@ -50,14 +50,14 @@ class Telemetry:
 
     @property
     def log_sha256(self) -> str:
-        """Hash of all events so far: that of the bytes of events.jsonl."""
+        """SHA-256 of all events so far: of the bytes of events.jsonl."""
         return self._digest.hexdigest()
 
     def attach(self, sink: Sink) -> bool:
-        """Open a sink, tell it the events so far (the last thousand) and feed it from now on.
+        """Open a sink, send it the last REPLAYED events and feed it from now on.
 
         Returns:
-            Whether it opened.
+            Whether the sink opened.
         """
         number, self._attached = self._attached, self._attached + 1
         self._sinks[number] = sink
@@ -67,24 +67,24 @@ class Telemetry:
         return number in self._sinks
 
     def advance(self, step: int, time: float) -> None:
-        """Events and snapshots from now on belong to this step and robot time."""
+        """Set step and robot time, seconds, of the following events and snapshots."""
         self._step, self._time = step, time
 
     def emit(
         self, kind: str, text: str, *, source: str, level: str = "info", **fields: Any
     ) -> Event:
-        """Something happened: number it, hash it, tell every sink.
+        """Number and hash an event and send it to every sink.
 
         Raises:
             TypeError: a field is neither number, text, list nor mapping.
-            ValueError: an unknown level.
+            ValueError: the level is unknown.
         """
         if level not in LEVELS:
             raise ValueError(f"level {level!r} is not one of {', '.join(LEVELS)}")
         event = Event(
             self.count, self._step, float(self._time), level, source, kind,
-            without_whereabouts(text),
-            json_value({name: _told(value) for name, value in fields.items()}),
+            without_local_details(text),
+            json_value({name: _reproducible(value) for name, value in fields.items()}),
         )  # fmt: skip
         self._digest.update(event_line(event))
         self.count += 1
@@ -98,10 +98,10 @@ class Telemetry:
         return tuple(self._past)[-count:] if count > 0 else ()
 
     def publish(self, make_snapshot: Callable[[], Snapshot]) -> None:
-        """Offer a snapshot of this moment; it is built only if some sink wants it.
+        """Send a snapshot to the sinks that want one; it is built only if there are any.
 
-        Also serves what comes in, so that an engine which is paused calls this ten times a second
-        and stays within reach of dashboards.
+        This also reads incoming commands: a paused engine calls it ten times a second to stay
+        reachable for dashboards.
         """
         wanting = [
             number
@@ -112,15 +112,15 @@ class Telemetry:
             self._hand_out(wanting, make_snapshot())
 
     def service(self) -> None:
-        """Answer whoever is connected; for long waits in which no snapshot can be made."""
+        """Answer connected clients; for long waits in which no snapshot can be made."""
         for number, sink in list(self._sinks.items()):
             if isinstance(sink, CommandSource):
                 self._call(number, sink.service)
 
     def commands(self) -> list[Command]:
-        """What operators asked for since the last call, in order of arrival.
+        """Return the commands since the last call, in order of arrival.
 
-        Ids are made unique among senders; `acknowledge` takes them as they come from here.
+        Their ids are made unique across senders; pass them to `acknowledge` unchanged.
         """
         found: list[Command] = []
         for number, sink in list(self._sinks.items()):
@@ -130,7 +130,7 @@ class Telemetry:
         return found
 
     def acknowledge(self, ack: Ack) -> None:
-        """Tell the sender of a command what became of it."""
+        """Send an acknowledgement to the sender of the command."""
         number, _, own = ack.id.partition(":")
         sink = self._sinks.get(int(number)) if number.isdecimal() else None
         if isinstance(sink, CommandSource):
@@ -139,7 +139,7 @@ class Telemetry:
     def close(
         self, report: Mapping[str, Any] | None, make_snapshot: Callable[[], Snapshot] | None = None
     ) -> None:
-        """Hand the last snapshot to every sink, close each and forget them. Safe to call twice."""
+        """Send the last snapshot to every sink, then close and remove all. Safe to call twice."""
         if make_snapshot is not None and self._sinks:
             self._hand_out(list(self._sinks), make_snapshot())
         for number, sink in list(self._sinks.items()):
@@ -152,7 +152,7 @@ class Telemetry:
                 self._call(number, self._sinks[number].snapshot, snapshot)
 
     def _call(self, number: int, method: Callable[..., Any], *arguments: Any) -> Any:
-        """Call a sink's method unless it has been dropped; drop it if it fails."""
+        """Call a sink's method unless the sink was removed; remove it if it raises."""
         if number not in self._sinks:
             return None
         try:
@@ -164,7 +164,7 @@ class Telemetry:
     def _drop(self, number: int, error: Exception) -> None:
         sink = self._sinks.pop(number)
         name = type(sink).__name__
-        self._log(f"{name} failed and is left out from now on: {type(error).__name__}: {error}")
+        self._log(f"{name} failed and was removed: {type(error).__name__}: {error}")
         try:
             sink.close(None)
         except Exception as again:

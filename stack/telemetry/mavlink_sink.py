@@ -1,8 +1,8 @@
-"""The sink that shows a run to MAVLink ground stations as a ground rover.
+"""Sink that shows a run to MAVLink ground stations as a ground rover.
 
-It only tells, and takes no commands. Announced as ArduPilot with ArduRover's mode numbers, which
-MAVProxy, MAVSDK and QGroundControl all read. Rates follow robot time; only the heartbeat follows
-the wall clock, because stations take a link for lost after three seconds of their own time.
+It sends only, and accepts no commands. It identifies as ArduPilot with ArduRover's mode numbers,
+which MAVProxy, MAVSDK and QGroundControl understand. Rates are in robot time; only the heartbeat
+uses the wall clock, because stations report a lost link after three wall seconds without one.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ SYSTEM, COMPONENT = 1, 1
 BAUD = 57600
 
 HEARTBEAT_PERIOD = 1.0
-"""Wall seconds; the other periods are robot time."""
+"""Wall seconds; the other periods are seconds of robot time."""
 
 STATUS_PERIOD = 1.0
 MOTION_PERIOD = 0.1
@@ -35,16 +35,16 @@ HOLD_MODE, AUTO_MODE, INITIALISING_MODE = 4, 10, 16
 
 TEXT_BYTES = 50
 MAX_CHUNKS = 8
-"""Pieces of one text; what is longer is cut."""
+"""Largest number of chunks of one text; longer texts are truncated."""
 
-SPOKEN_KINDS = ("say",)
-"""Kinds of events that are sent though they are neither warnings nor errors."""
+SENT_KINDS = ("say",)
+"""Kinds of events that are sent at every level; of others, only warnings and errors."""
 
 _LOOPBACK = ("127.0.0.1", "localhost")
 _FORM = "expected udpout:HOST:PORT, udp:HOST:PORT, tcp:HOST:PORT or serial:DEVICE[:BAUD]"
 _HARDWARE = ("3D_GYRO", "3D_ACCEL", "BATTERY", "MOTOR_OUTPUTS")
 _POSITION = ("LASER_POSITION", "VISION_POSITION")
-"""How MAVLink calls a position found by matching scans; there is no GPS, and none is claimed."""
+"""MAVLink's sensor bits for a position from scan matching and markers; there is no GPS."""
 
 LOST_BELOW = 0.3
 """Localisation health below which the position is reported as unhealthy."""
@@ -53,17 +53,17 @@ LOW_CHARGE, CRITICAL_CHARGE = 0.2, 0.1
 _UNKNOWN_TEMPERATURE, _UNKNOWN_CELL = 32767, 65535
 
 MAX_READ = 50
-"""Incoming messages read between two snapshots; they are not acted upon."""
+"""Largest number of incoming messages read between two snapshots; they are ignored."""
 
 
 @dataclass(frozen=True, slots=True)
 class MavlinkAddress:
-    """Where a ground station is.
+    """Address of a ground station.
 
     Attributes:
         kind: udpout (send to it), udp and tcp (listen for it, on this machine only), serial.
         place: host or device.
-        number: port or baud rate.
+        number: port, or baud rate of a serial device.
     """
 
     kind: str
@@ -72,7 +72,7 @@ class MavlinkAddress:
 
     @property
     def pymavlink(self) -> str:
-        """The address as pymavlink writes it."""
+        """The address in pymavlink's syntax."""
         if self.kind == "serial":
             return self.place
         prefix = {"udpout": "udpout", "udp": "udpin", "tcp": "tcpin"}[self.kind]
@@ -80,11 +80,11 @@ class MavlinkAddress:
 
 
 def read_address(text: str) -> MavlinkAddress:
-    """The address in a command line option.
+    """Parse the address of a command line option.
 
     Raises:
-        InputError: another form, an impossible port, or listening beyond this machine, where
-            anybody could become a receiver.
+        InputError: wrong syntax, a port out of range, or an address that would listen to other
+            machines, from which anyone could receive the data.
     """
     kind, _, rest = text.partition(":")
     if kind == "serial":
@@ -99,24 +99,24 @@ def read_address(text: str) -> MavlinkAddress:
         raise InputError(f"MAVLink address {text!r}: port {port!r} is not in 1..65535")
     if kind in ("udp", "tcp") and host not in _LOOPBACK:
         raise InputError(
-            f"MAVLink address {text!r} would listen at {host}, where anybody can connect; "
-            f"listen at 127.0.0.1, or send to one station with udpout:{host}:{port}"
+            f"MAVLink address {text!r} would listen on {host}, where anyone can connect; "
+            f"listen on 127.0.0.1, or send to one station with udpout:{host}:{port}"
         )
     return MavlinkAddress(kind, host, int(port))
 
 
 class MavlinkSink:
-    """Sends mode, position, attitude, battery and texts of a run."""
+    """Sends mode, position, attitude, battery and texts of a run over MAVLink."""
 
     def __init__(self, address: str, clock: Callable[[], float] = monotonic) -> None:
-        """Check the address; nothing is opened yet.
+        """Check the address; `open` opens the link.
 
         Args:
             address: udpout:HOST:PORT, udp:HOST:PORT, tcp:HOST:PORT or serial:DEVICE[:BAUD].
-            clock: wall seconds.
+            clock: returns wall seconds.
 
         Raises:
-            InputError: not an address to use.
+            InputError: the address is wrong or not allowed.
         """
         self.address = read_address(address)
         self._clock = clock
@@ -124,14 +124,14 @@ class MavlinkSink:
         self._dialect: Any = None
         self._due: dict[str, float] = {}
         self._state = MissionState.STARTING
-        self._beaten = -HEARTBEAT_PERIOD
+        self._last_heartbeat = -HEARTBEAT_PERIOD
         self._texts = 0
 
     def open(self, info: RunInfo) -> None:
         """Open the link.
 
         Raises:
-            OSError: the port is taken, the host is unknown or the device is not there.
+            OSError: the port is in use, the host is unknown or the device does not exist.
         """
         os.environ["MAVLINK20"] = "1"  # pymavlink reads it when it is imported
         from pymavlink import mavutil
@@ -139,7 +139,7 @@ class MavlinkSink:
 
         address = self.address
         if address.kind != "serial":
-            # Here once, or pymavlink asks the name server from within a send.
+            # Resolve the name once; otherwise pymavlink would resolve it in every send.
             address = replace(address, place=socket.gethostbyname(address.place))
         self._dialect = ardupilotmega
         self._connection = mavutil.mavlink_connection(
@@ -152,24 +152,24 @@ class MavlinkSink:
         self._heartbeat()
 
     def event(self, event: Event) -> None:
-        """Warnings, errors and what the mission says become texts at the station."""
+        """Send warnings, errors and texts of the mission as STATUSTEXT."""
         severities = {
             "warning": self._dialect.MAV_SEVERITY_WARNING,
             "error": self._dialect.MAV_SEVERITY_ERROR,
         }
         if event.level in severities:
-            self._say(severities[event.level], event.text)
-        elif event.kind in SPOKEN_KINDS:
-            self._say(self._dialect.MAV_SEVERITY_INFO, event.text)
+            self._send_text(severities[event.level], event.text)
+        elif event.kind in SENT_KINDS:
+            self._send_text(self._dialect.MAV_SEVERITY_INFO, event.text)
 
     def wants_snapshot(self, time: float) -> bool:
-        """Ten times a second of robot time; keeps the link alive while that stands still."""
-        if self._clock() - self._beaten >= HEARTBEAT_PERIOD:
+        """Whether MOTION_PERIOD has passed; also sends the heartbeat while robot time stops."""
+        if self._clock() - self._last_heartbeat >= HEARTBEAT_PERIOD:
             self._heartbeat()
         return time >= self._due.get("motion", 0.0) - 1e-9
 
     def snapshot(self, snapshot: Snapshot) -> None:
-        """Send what is due."""
+        """Send the messages that are due."""
         self._read()
         time = snapshot.time
         if snapshot.state is not self._state:
@@ -196,7 +196,7 @@ class MavlinkSink:
         return True
 
     def _read(self) -> None:
-        """Take in what stations send, so that `udp` and `tcp` learn who is there."""
+        """Read incoming messages, so that `udp` and `tcp` learn the station's address."""
         for _ in range(MAX_READ):
             if self._connection.recv_match(blocking=False) is None:
                 return
@@ -215,10 +215,10 @@ class MavlinkSink:
         self._connection.mav.heartbeat_send(
             dialect.MAV_TYPE_GROUND_ROVER, dialect.MAV_AUTOPILOT_ARDUPILOTMEGA, flags, mode, status
         )
-        self._beaten = self._clock()
+        self._last_heartbeat = self._clock()
 
     def _motion(self, snapshot: Snapshot) -> None:
-        """Attitude and position: east-north-up here, north-east-down there."""
+        """Send attitude and position, converted from east-north-up to north-east-down."""
         milliseconds = round(snapshot.time * 1000.0) & 0xFFFFFFFF
         pose, velocity = snapshot.pose, snapshot.measured
         yaw = wrap_angle(pi / 2.0 - pose.heading)
@@ -233,7 +233,7 @@ class MavlinkSink:
         )
 
     def _status(self, snapshot: Snapshot) -> None:
-        """Sensors and battery; the geofence bit only keeps MAVProxy from reporting a breach."""
+        """Send sensors and battery; without the geofence bit MAVProxy reports a fence breach."""
         hardware = self._bits(_HARDWARE) | self._dialect.MAV_SYS_STATUS_GEOFENCE
         position = self._bits(_POSITION) | self._dialect.MAV_SYS_STATUS_PREARM_CHECK
         present = hardware | position
@@ -260,7 +260,7 @@ class MavlinkSink:
             _percent(battery), 0, state,
         )  # fmt: skip
 
-    def _say(self, severity: int, text: str) -> None:
+    def _send_text(self, severity: int, text: str) -> None:
         chunks = list(text_chunks(text))
         number = 0
         if len(chunks) > 1:
@@ -276,9 +276,9 @@ class MavlinkSink:
 
 
 def text_chunks(text: str) -> Iterator[bytes]:
-    """A text in pieces of at most TEXT_BYTES bytes of UTF-8, no character torn apart.
+    """Split a text into chunks of at most TEXT_BYTES bytes of UTF-8, between characters.
 
-    The last of several pieces has room for the zero that tells stations that it is the last.
+    The last of several chunks is shorter by one byte, for the zero that marks it as the last.
     """
     words = " ".join(text.split())
     last = TEXT_BYTES

@@ -1,8 +1,8 @@
-"""What an engine and its dashboards say to each other, besides the records themselves.
+"""Messages between an engine and its clients, in addition to the records.
 
-The client asks, the engine answers: a Request names all that the client already has, and is
-answered once, by what is new, at most twenty times a second. Nothing ever queues up for a client
-that is slow or gone, and a lost answer costs nothing: the next Request says the same again.
+The client polls: a Request lists what the client already has, and the engine answers once with
+what is new, at most twenty times a second. Messages never queue up for a client that is slow or
+gone. A lost answer does no harm: the next Request asks for the same data.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from stack.telemetry.records import Ack, Command, Layer, RunInfo, Snapshot
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """A client wants to hear what is new.
+    """Request of a client for new data.
 
     Attributes:
-        has_info: it knows the RunInfo.
-        next_event: number of the first event it lacks.
-        moment: number of the newest Moment it has, -1 for none.
-        layers: versions of the layers it has, by name.
-        images: it wants camera pictures.
+        has_info: the client has the RunInfo.
+        next_event: number of the first event that the client lacks.
+        moment: number of the newest Moment that the client has, -1 for none.
+        layers: versions of the layers that the client has, by name.
+        images: whether the client wants camera pictures.
     """
 
     has_info: bool = False
@@ -35,7 +35,7 @@ class Request:
 
 @dataclass(frozen=True, slots=True)
 class NamedLayer:
-    """A layer that the client lacks; comes before the Moment that shows it."""
+    """A layer that the client lacks; sent before the Moment that refers to it."""
 
     name: str
     layer: Layer
@@ -43,11 +43,11 @@ class NamedLayer:
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """A snapshot without its layers, which are named by version.
+    """A snapshot without its layers, which are referred to by version.
 
     Attributes:
         number: counts the snapshots of a run.
-        layers: version by name; the contents came as NamedLayer, now or earlier.
+        layers: version by name; the contents are sent as NamedLayer, now or earlier.
     """
 
     number: int
@@ -57,10 +57,11 @@ class Moment:
 
 @dataclass(frozen=True, slots=True)
 class EventBatch:
-    """Events in order, each encoded by itself when it happened.
+    """Encoded events in order.
 
     Attributes:
-        first: number of the first. Above the number asked for when older ones are forgotten.
+        first: number of the first event. Larger than requested if older events were discarded.
+        events: each encoded on its own when it happened.
     """
 
     first: int
@@ -69,10 +70,10 @@ class EventBatch:
 
 @dataclass(frozen=True, slots=True)
 class Served:
-    """The answer to a Request is complete, even if there was nothing new.
+    """End of the answer to a Request, also sent when nothing is new.
 
     Attributes:
-        events: how many events there have been; more than have come so far: ask again.
+        events: number of events so far; if the client has fewer, it requests again.
     """
 
     events: int
@@ -80,7 +81,7 @@ class Served:
 
 @dataclass(frozen=True, slots=True)
 class Over:
-    """The run has ended; nothing comes any more."""
+    """The run has ended; no further messages follow."""
 
     report: Any
 

@@ -1,4 +1,4 @@
-"""The folder that a run leaves behind, and the sink that fills it."""
+"""Run folder and the sink that writes it."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from stack.telemetry.records import Event, RunInfo, Snapshot
 
 
 class RunFolder:
-    """One run's folder.
+    """The folder of one run.
 
-        report.json    how it went            events.jsonl   what happened, one line each
-        mission.yaml   what was asked for     log.txt        what was said while it ran
-        mission.rrd    for rerun, if wanted   pictures/      what behaviours saved
+        report.json    result of the run      events.jsonl   events, one per line
+        mission.yaml   copy of the mission    log.txt        lines printed during the run
+        mission.rrd    rerun recording        pictures/      pictures saved by behaviours
 
     Attributes:
         path: the folder.
@@ -30,45 +30,45 @@ class RunFolder:
 
     @staticmethod
     def create(path: Path, mission_text: str = "") -> RunFolder:
-        """Make the folder and put a copy of the mission into it.
+        """Create the folder and write a copy of the mission into it.
 
         Raises:
-            InputError: there is something in the way, or it cannot be written.
+            InputError: the folder is not empty, is a file, or cannot be written.
         """
         try:
             path.mkdir(parents=True, exist_ok=True)
             if next(path.iterdir(), None) is not None:
-                raise InputError(f"the run folder {path} is not empty; name another")
+                raise InputError(f"the run folder {path} is not empty; choose another")
             folder = RunFolder(path)
             if mission_text:
                 folder.write("mission.yaml", mission_text.encode())
         except FileExistsError:
-            raise InputError(f"the run folder {path} is a file; name another") from None
+            raise InputError(f"the run folder {path} is a file; choose another") from None
         except OSError as error:
             raise InputError(f"cannot write the run folder {path}: {error.strerror}") from None
         return folder
 
     @property
     def events(self) -> Path:
-        """One event a line."""
+        """Path of events.jsonl: one event per line."""
         return self.path / "events.jsonl"
 
     @property
     def report(self) -> Path:
-        """How the run went."""
+        """Path of report.json."""
         return self.path / "report.json"
 
     @property
     def recording(self) -> Path:
-        """What rerun shows."""
+        """Path of the rerun recording."""
         return self.path / "mission.rrd"
 
     def write(self, name: str, content: bytes) -> str:
-        """Write a small file whole or not at all; returns its name within the folder.
+        """Write a small file atomically and return its path relative to the folder.
 
         Raises:
-            InputError: the name leads out of the folder.
-            OSError: it cannot be written.
+            InputError: the name points outside the folder.
+            OSError: the file cannot be written.
         """
         target = self.path / name
         if not target.resolve().is_relative_to(self.path.resolve()):
@@ -80,15 +80,15 @@ class RunFolder:
         return target.relative_to(self.path).as_posix()
 
     def log(self, line: str) -> None:
-        """Add a line to log.txt; a full disk loses the line, never the mission."""
+        """Append a line to log.txt; a full disk loses the line but does not end the mission."""
         with suppress(OSError), (self.path / "log.txt").open("a", encoding="utf-8") as file:
             file.write(line.rstrip("\n") + "\n")
 
     def read_report(self) -> dict[str, Any]:
-        """The report of a finished run.
+        """Read the report of a finished run.
 
         Raises:
-            TelemetryError: there is none, or it is not one.
+            TelemetryError: there is no report, or it is damaged.
         """
         try:
             report = json.loads(self.report.read_text(encoding="utf-8"))
@@ -102,9 +102,9 @@ class RunFolder:
 
 
 class Recorder:
-    """The sink that writes a run folder.
+    """Sink that writes a run folder.
 
-    Each event is one write of one whole line, so that a killed run leaves whole lines.
+    Each event is one write of one complete line, so that a killed run leaves complete lines.
     """
 
     def __init__(self, folder: RunFolder) -> None:
@@ -112,15 +112,15 @@ class Recorder:
         self._file = -1
 
     def open(self, info: RunInfo) -> None:
-        """Begin events.jsonl."""
+        """Create events.jsonl."""
         flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC
         self._file = os.open(self.folder.events, flags, 0o666)
 
     def event(self, event: Event) -> None:
-        """Add an event.
+        """Append an event.
 
         Raises:
-            OSError: the disk takes no more.
+            OSError: it cannot be written, e.g. the disk is full.
         """
         line = event_line(event)
         written = os.write(self._file, line)
@@ -128,14 +128,14 @@ class Recorder:
             written += os.write(self._file, line[written:])
 
     def wants_snapshot(self, time: float) -> bool:
-        """Never: everything worth keeping is an event."""
+        """Never: the run folder contains only events."""
         return False
 
     def snapshot(self, snapshot: Snapshot) -> None:
-        """Nothing to keep."""
+        """Ignored: `wants_snapshot` is always false, but the last one is sent to every sink."""
 
     def close(self, report: Mapping[str, Any] | None) -> None:
-        """End events.jsonl and write the report. Safe to call twice."""
+        """Close events.jsonl and write the report. Safe to call twice."""
         if self._file >= 0:
             os.close(self._file)
             self._file = -1

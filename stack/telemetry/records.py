@@ -24,11 +24,11 @@ from stack.types import (
 )
 
 ROUTINE = frozenset({"pose", "node_status", "tree", "teleop"})
-"""Kinds of events that come all the time: for machines and records, not for people's eyes."""
+"""Kinds of frequent events that are recorded but not shown to people."""
 
 
 class MissionState(StrEnum):
-    """A mission in one word."""
+    """State of a mission."""
 
     STARTING = "starting"
     RUNNING = "running"
@@ -42,7 +42,7 @@ class MissionState(StrEnum):
 
     @property
     def is_over(self) -> bool:
-        """Whether nothing will change any more."""
+        """Whether the state is final."""
         return self in _OVER
 
 
@@ -59,16 +59,16 @@ _OVER = frozenset(
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """Something that happened. Numbered without gaps, lossless, hashed: no wall-clock figures.
+    """One event. Numbered without gaps, lossless and hashed: it has no wall-clock figures.
 
     Attributes:
-        number: from 0.
+        number: counts from 0.
         step: runtime step in which it happened.
         time: seconds on the robot's clock.
         level: info | warning | error.
-        source: who says so: mission, navigation, localisation, safety, command, tree, sim…
+        source: part that emitted it: mission, navigation, localisation, safety, command, tree, sim…
         kind: a stable word for machines: node_status, recovery, replan, relocalised, pose…
-        text: a sentence for people; no absolute paths, no traceback.
+        text: a sentence for people, without absolute paths or tracebacks.
         fields: JSON-compatible details (numbers, text, lists).
     """
 
@@ -90,10 +90,10 @@ class TreeRow:
         id: number, stable as long as the tree is not replaced.
         parent: id of the parent, -1 at the root.
         name: label.
-        kind: the word of the mission file: sequence, navigate_to_pose, retry…
+        kind: the word in the mission file: sequence, navigate_to_pose, retry…
         status: running | success | failure | idle.
-        message: what it says about itself, or why it failed.
-        since: robot time of the last change of status.
+        message: progress of the node, or why it failed.
+        since: robot time of the last change of status, seconds.
     """
 
     id: int
@@ -107,14 +107,14 @@ class TreeRow:
 
 @dataclass(frozen=True, slots=True)
 class Debugging:
-    """What operators do to the tree while it runs.
+    """State of debugging: breakpoints, forced outcomes and reloads of the mission file.
 
     Attributes:
-        breakpoints: ids of the nodes that the mission stops before.
-        held: ids of the nodes that it stopped before and that start with the next tick.
-        forced: success | failure by id, as text.
-        generation: how often the tree was replaced by that of a file saved meanwhile.
-        faults: what is wrong with the file as last saved, which was therefore not taken.
+        breakpoints: ids of the nodes with a breakpoint.
+        held: ids of the nodes at which the mission stopped; they start with the next tick.
+        forced: forced status (success | failure) by node id.
+        generation: number of reloads of the mission file so far.
+        faults: errors in the changed mission file, which was therefore not loaded.
     """
 
     breakpoints: tuple[int, ...] = ()
@@ -126,7 +126,7 @@ class Debugging:
 
 @dataclass(frozen=True, slots=True)
 class StageTiming:
-    """Compute time of one stage of the loop, wall seconds."""
+    """Compute time of one stage of the loop in wall seconds, number of runs and overruns."""
 
     mean: float
     worst: float
@@ -136,9 +136,14 @@ class StageTiming:
 
 @dataclass(frozen=True, slots=True)
 class SceneShape:
-    """A thing to draw: box (size length, width, height) or cylinder (size diameter ×2, height).
+    """A shape to draw.
 
-    The pose is of its middle on the floor; `lift` is the height of its underside.
+    Attributes:
+        kind: box | cylinder.
+        pose: of its centre on the floor.
+        size: length, width, height of a box; diameter, diameter, height of a cylinder; metres.
+        colour: red, green, blue in [0, 1].
+        lift: height of its underside, metres.
     """
 
     kind: str
@@ -150,7 +155,7 @@ class SceneShape:
 
 @dataclass(frozen=True, slots=True)
 class Layer:
-    """A large thing that changes seldom, with a version that grows when it does."""
+    """A large record that changes rarely; its version grows with each change."""
 
     version: int
     content: OccupancyGrid | CostGrid | tuple[SceneShape, ...]
@@ -158,12 +163,13 @@ class Layer:
 
 @dataclass(frozen=True, slots=True)
 class RunInfo:
-    """What is fixed for a run; every sink gets it when it opens.
+    """Constant data of a run; every sink receives it when it opens.
 
     Attributes:
         run_id: name of the run's folder, e.g. office_patrol-20261120-235959.
         urdf: text of the robot's URDF, for 3-D views.
         versions: package -> version.
+        places: named poses, map frame.
     """
 
     run_id: str
@@ -181,34 +187,39 @@ class RunInfo:
 
 @dataclass(frozen=True, slots=True)
 class Snapshot:
-    """One moment of a run. Latest wins; layers are sent when their version changes.
+    """State of a run at one time. The latest wins; layers are sent when their version changes.
 
     Attributes:
         time: robot's clock, seconds.
         step: runtime step.
-        state: the mission in one word; `reason` says why (the path to the first failure, the
-            breakpoint).
+        state: state of the mission.
+        reason: why it is in this state: the path to the first failure, or the breakpoint.
         tree: rows in drawing order.
-        pose: estimate, map frame; covariance (3, 3); health in [0, 1].
+        pose: estimate, map frame.
+        covariance: (3, 3) of x, y, heading of the estimate.
+        health: of the localisation, in [0, 1].
         odometry: pose in the odom frame.
         particles: (n, 3) float32 x, y, heading of at most 500 particles, map frame.
-        scan: newest scan (base frame through its mount; draw it at `pose`).
-        path: global plan in force; local_plan what the controller means to do next.
+        scan: newest scan (in the base frame through its mount; draw it at `pose`).
+        path: current global plan, map frame.
+        local_plan: what the controller plans to drive next, map frame.
         layers: map, global_costmap, local_costmap, scene by name.
-        commanded / measured: velocities.
+        commanded: velocity sent to the body.
+        measured: velocity measured by odometry.
         stages: compute time by stage name.
         speed: simulated seconds per wall second so far.
-        pace: the same as asked for; 0 is as fast as the machine can.
-        parameters: component parameters in force, flat: "controller.cruise_speed" -> value.
+        pace: requested simulated seconds per wall second; 0: as fast as possible.
+        parameters: current component parameters, flat: "controller.cruise_speed" -> value.
         image: newest camera picture if one came since the last snapshot.
-        truth: the true pose, in simulation only. people: (n, 3) x, y, radius, likewise.
-        tracks: what moves, as the robot follows it, map frame; empty when nobody asks for it.
+        truth: true pose, in simulation only.
+        people: (n, 3) x, y, radius of the people, in simulation only.
+        tracks: tracked moving objects, map frame; empty when no component needs tracks.
         blackboard: key -> value as text.
         counters: recoveries, replans, collisions, distance (m)…
-        teleop: the operator may drive, by `teleop` commands.
-        safety: what the safety stage does now, in words; empty when nothing.
+        teleop: whether the operator may drive with `teleop` commands.
+        safety: what the safety stage limits now, as text; empty if nothing.
         events: the last few events, oldest first.
-        debugging: breakpoints, forced outcomes, what became of a file saved meanwhile.
+        debugging: breakpoints, forced outcomes and reloads.
     """
 
     time: float
@@ -247,13 +258,13 @@ class Snapshot:
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """Something an operator wants, applied between two steps.
+    """A command of an operator, applied between two steps.
 
     Attributes:
-        id: chosen by the sender; comes back in the Ack.
+        id: chosen by the sender; returned in the Ack.
         kind: pause | resume | abort | estop | release | speed | set_pose | set_goal |
-            set_parameter | teleop (a velocity, driven for half a second of the robot's clock, while
-            the behaviour assisted_teleop runs) | teleop_done | break | unbreak | step | continue |
+            set_parameter | teleop (a velocity for half a second of the robot's clock, while the
+            behaviour assisted_teleop runs) | teleop_done | break | unbreak | step | continue |
             force.
         arguments: e.g. {"factor": 4.0}, {"x": 1.0, "y": 2.0, "heading": 0.0},
             {"name": "controller.cruise_speed", "value": 0.4}, {"reason": "…"},
@@ -268,10 +279,12 @@ class Command:
 
 @dataclass(frozen=True, slots=True)
 class Ack:
-    """What became of a command: done, or refused with a reason.
+    """Acknowledgement of a command: done, or refused with a reason.
 
     Attributes:
-        reason: why it was refused; what was understood, when that needs words.
+        id: of the command.
+        done: whether it was applied.
+        reason: why it was refused; or, for some commands, what was done.
     """
 
     id: str
@@ -280,45 +293,45 @@ class Ack:
 
 
 class Sink(Protocol):
-    """Something fed by the two streams: recorder, rerun, ZeroMQ server, MAVLink, progress lines.
+    """Receiver of events and snapshots: recorder, rerun, ZeroMQ server, MAVLink, progress lines.
 
-    All calls come from the engine's own thread. A sink that fails is dropped with a warning; it
-    never takes the mission down.
+    All calls come from the engine's thread. A sink that raises is removed with a warning; the
+    mission continues.
     """
 
     def open(self, info: RunInfo) -> None:
-        """The run begins."""
+        """Start: called once, before the first event."""
         ...
 
     def event(self, event: Event) -> None:
-        """Something happened: called for each event, in order."""
+        """Receive an event; called for each event, in order."""
         ...
 
     def wants_snapshot(self, time: float) -> bool:
-        """Whether a snapshot at this robot time would be used; must be cheap."""
+        """Whether the sink needs a snapshot at this robot time, seconds; must be cheap."""
         ...
 
     def snapshot(self, snapshot: Snapshot) -> None:
-        """A moment that `wants_snapshot` asked for. The last one of a run always comes."""
+        """Receive a snapshot that `wants_snapshot` asked for; also the last one of the run."""
         ...
 
     def close(self, report: Mapping[str, Any] | None) -> None:
-        """The run is over; `report` is what goes into report.json (None after a crash)."""
+        """End: `report` is the content of report.json, or None after a crash."""
         ...
 
 
 @runtime_checkable
 class CommandSource(Protocol):
-    """A sink that also listens to operators."""
+    """A sink that also receives commands of operators."""
 
     def service(self) -> None:
-        """Answer who is connected; called often while nothing else happens. Never blocks."""
+        """Answer connected clients; called often while no step is made. Never blocks."""
         ...
 
     def commands(self) -> list[Command]:
-        """What came in since the last call, in order."""
+        """Return the commands received since the last call, in order."""
         ...
 
     def acknowledge(self, ack: Ack) -> None:
-        """Tell the sender of a command what became of it."""
+        """Send the acknowledgement of a command to its sender."""
         ...

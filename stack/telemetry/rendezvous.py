@@ -1,4 +1,4 @@
-"""Where engines and dashboards of one user find each other: a folder only they can enter."""
+"""Discovery of a user's live runs: descriptors and sockets in a private folder."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from pathlib import Path
 from stack.errors import TelemetryError
 
 MAX_SOCKET_PATH = 107
-"""Bytes that a Unix socket's path may have (sun_path of Linux, less its final zero)."""
+"""Longest path of a Unix socket, bytes (Linux's sun_path without the final zero)."""
 
 
 @dataclass(frozen=True, slots=True)
 class RunHandle:
-    """A run that is going on.
+    """Descriptor of a live run.
 
     Attributes:
-        address: what TelemetryClient connects to.
+        address: for TelemetryClient.
         started: ISO 8601, UTC.
-        process_started: start of the process in kernel ticks, so that a recycled pid does not pass
-            for it; 0 where the system does not tell.
+        process_started: start time of the process in kernel ticks, to detect a recycled pid; 0 if
+            the system does not provide it.
     """
 
     run_id: str
@@ -37,20 +37,20 @@ class RunHandle:
 
     @property
     def socket(self) -> Path:
-        """The socket's file."""
+        """Path of the socket."""
         return Path(self.address.removeprefix("ipc://"))
 
     @property
     def descriptor(self) -> Path:
-        """The file that tells others of this run."""
+        """Path of the file that describes this run."""
         return self.socket.with_suffix(".json")
 
 
 def run_directory() -> Path:
-    """The folder for sockets of this user's runs, made if need be.
+    """The folder for the sockets of this user's runs; created if missing.
 
     Raises:
-        TelemetryError: it belongs to somebody else, others may enter it, or it is not a folder.
+        TelemetryError: it belongs to another user, others have access, or it is not a folder.
     """
     runtime = os.environ.get("XDG_RUNTIME_DIR", "")
     if runtime and Path(runtime).is_dir():
@@ -61,7 +61,7 @@ def run_directory() -> Path:
         folder.mkdir(mode=0o700, exist_ok=True)
         found = folder.lstat()
     except OSError as error:
-        raise TelemetryError(f"no folder for the run's socket: {error}") from None
+        raise TelemetryError(f"cannot create the folder for the run's socket: {error}") from None
     if not stat.S_ISDIR(found.st_mode):
         raise TelemetryError(f"{folder} is not a folder; remove it")
     if found.st_uid != os.getuid():
@@ -71,15 +71,17 @@ def run_directory() -> Path:
         )
     if found.st_mode & 0o077:
         mode = stat.S_IMODE(found.st_mode)
-        raise TelemetryError(f"others may enter {folder} (mode {mode:o}); run: chmod 700 {folder}")
+        raise TelemetryError(
+            f"other users have access to {folder} (mode {mode:o}); run: chmod 700 {folder}"
+        )
     return folder
 
 
 def announce(run_id: str, mission: str) -> RunHandle:
-    """Make known that this process runs a mission, and choose the address of its socket.
+    """Announce that this process runs a mission, and choose the address of its socket.
 
     Raises:
-        TelemetryError: no private folder, or its path is too long for a socket.
+        TelemetryError: there is no private folder, or its path is too long for a socket.
     """
     folder, pid = run_directory(), os.getpid()
     taken = 0
@@ -88,8 +90,8 @@ def announce(run_id: str, mission: str) -> RunHandle:
     socket = folder / f"{pid}-{taken}.sock"
     if len(os.fsencode(socket)) > MAX_SOCKET_PATH:
         raise TelemetryError(
-            f"{socket} is longer than the {MAX_SOCKET_PATH} bytes a socket's path may have; "
-            "set XDG_RUNTIME_DIR to a shorter one"
+            f"{socket} is longer than the {MAX_SOCKET_PATH} bytes of a socket's path; "
+            "set XDG_RUNTIME_DIR to a shorter folder"
         )
     started = datetime.now(UTC).isoformat(timespec="seconds")
     handle = RunHandle(run_id, mission, pid, f"ipc://{socket}", started, _process_started(pid))
@@ -98,19 +100,19 @@ def announce(run_id: str, mission: str) -> RunHandle:
         unfinished.write_text(json.dumps(asdict(handle)), encoding="utf-8")
         unfinished.replace(handle.descriptor)
     except OSError as error:
-        raise TelemetryError(f"the run cannot be announced: {error}") from None
+        raise TelemetryError(f"cannot announce the run: {error}") from None
     return handle
 
 
 def withdraw(handle: RunHandle) -> None:
-    """Remove what `announce` left, and the socket. Safe to call twice."""
+    """Remove the descriptor and the socket of a run. Safe to call twice."""
     for file in (handle.descriptor, handle.socket):
         with suppress(OSError):
             file.unlink()
 
 
 def live_runs() -> list[RunHandle]:
-    """This user's runs that are going on, oldest first; what dead ones left is removed.
+    """This user's live runs, oldest first; removes the files of runs that have died.
 
     Raises:
         TelemetryError: the folder of the sockets is not private.
@@ -127,16 +129,16 @@ def live_runs() -> list[RunHandle]:
 
 
 def find_run(name: str) -> RunHandle:
-    """A live run by name or folder; the newest when the name is empty.
+    """A live run by name or folder; the newest if the name is empty.
 
     Raises:
-        TelemetryError: there is none; the message names those there are.
+        TelemetryError: no such run is live; the message lists the live runs.
     """
     runs = live_runs()
     wanted = Path(name).name
     matching = [run for run in runs if not name or run.run_id == wanted]
     if not matching:
-        live = ", ".join(run.run_id for run in runs) or "none is"
+        live = ", ".join(run.run_id for run in runs) or "none"
         raise TelemetryError(
             f"no run {name!r} is live; live runs: {live}" if name else "no mission is running"
         )
@@ -144,13 +146,13 @@ def find_run(name: str) -> RunHandle:
 
 
 def _read(file: Path) -> RunHandle | None:
-    """The handle in a descriptor; None if it has just gone or is not one."""
+    """The handle in a descriptor file; None if the file has vanished or is invalid."""
     try:
         handle = RunHandle(**json.loads(file.read_text(encoding="utf-8")))
     except (OSError, ValueError, TypeError):
         return None
-    whole = all(type(getattr(handle, item.name)).__name__ == item.type for item in fields(handle))
-    return handle if whole else None
+    valid = all(type(getattr(handle, item.name)).__name__ == item.type for item in fields(handle))
+    return handle if valid else None
 
 
 def _is_alive(handle: RunHandle) -> bool:
@@ -159,7 +161,7 @@ def _is_alive(handle: RunHandle) -> bool:
     except (ProcessLookupError, OverflowError):
         return False
     except PermissionError:
-        return False  # the pid belongs to another user now: not the process that wrote this
+        return False  # the pid was recycled and now belongs to another user
     return handle.process_started in (0, _process_started(handle.pid))
 
 
@@ -168,5 +170,5 @@ def _process_started(pid: int) -> int:
         status = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8", errors="replace")
     except OSError:
         return 0
-    # Field 22 of proc(5); the second, the command's name, may hold spaces and brackets.
+    # Field 22 of proc(5); field 2, the command's name, may contain spaces and parentheses.
     return int(status.rpartition(")")[2].split()[19])

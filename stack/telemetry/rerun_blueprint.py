@@ -1,4 +1,4 @@
-"""Which views rerun's viewer opens with, and where."""
+"""Blueprint of rerun's viewer: its views and their layout."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ from stack.types import CostGrid, OccupancyGrid
 TIMELINE = "mission_time"
 BACKGROUND = (11, 14, 20)
 MAIN_NODES = 3
-"""Lanes of nodes in the state timeline, below the mission's and the activity's; more do not fit."""
+"""Nodes in the state timeline, below the lanes of mission and activity; more do not fit."""
 
 
 def node_path(row: TreeRow) -> str:
-    """Entity of a node: its id first, so that lanes stand in the order of the tree."""
+    """Entity path of a node; begins with its id, so that lanes sort in the order of the tree."""
     return f"tree/{row.id:03d}_{re.sub(r'[^0-9A-Za-z]+', '_', row.name)}"
 
 
 def main_nodes(rows: tuple[TreeRow, ...]) -> list[TreeRow]:
-    """The uppermost nodes below the root, in drawing order; the root says what the mission says."""
+    """The topmost nodes below the root, in drawing order; the mission's lane shows the root."""
     depth_of = depths(rows)
     below = [row for row in rows if depth_of[row.id] > 0]
-    uppermost = sorted(below, key=lambda row: (depth_of[row.id], row.id))[:MAIN_NODES]
-    return [row for row in rows if row in uppermost]
+    topmost = sorted(below, key=lambda row: (depth_of[row.id], row.id))[:MAIN_NODES]
+    return [row for row in rows if row in topmost]
 
 
 def layout(snapshot: Snapshot) -> rrb.Blueprint:
-    """World, camera, tree, states, curves and log on one screen."""
+    """Blueprint with world, camera, tree, states, plots and log."""
     side = rrb.Vertical(_camera(), _tree(), row_shares=[2, 3])
     top = rrb.Horizontal(_world(snapshot), side, column_shares=[5, 2])
     curves = rrb.Horizontal(
@@ -93,7 +93,7 @@ def _tree() -> rrb.TextDocumentView:
 def _states(snapshot: Snapshot) -> rrb.StateTimelineView:
     lanes = ["mission", "activity", *(node_path(row) for row in main_nodes(snapshot.tree))]
     return rrb.StateTimelineView(
-        origin="/", contents=[f"+ /{lane}" for lane in lanes], name="What the mission did"
+        origin="/", contents=[f"+ /{lane}" for lane in lanes], name="Mission states"
     )
 
 
@@ -108,7 +108,7 @@ def _curves(name: str, title: str, limits: tuple[float, float] | None = None) ->
 
 
 def _middle_and_extent(snapshot: Snapshot) -> tuple[tuple[float, float], float]:
-    """Where the eye should look, and over how many metres."""
+    """Point on the floor (x, y) that the view centres on, and the extent to show, metres."""
     for name in ("map", "global_costmap", "local_costmap"):
         content = snapshot.layers.get(name, Layer(0, ())).content
         if isinstance(content, OccupancyGrid | CostGrid):

@@ -1,4 +1,4 @@
-"""What a moment of a run looks like in rerun."""
+"""Draws snapshots and events in rerun."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import rerun as rr
 
-from stack.telemetry.outlines import lifted, outline, uncertainty_ellipse
+from stack.telemetry.outlines import at_height, outline, uncertainty_ellipse
 from stack.telemetry.records import Event, Layer, MissionState, RunInfo, Snapshot, TreeRow
 from stack.telemetry.rerun_blueprint import layout, node_path
 from stack.telemetry.rerun_place import (
@@ -76,15 +76,15 @@ class RerunDrawing:
         self._activities: dict[str, tuple[int, int, int]] = {}
 
     def at(self, time: float) -> None:
-        """Everything from now on belongs to this robot time."""
+        """Set the robot time, seconds, of everything drawn from now on."""
         self._recording.at(time)
 
     def close(self) -> None:
-        """Write what is left and end the file."""
+        """Flush and close the file."""
         self._recording.close()
 
-    def fixed_things(self) -> None:
-        """Robot model, markers, places and the legends of the plots."""
+    def static_entities(self) -> None:
+        """Draw robot model, markers, places and the legends of the plots."""
         draw_robot_model(self._recording, self._info)
         draw_markers(self._recording, self._info.markers)
         draw_places(self._recording, self._info)
@@ -96,25 +96,25 @@ class RerunDrawing:
         states = {str(state): MISSION_COLOURS[state] for state in MissionState}
         self._states("mission", states)
 
-    def arrange(self, snapshot: Snapshot) -> None:
-        """Choose the views, their places and where the eye is, for this mission."""
+    def send_blueprint(self, snapshot: Snapshot) -> None:
+        """Send the layout of the views and the viewpoint for this mission."""
         self._recording.stream.send_blueprint(layout(snapshot))
 
     def event(self, event: Event) -> None:
-        """A line of the log."""
+        """Log the text of an event."""
         line = rr.TextLog(event.text, level=LEVELS.get(event.level, "INFO"))
         self._recording.stream.log(f"log/{event.source}", line)
 
     def layer(self, name: str, layer: Layer) -> None:
-        """A new version of a map, a costmap or the scene."""
+        """Draw a new version of a map, a costmap or the scene."""
         draw_layer(self._recording, name, layer.content)
 
     def remove_layer(self, name: str) -> None:
-        """A layer is no longer there."""
+        """Remove a layer from the view."""
         hide_layer(self._recording, name)
 
     def robot(self, snapshot: Snapshot) -> None:
-        """The model at the estimate; outlines of estimate, uncertainty and truth; the trail."""
+        """Draw model, uncertainty and trail of the robot, outlines of estimate and truth."""
         pose, corners = snapshot.pose, self._info.footprint.points
         placed = rr.Transform3D(
             translation=(pose.x, pose.y, 0.0),
@@ -133,9 +133,9 @@ class RerunDrawing:
         self._extend_trail(snapshot.truth or pose)
 
     def sensors(self, snapshot: Snapshot) -> None:
-        """Scan, particles and the people around."""
+        """Draw scan, particles, people and tracks."""
         if snapshot.scan is not None:
-            ends = lifted(snapshot.pose.transform(snapshot.scan.points()), 0.2)
+            ends = at_height(snapshot.pose.transform(snapshot.scan.points()), 0.2)
             drawn = rr.Points3D(ends, radii=0.025, colors=SCAN_COLOUR)
             self._recording.show("world/scan", drawn)
         if snapshot.particles is not None:
@@ -145,7 +145,7 @@ class RerunDrawing:
         self._tracks(snapshot.tracks)
 
     def plans(self, snapshot: Snapshot) -> None:
-        """Global plan, local plan and goal; each vanishes when there is none."""
+        """Draw global plan, local plan and goal; hide those that do not exist."""
         self._strip("world/path", snapshot.path, (0.05, 0.028), PATH_COLOUR)
         self._strip("world/local_plan", snapshot.local_plan, (0.08, 0.02), LOCAL_PLAN_COLOUR)
         goal = snapshot.goal
@@ -162,7 +162,7 @@ class RerunDrawing:
         self._recording.show("world/goal", arrows)
 
     def plots(self, snapshot: Snapshot) -> None:
-        """Curves over time; the error is there only where the truth is known."""
+        """Log the plots; the error is NaN without ground truth."""
         commanded, measured = snapshot.commanded, snapshot.measured
         truth = snapshot.truth
         error = float("nan") if truth is None else snapshot.pose.distance_to(truth)
@@ -177,18 +177,18 @@ class RerunDrawing:
             self._recording.stream.log(f"plots/{name}", rr.Scalars(values))
 
     def node_state(self, row: TreeRow) -> None:
-        """A node's status has changed."""
+        """Log a node's new status."""
         if row.id not in self._known_nodes:
             self._known_nodes.add(row.id)
             self._states(node_path(row), NODE_COLOURS)
         self._recording.stream.log(node_path(row), rr.StateChange(state=row.status))
 
     def mission_state(self, state: MissionState) -> None:
-        """The mission's state has changed."""
+        """Log the mission's new state."""
         self._recording.stream.log("mission", rr.StateChange(state=str(state)))
 
     def activity(self, name: str) -> None:
-        """What the robot does in one phrase has changed."""
+        """Log the new activity: the name of the running leaf."""
         if name not in self._activities:
             shade = ACTIVITY_COLOURS[len(self._activities) % len(ACTIVITY_COLOURS)]
             self._activities[name] = IDLE_COLOUR if name == NOTHING else shade
@@ -196,13 +196,13 @@ class RerunDrawing:
         self._recording.stream.log("activity", rr.StateChange(state=name))
 
     def tree_document(self, snapshot: Snapshot) -> None:
-        """The whole tree as text."""
+        """Log the tree as text."""
         text = tree_markdown(snapshot, self._info)
         document = rr.TextDocument(text, media_type="text/markdown")
         self._recording.stream.log("tree_text", document)
 
     def image(self, image: Image) -> None:
-        """A camera picture, and before the first one the camera that takes them."""
+        """Log a camera picture; before the first one, log the camera's pose and model."""
         import cv2
 
         if self._recording.frame("world/camera/picture", PICTURE):
@@ -255,7 +255,7 @@ class RerunDrawing:
 
     def _people(self, people: FloatArray) -> None:
         radii = people[:, 2]
-        feet = lifted(people[:, :2], 0.0)
+        feet = at_height(people[:, :2], 0.0)
         feet[:, 2] = radii
         capsules = rr.Capsules3D(
             lengths=PERSON_HEIGHT - 2.0 * radii,
@@ -267,23 +267,23 @@ class RerunDrawing:
         self._recording.show("world/people", capsules)
 
     def _tracks(self, tracks: Sequence[TrackedObject]) -> None:
-        """Where the robot believes things to move: how sure it is, and a second of their way."""
+        """Draw tracks: outline, uncertainty of the position, and velocity as an arrow (1 s)."""
         if not tracks:
             self._recording.hide("world/tracks")
             self._recording.hide("world/tracks/velocity")
             return
-        rims = [
+        outlines = [
             outline(Pose2D(*track.position), Footprint.circle(track.radius).points)
             for track in tracks
         ]
-        doubts = [
+        ellipses = [
             uncertainty_ellipse(Pose2D(*track.position), track.covariance) for track in tracks
         ]
-        drawn = rr.LineStrips3D([*rims, *doubts], radii=0.012, colors=TRACK_COLOUR)
+        drawn = rr.LineStrips3D([*outlines, *ellipses], radii=0.012, colors=TRACK_COLOUR)
         self._recording.show("world/tracks", drawn)
         arrows = rr.Arrows3D(
-            origins=lifted(np.array([track.position for track in tracks]), 0.06),
-            vectors=lifted(np.array([track.velocity for track in tracks]), 0.0),
+            origins=at_height(np.array([track.position for track in tracks]), 0.06),
+            vectors=at_height(np.array([track.velocity for track in tracks]), 0.0),
             radii=0.02,
             colors=TRACK_COLOUR,
         )
@@ -296,7 +296,7 @@ class RerunDrawing:
             self._recording.hide(path)
             return
         height, radius = height_and_radius
-        strip = lifted(plan.points[:, :2], height)
+        strip = at_height(plan.points[:, :2], height)
         self._recording.show(path, rr.LineStrips3D([strip], radii=radius, colors=colour))
 
     def _legend(self, plot: str, colours: dict[str, Any]) -> None:

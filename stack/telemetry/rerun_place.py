@@ -1,4 +1,4 @@
-"""What stands still, or nearly so: robot model, marker boards, places, scene, maps."""
+"""Static parts of a rerun recording: robot model, marker boards, places, scene, maps."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ MODEL_COLOUR = (94, 200, 255)
 MARKER_COLOUR = (186, 192, 200)
 PLACE_COLOUR = (120, 136, 160)
 DIMMED = 0.62
-"""How much of a scene shape's own brightness is left, so that it does not outshine the data."""
+"""Factor on the brightness of scene shapes, so that data stay visible."""
 
 HEIGHTS = {"map": 0.0, "global_costmap": 0.006, "local_costmap": 0.012}
-"""Metres above the floor, so that one lies over the other."""
+"""Drawing height of each grid, metres, so that they overlap in this order."""
 
 
 def draw_robot_model(recording: Recording, info: RunInfo) -> None:
-    """The URDF's visible shapes in the frames of its links; a box where there is no URDF."""
+    """Draw the URDF's visual shapes in the frames of its links; without a URDF, a box."""
     if not info.urdf:
         _draw_robot_box(recording, info)
         return
     robot = ElementTree.fromstring(info.urdf)
     for link in robot.iter("link"):
         for collision in link.findall("collision"):
-            link.remove(collision)  # what the physics touches would hide what is to be seen
+            link.remove(collision)  # collision shapes would hide the visual shapes
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "robot.urdf"
         file.write_bytes(ElementTree.tostring(robot))
@@ -59,7 +59,7 @@ def _draw_robot_box(recording: Recording, info: RunInfo) -> None:
 
 
 def draw_markers(recording: Recording, markers: tuple[Marker, ...]) -> None:
-    """Fiducial boards: a board is 1.25 times as wide as its marker."""
+    """Draw the fiducial boards; a board is 1.25 times as wide as its marker."""
     if markers:
         boards = rr.Boxes3D(
             centers=[marker.position for marker in markers],
@@ -74,7 +74,7 @@ def draw_markers(recording: Recording, markers: tuple[Marker, ...]) -> None:
 
 
 def draw_places(recording: Recording, info: RunInfo) -> None:
-    """Named places as labelled dots."""
+    """Draw the named places as labelled dots."""
     if info.places:
         dots = rr.Points3D(
             [(place.x, place.y, 0.03) for place in info.places.values()],
@@ -89,7 +89,7 @@ def draw_places(recording: Recording, info: RunInfo) -> None:
 def draw_layer(
     recording: Recording, name: str, content: OccupancyGrid | CostGrid | tuple[SceneShape, ...]
 ) -> None:
-    """A map, a costmap or a scene."""
+    """Draw a map, a costmap or a scene."""
     if isinstance(content, tuple):
         _draw_boxes(recording, f"world/{name}/boxes", content)
         _draw_cylinders(recording, f"world/{name}/cylinders", content)
@@ -98,7 +98,7 @@ def draw_layer(
 
 
 def hide_layer(recording: Recording, name: str) -> None:
-    """A layer is no longer there."""
+    """Remove a layer from the view."""
     for path in (f"world/{name}", f"world/{name}/boxes", f"world/{name}/cylinders"):
         recording.hide(path)
 
@@ -107,7 +107,7 @@ def _draw_boxes(recording: Recording, path: str, shapes: tuple[SceneShape, ...])
     boxes = [shape for shape in shapes if shape.kind == "box"]
     if boxes:
         sizes = [shape.size for shape in boxes]
-        recording.show(path, rr.Boxes3D(sizes=sizes, **_standing(boxes)))
+        recording.show(path, rr.Boxes3D(sizes=sizes, **_common_attributes(boxes)))
     else:
         recording.hide(path)
 
@@ -117,14 +117,14 @@ def _draw_cylinders(recording: Recording, path: str, shapes: tuple[SceneShape, .
     if cylinders:
         lengths = [shape.size[2] for shape in cylinders]
         radii = [shape.size[0] / 2.0 for shape in cylinders]
-        drawn = rr.Cylinders3D(lengths=lengths, radii=radii, **_standing(cylinders))
+        drawn = rr.Cylinders3D(lengths=lengths, radii=radii, **_common_attributes(cylinders))
         recording.show(path, drawn)
     else:
         recording.hide(path)
 
 
-def _standing(shapes: list[SceneShape]) -> dict[str, Any]:
-    """What boxes and cylinders have in common."""
+def _common_attributes(shapes: list[SceneShape]) -> dict[str, Any]:
+    """Attributes that boxes and cylinders share."""
     return {
         "centers": [
             (shape.pose.x, shape.pose.y, shape.lift + shape.size[2] / 2.0) for shape in shapes

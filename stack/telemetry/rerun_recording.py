@@ -1,4 +1,4 @@
-"""One rerun recording being written: times, frames, and what is visible now."""
+"""Writer of one rerun recording: times, frames and visible entities."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ import rerun as rr
 from stack.telemetry.rerun_blueprint import TIMELINE
 
 MAP, BASE, OPTICAL, PICTURE = "map", "base", "camera_optical", "camera_picture"
-"""Rerun's named frames here; the robot model adds one for each of its links."""
+"""Named frames of the recording; the robot model adds one for each link."""
 
 UP = (0.0, 0.0, 1.0)
 
 
 class Recording:
-    """A file in rerun's format.
+    """A recording file that is being written.
 
     Attributes:
-        stream: for what needs no frame.
+        stream: rerun's stream, for entities without a frame.
     """
 
     def __init__(self, file: Path, run_id: str, title: str) -> None:
@@ -30,27 +30,27 @@ class Recording:
         self._visible: set[str] = set()
 
     def at(self, time: float) -> None:
-        """Everything from now on belongs to this robot time."""
+        """Set the robot time, seconds, of everything logged from now on."""
         self.stream.set_time(TIMELINE, duration=time)
 
     def show(self, path: str, drawn: Any) -> None:
-        """Draw an entity that lives in the map frame, now."""
+        """Draw an entity in the map frame at the current time."""
         self.frame(path, MAP)
         self._visible.add(path)
         self.stream.log(path, drawn)
 
     def hide(self, path: str) -> None:
-        """An entity is no longer there."""
+        """Remove an entity from the view if it is visible."""
         if path in self._visible:
             self._visible.discard(path)
             self.stream.log(path, rr.Clear(recursive=False))
 
     def fix(self, path: str, drawn: Any) -> None:
-        """Draw an entity that stands still in the map frame for the whole run."""
+        """Draw a static entity in the map frame for the whole run."""
         self.stream.log(path, drawn, rr.CoordinateFrame(MAP), static=True)
 
     def frame(self, path: str, name: str) -> bool:
-        """Say once in which frame an entity lives; whether that was news."""
+        """Assign a frame to an entity, once; return whether it had none."""
         if path in self._framed:
             return False
         self._framed.add(path)
@@ -58,6 +58,6 @@ class Recording:
         return True
 
     def close(self) -> None:
-        """Write what is left and end the file."""
+        """Flush and close the file."""
         self.stream.flush()
         self.stream.disconnect()

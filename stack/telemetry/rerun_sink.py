@@ -1,4 +1,4 @@
-"""The sink that writes a recording for rerun's viewer. rerun is imported when it opens."""
+"""Sink that writes a recording for rerun's viewer. It imports rerun when it opens."""
 
 from __future__ import annotations
 
@@ -13,27 +13,27 @@ if TYPE_CHECKING:
     from stack.telemetry.rerun_drawing import RerunDrawing
 
 DOCUMENT_PERIOD = 1.0
-"""Seconds between two copies of the tree as text, unless a node changed its status."""
+"""Seconds between two logs of the tree as text, unless a node changes its status."""
 
 
 class RerunSink:
     """Records a run for rerun, on the timeline `mission_time` (robot time).
 
-    Large layers are written only when their version changes, node states only when they change.
-    After kill -9 the recording holds all but the last moments; `rerun rrd optimize` repairs it.
+    Layers are written only when their version changes, node states only when they change. After
+    kill -9 the recording lacks only the last moments; `rerun rrd optimize` repairs it.
     """
 
     def __init__(self, path: Path, period: float = 0.1) -> None:
-        """Prepare a recording.
+        """Prepare a recording; `open` creates the file.
 
         Args:
             path: the .rrd file to write.
-            period: seconds of robot time from snapshot to snapshot.
+            period: robot time between two snapshots, seconds.
         """
         self.path, self.period = path, period
         self._drawing: RerunDrawing | None = None
         self._next = 0.0
-        self._arranged = False
+        self._has_blueprint = False
         self._versions: dict[str, int] = {}
         self._statuses: dict[int, str] = {}
         self._state: MissionState | None = None
@@ -42,14 +42,14 @@ class RerunSink:
         self._image_stamp = -1.0
 
     def open(self, info: RunInfo) -> None:
-        """Begin the file and draw what never changes."""
+        """Create the file and draw the static entities."""
         from stack.telemetry.rerun_drawing import RerunDrawing
 
         self._drawing = RerunDrawing(info, self.path)
-        self._drawing.fixed_things()
+        self._drawing.static_entities()
 
     def event(self, event: Event) -> None:
-        """A line of the log."""
+        """Log the event unless it is routine."""
         assert self._drawing is not None
         if event.kind not in ROUTINE:
             self._drawing.at(event.time)
@@ -60,12 +60,12 @@ class RerunSink:
         return time >= self._next - 1e-9
 
     def snapshot(self, snapshot: Snapshot) -> None:
-        """Draw a moment."""
+        """Draw a snapshot."""
         assert self._drawing is not None
         drawing = self._drawing
-        if not self._arranged:
-            self._arranged = True
-            drawing.arrange(snapshot)
+        if not self._has_blueprint:
+            self._has_blueprint = True
+            drawing.send_blueprint(snapshot)
         while self._next <= snapshot.time + 1e-9:
             self._next += self.period
         drawing.at(snapshot.time)
@@ -80,7 +80,7 @@ class RerunSink:
             drawing.image(snapshot.image)
 
     def close(self, report: Mapping[str, object] | None) -> None:
-        """Finish the file. Safe to call twice."""
+        """Close the file. Safe to call twice."""
         if self._drawing is not None:
             self._drawing.close()
             self._drawing = None

@@ -1,7 +1,7 @@
-"""Lets dashboards of other processes watch and command a run, over ZeroMQ.
+"""Telemetry server: dashboards in other processes watch and command a run over ZeroMQ.
 
-One ROUTER socket; all work is done in calls from the engine's thread and in ZeroMQ's own
-background thread, and nothing here ever blocks.
+It has one ROUTER socket. All work is done in calls from the engine's thread and in ZeroMQ's
+background thread; no call blocks.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import dataclasses
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from time import monotonic  # noqa: TID251 - transport paces itself by the wall clock
+from time import monotonic  # noqa: TID251 - transport timeouts are wall time
 from typing import TYPE_CHECKING, Any
 
 from stack.errors import InputError, TelemetryError
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     import zmq
 
 PERIOD = 0.05
-"""Least wall seconds between two answers to one client: twenty snapshots a second."""
+"""Shortest time between two answers to one client, wall seconds: twenty snapshots a second."""
 
 ALIVE_PERIOD = 0.5
 """Wall seconds after which a client is answered even if there is nothing new."""
@@ -47,15 +47,23 @@ FORGET_AFTER = 60.0
 
 MAX_REQUEST_BYTES = 1 << 20
 MAX_RECEIVED = 200
-"""Messages read in one go, so that a flood of them cannot hold up the engine."""
+"""Messages read in one call, so that a flood of messages cannot block the engine."""
 
 LINGER_MS = 1000
-"""How long closing waits for the last messages to leave, at most."""
+"""Longest time that closing waits for the last messages to be sent."""
 
 
 @dataclass
 class _Client:
-    """What is known of one connection."""
+    """State of one connection.
+
+    Attributes:
+        number: counts the connections.
+        heard: wall time of its last message.
+        answered: wall time of the last answer, -1 before the first.
+        pending: request that is not answered yet.
+        has: what the client has after the last answer.
+    """
 
     number: int
     heard: float
@@ -65,10 +73,10 @@ class _Client:
 
 
 class TelemetryServer:
-    """The sink that dashboards connect to; local to this user.
+    """Sink that dashboards of the same user connect to.
 
     Attributes:
-        handle: where it can be reached; None until opened.
+        handle: descriptor of the run with its address; None until opened.
     """
 
     def __init__(self, address: str | None = None, clock: Callable[[], float] = monotonic) -> None:
@@ -76,16 +84,16 @@ class TelemetryServer:
 
         Args:
             address: None for a socket in the user's own run folder.
-            clock: wall seconds.
+            clock: returns wall seconds.
 
         Raises:
-            InputError: any other address: nothing may listen on a network without keys.
+            InputError: any other address: listening on a network without keys is not allowed.
         """
         # A TCP listener belongs here: bind with CURVE keys read from a 0600 file, and refuse
-        # clients whose public key is not in a folder of known ones.
+        # clients whose public key is not in a folder of known keys.
         if address is not None:
             raise InputError(
-                f"cannot listen at {address!r}: only local dashboards can connect so far; "
+                f"cannot listen on {address!r}: only local dashboards are supported; "
                 "forward the socket over ssh to watch from another machine"
             )
         self.handle: RunHandle | None = None
@@ -105,7 +113,7 @@ class TelemetryServer:
 
     @property
     def watchers(self) -> int:
-        """How many clients are connected."""
+        """Number of connected clients."""
         return len(self._clients)
 
     def open(self, info: RunInfo) -> None:
@@ -123,24 +131,24 @@ class TelemetryServer:
         socket.bind(self.handle.address)
 
     def event(self, event: Event) -> None:
-        """Keep an event until clients ask for it."""
+        """Keep an event until clients request it."""
         self._events.append(encode(event))
         self._event_count = event.number + 1
 
     def wants_snapshot(self, time: float) -> bool:
-        """Whether a client waits for news and its twentieth of a second has passed."""
+        """Whether a client's request is pending and PERIOD has passed since its last answer."""
         self._receive()
         return any(True for _ in self._due())
 
     def snapshot(self, snapshot: Snapshot) -> None:
-        """Take the newest moment and send it to those who wait."""
+        """Keep the newest snapshot and answer the clients that are due."""
         self._newest, self._moment = snapshot, self._moment + 1
         self._encoded_moments.clear()
         for identity, client in list(self._due()):
             self._answer(identity, client)
 
     def service(self) -> None:
-        """Answer waiting clients with what there is."""
+        """Answer clients that are due with the newest data."""
         self._receive()
         now = self._clock()
         for identity, client in list(self._due()):
@@ -148,7 +156,7 @@ class TelemetryServer:
                 self._answer(identity, client)
 
     def commands(self) -> list[Command]:
-        """Commands that came in, with ids made unique among clients."""
+        """Return the received commands, with ids made unique across clients."""
         self._receive()
         taken, self._commands = self._commands, []
         return taken
@@ -161,7 +169,7 @@ class TelemetryServer:
                 self._send(identity, encode(dataclasses.replace(ack, id=own)))
 
     def close(self, report: Mapping[str, Any] | None) -> None:
-        """Tell every client all that it lacks and that the run is over; vanish."""
+        """Send every client the data it lacks and the end of the run; close and withdraw."""
         if self._socket is not None:
             self._receive()
             over = encode(Over(None if report is None else json_value(report)))
@@ -178,7 +186,7 @@ class TelemetryServer:
             withdraw(self.handle)
 
     def _receive(self) -> None:
-        """Read what clients sent."""
+        """Read the messages of clients."""
         import zmq
 
         assert self._socket is not None
@@ -196,7 +204,7 @@ class TelemetryServer:
         try:
             message = decode_one_of(encoded, CLIENT_SENDS)
         except TelemetryError:
-            # Whoever speaks another version sees it from the stamp of any answer.
+            # A client of another version detects this by the stamp of any answer.
             self._send(identity, encode(Served(self._event_count)))
             return
         if isinstance(message, Command):
@@ -206,7 +214,7 @@ class TelemetryServer:
             client.pending = client.has = message
 
     def _client(self, identity: bytes) -> _Client | None:
-        """The client of this identity, new or known; None when there are too many."""
+        """The client with this identity, created if new; None if there are too many."""
         now = self._clock()
         if identity not in self._clients:
             for other, known in list(self._clients.items()):
@@ -238,7 +246,7 @@ class TelemetryServer:
         )
 
     def _answer(self, identity: bytes, client: _Client) -> bool:
-        """Send a client what it lacks; whether it is still there."""
+        """Send a client the data it lacks; return whether it is still connected."""
         for message in self._news(client):
             if not self._send(identity, message):
                 return False
@@ -264,7 +272,7 @@ class TelemetryServer:
         yield encode(Served(self._event_count))
 
     def _batch(self, first: int) -> tuple[bytes, ...]:
-        """Up to BATCH events from this number on."""
+        """Up to BATCH encoded events, starting with this number."""
         lacking = self._event_count - first
         if lacking <= 0:
             return ()
@@ -294,7 +302,7 @@ class TelemetryServer:
         return self._encoded_moments[images]
 
     def _send(self, identity: bytes, message: bytes) -> bool:
-        """Send without waiting; a client that is gone or takes nothing is forgotten."""
+        """Send without waiting; remove a client that is gone or does not receive."""
         import zmq
 
         assert self._socket is not None

@@ -11,7 +11,7 @@ _SPECIAL = str.maketrans({character: "\\" + character for character in "\\`*_[]<
 
 
 def depths(rows: tuple[TreeRow, ...]) -> dict[int, int]:
-    """How deep each node lies, by id; the root is at 0."""
+    """Depth of each node by id; the root has depth 0."""
     found = {-1: -1}
     for row in rows:
         found[row.id] = found.get(row.parent, -1) + 1
@@ -20,7 +20,7 @@ def depths(rows: tuple[TreeRow, ...]) -> dict[int, int]:
 
 
 def activity(rows: tuple[TreeRow, ...]) -> str:
-    """Name of the first running leaf: what the robot does now; NOTHING if there is none."""
+    """Name of the first running leaf, or NOTHING without one."""
     parents = {row.parent for row in rows}
     return next(
         (row.name for row in rows if row.status == "running" and row.id not in parents), NOTHING
@@ -45,5 +45,5 @@ def tree_markdown(snapshot: Snapshot, info: RunInfo) -> str:
 
 
 def _plain(text: str) -> str:
-    """Text that Markdown shows as it stands, on one line."""
+    """Escape a text for Markdown and join its lines."""
     return " ".join(text.split()).translate(_SPECIAL)

@@ -1,7 +1,7 @@
-"""Data that travels through treepilot. Metres, radians, seconds; x forward, y left, z up.
+"""Data types of treepilot. Metres, radians, seconds; x forward, y left, z up.
 
-Frames follow REP 105: map -> odom -> base -> sensors. Every record is frozen; arrays inside are
-never written to after they were handed over.
+Frames follow REP 105: map -> odom -> base -> sensors. Every record is frozen; its arrays must not
+be modified after it was passed on.
 """
 
 from stack.types.expressions import (

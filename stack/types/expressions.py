@@ -1,4 +1,4 @@
-"""What mission expressions become in behaviours: callables and assignments."""
+"""Mission expressions as behaviours receive them: callables and assignments."""
 
 from __future__ import annotations
 
@@ -8,21 +8,25 @@ from typing import Any, Protocol
 
 
 class Expression(Protocol):
-    """A checked expression of a mission file, ready to be evaluated on the robot's own values."""
+    """A checked expression of a mission file, evaluated on the current values of the robot."""
 
     source: str
 
     def __call__(self) -> Any:
-        """The value now; a bool for conditions."""
+        """The current value; a bool for conditions."""
         ...
 
     def explain(self) -> str:
-        """The expression with the values its names have now, e.g. `battery.charge (0.18) > 0.3`."""
+        """The expression with the current values of its names: `battery.charge (0.18) > 0.3`."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class Assignments:
-    """What `set` writes: blackboard keys, each with the expression for its new value."""
+    """Assignments of `set`: blackboard keys, each with the expression for its new value.
+
+    Attributes:
+        writes: (key, expression, setter) of each assignment, in order.
+    """
 
     writes: tuple[tuple[str, Expression, Callable[[Any], None]], ...] = field(default=())

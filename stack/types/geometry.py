@@ -40,7 +40,7 @@ class Pose2D:
         return atan2(other.y - self.y, other.x - self.x)
 
     def compose(self, local: Pose2D) -> Pose2D:
-        """The pose `local`, given in this pose's frame, in the frame this pose is given in."""
+        """Transform `local` from this pose's frame to the frame that this pose is expressed in."""
         c, s = cos(self.heading), sin(self.heading)
         return Pose2D(
             self.x + c * local.x - s * local.y,
@@ -49,16 +49,16 @@ class Pose2D:
         )
 
     def inverse(self) -> Pose2D:
-        """The pose that composes with this one to the identity."""
+        """The inverse transform: composed with this pose it is the identity."""
         c, s = cos(self.heading), sin(self.heading)
         return Pose2D(-c * self.x - s * self.y, s * self.x - c * self.y, wrap_angle(-self.heading))
 
     def relative_to(self, base: Pose2D) -> Pose2D:
-        """This pose seen from `base`: base.compose(result) is this pose."""
+        """This pose in the frame of `base`: base.compose(result) is this pose."""
         return base.inverse().compose(self)
 
     def transform(self, points: FloatArray) -> FloatArray:
-        """Points (n, 2) given in this pose's frame, in the frame this pose is given in."""
+        """Transform points (n, 2) from this pose's frame to the frame it is expressed in."""
         c, s = cos(self.heading), sin(self.heading)
         turned: FloatArray = points @ np.array([[c, s], [-s, c]])
         turned += (self.x, self.y)
@@ -79,13 +79,14 @@ STANDSTILL = Twist()
 
 @dataclass(frozen=True, slots=True)
 class Path:
-    """Poses to drive through in turn, in the map frame.
+    """A path: poses in driving order, in the map frame.
 
     Attributes:
         points: (n, 3) float64: x, y in metres and heading in radians; start first.
-        speed_limits: (n,) m/s, the most that may be driven from each point to the next; inf is
-            the robot's own. None where there is no limit.
-        partial: it ends farther from the goal than a planner tolerates, as near as could be.
+        speed_limits: (n,) m/s, speed limit from each point to the next; inf: only the robot's own
+            limit. None without any limit.
+        partial: the path ends at the nearest reachable pose, farther from the goal than the
+            planner's tolerance.
     """
 
     points: FloatArray
@@ -106,7 +107,7 @@ class Path:
 
 @dataclass(frozen=True, slots=True)
 class Footprint:
-    """The robot's outline on the floor, in the base frame.
+    """Outline of the robot on the floor, in the base frame.
 
     Attributes:
         points: (n, 2) corners in metres, anticlockwise, n >= 3. A round robot is a 16-gon.

@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 FREE_COST, INSCRIBED_COST, LETHAL_COST, UNKNOWN_COST = 0, 253, 254, 255
-"""Costmap values as in Nav2: 1..252 inflated, 253 the centre would collide, 254 occupied."""
+"""Costmap values as in Nav2: 1..252 inflated, 253 collision of the centre, 254 occupied."""
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
 """Occupancy values as in ROS' OccupancyGrid."""
 
 
 class _Grid(Protocol):
-    """What the geometry of a grid needs; shared by OccupancyGrid and CostGrid."""
+    """Attributes that OccupancyGrid and CostGrid share."""
 
     @property
     def cells(self) -> NDArray[Any]: ...
@@ -41,28 +41,28 @@ class OccupancyGrid:
     origin: tuple[float, float] = (0.0, 0.0)
 
     def cell_at(self: _Grid, x: float, y: float) -> tuple[int, int]:
-        """(row, column) of the cell that holds the point; may lie outside the grid."""
+        """(row, column) of the cell at a point (metres); may be outside the grid."""
         return (
             int((y - self.origin[1]) // self.resolution),
             int((x - self.origin[0]) // self.resolution),
         )
 
     def centre_of(self: _Grid, row: int, column: int) -> tuple[float, float]:
-        """(x, y) in metres of the middle of a cell."""
+        """(x, y) of the centre of a cell, metres."""
         return (
             self.origin[0] + (column + 0.5) * self.resolution,
             self.origin[1] + (row + 0.5) * self.resolution,
         )
 
     def contains(self: _Grid, row: int, column: int) -> bool:
-        """Whether the cell lies on the grid."""
+        """Whether the cell is inside the grid."""
         rows, columns = self.cells.shape
         return bool(0 <= row < rows and 0 <= column < columns)
 
 
 @dataclass(frozen=True, slots=True)
 class CostGrid:
-    """What each cell costs to drive through, in the map frame.
+    """A costmap: cost of driving through each cell, in the map frame.
 
     Attributes:
         cells: (rows, columns) uint8, Nav2's values; row 0 at the smallest y.

@@ -14,13 +14,13 @@ from stack.types.geometry import FloatArray, Pose2D, Twist
 
 @dataclass(frozen=True, slots=True)
 class Scan:
-    """One turn of a planar lidar.
+    """One scan of a planar lidar.
 
     Attributes:
-        stamp: seconds on the body's clock at the middle of the turn.
-        ranges: (n,) float32 metres; +inf no return, NaN invalid or below the minimum.
+        stamp: seconds on the body's clock, at the middle of the scan.
+        ranges: (n,) float32 metres; +inf: no return; NaN: invalid or below the minimum.
         angle_min: direction of beam 0 in the sensor frame, radians.
-        angle_increment: radians from beam to beam.
+        angle_increment: angle from beam to beam, radians.
         range_min: metres.
         range_max: metres.
         mount: the sensor's pose in the base frame.
@@ -50,14 +50,14 @@ class Scan:
 
 @dataclass(frozen=True, slots=True)
 class RangeReading:
-    """One reading of a sonar-like sensor: the nearest thing somewhere in a cone.
+    """One reading of a sonar or similar sensor: distance to the nearest obstacle in a cone.
 
     Attributes:
         stamp: seconds on the body's clock.
-        distance: metres; +inf when nothing was heard.
-        field_of_view: full opening of the cone, radians.
-        range_min: metres; nearer readings are invalid.
-        range_max: metres; farther ones are no return.
+        distance: metres; +inf: no return; NaN: invalid or below the minimum.
+        field_of_view: full opening angle of the cone, radians.
+        range_min: metres; shorter readings are invalid.
+        range_max: metres; longer readings are no return.
         mount: the sensor's pose in the base frame.
         source: the sensor's name.
     """
@@ -73,7 +73,13 @@ class RangeReading:
 
 @dataclass(frozen=True, slots=True)
 class Odometry:
-    """Dead reckoning: a pose in the odom frame, which drifts but never jumps, and the speed."""
+    """Dead reckoning: pose in the odom frame, which drifts but never jumps, and velocity.
+
+    Attributes:
+        stamp: seconds on the body's clock.
+        pose: odom frame.
+        twist: measured velocity, base frame.
+    """
 
     stamp: float
     pose: Pose2D
@@ -82,12 +88,12 @@ class Odometry:
 
 @dataclass(frozen=True, slots=True)
 class Imu:
-    """A batch of inertial samples since the last observation, base frame.
+    """The IMU samples since the last observation, base frame.
 
     Attributes:
         stamps: (n,) seconds.
         angular_velocity: (n, 3) rad/s.
-        linear_acceleration: (n, 3) m/s², gravity included (+9.81 on z at rest).
+        linear_acceleration: (n, 3) specific force, m/s² (+9.81 on z at rest).
     """
 
     stamps: FloatArray
@@ -97,7 +103,7 @@ class Imu:
 
 @dataclass(frozen=True, slots=True)
 class CameraModel:
-    """A pinhole camera without distortion and where it sits.
+    """A pinhole camera without distortion, and its mount.
 
     Attributes:
         width: pixels.
@@ -117,12 +123,12 @@ class CameraModel:
 
     @property
     def matrix(self) -> FloatArray:
-        """(3, 3) intrinsic matrix; the principal point is the image's middle."""
+        """(3, 3) intrinsic matrix; the principal point is the centre of the image."""
         f = self.focal_length
         return np.array([[f, 0, self.width / 2], [0, f, self.height / 2], [0, 0, 1]], dtype=float)
 
     def base_from_optical(self) -> FloatArray:
-        """(4, 4) transform of optical-frame points (x right, y down, z forward) to the base."""
+        """(4, 4) transform from the optical frame (x right, y down, z forward) to the base."""
         cp, sp, cy, sy = cos(self.pitch), sin(self.pitch), cos(self.yaw), sin(self.yaw)
         forward = np.array([cp * cy, cp * sy, -sp])
         right = np.array([sy, -cy, 0.0])
@@ -143,7 +149,7 @@ class Image:
 
 @dataclass(frozen=True, slots=True)
 class Battery:
-    """Charge in [0, 1], whether it is being charged, and the voltage."""
+    """State of the battery: charge in [0, 1], whether it is charging, voltage in volts."""
 
     charge: float
     charging: bool = False
@@ -152,17 +158,17 @@ class Battery:
 
 @dataclass(frozen=True, slots=True)
 class Observation:
-    """What the sensors said since the last step. A sensor without news is None.
+    """The measurements since the last step; None for a sensor without a new one.
 
     Attributes:
         time: seconds on the body's clock.
         odometry: wheel odometry.
         battery: state of charge.
-        scan: a new lidar scan.
-        imu: inertial samples since the last observation.
-        image: a new camera picture, only while somebody asks for pictures.
-        scans: new ones of further lidars, by the sensor's name.
-        readings: new ones of sonars.
+        scan: new scan of the main lidar.
+        imu: IMU samples since the last observation.
+        image: new camera picture; only while pictures are requested.
+        scans: new scans of additional lidars, by sensor name.
+        readings: new readings of sonars.
     """
 
     time: float

@@ -7,7 +7,7 @@ from enum import Enum, StrEnum, auto
 
 
 class TaskStatus(Enum):
-    """How far a task asked of the robot has come."""
+    """Status of a task of the robot."""
 
     RUNNING = auto()
     SUCCEEDED = auto()
@@ -16,7 +16,7 @@ class TaskStatus(Enum):
 
 
 class FailureCode(StrEnum):
-    """Why something failed; what `error` is compared with in mission files."""
+    """Codes of failures; mission files compare `error` with them."""
 
     NO_VALID_PATH = "NO_VALID_PATH"
     START_OCCUPIED = "START_OCCUPIED"

@@ -1,4 +1,4 @@
-"""What the robot knows of its surroundings: markers, tracked objects, its own pose."""
+"""The robot's knowledge of its surroundings: markers, tracked objects, pose estimates."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from stack.types.geometry import FloatArray, Pose2D
 
 @dataclass(frozen=True, slots=True)
 class TrackedObject:
-    """A moving thing that was followed over several scans, map frame.
+    """A moving object that was tracked over several scans, map frame.
 
     Attributes:
-        id: number, never used again in a run.
-        stamp: seconds on the robot's clock for which the rest holds.
-        position: (x, y) of its middle, metres.
+        id: number, unique within a run.
+        stamp: seconds on the robot's clock at which the other values apply.
+        position: (x, y) of its centre, metres.
         velocity: (x, y), metres per second.
-        radius: of the circle that it fits in, metres.
+        radius: of its enclosing circle, metres.
         covariance: (4, 4) of position x, y and velocity x, y.
     """
 
@@ -32,30 +32,30 @@ class TrackedObject:
 
     @property
     def speed(self) -> float:
-        """Metres per second."""
+        """Speed, metres per second."""
         return hypot(*self.velocity)
 
     def position_after(self, seconds: float) -> tuple[float, float]:
-        """Where its middle will be if it keeps its velocity, metres."""
+        """(x, y) of its centre after some seconds at constant velocity, metres."""
         return (
             self.position[0] + seconds * self.velocity[0],
             self.position[1] + seconds * self.velocity[1],
         )
 
     def at(self, time: float) -> TrackedObject:
-        """The same thing at another time, where it keeps its velocity; covariance as it was."""
+        """The object extrapolated to another time at constant velocity; covariance unchanged."""
         return replace(self, stamp=time, position=self.position_after(time - self.stamp))
 
 
 @dataclass(frozen=True, slots=True)
 class Marker:
-    """A square fiducial of known size at a known place, in the map frame.
+    """A square fiducial marker of known size and pose, in the map frame.
 
     Attributes:
         number: its id in the dictionary.
         size: side of the black square, metres.
-        position: (x, y, z) of the middle, metres.
-        heading: direction in which it faces (its outward normal), radians; it stands upright.
+        position: (x, y, z) of the centre, metres.
+        heading: direction of its outward normal, radians; the marker is vertical.
         dictionary: an OpenCV ArUco dictionary, e.g. DICT_4X4_50 or DICT_APRILTAG_36h11.
     """
 
@@ -68,12 +68,12 @@ class Marker:
 
 @dataclass(frozen=True, slots=True)
 class PoseEstimate:
-    """Where the robot believes it is.
+    """Estimate of the robot's pose.
 
     Attributes:
         pose: map frame.
         covariance: (3, 3) of x, y, heading.
-        health: in [0, 1]; how well the scans fit the map here. Below 0.3 something is wrong.
+        health: in [0, 1], how well the scans match the map. Below 0.3 the pose is doubtful.
     """
 
     pose: Pose2D
@@ -82,7 +82,7 @@ class PoseEstimate:
 
     @property
     def position_deviation(self) -> float:
-        """Standard deviation of the position along its worst direction, metres."""
+        """Standard deviation of the position in its most uncertain direction, metres."""
         return float(np.sqrt(max(0.0, np.linalg.eigvalsh(self.covariance[:2, :2])[-1])))
 
     @property
@@ -93,7 +93,7 @@ class PoseEstimate:
 
 @dataclass(frozen=True, slots=True)
 class PoseCandidate:
-    """A pose of the robot that a marker sighting would explain, and how badly it fits.
+    """A pose of the robot that explains a marker sighting, with its error.
 
     Attributes:
         pose: of the base in the map frame, at the image's stamp.
@@ -106,7 +106,14 @@ class PoseCandidate:
 
 @dataclass(frozen=True, slots=True)
 class MarkerSighting:
-    """A known marker seen in an image; both IPPE solutions, better first."""
+    """A known marker detected in an image.
+
+    Attributes:
+        stamp: of the image, seconds.
+        marker: the marker on the map.
+        distance: from the camera, metres.
+        candidates: both IPPE solutions, the better one first.
+    """
 
     stamp: float
     marker: Marker

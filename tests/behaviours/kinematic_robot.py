@@ -47,7 +47,7 @@ def clearance(segments: FloatArray, pose: Pose2D) -> float:
 
 @dataclass
 class KinematicRobot(ScriptedRobot):
-    """Drives for real at 20 Hz, scans at 10 Hz with 1 cm noise, and remembers its way.
+    """Drives at 20 Hz, scans at 10 Hz with 1 cm noise, and records its path.
 
     Attributes:
         way: true poses, one each control period.

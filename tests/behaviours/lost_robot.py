@@ -1,4 +1,4 @@
-"""The kinematic robot with a camera, markers, and a belief of its own that may be wrong."""
+"""The kinematic robot with a camera, markers, and a pose estimate that may be wrong."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from math import atan2, hypot, pi, radians
 import numpy as np
 from kinematic_robot import PERIOD, KinematicRobot, cast_rays
 
-from behaviours._marker_pose import swung
+from behaviours._marker_pose import rotated
 from behaviours.testing import ScriptedTask
 from stack.types import (
     STANDSTILL,
@@ -30,15 +30,15 @@ PIXELS = np.zeros((240, 320, 3), dtype=np.uint8)
 
 @dataclass
 class LostRobot(KinematicRobot):
-    """`pose` is the truth here; what it believes is `belief`.
+    """A robot with a wrong pose estimate; `pose` is the truth, `belief` the estimate.
 
     Attributes:
         belief: map frame; moves with the odometry.
-        camera_works: no picture ever comes otherwise.
-        global_answer: what its lidar search answers, `truth` for the right pose; None is AMBIGUOUS.
-        true_error: the right candidate is turned about the marker by this, radians.
-        exposed: the last pictures' steps, with pose and turning speed at that moment.
-        blurred: how often sightings were asked for in a picture taken while turning.
+        camera_works: whether there are pictures.
+        global_answer: results of the lidar search: a pose, `truth`, or None for AMBIGUOUS.
+        true_error: rotation of the correct candidate about the marker, radians.
+        exposed: steps of the last pictures, with pose and angular speed at the exposure.
+        blurred: number of sightings requested in pictures taken while turning.
         wrong_first: the wrong candidate has the smaller reprojection error.
     """
 
@@ -73,7 +73,7 @@ class LostRobot(KinematicRobot):
     def set_pose(self, pose: Pose2D, **deviations: object) -> None:
         super().set_pose(pose, **deviations)
         truth, self.belief = self.way[-1] if self.way else self.pose, pose
-        self.pose = truth  # believing does not move the robot
+        self.pose = truth  # a new estimate does not move the robot
 
     def fit_at(self, pose: Pose2D) -> float:
         """Share of every sixth beam that ends within 12 cm of where the map says."""
@@ -102,8 +102,8 @@ class LostRobot(KinematicRobot):
         view = wrap_angle(atan2(-dy, -dx) - marker.heading)
         if hypot(dx, dy) > 4.0 or abs(bearing) > radians(40.0) or abs(view) > radians(70.0):
             return None
-        right = PoseCandidate(swung(pose, marker.position[:2], self.true_error, 1.03), 0.4)
-        mirrored = swung(pose, marker.position[:2], -2.0 * view - self.true_error, 1.0)
+        right = PoseCandidate(rotated(pose, marker.position[:2], self.true_error, 1.03), 0.4)
+        mirrored = rotated(pose, marker.position[:2], -2.0 * view - self.true_error, 1.0)
         wrong = PoseCandidate(mirrored, 0.3 if self.wrong_first else 0.9)
         ordered = sorted((right, wrong), key=lambda one: one.error)
         return MarkerSighting(stamp, marker, hypot(dx, dy), tuple(ordered))

@@ -1,4 +1,4 @@
-"""Ports of a dataclass of one's own: written as a mapping, checked field by field."""
+"""Ports whose type is a dataclass: written as a mapping, checked field by field."""
 
 from textwrap import dedent
 

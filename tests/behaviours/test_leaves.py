@@ -100,12 +100,12 @@ def test_sets_all_keys_from_the_values_before(robot):
     assert swap.feedback_message == "a = 2, b = 1"
 
 
-def test_says_it_once(robot):
+def test_say_writes_one_message(robot):
     assert tick(Say(text="shelf done"), robot) is Status.SUCCESS
     assert robot.said == ["shelf done"]
 
 
-def test_clears_the_costmap_that_is_meant(robot):
+def test_clears_the_selected_costmap(robot):
     assert tick(ClearCostmap(which="local"), robot) is Status.SUCCESS
     assert robot.asked("clear_costmap") == [{"which": "local"}]
 
@@ -149,7 +149,7 @@ def test_an_edge_is_closed_and_opened(robot):
     ]  # fmt: skip
 
 
-def test_an_edge_that_there_is_not_is_a_failure(robot):
+def test_an_unknown_edge_is_a_failure(robot):
     behaviour = SetEdge(edge="midle")
     assert tick(behaviour, robot) is Status.FAILURE
     assert behaviour.feedback_message == "the route graph has no edge 'midle'"

@@ -132,7 +132,7 @@ def test_drive_for_stands_still_when_pre_empted_but_only_then(robot):
     assert other.status is TaskStatus.RUNNING
 
 
-def test_a_partial_drive_tells_how_far_away_the_goal_is_left(robot):
+def test_a_partial_drive_outputs_the_distance_left(robot):
     behaviour = NavigateToPose(goal=Pose2D(4.0, 3.0), partial=True)
     tick(behaviour, robot)
     assert robot.calls[0][1]["partial"] is True

@@ -8,7 +8,7 @@ from kinematic_robot import segments_of
 from lost_robot import LostRobot, marker_on_wall
 from py_trees.common import Status
 
-from behaviours._marker_pose import Hypothesis, best_fit, hypotheses, merged, swung
+from behaviours._marker_pose import Hypothesis, best_fit, hypotheses, merged, rotated
 from behaviours.relocalise import Relocalise
 from behaviours.testing import ScriptedRobot, halt, tick
 from stack.types import (
@@ -76,7 +76,7 @@ def test_asks_the_lidar_when_no_marker_is_seen_all_round():
     assert 2 * pi - 1e-6 <= turned <= 2 * pi + radians(60.0)
 
 
-def test_does_without_the_camera_when_told_to():
+def test_the_camera_can_be_disabled():
     robot = lost(global_answer=["truth"])
     assert tick(Relocalise(use_camera=False), robot, 5.0) is Status.SUCCESS
     assert robot.asked("spin") == []
@@ -95,15 +95,15 @@ def test_moves_on_before_it_asks_the_lidar_again():
     assert robot.time < 30.0
 
 
-def test_a_pose_that_does_not_prove_itself_is_not_success():
+def test_an_unconfirmed_pose_is_not_a_success():
     robot = lost(markers=(), global_answer=[WRONG, WRONG])
     behaviour = Relocalise()
     assert tick(behaviour, robot, 30.0) is Status.FAILURE
     assert behaviour.failure.code == "LOST"
-    assert "below 0.4" in behaviour.failure.sentence
+    assert "expected at least 0.4" in behaviour.failure.sentence
 
 
-def test_a_marker_that_was_moved_is_not_believed():
+def test_a_moved_marker_is_rejected():
     moved = (marker_on_wall(3, 7.0, 4.0, pi),)  # the map says so; it hangs 2 m further right
     robot = lost(markers=moved, pose=Pose2D(5.0, 2.5, 0.3), global_answer=[None, None])
     hangs = Marker(3, 0.2, (7.0, 2.0, 0.3), pi)
@@ -151,9 +151,9 @@ def test_pre_emption_cancels_the_search_by_lidar():
     assert robot.task.status is TaskStatus.CANCELLED
 
 
-def test_swinging_about_a_marker_keeps_its_distance_and_bearing():
+def test_rotation_about_a_marker_keeps_distance_and_bearing():
     marker, pose = (7.0, 2.0), Pose2D(4.0, 1.0, 0.4)
-    turned = swung(pose, marker, 0.3, 1.0)
+    turned = rotated(pose, marker, 0.3, 1.0)
     there = Pose2D(*marker)
     assert turned.distance_to(there) == pytest.approx(pose.distance_to(there))
     assert wrap_angle(turned.bearing_to(there) - turned.heading) == pytest.approx(
@@ -164,7 +164,7 @@ def test_swinging_about_a_marker_keeps_its_distance_and_bearing():
 def test_the_best_fit_undoes_an_error_of_the_marker_pose():
     robot = lost(pose=Pose2D(4.5, 2.5, 0.0))
     marker = MARKERS[0].position[:2]
-    found, fit = best_fit(swung(robot.pose, marker, radians(12.0), 1.06), marker, robot.fit_at)
+    found, fit = best_fit(rotated(robot.pose, marker, radians(12.0), 1.06), marker, robot.fit_at)
     assert fit > 0.9
     assert near(found, robot.pose, 0.08, radians(2.5))
 
@@ -189,7 +189,7 @@ def test_two_pictures_of_one_place_make_one_hypothesis():
     assert (second.fit, second.stamps) == (0.6, (1.0, 1.2))
 
 
-def test_the_toys_fit_tells_right_from_wrong():
+def test_the_fit_of_the_test_robot_is_high_at_the_true_pose_only():
     robot = lost()
     assert robot.fit_at(TRUTH) > 0.9
     assert robot.fit_at(WRONG) < 0.3

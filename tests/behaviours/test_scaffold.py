@@ -20,7 +20,7 @@ def run(*command, cwd=ROOT):
     return done.stdout
 
 
-def test_what_is_written_works_and_its_test_passes(tmp_path):
+def test_the_template_works_and_its_test_passes(tmp_path):
     folder = tmp_path / "my_behaviours"
     files = new_behaviour("close_gripper", folder)
     assert [file.name for file in files] == ["close_gripper.py", "test_close_gripper.py"]
@@ -31,7 +31,7 @@ def test_what_is_written_works_and_its_test_passes(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["close_gripper", "nnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnnn"])
-def test_what_is_written_is_clean(tmp_path, name):
+def test_the_template_is_clean(tmp_path, name):
     files = [str(file) for file in new_behaviour(name, tmp_path / "mine")]
     settings = ["--config", str(ROOT / "pyproject.toml"), "--no-cache"]
     run("ruff", "check", *settings, *files)
@@ -40,7 +40,7 @@ def test_what_is_written_is_clean(tmp_path, name):
 
 def test_nothing_is_overwritten(tmp_path):
     (tmp_path / "test_close_gripper.py").write_text("mine")
-    with pytest.raises(InputError, match=r"test_close_gripper\.py is there already"):
+    with pytest.raises(InputError, match=r"test_close_gripper\.py already exists"):
         new_behaviour("close_gripper", tmp_path)
     assert [file.name for file in tmp_path.iterdir()] == ["test_close_gripper.py"]
 
@@ -56,11 +56,11 @@ def test_nothing_is_overwritten(tmp_path):
         ("spin", "'spin' is taken: Turn in place by an angle"),
         ("retry", "word of the mission language"),
         ("while", "word of the mission language or of Python"),
-        ("n" * 41, "at most 40 letters"),
-        ("test_it", "would be taken for a test"),
+        ("n" * 41, "41 characters, at most 40"),
+        ("test_it", "is the name of a test"),
     ],
 )
-def test_names_that_will_not_do(tmp_path, name, sentence):
+def test_invalid_names(tmp_path, name, sentence):
     with pytest.raises(InputError, match=sentence):
         new_behaviour(name, tmp_path)
     assert list(tmp_path.iterdir()) == []

@@ -1,12 +1,14 @@
 """What users of today's navigation stacks suffer from, and the tests that it does not happen here.
 
-Each entry is a complaint from the trackers of Nav2 (n), slam_toolbox (s) or the old navigation
-stack (o), by number; the tests named for it must exist. Those that stand nowhere else are below.
+Each complaint has its number in the tracker of Nav2 (n), slam_toolbox (s) or the old navigation
+stack (o). Tests name those that they rule out: `@pytest.mark.pain("n1655")`; `pytest -m pain`
+runs them all. Those that belong to no package's own tests are below.
 """
 
 from __future__ import annotations
 
 import ast
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -16,78 +18,68 @@ import missions
 TESTS = Path(__file__).parents[1]
 
 PAINS = {
-    "n1655 a spin above half a turn never ends": ["test_every_spin_ends_after_its_angle"],
-    "n2453 backing up never ends when blocked": ["test_backing_up_stops_before_a_wall_and_fails"],
-    "n5625 inflation closes a door that the robot fits through": [
-        "test_a_gap_narrower_than_the_robot_closes_the_place_behind_it",
-        "test_a_wide_gap_is_open_and_the_picture_is_drawn",
-    ],
-    "n4808, n6100 paths hug the walls": [
-        "test_paths_keep_to_the_middle_of_a_corridor_and_of_doors"
-    ],
-    "n4049, n5189 a misplaced or misspelt parameter goes unnoticed": [
-        "test_a_wrong_parameter_is_refused_with_its_name"
-    ],
-    "n3111 a value is silently overridden elsewhere": [
-        "test_each_value_names_the_file_and_line_that_sets_it"
-    ],
-    "n3746, n3352 wall time and simulated time mix": [
-        "test_equal_seeds_give_equal_logs_whatever_the_speed_and_the_recording"
-    ],
-    "n6556, n2917, n2491, n4960 bring-up hangs without a word": [
-        "test_help_teaches_and_imports_nothing_heavy",
-        "test_the_mission_outlives_its_viewers_and_a_later_one_attaches",
-    ],
-    "n2696, n3770 nobody can watch the tree live": [
-        "test_the_mission_outlives_its_viewers_and_a_later_one_attaches"
-    ],
-    "n3180, n3508, n2847 a faulty tree crashes the navigator": [
-        "test_faulty_nodes",
-        "test_faulty_files",
-    ],
-    "n3090 it drives to a cancelled goal": [
-        "test_a_mission_that_is_cancelled_lets_go_of_its_goal_and_stands",
-        "test_a_cancelled_drive_leaves_the_robot_standing",
-    ],
-    "n4655, o18 planning fails for a goal that can be reached": [
-        "test_reachable_means_found_and_at_the_least_cost",
-        "test_two_hundred_offices_and_not_one_failure",
-    ],
-    "n4243, n4993 planning on large maps is slow": [
-        "test_a_maze_longer_than_the_first_range_and_queue_is_solved_all_the_same"
-    ],
-    "n5531, n5375 it wobbles on the way": ["test_nothing_wobbles_on_a_straight_way"],
-    "n4921, n1492 it swings about the goal": [
-        "test_the_goal_is_met_and_not_swung_about",
-        "test_a_goal_counts_after_a_while_within_though_moving",
-    ],
-    "n4043, n3661, n2915 ghosts in the costmap": [
-        "test_a_lethal_cell_says_which_layer_and_source_marked_it_and_when"
-    ],
-    "n4349, n1733, n1509, n2797 system tests are flaky": [
-        "test_equal_seeds_give_equal_logs_whatever_the_speed_and_the_recording"
-    ],
-    "s720, s543, s465 messages hide the cause": [
-        "test_an_old_or_missing_scan_stops_the_robot_and_says_so"
-    ],
-    "s334, s769, s285, s771 the pose gets worse and nobody notices": [
-        "test_a_lost_robot_stops_and_says_so",
-        "test_without_a_camera_the_kidnapped_robot_does_not_guess",
-    ],
-    "n341 localisation believes a wrong initial pose": [
-        "test_a_wrong_initial_pose_is_noticed_and_mended"
-    ],
+    "a spin above half a turn never ends": "n1655",
+    "backing up never ends when blocked": "n2453",
+    "inflation closes a door that the robot fits through": "n5625",
+    "paths hug the walls": "n4808 n6100",
+    "a misplaced or misspelt parameter goes unnoticed": "n4049 n5189",
+    "a value is silently overridden elsewhere": "n3111",
+    "wall time and simulated time mix": "n3746 n3352",
+    "bring-up hangs without a word": "n6556 n2917 n2491 n4960",
+    "nobody can watch the tree live": "n2696 n3770",
+    "a faulty tree crashes the navigator": "n3180 n3508 n2847",
+    "it drives to a cancelled goal": "n3090",
+    "planning fails for a goal that can be reached": "n4655 o18",
+    "it wobbles on the way": "n5531 n5375",
+    "it swings about the goal": "n4921 n1492",
+    "ghosts in the costmap": "n4043 n3661 n2915",
+    "system tests are flaky": "n4349 n1733 n1509 n2797",
+    "messages hide the cause": "s720 s543 s465",
+    "the pose gets worse and nobody notices": "s334 s769 s285 s771",
+    "localisation believes a wrong initial pose": "n341",
 }
 
+Test = ast.FunctionDef | ast.AsyncFunctionDef
 
-def test_every_pain_has_its_tests() -> None:
-    known = {
-        item.name
-        for file in TESTS.rglob("test_*.py")
-        for item in ast.walk(ast.parse(file.read_text("utf-8")))
-        if isinstance(item, ast.FunctionDef | ast.AsyncFunctionDef)
-    }
-    assert {name for names in PAINS.values() for name in names} - known == set()
+
+def marked() -> Iterator[tuple[str, Test, set[str]]]:
+    """File, function and complaints of every test that bears the mark."""
+    for file in sorted(TESTS.rglob("test_*.py")):
+        for item in ast.parse(file.read_text("utf-8")).body:
+            if isinstance(item, Test) and item.name.startswith("test_"):
+                if found := {text for mark in item.decorator_list for text in complaints(mark)}:
+                    yield file.relative_to(TESTS).as_posix(), item, found
+
+
+def complaints(mark: ast.expr) -> Iterator[str]:
+    if isinstance(mark, ast.Call) and ast.unparse(mark.func) == "pytest.mark.pain":
+        yield from (ast.literal_eval(argument) for argument in mark.args)
+
+
+def surely_asserted(body: list[ast.stmt]) -> bool:
+    """Whether something is asserted that no `if` can leave out."""
+    for item in body:
+        if isinstance(item, ast.Assert):
+            return True
+        if isinstance(item, ast.With):
+            expected = any("pytest.raises" in ast.unparse(each) for each in item.items)
+            if expected or surely_asserted(item.body):
+                return True
+        if isinstance(item, ast.For | ast.Try) and surely_asserted(item.body):
+            return True
+    return False
+
+
+def test_every_pain_is_ruled_out_by_a_test_and_every_mark_is_known() -> None:
+    known = {number for numbers in PAINS.values() for number in numbers.split()}
+    assert {number for _, _, numbers in marked() for number in numbers} == known
+
+
+def test_a_test_that_rules_out_a_pain_always_runs_and_always_asserts() -> None:
+    for file, test, _ in marked():
+        marks = " ".join(ast.unparse(mark) for mark in test.decorator_list)
+        assert "skip" not in marks and "xfail" not in marks, f"{file}: {test.name}"
+        assert surely_asserted(test.body), f"{file}: {test.name}"
 
 
 LOST = """
@@ -102,6 +94,7 @@ run:
 """
 
 
+@pytest.mark.pain("n341")
 @pytest.mark.parametrize(("x", "y", "heading"), [(1.3, 5.0, 0), (1.1, 5.3, 15), (5.8, 5.0, 180)])
 def test_a_wrong_initial_pose_is_noticed_and_mended(
     x: float, y: float, heading: float, tmp_path: Path
@@ -172,6 +165,7 @@ def swings(values: list[float], least: float) -> int:
     return count
 
 
+@pytest.mark.pain("n5531", "n5375")
 def test_nothing_wobbles_on_a_straight_way(
     straight_way: list[tuple[float, float, float]],
 ) -> None:
@@ -179,6 +173,7 @@ def test_nothing_wobbles_on_a_straight_way(
     assert swings([heading for _, _, heading in straight_way], 0.05) <= 2
 
 
+@pytest.mark.pain("n4921", "n1492")
 def test_the_goal_is_met_and_not_swung_about(
     straight_way: list[tuple[float, float, float]],
 ) -> None:

@@ -16,7 +16,7 @@ from stack.telemetry.hub import Telemetry
 from stack.types import FREE, OCCUPIED, OccupancyGrid
 from tests.benchmarks.missions import Trace
 
-HEAD = """mission: rules of the house
+HEAD = """mission: site rules
 format: 1
 robot: scout
 world: office
@@ -96,7 +96,7 @@ def test_without_the_social_layer_nobody_follows_people():
         ),
         ("      - {use: social, horizont: 1 s}\n", "rules.yaml:9:7", "no parameter 'horizont'"),
         ("  safety:\n    zones: [{action: halt}]\n", "rules.yaml:12:12", "'halt' is not one of"),
-        ("      - {use: keepout, mask: nowhere.yaml}\n", "", "there is no mask nowhere.yaml"),
+        ("      - {use: keepout, mask: nowhere.yaml}\n", "", "nowhere.yaml does not exist"),
     ],
 )
 def test_what_is_wrong_is_found_before_anything_moves(mission, rules, where, words):

@@ -36,6 +36,7 @@ def test_every_component_is_driven_by_a_mission() -> None:
     assert used["smoother"] >= {"simple", "savitzky_golay", "constrained"}
 
 
+@pytest.mark.pain("n3090")
 @pytest.mark.parametrize("name", NAMES)
 def test_a_mission_that_is_cancelled_lets_go_of_its_goal_and_stands(name: str) -> None:
     """A cancelled goal must never be driven to (nav2#3090), wherever the tree was."""

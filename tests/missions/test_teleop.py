@@ -80,7 +80,7 @@ def test_velocities_are_refused_unless_the_mission_asks_for_them(station):
     station.run(0.1)
     refused = station.order("teleop", linear=0.3)
     assert (refused.done, refused.reason) == (
-        False, "the mission drives: no assisted_teleop is running that would take velocities",
+        False, "the mission drives: velocities are accepted only while assisted_teleop is running",
     )  # fmt: skip
     assert not station.order("teleop_done").done
 

@@ -141,7 +141,7 @@ def test_a_robot_that_is_shut_in_fails_in_time(tmp_path):
     boxes = crates(SCOUT, dict.fromkeys(["ahead", "behind", "left", "right"], 0.03), 0.0)
     report, trace = run(tmp_path, boxes, CENTRE, 1)
     assert report.status == "failure"
-    assert "COLLISION_AHEAD something is in the way on every side" in report.reason
+    assert "COLLISION_AHEAD obstacles block every motion" in report.reason
     assert report.simulated_seconds < 5.0
     assert (report.collisions, freed(trace) < 0.02) == (0, True)
 

@@ -30,13 +30,13 @@ def scout_with(tmp_path, text):
     return read_robot(tmp_path / "robot.yaml")
 
 
-def test_the_scout_hears_with_three_sonars():
+def test_the_scout_has_three_sonars():
     sonars = read_robot(SCOUT).sonars
     assert list(sonars) == ["front_left", "front", "front_right"]
     assert sonars["front_left"].mount.heading == pytest.approx(20 * pi / 180)
 
 
-def test_every_sensor_speaks_at_its_rate(tmp_path):
+def test_every_sensor_measures_at_its_rate(tmp_path):
     robot = scout_with(tmp_path, REAR)
     body = SimulatedBody(robot, square_room(1.5), start=Pose2D(0.0, 0.0), seed=1)
     try:
@@ -53,8 +53,8 @@ def test_every_sensor_speaks_at_its_rate(tmp_path):
     assert np.nanmedian([scan.ranges[15] for scan in rear]) == pytest.approx(1.35, abs=0.01)
 
 
-def test_the_name_of_the_main_lidar_is_taken(tmp_path):
-    with pytest.raises(InputError, match="`lidar` is the name of the main one"):
+def test_the_name_of_the_main_lidar_is_reserved(tmp_path):
+    with pytest.raises(InputError, match="the name `lidar` is reserved"):
         scout_with(tmp_path, "lidars: {lidar: {}}")
 
 
@@ -100,7 +100,7 @@ def test_a_second_lidar_that_fell_silent_stops_the_robot_and_is_named():
     assert safety.reason == "stopped: the newest rear scan is 0.50 s old"
 
 
-def test_a_robot_that_only_looks_over_a_pallet_runs_into_it(tmp_path):
+def test_a_robot_without_a_low_sensor_drives_into_a_pallet(tmp_path):
     """What mission 18's range layer is for: without it there is contact."""
     source = find_mission("18_below_the_lidar").read_text("utf-8")
     path = tmp_path / "deaf.yaml"

@@ -149,7 +149,7 @@ def test_a_period_that_does_not_divide_is_refused(build):
     body = build()
     with pytest.raises(ParameterError, match=r"0\.003 s is not a multiple .* period 0\.002 s"):
         body.wait(0.003)
-    with pytest.raises(ParameterError, match=r"lidar's period 0\.142857 s is not a multiple"):
+    with pytest.raises(ParameterError, match=r"lidar period 0\.142857 s is not a multiple"):
         build(replace(ROVER, lidar=replace(LIDAR, rate=7.0)))
 
 

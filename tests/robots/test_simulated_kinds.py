@@ -54,7 +54,7 @@ def test_straight_ahead(build, robot):
 
 
 @pytest.mark.parametrize("direction", np.arange(8) * pi / 4)
-def test_the_omnidirectional_robot_goes_any_way_without_turning(build, direction):
+def test_the_omnidirectional_robot_drives_in_any_direction_without_turning(build, direction):
     body = build(OMNI)
     twist = Twist(0.4 * np.cos(direction), 0.0, 0.4 * np.sin(direction))
     drive(body, twist, 2.0)
@@ -63,7 +63,7 @@ def test_the_omnidirectional_robot_goes_any_way_without_turning(build, direction
     assert abs(body.truth.pose.heading) < 3e-3
 
 
-def test_the_omnidirectional_robot_turns_on_its_way(build):
+def test_the_omnidirectional_robot_turns_while_driving(build):
     body = build(OMNI, start=Pose2D(1.0, 2.0, 0.0))
     drive(body, Twist(0.0, 0.8, 0.4), 1.0)
     seen = []
@@ -177,7 +177,7 @@ def test_perfect_encoders_follow_the_truth(build, robot, motion):
 
 
 @ROBOTS
-def test_the_gyro_keeps_the_heading_and_the_wheels_the_way(build, robot):
+def test_the_gyro_corrects_the_heading_but_not_the_distance(build, robot):
     errors = []
     for seed in range(4):
         body, fusion = build(robot, seed=seed), OdometryFusion()
@@ -235,7 +235,7 @@ def test_equal_seeds_give_equal_bits(build, robot):
     assert run(5)[1] != run(6)[1]
 
 
-def test_what_goes_sideways_does_not_stand():
+def test_sideways_motion_is_not_a_standstill():
     from stack.navigation.following import standing
 
     assert standing(Twist(0.001))

@@ -35,7 +35,7 @@ def test_driving_into_a_box_is_one_contact_of_the_robot(build):
     assert body.truth.pose.x == pytest.approx(0.75 - 0.18, abs=0.01)
     (kind, text), *more = body.news()
     assert kind == "contact"
-    assert text.startswith("the robot and something that stands there touched at (0.7")
+    assert text.startswith("contact with a static obstacle at (0.7")
     assert not more
     assert body.news() == []
 
@@ -77,7 +77,7 @@ def test_a_robot_driving_into_a_person_touches(build):
     body = build(replace(EMPTY, people=(walking([0.8, 0.0], [0.8, 0.01], speed=0.0),)))
     drive(body, Twist(0.5), 2.0)
     assert body.tally == ContactTally(by_robot=1, against_standing=0)
-    assert body.news()[0][1].startswith("the robot and Ada touched")
+    assert body.news()[0][1].startswith("contact with Ada at (")
 
 
 def test_a_door_closing_on_a_standing_robot_is_not_its_contact(build):
@@ -119,7 +119,7 @@ def test_the_battery_is_set_and_charges_on_the_dock(build):
     )
     body = build(world)
     assert body.sense().battery.charge == pytest.approx(0.2)
-    assert body.news() == [("battery", "the battery is at 20%")]
+    assert body.news() == [("battery", "battery charge set to 20%")]
     battery = drive(body, Twist(), 3.0)[-1].battery
     assert battery.charging
     # 200 W for 3 s of 100 Wh
@@ -178,7 +178,7 @@ def test_another_seed_gives_other_errors_on_the_same_drive(build):
     assert first[-1][4] != other[-1][4]
 
 
-def test_listening_to_the_camera_changes_nothing_else(build):
+def test_using_the_camera_changes_no_other_result(build):
     quiet = record(build(BUSY, EQUIPPED))
     assert record(build(BUSY, EQUIPPED), pictures=True) == quiet
     blind = record(build(BUSY, replace(EQUIPPED, lidar=None)))

@@ -63,7 +63,7 @@ def read(tmp_path):
     return read_text
 
 
-def test_without_a_word_about_it_a_drive_is_differential(read):
+def test_the_default_drive_is_differential(read):
     robot = read(SIDES)
     assert (robot.drive, robot.turning_radius) == (DriveKind.DIFFERENTIAL, 0.0)
     assert read(SIDES.replace("{left", "{drive: differential, left")).wheels == robot.wheels
@@ -96,19 +96,19 @@ def test_a_car(read):
         (OMNI, "[10 cm, 0, 90 deg]", "[10 cm, 0]", "9:22 E301 at: expected [x, y, heading], got a"),
         (OMNI, "joint: a", "joint: still", "9:15 E302 wheels: the URDF's joint 'still' is fixed"),
         (OMNI, "joint: a", "joint: aa", "9:15 E302 wheels: the URDF has no joint 'aa'"),
-        (OMNI, "0.5}", "0}", "12:25 E301 limits: an omnidirectional robot has a lateral_speed abo"),
-        (OMNI, "limits: {lateral_speed: 0.5}", "", "1:1 E301 limits: an omnidirectional robot has"),
+        (OMNI, "0.5}", "0}", "12:25 E301 limits: an omnidirectional robot needs a lateral_speed a"),
+        (OMNI, "limits: {lateral_speed: 0.5}", "", "1:1 E301 limits: an omnidirectional robot nee"),
         (SIDES, "0.3}", "0.3}\nlimits: {lateral_speed: 0.4}",
-         "6:25 E301 lateral_speed: these wheels cannot go sideways, got 0.4"),
+         "6:25 E301 lateral_speed: these wheels cannot drive sideways, got 0.4"),
         (CAR, "0.4\nurdf", "0.4\nlimits: {lateral_speed: 0.4}\nurdf",
-         "4:25 E301 lateral_speed: these wheels cannot go sideways, got 0.4"),
+         "4:25 E301 lateral_speed: these wheels cannot drive sideways, got 0.4"),
         (CAR, "  wheelbase: 40 cm\n", "", "6:3 E301 `wheels` needs the key 'wheelbase'"),
         (CAR, "[a, b]", "[a]", "8:9 E301 rear: expected [left, right], got 1 joints"),
         (CAR, "[a, b]", "[a, s]", "8:13 E302 wheels: the URDF's joint 's' is revolute"),
         (CAR, "[s, t]", "[s, c]", "7:17 E302 wheels: the URDF's joint 'c' is continuous"),
         (CAR, "[s, t]", "[s, short]", "7:17 E302 wheels: the URDF's joint 'short' turns from -0.5"),
         (CAR, "30 deg", "90 deg", "12:19 E301 steering_angle: 1.5708 rad must be at most 1.4"),
-        (CAR, "30 deg", "75 deg", "6:3 E301 wheels: steering by 75 deg would turn about a point"),
+        (CAR, "30 deg", "75 deg", "6:3 E301 wheels: with a steering_angle of 75 deg the centre"),
     ],
 )  # fmt: skip
 def test_a_mistake_is_reported_where_it_stands(read, text, old, new, expected):
@@ -133,10 +133,10 @@ def test_wheels_that_cannot_make_all_velocities_are_refused(read, places):
     )
     start, end = OMNI.index("    - {"), OMNI.index("limits")
     text = OMNI[:start] + rows + OMNI[end:]
-    with pytest.raises(InputError, match="cannot go forward, sideways and turn at will"):
+    with pytest.raises(InputError, match="cannot drive forward, sideways and turn independently"):
         read(text)
     two = text.replace(rows, "".join(rows.splitlines(keepends=True)[:2]))
-    with pytest.raises(InputError, match="three velocities take at least 3 wheels, got 2"):
+    with pytest.raises(InputError, match="at least 3 wheels are required, got 2"):
         read(two)
 
 
@@ -205,7 +205,7 @@ def test_an_axle_across_its_link_is_refused(tmp_path):
     askew = robot.urdf.read_text("utf-8").replace('<axis xyz="0 1 0"/>', '<axis xyz="0.6 0.8 0"/>')
     (tmp_path / "askew.urdf").write_text(askew)
     with pytest.raises(
-        BodyError, match=r"axle of the wheel joint 'left_wheel' is .* its axis is 0 1"
+        BodyError, match=r"axle of the wheel joint 'left_wheel' is .* use the axis 0 1"
     ):
         Physics(
             replace(robot, urdf=tmp_path / "askew.urdf"),

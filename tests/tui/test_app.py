@@ -112,7 +112,7 @@ async def test_the_arrows_drive_while_the_mission_lets_the_operator(pilot, sourc
     await pilot.press("up", "shift+left", "enter")
     assert source.sent == []
     refresh(pilot, teleop=True, safety="slower: something 0.3 m ahead")
-    assert "YOU DRIVE" in banner_text(pilot)
+    assert "TELEOPERATION" in banner_text(pilot)
     assert "slower: something 0.3 m ahead" in banner_text(pilot)
     await pilot.press("up", "down", "left", "right", "shift+left", "shift+right")
     assert [dict(command.arguments) for command in source.sent] == [
@@ -203,9 +203,9 @@ async def test_arrows_choose_a_node_while_the_tree_has_the_focus(pilot):
     await pilot.press("1")
     start = tree.chosen
     await pilot.press("down", "down", "up")
-    assert tree.chosen == start + 1 and tree.held
+    assert tree.chosen == start + 1 and tree.pinned
     await pilot.press("t")
-    assert tree.chosen == start and not tree.held
+    assert tree.chosen == start and not tree.pinned
 
 
 async def test_c_hides_the_costs(pilot):

@@ -28,7 +28,7 @@ def test_nothing_is_said_while_all_goes_well():
 )
 def test_the_outcome_is_said_with_its_reason_even_when_the_engine_is_gone(state, tone, word):
     said = notice(replace(RUNNING, state=state, reason="because"), Link(99.0, is_over=True))
-    assert (said.tone, said.why, said.then) == (tone, "because", "q leaves")
+    assert (said.tone, said.detail, said.keys) == (tone, "because", "q leaves")
     assert word in said.headline and "00:42.0, 21.0 m, 1 recovery" in said.headline
 
 
@@ -41,21 +41,21 @@ def test_every_way_to_end_has_words():
 def test_a_silent_engine_is_lost_after_five_seconds():
     assert notice(RUNNING, Link(4.9)) is None
     said = notice(RUNNING, Link(5.1))
-    assert said.tone == "bad" and "ENGINE LOST" in said.headline and "watch" in said.then
+    assert said.tone == "bad" and "ENGINE LOST" in said.headline and "watch" in said.keys
     assert notice(None, Link(19.9)) is None  # kernels may be compiling
     assert "NO ENGINE ANSWERS" in notice(None, Link(20.1)).headline
 
 
-def test_an_engine_that_ends_without_a_last_word_has_crashed():
+def test_an_engine_that_ends_without_a_report_has_crashed():
     assert "CRASHED" in notice(RUNNING, Link(9.0, is_over=True)).headline
-    assert "OVER" in notice(RUNNING, Link(9.0, is_over=True, has_report=True)).headline
+    assert "RUN ENDED" in notice(RUNNING, Link(9.0, is_over=True, has_report=True)).headline
 
 
-def test_standing_robots_are_told_how_to_go_on():
+def test_held_robots_show_the_key_that_continues():
     stopped = replace(RUNNING, state=MissionState.EMERGENCY_STOP, reason="operator")
-    assert notice(stopped, Link(0.1)).then == "R releases it"
-    assert notice(replace(RUNNING, state=MissionState.PAUSED), Link(0.1)).then == "p goes on"
+    assert notice(stopped, Link(0.1)).keys == "R releases it"
+    assert notice(replace(RUNNING, state=MissionState.PAUSED), Link(0.1)).keys == "p continues"
 
 
-def test_a_stop_that_nobody_confirms_is_shouted_about():
+def test_an_unconfirmed_emergency_stop_is_reported():
     assert "NOT CONFIRMED" in notice(RUNNING, Link(0.1, stop_unconfirmed=True)).headline

@@ -98,12 +98,12 @@ async def test_the_tree_goes_to_the_node_that_the_mission_stopped_before(pilot):
 async def test_another_tree_is_told_and_followed(pilot, source):
     await pilot.press("up", "up")
     pane = pilot.app.query_one(TreePane)
-    assert pane.held
+    assert pane.pinned
     refresh(pilot, debugging=Debugging(generation=1), tree=source.poll().tree[:3])
     await pilot.pause()
-    assert not pane.held
+    assert not pane.pinned
     assert pane.chosen < 3
-    assert any("runs from its root" in note.message for note in pilot.app._notifications)
+    assert any("starts from its root" in note.message for note in pilot.app._notifications)
     await pilot.press("b")
     assert source.sent[-1].arguments["generation"] == 1
 
@@ -111,14 +111,14 @@ async def test_another_tree_is_told_and_followed(pilot, source):
 def test_the_banner_says_where_it_stopped_and_what_is_wrong_with_a_saved_file(source):
     source.changes.update(STOPPED)
     stopped = notice(source.poll(), Link(0.1))
-    assert (stopped.headline, stopped.why) == (
+    assert (stopped.headline, stopped.detail) == (
         "● STOPPED AT BREAKPOINT", "before 'report it' (a.yaml:31)",
     )  # fmt: skip
     faults = ("a.yaml:3:1 error[E120] no", "a.yaml:4:1 error[E121] no")
     source.changes.update(debugging=Debugging(faults=faults))
     refused = notice(source.poll(), Link(0.1))
-    assert refused.headline == "✘ SAVED MISSION NOT TAKEN, ‖ PAUSED"
-    assert refused.why == "a.yaml:3:1 error[E120] no; and 1 more in the log"
+    assert refused.headline == "✘ RELOAD FAILED, ‖ PAUSED"
+    assert refused.detail == "a.yaml:3:1 error[E120] no; and 1 more in the log"
 
 
 async def test_help_tells_of_the_keys_in_the_tree(pilot):

@@ -7,7 +7,7 @@ from textual.app import App
 
 from stack.telemetry.records import TreeRow
 from tests.tui.sample_source import SampleSource
-from tui.tree_pane import TreePane, of_interest, stems
+from tui.tree_pane import TreePane, default_selection, stems
 
 
 def row(number, parent, status="idle", message=""):
@@ -19,17 +19,17 @@ def test_lines_join_each_row_to_its_parent():
     assert stems(rows) == ["", "├─", "│ ├─", "│ └─", "└─", "  └─"]
 
 
-def test_the_deepest_running_node_is_of_interest():
+def test_the_deepest_running_node_is_default_selection():
     rows = (row(0, -1, "running"), row(1, 0, "running"), row(2, 1, "running"), row(3, 0, "running"))
-    assert of_interest(rows) == 2
+    assert default_selection(rows) == 2
 
 
-def test_when_nothing_runs_the_failure_that_failed_the_root_is_of_interest():
+def test_when_nothing_runs_the_failure_that_failed_the_root_is_default_selection():
     rows = (
         row(0, -1, "failure"), row(1, 0, "success"), row(2, 1, "failure"),
         row(3, 0, "failure"), row(4, 3, "failure", "no way"),
     )  # fmt: skip
-    assert of_interest(rows) == 4
+    assert default_selection(rows) == 4
 
 
 class TreeApp(App):

@@ -1,4 +1,4 @@
-"""In which order keys are written and read, who uses whom, and what is never used."""
+"""Data flow analysis: order of writes and reads, recursion, size, name hiding."""
 
 from __future__ import annotations
 
@@ -26,11 +26,12 @@ from missions.language.model import (
 from stack.documents import Findings, Mark
 
 MAX_STEPS = 3000
+"""Nodes of a mission with every used tree expanded."""
 Written = dict[Symbol, None]
 
 
 def children_of(step: Step) -> tuple[Step, ...]:
-    """The steps directly below a step, recoveries last; a used tree is not entered."""
+    """Return the direct children of a step, recoveries last; a used tree is not expanded."""
     below: tuple[Step, ...] = ()
     if isinstance(step, Composite):
         below = step.children
@@ -41,7 +42,7 @@ def children_of(step: Step) -> tuple[Step, ...]:
 
 
 def uses_of(step: Step) -> Iterator[Use]:
-    """Every `use` in a step, in order."""
+    """Yield every `use` in a step, in order."""
     if isinstance(step, Use):
         yield step
     for child in children_of(step):
@@ -51,9 +52,10 @@ def uses_of(step: Step) -> Iterator[Use]:
 def check_recursion(
     trees: Mapping[str, Tree], roots: Sequence[Step], findings: Findings
 ) -> list[str]:
-    """Report trees that use themselves and missions that grow too large; returns what is used.
+    """Report trees that use themselves and missions that are too large.
 
-    The returned names are in the order of their first use.
+    Returns:
+        The names of the used trees, in the order of their first use.
     """
     order: list[str] = []
     sizes: dict[str, int] = {}
@@ -77,7 +79,7 @@ def check_recursion(
 
     total = sum(size(root, ()) for root in roots)
     if total > MAX_STEPS:
-        sentence = f"{total} nodes once all trees are put in; at most {MAX_STEPS}"
+        sentence = f"the mission has {total} nodes with all trees expanded; at most {MAX_STEPS}"
         findings.error("E126", roots[0].mark, sentence)
     for name, tree in trees.items():
         if name not in sizes and tree.root:
@@ -86,17 +88,17 @@ def check_recursion(
 
 
 class OrderCheck:
-    """Walks the tree in the order of its first tick and reports keys that cannot have a value.
+    """Walks the tree in the order of its first tick; reports reads of keys without a value.
 
-    `written` grows along the way with what may have been written. A key that some expression asked
-    `is set` of counts as looked after from there on.
+    `written` collects the keys that may have been written so far. After an expression has tested a
+    key with `is set`, reads of this key are not reported.
     """
 
     def __init__(self, trees: Mapping[str, Tree], findings: Findings) -> None:
         self.trees, self.findings = trees, findings
 
     def mission(self, root: Step, events: Sequence[Event]) -> None:
-        """The mission and its events, which may come at any time and read what any other writes."""
+        """Check the mission and its events; an event can run at any time, after any write."""
         by_events: Written = {}
         for event in events:
             by_events.update(self.writes(event.step))
@@ -109,7 +111,7 @@ class OrderCheck:
             self.step(event.step, written)
 
     def step(self, step: Step, written: Written) -> None:
-        """One step with its modifiers."""
+        """Check a step with its modifiers."""
         modifiers = step.modifiers
         for condition in (modifiers.when, modifiers.while_):
             self.expression(condition, step.mark, written)
@@ -123,7 +125,7 @@ class OrderCheck:
                 self.step(recovery, written)
 
     def body(self, step: Step, written: Written) -> None:
-        """One step without its modifiers."""
+        """Check a step without its modifiers."""
         if isinstance(step, Leaf):
             for value in step.ports.values():
                 self.value(value, step.mark, written)
@@ -139,7 +141,7 @@ class OrderCheck:
             self.composite(step, written)
 
     def composite(self, step: Composite, written: Written) -> None:
-        """Children in turn; in a parallel each may read what any other writes."""
+        """Check the children in order; in a parallel each may read what any other writes."""
         if step.kind == "parallel":
             for child in step.children:
                 written.update(self.writes(child))
@@ -147,7 +149,7 @@ class OrderCheck:
             self.step(child, written)
 
     def use(self, step: Use, written: Written) -> None:
-        """A tree, as if it stood here: its `out` are the keys they are bound to."""
+        """Check a used tree in place of the `use`; its outputs are the keys they are bound to."""
         for value in step.inputs.values():
             self.value(value, step.mark, written)
         tree = self.trees[step.tree]
@@ -165,7 +167,7 @@ class OrderCheck:
         written.update(inside)
 
     def writes(self, step: Step) -> Written:
-        """Every key that a step may write."""
+        """Return every key that a step may write."""
         found: Written = {}
         if isinstance(step, Leaf | Use | FollowWaypoints):
             found.update(dict.fromkeys(step.outputs.values()))
@@ -179,7 +181,7 @@ class OrderCheck:
         return found
 
     def value(self, value: Value | None, mark: Mark, written: Written) -> None:
-        """What a port reads, and what `set` writes."""
+        """Check the reads of a port value, and record the writes of `set`."""
         if isinstance(value, Reference):
             self.read(value.symbol, mark, written)
         elif isinstance(value, ListValue):
@@ -198,7 +200,7 @@ class OrderCheck:
     def expression(
         self, expression: CheckedExpression | None, mark: Mark, written: Written
     ) -> None:
-        """What an expression reads; what it asks `is set` of needs no value."""
+        """Check the reads of an expression; a key tested with `is set` needs no value."""
         if expression is None:
             return
         written.update(dict.fromkeys(expression.tested.values()))
@@ -206,10 +208,10 @@ class OrderCheck:
             self.read(symbol, mark, written)
 
     def read(self, symbol: Symbol, mark: Mark, written: Written) -> None:
-        """One symbol being read."""
+        """Check the read of a symbol."""
         if not _has_value(symbol, written):
             sentence = f"${symbol.name} is read here, but nothing can have written it before"
-            hint = "give it an initial value, or ask `is set` first"
+            hint = "give it an initial value, or test `is set` first"
             self.findings.error("E143", mark, sentence, hint)
 
 
@@ -220,7 +222,7 @@ def _has_value(symbol: Symbol, written: Written) -> bool:
 
 
 def moves(step: Step, trees: Mapping[str, Tree]) -> bool:
-    """Whether a step, with the trees it uses, may move the robot."""
+    """Return whether a step, with the trees it uses, may move the robot."""
     if isinstance(step, Leaf):
         return bool(getattr(step.behaviour.cls, "uses_wheels", False))
     if isinstance(step, Use):
@@ -231,19 +233,19 @@ def moves(step: Step, trees: Mapping[str, Tree]) -> bool:
 
 
 def warn_of_other_meaning(use: Use, tree: Tree, scope: Scope, findings: Findings) -> None:
-    """Report `in` and `out` that hide a name of the mission and mean something else here.
+    """Report `in` and `out` names that hide another name of the mission.
 
-    `dwell: $dwell` hands a name through; then both mean the same.
+    `dwell: $dwell` passes a name on. Both names then mean the same, which is not reported.
     """
     for symbol in (*tree.inputs.values(), *tree.outputs.values()):
         hidden = scope.lookup(symbol.name)
-        given = use.inputs.get(symbol.name)
+        value = use.inputs.get(symbol.name)
         same = use.outputs.get(symbol.name) is hidden
-        if isinstance(given, Reference):
-            same = given.symbol is hidden
-        elif isinstance(given, Constant):
-            handed_on = hidden is not None and hidden.is_constant and hidden.value == given.value
-            same = given.text == f"${symbol.name}" or handed_on
+        if isinstance(value, Reference):
+            same = value.symbol is hidden
+        elif isinstance(value, Constant):
+            equal = hidden is not None and hidden.is_constant and hidden.value == value.value
+            same = value.text == f"${symbol.name}" or equal
         if hidden is not None and not same:
             sentence = f"the {symbol.role} {symbol.name!r} hides the {hidden.role}"
             findings.warning("W101", symbol.mark, sentence, "use another name for it")

@@ -1,6 +1,6 @@
-"""What an expression can come to, whatever the robot does: interval arithmetic over its terms.
+"""Possible values of expressions: interval arithmetic over their terms.
 
-Arguments and blackboard keys may be anything of their type; a robot value lies in its own range.
+An argument or a blackboard key can have any value of its type; a robot value is within its range.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from missions.language.expressions.terms import (
     Unary,
 )
 
-Truths = frozenset[bool]
-EITHER: Truths = frozenset((True, False))
+TruthValues = frozenset[bool]
+EITHER: TruthValues = frozenset((True, False))
 _MIRRORED = {"<": ">", "<=": ">=", ">": "<", ">=": "<=", "==": "=="}
 
 
 @dataclass(frozen=True, slots=True)
 class Interval:
-    """Numbers from `least` to `most`; an open end is not one of them."""
+    """Numbers from `least` to `most`; an open end is not included."""
 
     least: float = -inf
     most: float = inf
@@ -36,33 +36,33 @@ class Interval:
 
     @property
     def is_empty(self) -> bool:
-        """Whether there is no such number."""
+        """Whether it contains no number."""
         ends_open = self.open_least or self.open_most
         return self.least > self.most or (self.least == self.most and ends_open)
 
-    def meet(self, other: Interval) -> Interval:
-        """The numbers in both."""
+    def intersection(self, other: Interval) -> Interval:
+        """Return the intersection."""
         low = max((self.least, self.open_least), (other.least, other.open_least))
         high = min((self.most, not self.open_most), (other.most, not other.open_most))
         return Interval(low[0], high[0], low[1], not high[1])
 
 
-def truths(term: Term) -> Truths:
-    """The outcomes that a condition can have."""
+def truth_values(term: Term) -> TruthValues:
+    """Return the possible values of a condition."""
     if isinstance(term, Literal):
         return frozenset((bool(term.value),))
     if isinstance(term, Unary) and term.word == "not":
-        return frozenset(not value for value in truths(term.operand))
+        return frozenset(not value for value in truth_values(term.operand))
     if isinstance(term, Binary):
         if term.word in ("and", "or"):
-            return _joined(term)
+            return _logical(term)
         if term.word in ("==", "!=", "<", "<=", ">", ">="):
-            return _compared(term)
+            return _comparison(term)
     return EITHER
 
 
 def numbers(term: Term) -> Interval:
-    """The values that a number can have."""
+    """Return the possible values of a numeric term."""
     if isinstance(term, Literal) and isinstance(term.value, int | float):
         return Interval(term.value, term.value)
     if isinstance(term, Named) and term.name in ROBOT_VALUES:
@@ -81,22 +81,22 @@ def numbers(term: Term) -> Interval:
     return Interval()
 
 
-def _joined(term: Binary) -> Truths:
-    left, right = truths(term.left), truths(term.right)
+def _logical(term: Binary) -> TruthValues:
+    left, right = truth_values(term.left), truth_values(term.right)
     if term.word == "or":
         return frozenset(a or b for a in left for b in right)
     found = frozenset(a and b for a in left for b in right)
     return found - {True} if _contradicts_itself(term) else found
 
 
-def _compared(term: Binary) -> Truths:
+def _comparison(term: Binary) -> TruthValues:
     if isinstance(term.left, Literal) and isinstance(term.right, Literal):
         return _of_literals(term.word, term.left, term.right)
     left, right = numbers(term.left), numbers(term.right)
     if term.word in (">", ">="):
         left, right = right, left
     if term.word in ("==", "!="):
-        equal = frozenset((False,)) if left.meet(right).is_empty else EITHER
+        equal = frozenset((False,)) if left.intersection(right).is_empty else EITHER
         return equal if term.word == "==" else frozenset(not value for value in equal)
     if "=" in term.word:
         can, cannot = left.least <= right.most, left.most > right.least
@@ -105,7 +105,7 @@ def _compared(term: Binary) -> Truths:
     return frozenset(([True] if can else []) + ([False] if cannot else []))
 
 
-def _of_literals(word: str, left: Literal, right: Literal) -> Truths:
+def _of_literals(word: str, left: Literal, right: Literal) -> TruthValues:
     if word in ("==", "!="):
         return frozenset(((left.value == right.value) is (word == "=="),))
     low, high = (left, right) if "<" in word else (right, left)
@@ -113,11 +113,11 @@ def _of_literals(word: str, left: Literal, right: Literal) -> Truths:
 
 
 def _contradicts_itself(term: Binary) -> bool:
-    """Whether one value would have to lie in two places, as in `$n > 3 and $n < 2`."""
+    """Return whether the bounds of one value exclude each other: `$n > 3 and $n < 2`."""
     allowed: dict[str, Interval] = {}
     for part in _conjuncts(term):
-        for key, interval in _demanded(part):
-            allowed[key] = allowed.get(key, Interval()).meet(interval)
+        for key, interval in _bounds(part):
+            allowed[key] = allowed.get(key, Interval()).intersection(interval)
     return any(interval.is_empty for interval in allowed.values())
 
 
@@ -129,8 +129,8 @@ def _conjuncts(term: Term) -> Iterator[Term]:
         yield term
 
 
-def _demanded(term: Term) -> Iterator[tuple[str, Interval]]:
-    """What a comparison with a number asks of the named value on its other side."""
+def _bounds(term: Term) -> Iterator[tuple[str, Interval]]:
+    """Yield the interval that a comparison with a number allows for the other operand."""
     if not isinstance(term, Binary) or term.word not in _MIRRORED:
         return
     for one, other, word in (

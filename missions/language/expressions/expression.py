@@ -1,4 +1,4 @@
-"""Checked expressions, and what they become in a running tree."""
+"""Checked expressions, and bound expressions of a running tree."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from stack.documents import Mark
 
 
 @dataclass(frozen=True, slots=True)
-class Surroundings:
-    """Where an expression or a node stands: which names it knows.
+class NameContext:
+    """The names that an expression or a node can use.
 
     Attributes:
-        scope: what `$name` means.
-        knows_error: a failure is being dealt with, so that `error` means something.
-        knows_attempt: a retry or recover stands around it, so that `attempt` does.
+        scope: meaning of `$name`.
+        knows_error: `error` is defined, because a failure is being handled.
+        knows_attempt: `attempt` is defined, because of an outer retry or recover.
     """
 
     scope: Scope
@@ -30,19 +30,19 @@ class Surroundings:
 
 
 class Bindings(Protocol):
-    """Where a running tree keeps what symbols stand for."""
+    """Access to the values of symbols in a running tree."""
 
     @property
-    def sight(self) -> EvaluationContext:
-        """The robot, and the failure being dealt with."""
+    def context(self) -> EvaluationContext:
+        """The robot, and the failure being handled."""
         ...
 
     def reader(self, symbol: Symbol) -> Evaluate:
-        """A function that reads the symbol's value; it raises NotSet when there is none."""
+        """Return a function that reads the symbol's value; it raises NotSet if there is none."""
         ...
 
     def attempt(self) -> int:
-        """The attempt under way in the nearest retry or recover."""
+        """Return the current attempt of the innermost retry or recover."""
         ...
 
 
@@ -51,9 +51,9 @@ class CheckedExpression:
     """An expression whose names and types have been checked.
 
     Attributes:
-        read: symbols whose value it needs, by name.
-        tested: symbols it asks `is set` of, by name.
-        mark: where it stands, if it stands in a file.
+        read: symbols whose values it reads, by name.
+        tested: symbols that it tests with `is set`, by name.
+        mark: position in the file, if any.
     """
 
     source: str
@@ -64,14 +64,14 @@ class CheckedExpression:
     mark: Mark | None = None
 
     def bind(self, bindings: Bindings) -> BoundExpression:
-        """The expression on a running tree's values."""
+        """Bind the expression to the values of a running tree."""
         names = _Names({**self.tested, **self.read}, bindings)
         shows = tuple((end, term.bind(names)) for end, term in sorted_by_end(self.term))
         return BoundExpression(self.source, self.term.bind(names), shows)
 
 
 class BoundExpression:
-    """Satisfies stack.types.Expression."""
+    """A `stack.types.Expression` with bound names."""
 
     __slots__ = ("_evaluate", "_shows", "source")
 
@@ -81,16 +81,16 @@ class BoundExpression:
         self.source, self._evaluate, self._shows = source, evaluate, shows
 
     def __call__(self) -> Any:
-        """The value now.
+        """Evaluate the expression.
 
         Raises:
-            NotSet: it reads a key that nothing has written yet.
-            ZeroDivisionError: as it says.
+            NotSet: a key has no value yet.
+            ZeroDivisionError: division by zero.
         """
         return self._evaluate()
 
     def explain(self) -> str:
-        """The source with the values of its names: `battery.charge (0.18) > $least (0.3)`."""
+        """Return the source with the values of its names: `battery.charge (0.18) > 0.3`."""
         parts, done = [], 0
         for end, read in self._shows:
             parts += [self.source[done:end], f" ({_now(read)})"]
@@ -100,14 +100,14 @@ class BoundExpression:
 
 @dataclass(frozen=True, slots=True)
 class _Names:
-    """Satisfies terms.Names: bindings, and which symbol a name of this expression is."""
+    """A `terms.Names`: the bindings, with the symbols of this expression by name."""
 
     symbols: dict[str, Symbol]
     inner: Bindings
 
     @property
-    def sight(self) -> EvaluationContext:
-        return self.inner.sight
+    def context(self) -> EvaluationContext:
+        return self.inner.context
 
     def reader(self, name: str) -> Evaluate:
         return self.inner.reader(self.symbols[name])
@@ -117,14 +117,14 @@ class _Names:
 
 
 def check_expression(
-    source: str, around: Surroundings, wanted: ValueType = BOOL
+    source: str, context: NameContext, wanted: ValueType = BOOL
 ) -> tuple[CheckedExpression | None, list[ExpressionError]]:
-    """An expression, parsed and checked; None with the problems when it cannot be used."""
+    """Parse and check an expression. Returns None and the problems if it is invalid."""
     try:
         term = parse(source)
     except ExpressionError as error:
         return None, [error]
-    check = Check(around.scope, around.knows_error, around.knows_attempt)
+    check = Check(context.scope, context.knows_error, context.knows_attempt)
     found = term.check(check)
     if not check.problems and not wanted.accepts(found) and wanted is not ANYTHING:
         check.problem("E153", 0, f"expected {wanted}, got {found}")
@@ -134,7 +134,7 @@ def check_expression(
 
 
 def sorted_by_end(term: Term) -> list[tuple[int, Term]]:
-    """The terms whose values an explanation shows, in the order of the source."""
+    """Return the terms whose values an explanation shows, in the order of the source."""
     return sorted(term.named(), key=lambda pair: pair[0])
 
 

@@ -1,4 +1,6 @@
-"""The grammar of expressions: precedence climbing (Pratt 1973), nothing is ever evaluated here.
+"""The grammar of expressions: precedence climbing (Pratt 1973). Nothing is evaluated here.
+
+Operators from weak to strong:
 
 or < and < not < == != < <= > >= < is set < + - < * / < unary minus < .field
 """
@@ -34,25 +36,25 @@ _CONSTANTS = {"true": True, "false": False}
 
 
 def parse(source: str) -> Term:
-    """The term that an expression's text means.
+    """Parse an expression.
 
     Raises:
-        ExpressionError: with the offset at which the text stops being an expression.
+        ExpressionError: a syntax error, with its offset.
     """
     parser = _Parser(tokens(source))
     term = parser.expression(0)
     rest = parser.next
     if rest.kind != "end":
-        raise ExpressionError(rest.at, f"{rest.text!r} does not go on the expression", _glue(rest))
+        raise ExpressionError(rest.at, f"unexpected {rest.text!r}", _hint_before(rest))
     return term
 
 
-def _glue(token: Token) -> str:
+def _hint_before(token: Token) -> str:
     if token.text == "set":
         return "write `$key is set`"
     if token.kind in ("name", "reference", "number", "text"):
         return "an operator is missing before it"
-    return "a bracket too many" if token.text == ")" else ""
+    return "remove it, or open a bracket before" if token.text == ")" else ""
 
 
 class _Parser:
@@ -78,7 +80,9 @@ class _Parser:
     def expression(self, power: int) -> Term:
         self.depth += 1
         if self.depth > MAX_DEPTH:
-            raise ExpressionError(self.next.at, f"nested more than {MAX_DEPTH} deep")
+            raise ExpressionError(
+                self.next.at, f"the expression is nested more than {MAX_DEPTH} levels deep"
+            )
         term = self.prefix()
         while self.next.kind in ("operator", "name"):
             strength = _POWER.get(self.next.text, 0)
@@ -87,7 +91,9 @@ class _Parser:
             term = self.infix(term, strength)
             if strength == _COMPARISON and _POWER.get(self.next.text) == _COMPARISON:
                 raise ExpressionError(
-                    self.next.at, "comparisons do not chain", "join two comparisons with `and`"
+                    self.next.at,
+                    "comparisons cannot be chained",
+                    "combine two comparisons with `and`",
                 )
         self.depth -= 1
         return term
@@ -99,7 +105,7 @@ class _Parser:
         if token.text == ".":
             name = self.take()
             if name.kind != "name":
-                raise ExpressionError(name.at, "a field's name follows the dot")
+                raise ExpressionError(name.at, "expected the name of a field after the dot")
             return Field(token.at, name.end, left, name.text)
         return Binary(token.at, token.text, left, self.expression(strength))
 
@@ -107,9 +113,9 @@ class _Parser:
         negated = self.next.text == "not"
         if negated:
             self.take()
-        end = self.expect("set", "`is` goes with `set`: compare with ==")
+        end = self.expect("set", "write `is set` or `is not set`; compare values with ==")
         if not isinstance(left, Reference):
-            raise ExpressionError(left.at, "`is set` follows a $name")
+            raise ExpressionError(left.at, "`is set` needs a $name before it")
         return IsSet(left.at, end.end, left.name, not negated)
 
     def prefix(self) -> Term:
@@ -145,7 +151,9 @@ class _Parser:
     def call(self, token: Token) -> Term:
         if token.text != DISTANCE:
             raise ExpressionError(
-                token.at, f"there is no function {token.text!r}", f"there is: {DISTANCE}($place)"
+                token.at,
+                f"there is no function {token.text!r}",
+                f"the only function is {DISTANCE}($place)",
             )
         self.take()
         target = self.expression(0)

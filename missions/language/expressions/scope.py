@@ -1,4 +1,4 @@
-"""What `$name` means where: loop variables, a tree's in and out, places, blackboard, arguments."""
+"""Scopes of `$name`: loop variables, a tree's in and out, places, blackboard, arguments."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from stack.documents import Mark
 
 
 class Role(StrEnum):
-    """What kind of name a name is."""
+    """The kind of a name."""
 
     PLACE = "place"
     ARGUMENT = "argument"
@@ -23,26 +23,26 @@ class Role(StrEnum):
 
 
 class _Unset:
-    """Stands for the value of a key that nothing has written."""
+    """Type of `UNSET`."""
 
     def __repr__(self) -> str:
         return "not set"
 
 
 UNSET: Any = _Unset()
-"""The value of a key that nothing has written yet."""
+"""Value of a key that nothing has written yet."""
 
 
 class NotSet(LookupError):
-    """A blackboard key is read that nothing has written yet."""
+    """A blackboard key is read before it has a value."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Symbol:
-    """One declared name. Two symbols are the same only if they are one declaration.
+    """One declared name. Two symbols are equal only if they are the same declaration.
 
     Attributes:
-        value: of a place or argument what it stands for; of a key its initial value, or UNSET.
+        value: value of a place or argument; initial value of a key, or UNSET.
     """
 
     name: str
@@ -69,18 +69,18 @@ class Scope:
     layers: tuple[Mapping[str, Symbol], ...]
 
     def lookup(self, name: str) -> Symbol | None:
-        """What a name means here."""
+        """Return the symbol of a name; None if there is none."""
         return next((layer[name] for layer in self.layers if name in layer), None)
 
     def inside(self, layer: Mapping[str, Symbol]) -> Scope:
-        """The scope with one more layer in front."""
+        """Return the scope with one more layer in front."""
         return Scope((layer, *self.layers))
 
     def names(self) -> list[str]:
-        """Every name known here, for suggestions."""
+        """Return every name in scope, for suggestions."""
         return [name for layer in self.layers for name in layer]
 
     def symbols(self) -> Iterator[Symbol]:
-        """Every symbol, innermost layer first, hidden ones too."""
+        """Yield every symbol, innermost layer first; hidden ones are included."""
         for layer in self.layers:
             yield from layer.values()

@@ -1,4 +1,4 @@
-"""The parts of an expression: each knows its type, and how to become a function of no arguments."""
+"""Terms of expressions: each checks its type and compiles to a function without arguments."""
 
 from __future__ import annotations
 
@@ -18,25 +18,25 @@ Evaluate = Callable[[], Any]
 
 
 class Names(Protocol):
-    """What the names of one expression stand for in a running tree."""
+    """Access to the values of the names of one expression in a running tree."""
 
     @property
-    def sight(self) -> EvaluationContext:
-        """The robot, and the failure being dealt with."""
+    def context(self) -> EvaluationContext:
+        """The robot, and the failure being handled."""
         ...
 
     def reader(self, name: str) -> Evaluate:
-        """A function that reads the value of `$name`; it raises NotSet when there is none."""
+        """Return a function that reads `$name`; it raises NotSet if there is no value."""
         ...
 
     def attempt(self) -> int:
-        """The attempt under way in the nearest retry or recover."""
+        """Return the current attempt of the innermost retry or recover."""
         ...
 
 
 @dataclass
 class Check:
-    """One expression being checked: what it may use, what it reads and what is wrong with it."""
+    """State of the check of one expression: allowed names, names read, problems found."""
 
     scope: Scope
     knows_error: bool = False
@@ -46,12 +46,12 @@ class Check:
     problems: list[ExpressionError] = field(default_factory=list)
 
     def problem(self, code: str, at: int, sentence: str, hint: str = "") -> ValueType:
-        """Note what is wrong and go on as if anything fitted."""
+        """Record a problem; the type ANYTHING avoids follow-up problems."""
         self.problems.append(ExpressionError(at, sentence, hint, code))
         return ANYTHING
 
     def symbol(self, name: str, at: int) -> Symbol | None:
-        """The symbol of a `$name`; notes when there is none."""
+        """Return the symbol of a `$name`; record a problem if there is none."""
         found = self.scope.lookup(name)
         if found is None:
             self.problem("E140", at, f"there is no ${name}", suggestion(name, self.scope.names()))
@@ -67,15 +67,15 @@ class Term(Protocol):
         ...
 
     def check(self, check: Check) -> ValueType:
-        """Its type; notes in `check` what is wrong."""
+        """Return the type; record problems in `check`."""
         ...
 
     def bind(self, names: Names) -> Evaluate:
-        """A function that gives its value."""
+        """Return a function that evaluates the term."""
         ...
 
     def named(self) -> Iterator[tuple[int, Term]]:
-        """Terms whose values an explanation shows, each with the offset behind it."""
+        """Yield the terms whose values an explanation shows, with the offset after each."""
         ...
 
 
@@ -138,13 +138,13 @@ class Named:
             )
         if self.name == "error" and not check.knows_error:
             check.problem(
-                "E154", self.at, "`error` is not known here",
-                "it is in `unless`, in recoveries and in the later children of a fallback",
+                "E154", self.at, "`error` is not defined here",
+                "use it in `unless`, in recoveries or in later children of a fallback",
             )  # fmt: skip
         if self.name == "attempt" and not check.knows_attempt:
             check.problem(
-                "E154", self.at, "`attempt` is not known here",
-                "it is in what a retry or recover runs, and in `unless`",
+                "E154", self.at, "`attempt` is not defined here",
+                "use it inside a retry or recover, or in `unless`",
             )  # fmt: skip
         return found.type
 
@@ -152,7 +152,7 @@ class Named:
         if check.scope.lookup(self.name):
             return f"write ${self.name}"
         if self.name.isupper():
-            return suggestion(self.name, FailureCode.__members__) + "; others stand in quotes"
+            return suggestion(self.name, FailureCode.__members__) + "; write other codes in quotes"
         if self.name == DISTANCE:
             return f"write {DISTANCE}($place)"
         return suggestion(self.name, ROBOT_VALUES)
@@ -163,8 +163,8 @@ class Named:
             return lambda: code
         if self.name == "attempt":
             return names.attempt
-        read, sight = ROBOT_VALUES[self.name].read, names.sight
-        return lambda: read(sight)
+        read, context = ROBOT_VALUES[self.name].read, names.context
+        return lambda: read(context)
 
     def named(self) -> Iterator[tuple[int, Term]]:
         if self.name not in FailureCode.__members__:
@@ -182,12 +182,12 @@ class Distance:
     def check(self, check: Check) -> ValueType:
         found = self.target.check(check)
         if not POSE.accepts(found):
-            check.problem("E152", self.target.at, f"{DISTANCE} takes a Pose, got {found}")
+            check.problem("E152", self.target.at, f"{DISTANCE} needs a Pose, got {found}")
         return ValueType(float, "m")
 
     def bind(self, names: Names) -> Evaluate:
-        target, sight = self.target.bind(names), names.sight
-        return lambda: sight.robot.pose.distance_to(target())
+        target, context = self.target.bind(names), names.context
+        return lambda: context.robot.pose.distance_to(target())
 
     def named(self) -> Iterator[tuple[int, Term]]:
         yield self.end, self
@@ -269,7 +269,7 @@ class Unary:
         if self.word == "not":
             return _require_bool(check, self.operand, found, "not")
         if not found.is_number:
-            return check.problem("E152", self.operand.at, f"`-` takes a number, got {found}")
+            return check.problem("E152", self.operand.at, f"`-` needs a number, got {found}")
         return found
 
     def bind(self, names: Names) -> Evaluate:
@@ -308,7 +308,7 @@ class Binary:
             return BOOL
         for term, found in ((self.left, left), (self.right, right)):
             if not found.is_number:
-                sentence = f"`{self.word}` takes numbers, got {found}"
+                sentence = f"`{self.word}` needs numbers, got {found}"
                 return check.problem("E152", term.at, sentence)
         if self.word not in ("*", "/") and not left.agrees_on_unit(right):
             verb = "compare" if self.word in _ORDER else "add"
@@ -337,7 +337,7 @@ class Binary:
 
 
 def shown(value: Any) -> str:
-    """A value in few words for people."""
+    """Format a value for people."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, float):
@@ -351,5 +351,5 @@ def shown(value: Any) -> str:
 
 def _require_bool(check: Check, term: Term, found: ValueType, word: str) -> ValueType:
     if not BOOL.accepts(found):
-        check.problem("E152", term.at, f"`{word}` takes true or false, got {found}")
+        check.problem("E152", term.at, f"`{word}` needs true or false, got {found}")
     return BOOL

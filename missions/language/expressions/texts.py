@@ -1,6 +1,6 @@
-"""Texts with values in them: `say: visited ${visited} of 3, ${battery.charge} left`.
+"""Texts with placeholders: `say: visited ${visited} of 3, ${battery.charge} left`.
 
-Between `${` and `}` stands a name, or an expression as in a condition. `$${` is a plain `${`.
+A placeholder `${…}` contains a name or an expression. `$${` is a literal `${`.
 """
 
 from __future__ import annotations
@@ -22,20 +22,20 @@ _NAME = re.compile(r"[A-Za-z_]\w*")
 
 @dataclass(frozen=True, slots=True)
 class Piece:
-    """A part of a text: plain words, or the source of an expression and where it stands in it."""
+    """A part of a text: plain text, or the source of an expression and its offset in the text."""
 
     text: str
     at: int = 0
     is_expression: bool = False
 
 
-def is_filled_in(text: str) -> bool:
-    """Whether values stand in a text, or an escaped `${`."""
+def has_placeholders(text: str) -> bool:
+    """Return whether a text contains placeholders or an escaped `${`."""
     return OPEN in text
 
 
 def pieces(text: str) -> Iterator[Piece]:
-    """The parts of a text in order; empty plain ones are left out.
+    """Split a text into its parts; empty plain ones are omitted.
 
     Raises:
         ExpressionError: a `${` is not closed.
@@ -50,7 +50,9 @@ def pieces(text: str) -> Iterator[Piece]:
             yield Piece(plain + text[at:start])
         end = _closing(text, start + len(OPEN))
         if end < 0:
-            raise ExpressionError(start, "`${` is not closed", "write `}`; a plain `${` is `$${`")
+            raise ExpressionError(
+                start, "`${` is not closed", "add `}`; write `$${` for a literal `${`"
+            )
         yield Piece(text[start + len(OPEN) : end], start + len(OPEN), is_expression=True)
         plain, at = "", end + 1
     if plain + text[at:]:
@@ -58,7 +60,7 @@ def pieces(text: str) -> Iterator[Piece]:
 
 
 def _closing(text: str, at: int) -> int:
-    """Where the `}` stands that is not inside quotes of the expression."""
+    """Return the offset of the next `}` outside quotes; -1 if there is none."""
     quote = ""
     for place in range(at, len(text)):
         sign = text[place]
@@ -72,7 +74,7 @@ def _closing(text: str, at: int) -> int:
 
 
 def source_of(piece: Piece, scope: Scope) -> tuple[str, int]:
-    """The expression of a piece, and by how much it was moved: a name alone may go without $."""
+    """Return the expression of a piece and its shift: a single name needs no `$`."""
     word = piece.text.strip()
     if _NAME.fullmatch(word) and scope.lookup(word) is not None:
         return f"${word}", len(piece.text) - len(piece.text.lstrip()) - 1
@@ -80,11 +82,11 @@ def source_of(piece: Piece, scope: Scope) -> tuple[str, int]:
 
 
 def formatter(kind: ValueType, describe: Callable[[Any], str]) -> Callable[[Any], str]:
-    """How a value of a type reads in a text: with its unit, numbers with three digits.
+    """Return a function that formats a value: numbers with three digits and their unit.
 
     Args:
-        kind: the type of the expression.
-        describe: for what has no unit: places by name, poses, lists.
+        kind: type of the expression.
+        describe: formats values without a unit: places by name, poses, lists.
     """
     unit = kind.unit
 

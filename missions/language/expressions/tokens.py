@@ -1,4 +1,4 @@
-"""Words of an expression: `battery.charge < 20 % and not $done` and where each begins."""
+"""Lexer of expressions: `battery.charge < 20 % and not $done`."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ MAX_LENGTH = 500
 
 
 class ExpressionError(Exception):
-    """Something is wrong at an offset of an expression's text; the reader makes it a finding."""
+    """An error at an offset of an expression; the reader turns it into a finding."""
 
     def __init__(self, at: int, sentence: str, hint: str = "", code: str = "E150") -> None:
         self.at, self.sentence, self.hint, self.code = at, sentence, hint, code
@@ -20,14 +20,14 @@ class ExpressionError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Token:
-    """A word.
+    """A token.
 
     Attributes:
         kind: number | text | name | reference | operator | end.
-        text: as written; of a text what stands between the quotes, of a reference without `$`.
+        text: as written; a text without its quotes, a reference without `$`.
         at: offset in the source.
-        end: offset behind it.
-        unit: of a number, "" without one.
+        end: offset after the token.
+        unit: unit of a number, or "".
     """
 
     kind: str
@@ -50,19 +50,21 @@ _PATTERN = re.compile(
 )
 _HINTS = {
     "=": "compare with ==", "&": "write `and`", "|": "write `or`", "!": "write `not`",
-    "$": "a name follows the $ at once", "'": "the text is not closed",
-    '"': "the text is not closed",
+    "$": "write a name directly after the $", "'": "the closing quote is missing",
+    '"': "the closing quote is missing",
 }  # fmt: skip
 
 
 def tokens(source: str) -> list[Token]:
-    """The words of an expression, closed by an `end` token.
+    """Split an expression into tokens; the last one is an `end` token.
 
     Raises:
-        ExpressionError: a character that has no meaning here, or far too long a text.
+        ExpressionError: an unexpected character, or an expression that is too long.
     """
     if len(source) > MAX_LENGTH:
-        raise ExpressionError(0, f"an expression of {len(source)} characters; at most {MAX_LENGTH}")
+        raise ExpressionError(
+            0, f"the expression has {len(source)} characters; at most {MAX_LENGTH}"
+        )
     found: list[Token] = []
     position, end = 0, len(source.rstrip())
     while position < end:
@@ -71,7 +73,7 @@ def tokens(source: str) -> list[Token]:
             at = position + len(source[position:]) - len(source[position:].lstrip())
             character = source[at]
             raise ExpressionError(
-                at, f"{character!r} has no meaning in an expression", _HINTS.get(character, "")
+                at, f"unexpected character {character!r}", _HINTS.get(character, "")
             )
         found.append(_token(match))
         position = match.end()

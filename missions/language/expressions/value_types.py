@@ -1,4 +1,4 @@
-"""The types that values have in mission files, and which fits where."""
+"""Types of values in mission files, and their compatibility."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ class ValueType:
     """A type with its unit.
 
     Attributes:
-        of: the Python class; `object` is anything, `list` comes with `item`.
-        unit: SI unit of a float; "" for a plain number, which fits every unit.
+        of: the Python class; `object` is any type, `list` has an `item`.
+        unit: SI unit of a float; "" for a plain number, which is compatible with every unit.
         item: type of the items of a list.
     """
 
@@ -33,18 +33,18 @@ class ValueType:
 
     @property
     def annotation(self) -> Any:
-        """The Python annotation, as ports carry it."""
+        """The Python annotation, as in port declarations."""
         if self.item:
             return list[self.item.annotation]  # type: ignore[name-defined]
         return Any if self.of is object else self.of
 
     @property
     def is_number(self) -> bool:
-        """Whether one can calculate with it; anything counts."""
+        """Whether it is a number; `anything` counts as one."""
         return self.of in (int, float, object)
 
     def accepts(self, other: ValueType) -> bool:
-        """Whether a value of the other type may stand where this one is wanted."""
+        """Return whether a value of the other type can be used as this type."""
         if object in (self.of, other.of):
             return True
         if self.item and other.item:
@@ -56,11 +56,11 @@ class ValueType:
         return bool(self.of is other.of or (self.of is not int and issubclass(other.of, self.of)))
 
     def agrees_on_unit(self, other: ValueType) -> bool:
-        """Whether both are in the same unit; a plain number goes with every unit."""
+        """Return whether the units agree; a plain number agrees with every unit."""
         return not (self.unit and other.unit) or self.unit == other.unit
 
     def declaration(self, name: str, **limits: Any) -> Declaration:
-        """A declaration of this type, for reading literals."""
+        """Return a declaration of this type, for reading literals."""
         unit = self.item.unit if self.item else self.unit
         return Declaration(name, self.annotation, unit=unit, **limits)
 
@@ -83,13 +83,13 @@ NAMED: dict[str, ValueType] = {
     "Pose": POSE,
     "Path": ValueType(Path),
 }
-"""The words for types in mission files; each may follow `list of`."""
+"""Type names in mission files; each can follow `list of`."""
 
 _LIST = re.compile(r"list\s+of\s+(.+)")
 
 
 def named_type(text: str) -> ValueType | str:
-    """The type that a mission file names; a suggestion when there is no such type."""
+    """Return the type with this name; a suggestion (str) if there is none."""
     found = _LIST.fullmatch(text.strip())
     if found:
         item = named_type(found[1])
@@ -98,7 +98,7 @@ def named_type(text: str) -> ValueType | str:
 
 
 def type_of_annotation(kind: Any, unit: str = "") -> ValueType:
-    """The type of a port from its Python annotation; `X | None` is X, the unknown is anything."""
+    """Return the type of a Python annotation; `X | None` is X, an unknown one is anything."""
     origin = typing.get_origin(kind)
     if origin in (typing.Union, types.UnionType):
         arms = [arm for arm in typing.get_args(kind) if arm is not type(None)]
@@ -114,5 +114,5 @@ def type_of_annotation(kind: Any, unit: str = "") -> ValueType:
 
 
 def type_of(declared: Declaration) -> ValueType:
-    """The type of a declared port."""
+    """Return the type of a declared port."""
     return type_of_annotation(declared.type, declared.unit)

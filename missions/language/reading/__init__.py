@@ -1,1 +1,1 @@
-"""Readers of the mission file: one module per part of the file, all findings in one pass."""
+"""Readers of mission files: one module per section; all findings in one pass."""

@@ -1,4 +1,4 @@
-"""`tests`: reads the cases of a mission file, checked against the mission."""
+"""Reader of `tests`: the test cases of a mission, checked against the mission."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from missions.language.case_model import (
     Expectation,
     Mock,
 )
-from missions.language.expressions.expression import Surroundings
+from missions.language.expressions.expression import NameContext
 from missions.language.expressions.robot_values import ROBOT_VALUES
 from missions.language.expressions.scope import Scope
 from missions.language.expressions.value_types import type_of
@@ -30,31 +30,30 @@ from stack.parameters import Declaration, suggestion
 from stack.types import FailureCode
 
 CASE_KEYS: dict[str, str] = {
-    "name": "what is tested, in a sentence",
+    "name": "a sentence about what is tested",
     "arguments": "values for the mission's arguments",
-    "mock": "name of a behaviour, tree or node -> what it does instead: `{returns, takes, sets}`, "
-    "or `real`",
-    "at": "time -> what happens then: `battery.charge: 0.1`, `$key: value`, `event: name`",
-    "expect": "what must come out",
+    "mock": "name of a behaviour, tree or node -> its mock: `{returns, takes, sets}`, or `real`",
+    "at": "time -> change at this time: `battery.charge: 0.1`, `$key: value`, `event: name`",
+    "expect": "expected results",
 }
 EXPECT_KEYS: dict[str, str] = {
-    "status": "success, failure, or running (when time is up)",
+    "status": "success, failure, or running (at the time limit)",
     "failure": "code of the first cause",
     "ran": "name -> number of starts, or `[least, most]`",
-    "order": "names in the order in which they start, others in between",
-    "within": "time in which the mission ends; or name -> longest run",
-    "$key": "value of a blackboard key at the end; the $ may be left out",
+    "order": "names in the order of their starts; others may start in between",
+    "within": "time limit of the mission; or name -> longest duration of a run",
+    "$key": "value of a blackboard key at the end; the $ is optional",
 }
 _FIXED = ("time", "error", "attempt")
-_MOMENT = Declaration("at", float, unit="s", at_least=0.0)
+_CHANGE_TIME = Declaration("at", float, unit="s", at_least=0.0)
 _TAKES = Declaration("takes", float, unit="s", at_least=0.0)
 _WITHIN = Declaration("within", float, unit="s", above=0.0)
 _COUNT = Declaration("ran", int, at_least=0)
 
 
 @dataclass(frozen=True)
-class Known:
-    """What cases may speak of."""
+class MissionNames:
+    """The names of a mission that test cases can use."""
 
     arguments: Mapping[str, Declaration]
     places: Layer
@@ -67,18 +66,18 @@ class Known:
 class CaseReader:
     """Reads the section `tests`."""
 
-    def __init__(self, known: Known, findings: Findings) -> None:
+    def __init__(self, known: MissionNames, findings: Findings) -> None:
         self.known, self.findings = known, findings
-        self.around = Surroundings(Scope((known.places,)))
+        self.context = NameContext(Scope((known.places,)))
         self.outputs = _outputs_by_name(known)
-        self.names = [*self.outputs, *_other_names(known)]
+        self.names = [*self.outputs, *_unmockable_names(known)]
 
     def cases(self, node: Node | None) -> tuple[Case, ...]:
-        """The cases; everything wrong with them is reported."""
+        """Return the cases; report all errors in them."""
         if node is None or (node.kind == "scalar" and node.value is None):
             return ()
         if not node.is_sequence:
-            self._wrong(node, f"tests is a list of cases, got {node.words()}")
+            self._error(node, f"tests must be a list of cases, got {node.words()}")
         return tuple(self._case(number, item) for number, item in enumerate(node.items, 1))
 
     def _case(self, number: int, node: Node) -> Case:
@@ -137,17 +136,17 @@ class CaseReader:
         for item in _items(node):
             if not isinstance(item.value, str) or not (item.value in words or item.value.isupper()):
                 hint = suggestion(str(item.value), words)
-                self._wrong(item, f"an outcome is wanted, got {item.words()}", hint)
+                self._error(item, f"expected an outcome, got {item.words()}", hint)
         return tuple(str(item.value) for item in _items(node)) or (SUCCESS,)
 
-    # Moments
+    # Changes
 
     def _changes(self, node: Node | None) -> list[Change]:
         changes = []
-        for key, happens in self._entries(node, "at"):
-            moment = self._value(_MOMENT, key) or 0.0
-            for name, value in self._entries(happens, "what happens"):
-                changes += self._change(moment, name, value)
+        for key, body in self._entries(node, "at"):
+            time = self._value(_CHANGE_TIME, key) or 0.0
+            for name, value in self._entries(body, "changes"):
+                changes += self._change(time, name, value)
         return sorted(changes, key=lambda change: change.at)
 
     def _change(self, at: float, key: Node, node: Node) -> list[Change]:
@@ -166,7 +165,7 @@ class CaseReader:
             return [Change(at, "key", symbol.name, value)]
         values = {one: item for one, item in ROBOT_VALUES.items() if one not in _FIXED}
         if name not in values:
-            self._unknown(key, "value of the robot", values)
+            self._unknown(key, "robot value", values)
             return []
         known = values[name]
         limits = {
@@ -206,7 +205,7 @@ class CaseReader:
                 return node.value
         if node.value not in words:
             hint = suggestion(str(node.value), words)
-            self._wrong(node, f"{word} cannot be {node.words()}", hint)
+            self._error(node, f"{word} cannot be {node.words()}", hint)
         return str(node.value)
 
     def _key(self, key: Node, node: Node, found: dict[str, Any]) -> None:
@@ -225,7 +224,7 @@ class CaseReader:
         for key, value in self._entries(node, "ran"):
             counts = [self._value(_COUNT, item) or 0 for item in _items(value)]
             if len(counts) not in (1, 2):
-                self._wrong(value, f"a number or [least, most] is wanted, got {value.words()}")
+                self._error(value, f"expected a number or [least, most], got {value.words()}")
                 continue
             name = self._name(key)
             found["ran"][name] = (counts[0], counts[-1])
@@ -240,7 +239,7 @@ class CaseReader:
             found["within_each"][name] = self._value(_WITHIN, value) or inf
             found["marks"][f"within {name}"] = value.mark
 
-    # What is wrong
+    # Findings
 
     def _name(self, node: Node) -> str:
         if str(node.value) not in self.names:
@@ -252,31 +251,31 @@ class CaseReader:
             if node.kind == "scalar" and type_of(declared).of is float:
                 return declared.read(node.plain())
         except ParameterError as error:
-            self._wrong(node, str(error), error.hint)
+            self._error(node, str(error), error.hint)
             return None
         found = Findings()
-        value = ValueReader(found).value(declared, node, self.around)
+        value = ValueReader(found).value(declared, node, self.context)
         for item in found.items:
             self.findings.error("E115", item.mark, item.sentence, item.hint)
         return value.value if isinstance(value, Constant) else None
 
     def _entries(self, node: Node | None, what: str) -> list[tuple[Node, Node]]:
         if node is not None and not node.is_mapping and node.value is not None:
-            self._wrong(node, f"{what}: a mapping is wanted, got {node.words()}")
+            self._error(node, f"{what} must be a mapping, got {node.words()}")
         return node.entries if node is not None else []
 
     def _only(self, node: Node, known: Iterable[str], what: str) -> None:
         if not node.is_mapping:
-            self._wrong(node, f"{what} is a mapping, got {node.words()}")
+            self._error(node, f"{what} must be a mapping, got {node.words()}")
         for key, _ in node.entries:
             if key.value not in known:
                 hint = suggestion(str(key.value), known)
-                self._wrong(key, f"{what} has no {key.value!r}", hint)
+                self._error(key, f"{what} has no {key.value!r}", hint)
 
     def _unknown(self, node: Node, what: str, known: Iterable[str]) -> None:
-        self._wrong(node, f"there is no {what} {node.value!r}", suggestion(str(node.value), known))
+        self._error(node, f"there is no {what} {node.value!r}", suggestion(str(node.value), known))
 
-    def _wrong(self, node: Node, sentence: str, hint: str = "") -> None:
+    def _error(self, node: Node, sentence: str, hint: str = "") -> None:
         self.findings.error("E115", node.mark, sentence, hint)
 
 
@@ -292,8 +291,8 @@ def _steps(roots: Iterable[Step]) -> Iterable[Step]:
         yield from _steps(children_of(step))
 
 
-def _outputs_by_name(known: Known) -> dict[str, dict[str, Declaration]]:
-    """What can be mocked, by every name it has -> its outputs."""
+def _outputs_by_name(known: MissionNames) -> dict[str, dict[str, Declaration]]:
+    """Return the outputs of everything that can be mocked, by each of its names."""
     found: dict[str, dict[str, Declaration]] = {}
     for step in _steps(known.roots):
         outputs: dict[str, Declaration] = {}
@@ -310,6 +309,6 @@ def _outputs_by_name(known: Known) -> dict[str, dict[str, Declaration]]:
     return found
 
 
-def _other_names(known: Known) -> list[str]:
+def _unmockable_names(known: MissionNames) -> list[str]:
     named = [step.name for step in _steps(known.roots) if step.name]
     return [*named, *(event.name for event in known.events)]

@@ -1,4 +1,4 @@
-"""What a mission declares: places, arguments, blackboard keys, and `in` and `out` of trees."""
+"""Reader of declarations: places, arguments, blackboard keys, `in` and `out` of trees."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from missions.language.expressions.expression import Surroundings
+from missions.language.expressions.expression import NameContext
 from missions.language.expressions.scope import UNSET, Role, Scope, Symbol
 from missions.language.expressions.value_types import (
     ANYTHING,
@@ -25,7 +25,7 @@ from stack.types import Pose2D
 
 Layer = dict[str, Symbol]
 Overrides = Mapping[str, str | Node]
-"""Values of arguments: texts come from `--set`, nodes from a case under `tests`."""
+"""Argument values: a text from `--set`, or a node from a test case."""
 
 KEY_KEYS = ("type", "unit", "initial", "optional", "doc")
 ARGUMENT_KEYS = ("type", "unit", "default", "range", "one_of", "doc")
@@ -34,10 +34,10 @@ TREE_KEYS = ("in", "out", "do", "doc")
 
 
 class DeclarationReader:
-    """Reads the declaring sections of one file.
+    """Reads the sections of one file that declare names.
 
     Attributes:
-        declared: the mission's arguments, once they have been read.
+        declared: declarations of the mission's arguments, after they have been read.
     """
 
     def __init__(self, values: ValueReader) -> None:
@@ -45,7 +45,7 @@ class DeclarationReader:
         self.declared: dict[str, Declaration] = {}
 
     def places(self, node: Node | None, world: Mapping[str, Pose2D], where: Mark) -> Layer:
-        """Places by name: the world's, and the mission's own in front of them."""
+        """Read places; the mission's own override those of the world."""
         layer = {name: Symbol(name, Role.PLACE, POSE, where, pose) for name, pose in world.items()}
         for key, entry in self._entries(node, "places"):
             name = str(key.value)
@@ -58,7 +58,7 @@ class DeclarationReader:
         return layer
 
     def blackboard(self, node: Node | None, scope: Scope) -> Layer:
-        """Blackboard keys: `visited: {type: int, initial: 0}`."""
+        """Read blackboard keys: `visited: {type: int, initial: 0}`."""
         layer: Layer = {}
         for key, entry in self._entries(node, "blackboard"):
             section = Section(entry, self.findings, f"the key {key.value!r}", "E101", KEY_KEYS)
@@ -74,7 +74,7 @@ class DeclarationReader:
         return layer
 
     def arguments(self, node: Node | None, scope: Scope, overrides: Overrides) -> Layer:
-        """Arguments with the values in force: `dwell: {type: duration, default: 3 s}`."""
+        """Read arguments with their values: `dwell: {type: duration, default: 3 s}`."""
         layer: Layer = {}
         for key, entry in self._entries(node, "arguments"):
             name = str(key.value)
@@ -84,10 +84,10 @@ class DeclarationReader:
             section.done()
             value = UNSET if default is None else self._literal(declared, default, scope)
             if name in overrides:
-                given = self._set(declared, overrides[name], scope)
-                value = value if given is UNSET else given  # one finding for one mistake
+                override = self._override(declared, overrides[name], scope)
+                value = value if override is UNSET else override  # one finding for one mistake
             elif default is None:
-                hint = f"--set {name}=…, or give it a default"
+                hint = f"use --set {name}=… or add a default"
                 self.findings.error("E108", key.mark, f"the argument {name!r} has no value", hint)
             kind = ANYTHING if value is UNSET else type_of(declared)
             layer[name] = Symbol(name, Role.ARGUMENT, kind, key.mark, value)
@@ -98,9 +98,9 @@ class DeclarationReader:
         return layer
 
     def tree(self, key: Node, node: Node, scope: Scope) -> Tree:
-        """A tree's name, `in` and `out`; its nodes are read once all trees are known.
+        """Read a tree's name, `in` and `out`; its nodes are read when all trees are known.
 
-        Defaults of `in` may refer to what is in the scope.
+        Defaults of `in` can refer to names in `scope`.
         """
         section = Section(node, self.findings, f"the tree {key.value!r}", "E101", TREE_KEYS)
         inputs = self._inputs(section.node_of("in"), scope)
@@ -111,11 +111,13 @@ class DeclarationReader:
         for name in inputs:
             if name in outputs:
                 mark = outputs[name].mark
-                self.findings.error("E144", mark, f"{name!r} is in `in` and in `out`")
+                self.findings.error(
+                    "E144", mark, f"{name!r} is in both `in` and `out`; rename one of them"
+                )
         return Tree(str(key.value), key.mark, inputs, outputs)
 
     def _inputs(self, node: Node | None, scope: Scope) -> Layer:
-        """What goes in: a type, or `{type: duration, default: 3 s}`."""
+        """Read inputs: a type, or `{type: duration, default: 3 s}`."""
         layer: Layer = {}
         for key, entry in self._entries(node, "`in`"):
             name, value = str(key.value), UNSET
@@ -149,7 +151,7 @@ class DeclarationReader:
                 least, most = (declared_item(kind, name).read(item) for item in plain)
                 return replace(declared, at_least=least, at_most=most)
             except (ParameterError, ValueError):
-                sentence = f"range is [least, most] of type {kind}, got {limits.words()}"
+                sentence = f"range must be [least, most] of type {kind}, got {limits.words()}"
                 self.findings.error("E108", limits.mark, sentence)
         if options is not None:
             words = tuple(str(item.value) for item in options.items)
@@ -163,8 +165,8 @@ class DeclarationReader:
             return kind
         dimension, factor = units().get(str(unit.value), ("", 0.0))
         if factor != 1.0 or kind not in (NUMBER, ANYTHING):
-            hint = "write an SI unit, e.g. m; `type: duration` and the like have theirs"
-            sentence = f"unit goes with `type: float` and is an SI unit, got {unit.words()}"
+            hint = "write an SI unit, e.g. m; types such as `duration` have their unit"
+            sentence = f"unit needs `type: float` and must be an SI unit, got {unit.words()}"
             self.findings.error("E107", unit.mark, sentence, hint)
         return replace(kind, unit=dimension)
 
@@ -176,20 +178,20 @@ class DeclarationReader:
         return kind
 
     def _literal(self, declared: Declaration, node: Node, scope: Scope) -> Any:
-        """The constant that a node stands for; UNSET after a finding."""
+        """Return the constant value of a node; UNSET after a finding."""
         found = Findings()
         reader = ValueReader(found)
-        value = reader.value(declared, node, Surroundings(scope))
+        value = reader.value(declared, node, NameContext(scope))
         self.values.used.update(reader.used)
         for item in found.items:
             code = "E108" if item.code in ("E132", "E141") else item.code
             self.findings.items.append(replace(item, code=code))
         if value is not None and not isinstance(value, Constant):
-            sentence = f"{declared.name}: wanted is a value that is known before the mission runs"
+            sentence = f"{declared.name}: the value must be known before the mission runs"
             self.findings.error("E108", node.mark, sentence)
         return value.value if isinstance(value, Constant) else UNSET
 
-    def _set(self, declared: Declaration, given: str | Node, scope: Scope) -> Any:
+    def _override(self, declared: Declaration, given: str | Node, scope: Scope) -> Any:
         found = Findings()
         value: Any = None
         try:
@@ -197,7 +199,7 @@ class DeclarationReader:
             if isinstance(given, str):
                 node = read_text(f"value: {given}", "--set").get("value")
             if node is not None:
-                value = ValueReader(found).value(declared, node, Surroundings(scope))
+                value = ValueReader(found).value(declared, node, NameContext(scope))
         except InputError as error:
             found.items += error.findings
         for item in found.items:
@@ -211,22 +213,22 @@ class DeclarationReader:
             self.findings.error("E109", Mark(f"--set {name}"), sentence, hint)
 
     def _entries(self, node: Node | None, what: str) -> list[tuple[Node, Node]]:
-        """Entries of a section whose keys are names."""
+        """Return the entries of a section whose keys are valid names."""
         if node is None or (node.kind == "scalar" and node.value is None):
             return []
         if not node.is_mapping:
-            self.findings.error("E101", node.mark, f"{what} is a mapping, got {node.words()}")
+            self.findings.error("E101", node.mark, f"{what} must be a mapping, got {node.words()}")
         good = []
         for key, value in node.entries:
             if isinstance(key.value, str) and IDENTIFIER.fullmatch(key.value):
                 good.append((key, value))
             else:
-                sentence = f"{key.words()} is not a name"
-                hint = "a name is letters, digits and _, and begins with a letter"
+                sentence = f"{key.words()} is not a valid name"
+                hint = "use letters, digits and _; start with a letter"
                 self.findings.error("E144", key.mark, sentence, hint)
         return good
 
 
 def declared_item(kind: ValueType, name: str) -> Declaration:
-    """What a range's ends are read as: the type itself, or the items' of a list."""
+    """Return the declaration of a range's ends: the type, or the item type of a list."""
     return (kind.item or kind).declaration(name)

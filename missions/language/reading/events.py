@@ -1,8 +1,8 @@
-"""`events`: what is looked at on every tick and pre-empts `run`."""
+"""Reader of `events`, which pre-empt `run`."""
 
 from __future__ import annotations
 
-from missions.language.expressions.expression import Surroundings
+from missions.language.expressions.expression import NameContext
 from missions.language.model import Constant, Event, Value
 from missions.language.reading.nodes import NodeReader
 from missions.language.reading.values import IDENTIFIER
@@ -10,10 +10,10 @@ from stack.documents import Node
 from stack.parameters import Declaration, suggestion
 
 EVENT_KEYS: dict[str, str] = {
-    "when": "the condition; looked at on every tick",
-    "hold": "how long it must have been true; at once by default",
-    "do": "the node that is run then, to its end",
-    "then": "`resume` (the default) goes on where the mission was, `restart` begins `run` again, "
+    "when": "the condition; evaluated on every tick",
+    "hold": "how long the condition must be true; default: 0 s",
+    "do": "the node to run, until it ends",
+    "then": "`resume` (default) continues the mission where it was, `restart` starts `run` again, "
     "`abort` ends the mission as failed",
 }
 HOLD = Declaration("hold", float, unit="s", default=0.0, at_least=0.0)
@@ -27,13 +27,15 @@ class EventReader:
     def __init__(self, nodes: NodeReader) -> None:
         self.nodes, self.values, self.findings = nodes, nodes.values, nodes.findings
 
-    def events(self, node: Node | None, around: Surroundings) -> tuple[Event, ...]:
-        """The events in their order; those that are wrong are reported and left out."""
+    def events(self, node: Node | None, context: NameContext) -> tuple[Event, ...]:
+        """Return the events in order; report and skip invalid ones."""
         if node is None or (node.kind == "scalar" and node.value is None):
             return ()
         if not node.is_sequence:
-            hint = "write `- name:` for each, the most important first"
-            self.findings.error("E112", node.mark, f"events is a list, got {node.words()}", hint)
+            hint = "write `- name:` for each event, the most important one first"
+            self.findings.error(
+                "E112", node.mark, f"events must be a list, got {node.words()}", hint
+            )
             return ()
         found: dict[str, Event | None] = {}
         for item in node.items:
@@ -43,40 +45,42 @@ class EventReader:
             key, body = named
             name = str(key.value)
             if name in found:
-                self.findings.error("E112", key.mark, f"there are two events {name!r}")
+                self.findings.error(
+                    "E112", key.mark, f"there are two events {name!r}; rename one of them"
+                )
                 continue
-            found[name] = self._event(key, body, around)
+            found[name] = self._event(key, body, context)
         return tuple(event for event in found.values() if event is not None)
 
     def _named(self, item: Node) -> tuple[Node, Node] | None:
-        """Name and body of `- lost: {when: …}`."""
+        """Return name and body of `- lost: {when: …}`."""
         entries = item.entries
         if len(entries) == 1 and entries[0][1].is_mapping:
             if IDENTIFIER.fullmatch(str(entries[0][0].value)):
                 return entries[0]
-            sentence = f"{entries[0][0].words()} is not a name"
-            hint = "a name is letters, digits and _, and begins with a letter"
+            sentence = f"{entries[0][0].words()} is not a valid name"
+            hint = "use letters, digits and _; start with a letter"
             self.findings.error("E144", entries[0][0].mark, sentence, hint)
             return None
-        hint = "indent what belongs to an event below its name" if len(entries) > 1 else ""
+        hint = "indent the keys of an event below its name" if len(entries) > 1 else ""
         sentence = f"an event is {{name: {{when: …, do: …}}}}, got {item.words()}"
         self.findings.error("E112", item.mark, sentence, hint)
         return None
 
-    def _event(self, key: Node, body: Node, around: Surroundings) -> Event | None:
+    def _event(self, key: Node, body: Node, context: NameContext) -> Event | None:
         name = str(key.value)
         for word, _ in body.entries:
             if word.value not in EVENT_KEYS:
                 hint = suggestion(str(word.value), EVENT_KEYS)
-                sentence = f"an event has no {word.value!r}"
+                sentence = f"an event has no key {word.value!r}"
                 self.findings.error("E112", word.mark, sentence, hint)
         when, do, held = body.get("when"), body.get("do"), body.get("hold")
         for needed, given in (("when", when), ("do", do)):
             if given is None:
                 self.findings.error("E112", key.mark, f"the event {name!r} needs `{needed}`")
-        condition = self.values.expression(when, around) if when else None
-        hold: Value | None = self.values.value(HOLD, held, around) if held else NO_HOLD
-        step = self.nodes.read(do, around) if do else None
+        condition = self.values.expression(when, context) if when else None
+        hold: Value | None = self.values.value(HOLD, held, context) if held else NO_HOLD
+        step = self.nodes.read(do, context) if do else None
         then = self._then(body.get("then"))
         if condition is None or hold is None or step is None:
             return None
@@ -87,7 +91,7 @@ class EventReader:
             return THEN[0]
         if node.value not in THEN:
             hint = suggestion(str(node.value), THEN)
-            sentence = f"then is one of {', '.join(THEN)}, got {node.words()}"
+            sentence = f"then must be one of {', '.join(THEN)}, got {node.words()}"
             self.findings.error("E112", node.mark, sentence, hint)
             return THEN[0]
         return str(node.value)

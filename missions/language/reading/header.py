@@ -1,4 +1,4 @@
-"""The top of a mission: what it is called, where it plays, with which robot and components."""
+"""Reader of the top-level keys of a mission: robot, world, map, components and others."""
 
 from __future__ import annotations
 
@@ -28,25 +28,25 @@ T = TypeVar("T")
 
 
 class HeaderReader:
-    """Reads single keys of the mission's top level."""
+    """Reads single top-level keys of a mission."""
 
     def __init__(self, top: Section, folder: Path, resources: Resources) -> None:
         self.top, self.folder, self.resources = top, folder, resources
         self.findings: Findings = top.findings
 
     def text(self, key: str, default: str | None = None) -> str:
-        """A key that holds a text; without a default it is required."""
+        """Return a key that holds a text; without a default it is required."""
         declared = (
             Declaration(key, str) if default is None else Declaration(key, str, default=default)
         )
         return self.top.value(declared) or ""
 
     def unsupported(self) -> None:
-        """Report reserved keys, and another format."""
+        """Report reserved keys and an unsupported format."""
         for word in RESERVED:
             if self.top.node_of(word) is not None:
                 key = next(key for key, _ in self.top.node.entries if key.value == word)
-                sentence = f"`{word}` is not supported yet: it comes with a later version"
+                sentence = f"`{word}` is not supported yet; it is reserved for a later version"
                 self.findings.error("E104", key.mark, sentence)
         node = self.top.node_of("format")
         if node is not None and (node.value != FORMAT or isinstance(node.value, bool)):
@@ -54,27 +54,27 @@ class HeaderReader:
             self.findings.error("E105", node.mark, sentence)
 
     def world_places(self, world: str) -> Mapping[str, Pose2D]:
-        """The named poses of the world."""
+        """Return the named poses of the world."""
         if not world:
             return {}
-        return self._outside("world", lambda: self.resources.world_places(world, self.folder), {})
+        return self._ask("world", lambda: self.resources.world_places(world, self.folder), {})
 
     def check_robot(self, robot: str) -> None:
-        """Ask whether there is such a robot."""
+        """Report a robot that does not exist or is invalid."""
         if robot:
-            self._outside("robot", lambda: self.resources.check_robot(robot, self.folder), None)
+            self._ask("robot", lambda: self.resources.check_robot(robot, self.folder), None)
 
     def map(self) -> str:
-        """`from_world`, `none` or a file."""
+        """Return `from_world`, `none` or a file."""
         name = self.text("map", "from_world")
         if name not in ("from_world", "none"):
-            self._outside("map", lambda: self.resources.check_map(name, self.folder), None)
+            self._ask("map", lambda: self.resources.check_map(name, self.folder), None)
         return name
 
     def pose(
         self, key: str, places: Mapping[str, Symbol], words: tuple[str, ...]
     ) -> Pose2D | str | None:
-        """A place, a pose or one of some words; None when absent or wrong."""
+        """Return a place's pose, a pose or one of `words`; None if absent or invalid."""
         node = self.top.node_of(key)
         if node is None or node.value in words:
             return node.value if node else None
@@ -94,18 +94,18 @@ class HeaderReader:
         return read
 
     def texts(self, key: str) -> list[Node]:
-        """Items of a list of texts."""
+        """Return the items of a list of texts."""
         good = []
         for item in self.top.sequence(key):
             if isinstance(item.value, str) and item.value:
                 good.append(item)
             else:
-                sentence = f"{key} is a list of texts, got {item.words()}"
+                sentence = f"{key} must be a list of texts, got {item.words()}"
                 self.findings.error("E101", item.mark, sentence)
         return good
 
     def navigation(self, files: list[Node]) -> dict[str, Component]:
-        """Components by kind: parameter files in turn, then the mission's own; all checked."""
+        """Return checked components by kind: parameter files in order, then the mission's own."""
         merged: dict[str, Component] = {}
         located: dict[str, Component] = {}
         layers = [self._parameter_file(item) for item in files]
@@ -117,15 +117,15 @@ class HeaderReader:
                     if plugged is None:
                         plugged = self._plugged_components()
                     located[kind] = _located(merged[kind], plugged)
-                    # Each file by itself: a later one may hide what is wrong in it.
+                    # Each file separately: a later one may hide its errors.
                     self._check(located[kind])
         return located
 
     def _plugged_components(self) -> Mapping[str, Mapping[str, str]]:
-        """The components that the mission's plugins bring."""
+        """Return the components defined in the mission's plugins."""
         plugins = [item.value for item in self.texts("plugins")]
         ask = self.resources.plugged_components
-        return self._outside("plugins", lambda: ask(plugins, self.folder), {}) if plugins else {}
+        return self._ask("plugins", lambda: ask(plugins, self.folder), {}) if plugins else {}
 
     def _parameter_file(self, item: Node) -> Node | None:
         try:
@@ -138,7 +138,7 @@ class HeaderReader:
         if node is None or node.value is None:
             return {}
         if not node.is_mapping:
-            sentence = f"components are a mapping {{kind: name}}, got {node.words()}"
+            sentence = f"components must be a mapping {{kind: name}}, got {node.words()}"
             self.findings.error("E101", node.mark, sentence)
         found: dict[str, Component] = {}
         for key, value in node.entries:
@@ -150,12 +150,12 @@ class HeaderReader:
         return found
 
     def _from_nav2(self, node: Node | None) -> Mapping[str, Component]:
-        """What the parameter file of Nav2 says that a section refers to."""
+        """Return the components of the Nav2 parameter file that a section refers to."""
         file = node.get(NAV2) if node is not None else None
         if file is None:
             return {}
         if not isinstance(file.value, str) or not file.value:
-            sentence = f"{NAV2} is the name of a file, got {file.words()}"
+            sentence = f"{NAV2} must be the name of a file, got {file.words()}"
             self.findings.error("E101", file.mark, sentence)
             return {}
         try:
@@ -172,7 +172,9 @@ class HeaderReader:
         use = node.get("use")
         if not node.is_mapping or (use is not None and not isinstance(use.value, str)):
             where = use or node
-            sentence = f"{kind} is a name or {{use: name, parameter: value}}, got {where.words()}"
+            sentence = (
+                f"{kind} must be a name or {{use: name, parameter: value}}, got {where.words()}"
+            )
             self.findings.error("E101", where.mark, sentence)
             return None
         rest = [(key, value) for key, value in node.entries if key.value != "use"]
@@ -191,7 +193,7 @@ class HeaderReader:
         except InputError as error:
             self._add(error, component.mark, "E111")
 
-    def _outside(self, key: str, ask: Callable[[], T], otherwise: T) -> T:
+    def _ask(self, key: str, ask: Callable[[], T], otherwise: T) -> T:
         node = self.top.node.get(key)
         mark = node.mark if node else self.top.node.mark
         try:
@@ -203,7 +205,7 @@ class HeaderReader:
         return otherwise
 
     def _add(self, error: InputError, mark: Mark, code: str) -> None:
-        """Take over another reader's findings; what is missing is reported where it is named."""
+        """Add the findings of another reader; report a missing file where it is named."""
         if not error.findings:
             self.findings.error(code, mark, str(error))
         for item in error.findings:
@@ -215,7 +217,7 @@ class HeaderReader:
 
 
 def _located(component: Component, plugged: Mapping[str, Mapping[str, str]]) -> Component:
-    """The component with where it is in place of its name, if a plugin brings it."""
+    """Replace the name of a component from a plugin by its location."""
     known = plugged.get(component.kind, {})
     layers = plugged.get("costmap_layer", {})
     values = dict(component.values)

@@ -1,7 +1,7 @@
-"""`include`: other files' trees and places.
+"""Reader of `include`: trees and places of other files.
 
-Such a tree sees its own `in` and `out`, and the places and trees of its file and of what that file
-includes; nothing of the mission.
+An included tree sees its own `in` and `out`, and the places and trees of its file and of the files
+which that file includes. It sees no names of the mission.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ FILE_KEYS = ("include", "format", "doc", "places", "trees")
 
 @dataclass
 class TreeFile:
-    """What one file gives to those who include it.
+    """Trees and places of one included file.
 
     Attributes:
-        bodies: its own trees, name and body as they stand there.
-        places: its own, and those of the files it includes.
-        trees: its own, and those of the files it includes; their nodes are read later.
+        bodies: its own trees: nodes of name and body.
+        places: its own places and those of the files it includes.
+        trees: its own trees and those of the files it includes; their nodes are read later.
     """
 
     bodies: list[tuple[Node, Node]]
@@ -36,27 +36,27 @@ class TreeFile:
 
 
 class IncludeReader:
-    """Reads included files, each once, and reports names that stand in two of them.
+    """Reads each included file once; reports names that are declared in two files.
 
     Attributes:
-        files: by path, those that are included first.
+        files: by path, in the order of inclusion.
     """
 
     def __init__(self, declarations: DeclarationReader) -> None:
         self.declarations, self.findings = declarations, declarations.findings
         self.files: dict[Path, TreeFile] = {}
 
-    def together(self, node: Node | None, file: Path, above: tuple[Path, ...] = ()) -> TreeFile:
-        """What the files named under `include` give together."""
+    def combined(self, node: Node | None, file: Path, above: tuple[Path, ...] = ()) -> TreeFile:
+        """Return the combined trees and places of the files under `include`."""
         found, seen = TreeFile([], {}, {}), list[str]()
         items = [] if node is None else node.items
         if node is not None and not node.is_sequence and node.value is not None:
-            self._wrong(node.mark, f"include is a list of files, got {node.words()}")
+            self._error(node.mark, f"include must be a list of files, got {node.words()}")
         for item in items:
             if not isinstance(item.value, str) or not item.value:
-                self._wrong(item.mark, f"include is a list of files, got {item.words()}")
+                self._error(item.mark, f"include must be a list of files, got {item.words()}")
             elif item.value in seen:
-                self._wrong(item.mark, f"{item.value} is included twice", "leave one out")
+                self._error(item.mark, f"{item.value} is included twice", "remove one")
             else:
                 seen.append(item.value)
                 part = self._file(item, file, (*above, file.resolve()))
@@ -65,32 +65,32 @@ class IncludeReader:
         return found
 
     def merge(self, into: Layer, layer: Layer, what: str) -> None:
-        """Add names; one that is there already is reported where it stands the second time."""
+        """Add names; report a name that is already declared, at its second declaration."""
         for name, symbol in layer.items():
             if into.setdefault(name, symbol) is not symbol:
-                self._twice(what, name, symbol.mark, into[name].mark)
+                self._duplicate(what, name, symbol.mark, into[name].mark)
 
     def merge_trees(self, into: dict[str, Tree], trees: dict[str, Tree]) -> None:
         """As `merge`."""
         for name, tree in trees.items():
             if into.setdefault(name, tree).mark != tree.mark:
-                self._twice("tree", name, tree.mark, into[name].mark)
+                self._duplicate("tree", name, tree.mark, into[name].mark)
 
     def _file(self, item: Node, file: Path, above: tuple[Path, ...]) -> TreeFile | None:
         path = file.parent / item.value
         key = path.resolve()
         if key in above:
             chain = " > ".join(one.name for one in (*above[above.index(key) :], key))
-            self._wrong(item.mark, f"the file includes itself: {chain}")
+            self._error(item.mark, f"the file includes itself: {chain}")
             return None
         if key not in self.files:
             if len(self.files) >= MAX_FILES:
-                self._wrong(item.mark, f"more than {MAX_FILES} files")
+                self._error(item.mark, f"more than {MAX_FILES} included files")
                 return None
             try:
                 top = read_file(path, "file of trees")
             except InputError as error:
-                self._pass_on(error.findings, item.mark)
+                self._add_findings(error.findings, item.mark)
                 return None
             self.files[key] = TreeFile([], {}, {})
             self.files[key] = self._read(top, path, above)
@@ -100,7 +100,7 @@ class IncludeReader:
         section = Section(top, self.findings, "an included file", "E101", FILE_KEYS)
         for word in ("doc", "format"):
             section.node_of(word)
-        found = self.together(section.node_of("include"), path, above)
+        found = self.combined(section.node_of("include"), path, above)
         own = self.declarations.places(section.node_of("places"), {}, top.mark)
         self.merge(found.places, own, "place")
         bodies = tree_entries(section.node_of("trees"))
@@ -110,21 +110,23 @@ class IncludeReader:
         section.done()
         return TreeFile(bodies, found.places, found.trees)
 
-    def _pass_on(self, findings: Iterable[Finding], mark: Mark) -> None:
+    def _add_findings(self, findings: Iterable[Finding], mark: Mark) -> None:
         for item in findings:
             if item.code == "E001":
-                self._wrong(mark, f"{item.mark.file}: {item.sentence}", item.hint)
+                self._error(mark, f"{item.mark.file}: {item.sentence}", item.hint)
             else:
                 self.findings.items.append(item)
 
-    def _twice(self, what: str, name: str, mark: Mark, other: Mark) -> None:
-        sentence = f"there is a {what} {name!r} in {Path(other.file).name}:{other.line} already"
+    def _duplicate(self, what: str, name: str, mark: Mark, other: Mark) -> None:
+        sentence = (
+            f"the {what} {name!r} is already declared in {Path(other.file).name}:{other.line}"
+        )
         self.findings.error("E114", mark, sentence, "rename one of them")
 
-    def _wrong(self, mark: Mark, sentence: str, hint: str = "") -> None:
+    def _error(self, mark: Mark, sentence: str, hint: str = "") -> None:
         self.findings.error("E113", mark, sentence, hint)
 
 
 def tree_entries(node: Node | None) -> list[tuple[Node, Node]]:
-    """Names and bodies under `trees`."""
+    """Return names and bodies under `trees`."""
     return node.entries if node else []

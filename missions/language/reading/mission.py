@@ -1,4 +1,4 @@
-"""Reads a mission file into a checked model; every finding comes in one go."""
+"""Reads a mission file into a checked model and reports all findings at once."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from missions.language.analysis.data_flow import (
 )
 from missions.language.analysis.outcomes import OutcomeCheck
 from missions.language.case_model import Case
-from missions.language.expressions.expression import Surroundings
+from missions.language.expressions.expression import NameContext
 from missions.language.expressions.scope import Role, Scope, Symbol
 from missions.language.model import Catalogue, Event, Mission, Resources, Step, Tree
-from missions.language.reading.cases import CaseReader, Known
+from missions.language.reading.cases import CaseReader, MissionNames
 from missions.language.reading.declarations import DeclarationReader, Layer, Overrides
 from missions.language.reading.events import EventReader
 from missions.language.reading.header import RESERVED, TOP_KEYS, HeaderReader
@@ -29,24 +29,24 @@ from stack.errors import InputError
 from stack.types import Pose2D
 
 CatalogueFor = Callable[[list[Node], Path, Findings], Catalogue]
-"""From the nodes under `plugins`, the mission's folder and where to report: the catalogue."""
+"""(nodes under `plugins`, folder of the mission, findings) -> catalogue."""
 
 
 def read_mission(
     path: Path, catalogue_for: CatalogueFor, resources: Resources | None = None,
     overrides: Overrides | None = None, text: str | None = None,
 ) -> Mission:  # fmt: skip
-    """The mission in a file, checked against what is installed.
+    """Read a mission file and check it against the installed behaviours and resources.
 
     Args:
-        path: the mission file; what it names is relative to its folder.
-        catalogue_for: makes the catalogue, plugins included.
-        resources: worlds, robots, maps and components; by default nothing outside is looked at.
-        overrides: argument -> value: as text from `--set`, as a node from a test case.
-        text: what is read instead of the file's, from an editor that has not saved it.
+        path: the mission file; paths in it are relative to its folder.
+        catalogue_for: returns the catalogue, plugins included.
+        resources: worlds, robots, maps and components; by default they are not checked.
+        overrides: argument -> value: a text from `--set`, or a node from a test case.
+        text: text to read instead of the file's, for unsaved changes in an editor.
 
     Raises:
-        InputError: with every error found.
+        InputError: with all errors found.
     """
     document, keys = read_document(path, "mission", text), (*TOP_KEYS, *RESERVED)
     top = Section(document, Findings(), "the mission", "E101", keys)
@@ -67,27 +67,27 @@ class _Reading:
         robot, world = header.text("robot"), header.text("world")
         header.unsupported()
         header.check_robot(robot)
-        included = self.includes.together(self.top.node_of("include"), self.path)
+        included = self.includes.combined(self.top.node_of("include"), self.path)
         places, keys, arguments = self._names(world, included.places, overrides)
         start = header.pose("start", places, ())
-        belief = header.pose("initial_pose", places, ("start", "unknown"))
+        initial_pose = header.pose("initial_pose", places, ("start", "unknown"))
         files, plugins = header.texts("parameters"), header.texts("plugins")
-        navigation, chart = header.navigation(files), header.map()
+        navigation, map_name = header.navigation(files), header.map()
         scope = Scope((places, keys, arguments))
         catalogue = self._catalogue(catalogue_for, plugins)
         trees = self._trees(catalogue, scope, included)
         nodes = NodeReader(self.values, catalogue, trees)
         run = top.node_of("run", required=True)
-        root = nodes.read(run, Surroundings(scope)) if run else None
-        events = EventReader(nodes).events(top.node_of("events"), Surroundings(scope))
+        root = nodes.read(run, NameContext(scope)) if run else None
+        events = EventReader(nodes).events(top.node_of("events"), NameContext(scope))
         tests = top.node_of("tests")
         top.done()
-        self._flow(root, events, trees, scope)
+        self._analyse(root, events, trees, scope)
         cases: tuple[Case, ...] = ()
         if root is not None and not self.findings.errors:
             roots = (*_starts(root, events), *_roots_of(trees))
-            known = Known(self.declarations.declared, places, keys, events, trees, roots)
-            cases = CaseReader(known, self.findings).cases(tests)
+            names = MissionNames(self.declarations.declared, places, keys, events, trees, roots)
+            cases = CaseReader(names, self.findings).cases(tests)
         self.findings.raise_errors()
         assert root is not None
         warnings = sorted(
@@ -96,8 +96,8 @@ class _Reading:
         )
         return Mission(
             name=name, source=self.path, root=root, robot=robot, world=world, doc=doc,
-            start=start if isinstance(start, Pose2D) else None, map=chart,
-            initial_pose=belief or "start", navigation=navigation,
+            start=start if isinstance(start, Pose2D) else None, map=map_name,
+            initial_pose=initial_pose or "start", navigation=navigation,
             parameter_files=tuple(item.value for item in files),
             plugins=tuple(item.value for item in plugins),
             places={key: symbol.value for key, symbol in places.items()},
@@ -116,14 +116,16 @@ class _Reading:
         own = self.declarations.places(self.top.node_of("places"), {}, where)
         self.includes.merge(dict(included), own, "place")
         places.update({**included, **own})
-        given = Scope((places,))
-        keys = self.declarations.blackboard(self.top.node_of("blackboard"), given)
-        arguments = self.declarations.arguments(self.top.node_of("arguments"), given, overrides)
+        place_scope = Scope((places,))
+        keys = self.declarations.blackboard(self.top.node_of("blackboard"), place_scope)
+        arguments = self.declarations.arguments(
+            self.top.node_of("arguments"), place_scope, overrides
+        )
         scope = Scope((places, keys, arguments))
         for symbol in (*keys.values(), *arguments.values()):
-            front = scope.lookup(symbol.name)
-            if front is not None and front is not symbol:
-                sentence = f"the {front.role} {symbol.name!r} hides this {symbol.role}"
+            hiding = scope.lookup(symbol.name)
+            if hiding is not None and hiding is not symbol:
+                sentence = f"the {hiding.role} {symbol.name!r} hides this {symbol.role}"
                 self.findings.warning("W101", symbol.mark, sentence)
         return places, keys, arguments
 
@@ -135,14 +137,16 @@ class _Reading:
             if not error.findings:
                 self.findings.error("E110", mark, str(error))
             self.findings.items += error.findings
-            # Without its plugins a mission's nodes cannot be judged.
+            # Without its plugins the nodes of a mission cannot be checked.
             raise InputError(self.findings.errors) from error
 
     def _trees(self, catalogue: Catalogue, scope: Scope, included: TreeFile) -> dict[str, Tree]:
-        """Every tree with its nodes: the mission's own first."""
+        """Return all trees with their nodes, the mission's own first."""
         section = self.top.node_of("trees")
         if section is not None and not section.is_mapping and section.value is not None:
-            self.findings.error("E101", section.mark, f"trees is a mapping, got {section.words()}")
+            self.findings.error(
+                "E101", section.mark, f"trees must be a mapping, got {section.words()}"
+            )
         own = tree_entries(section)
         trees = {str(key.value): self.declarations.tree(key, node, scope) for key, node in own}
         self.includes.merge_trees(dict(included.trees), trees)
@@ -162,13 +166,13 @@ class _Reading:
             if body is None or tree.mark != key.mark:
                 continue
             layer = {**tree.inputs, **tree.outputs}
-            root = reader.read(body, Surroundings(scope.inside(layer)))
+            root = reader.read(body, NameContext(scope.inside(layer)))
             trees[tree.name] = replace(tree, root=root)
 
-    def _flow(
+    def _analyse(
         self, root: Step | None, events: tuple[Event, ...], trees: dict[str, Tree], scope: Scope
     ) -> None:
-        """What can be said only once every node is known to be right."""
+        """Run the analyses that need a mission without errors."""
         if root is None or self.findings.errors:
             return
         starts = _starts(root, events)
@@ -207,7 +211,7 @@ class _Reading:
 
 
 def _starts(root: Step, events: tuple[Event, ...]) -> list[Step]:
-    """What runs by itself: the mission and its events."""
+    """Return the roots that run without a `use`: the mission and its events."""
     return [root, *(event.step for event in events)]
 
 

@@ -1,34 +1,35 @@
-"""What may stand beside a node's type: `when: …, timeout: 90 s, retry: 3`."""
+"""Reader of modifiers, the keys next to a node's type: `when: …, timeout: 90 s, retry: 3`."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
-from missions.language.expressions.expression import CheckedExpression, Surroundings
+from missions.language.expressions.expression import CheckedExpression, NameContext
 from missions.language.model import Constant, Modifiers, Recover, Retry, Step, Value
 from missions.language.reading.values import ValueReader
 from stack.documents import Mark, Node
 from stack.parameters import Declaration, suggestion
 
 MODIFIERS: dict[str, str] = {
-    "name": "a label for the screen and the report",
-    "when": "looked at when the node starts: if false, the node is skipped",
-    "while": "looked at on every tick: when false, the node is halted and fails (CHECK_FAILED)",
-    "on_failure": "`continue` makes a failure a success; `fail` is the default",
-    "repeat": "run again after success: a number of times, or `forever`",
+    "name": "label in the dashboard and the report",
+    "when": "condition evaluated when the node starts; if false, the node is skipped",
+    "while": "condition evaluated on every tick; if false, the node is halted and fails "
+    "(CHECK_FAILED)",
+    "on_failure": "`continue` turns a failure into a success; default: `fail`",
+    "repeat": "run again after a success: a number of times, or `forever`",
     "recover": "after a failure run the next recovery, then try again",
     "retry": "try again after a failure: a number of attempts, or `{attempts: 3, delay: 500 ms}`",
-    "timeout": "halt the node after this long and fail (TIMED_OUT); per attempt",
-    "every": "run at most once in this time; in between the last result stands",
-    "with": "with `use`: what goes into the tree",
-    "out": "where outputs go: `{output: $key}`",
-    "do": "with `for_each` and `follow_waypoints`: what is done per item",
+    "timeout": "time limit per attempt; then the node is halted and fails (TIMED_OUT)",
+    "every": "run at most once in this period; in between the node returns its last result",
+    "with": "with `use`: inputs of the tree",
+    "out": "targets of outputs: `{output: $key}`",
+    "do": "with `for_each` and `follow_waypoints`: the node to run for each item",
 }
 """Modifiers, outermost decorator first."""
 
 LOOPS = ("for_each", "follow_waypoints")
-"""What `do` goes with; their `on_failure` is about one item."""
+"""Nodes with `do`; their `on_failure` applies to each item."""
 
 ATTEMPTS = Declaration("attempts", int, at_least=1)
 DELAY = Declaration("delay", float, unit="s", default=0.0, at_least=0.0)
@@ -36,93 +37,96 @@ TIMES = Declaration("repeat", int, at_least=1)
 LIMIT = Declaration("timeout", float, unit="s", above=0.0)
 PERIOD = Declaration("every", float, unit="s", above=0.0)
 
-Children = Callable[[Node | None, str, Mark, Surroundings], list[Step]]
-Beside = Mapping[str, tuple[Node, Node]]
+ReadChildren = Callable[[Node | None, str, Mark, NameContext], list[Step]]
+RawModifiers = Mapping[str, tuple[Node, Node]]
+"""Modifier -> nodes of its key and its value."""
 
 
 class ModifierReader:
     """Reads the modifiers of one node; `children` reads lists of nodes."""
 
-    def __init__(self, values: ValueReader, children: Children) -> None:
+    def __init__(self, values: ValueReader, children: ReadChildren) -> None:
         self.values, self.findings, self.children = values, values.findings, children
 
-    def read(self, kind: str, beside: Beside, around: Surroundings) -> Modifiers:
-        """The modifiers; what is wrong is reported and left out."""
-        inside = replace(around, knows_attempt=True)
+    def read(self, kind: str, raw: RawModifiers, context: NameContext) -> Modifiers:
+        """Return the modifiers; report and skip invalid ones."""
+        inside = replace(context, knows_attempt=True)
         return Modifiers(
-            when=self._condition(beside, "when", around),
-            while_=self._condition(beside, "while", around),
-            keep_going=self._keeps_going(beside) and kind not in LOOPS,
-            repeat=self._repeat(beside, around),
-            recover=self._recover(beside, inside),
-            retry=self._retry(beside, around),
-            timeout=self._scalar(LIMIT, beside, around),
-            every=self._scalar(PERIOD, beside, around),
+            when=self._condition(raw, "when", context),
+            while_=self._condition(raw, "while", context),
+            keep_going=self._keeps_going(raw) and kind not in LOOPS,
+            repeat=self._repeat(raw, context),
+            recover=self._recover(raw, inside),
+            retry=self._retry(raw, context),
+            timeout=self._scalar(LIMIT, raw, context),
+            every=self._scalar(PERIOD, raw, context),
         )
 
     def _condition(
-        self, beside: Beside, word: str, around: Surroundings
+        self, raw: RawModifiers, word: str, context: NameContext
     ) -> CheckedExpression | None:
-        return self.values.expression(beside[word][1], around) if word in beside else None
+        return self.values.expression(raw[word][1], context) if word in raw else None
 
-    def _scalar(self, declared: Declaration, beside: Beside, around: Surroundings) -> Value | None:
-        if declared.name not in beside:
+    def _scalar(
+        self, declared: Declaration, raw: RawModifiers, context: NameContext
+    ) -> Value | None:
+        if declared.name not in raw:
             return None
-        return self.values.value(declared, beside[declared.name][1], around)
+        return self.values.value(declared, raw[declared.name][1], context)
 
-    def _keeps_going(self, beside: Beside) -> bool:
-        if "on_failure" not in beside:
+    def _keeps_going(self, raw: RawModifiers) -> bool:
+        if "on_failure" not in raw:
             return False
-        node = beside["on_failure"][1]
+        node = raw["on_failure"][1]
         if node.value not in ("continue", "fail"):
             hint = suggestion(str(node.value), ("continue", "fail"))
-            sentence = f"on_failure is `continue` or `fail`, got {node.words()}"
+            sentence = f"on_failure must be `continue` or `fail`, got {node.words()}"
             self.findings.error("E123", node.mark, sentence, hint)
         return bool(node.value == "continue")
 
-    def _repeat(self, beside: Beside, around: Surroundings) -> Value | None:
-        if "repeat" in beside and beside["repeat"][1].value == "forever":
+    def _repeat(self, raw: RawModifiers, context: NameContext) -> Value | None:
+        if "repeat" in raw and raw["repeat"][1].value == "forever":
             return Constant(None, "forever")
-        return self._scalar(TIMES, beside, around)
+        return self._scalar(TIMES, raw, context)
 
-    def _retry(self, beside: Beside, around: Surroundings) -> Retry | None:
-        if "retry" not in beside:
+    def _retry(self, raw: RawModifiers, context: NameContext) -> Retry | None:
+        if "retry" not in raw:
             return None
-        node = beside["retry"][1]
+        node = raw["retry"][1]
         if not node.is_mapping:
-            attempts = self.values.value(ATTEMPTS, node, around)
+            attempts = self.values.value(ATTEMPTS, node, context)
             return Retry(attempts, Constant(0.0)) if attempts else None
         self._only("retry", node, ("attempts", "delay"))
-        attempts = self._needed("retry", node, around)
+        attempts = self._needed("retry", node, context)
         given = node.get("delay")
-        delay = self.values.value(DELAY, given, around) if given else Constant(0.0)
+        delay = self.values.value(DELAY, given, context) if given else Constant(0.0)
         return Retry(attempts, delay) if attempts and delay else None
 
-    def _recover(self, beside: Beside, inside: Surroundings) -> Recover | None:
-        if "recover" not in beside:
+    def _recover(self, raw: RawModifiers, inside: NameContext) -> Recover | None:
+        if "recover" not in raw:
             return None
-        node, key = beside["recover"][1], beside["recover"][0]
+        node, key = raw["recover"][1], raw["recover"][0]
         if not node.is_mapping:
-            sentence = f"recover is {{attempts: N, round_robin: […]}}, got {node.words()}"
+            sentence = f"recover must be {{attempts: N, round_robin: […]}}, got {node.words()}"
             self.findings.error("E123", node.mark, sentence)
             return None
         self._only("recover", node, ("attempts", "unless", "round_robin"))
         attempts = self._needed("recover", node, inside)
-        dealing = replace(inside, knows_error=True)
+        handling = replace(inside, knows_error=True)
         unless = node.get("unless")
-        condition = self.values.expression(unless, dealing) if unless else None
-        steps = self.children(node.get("round_robin"), "round_robin", key.mark, dealing)
+        condition = self.values.expression(unless, handling) if unless else None
+        steps = self.children(node.get("round_robin"), "round_robin", key.mark, handling)
         return Recover(attempts, condition, tuple(steps)) if attempts else None
 
-    def _needed(self, word: str, node: Node, around: Surroundings) -> Value | None:
+    def _needed(self, word: str, node: Node, context: NameContext) -> Value | None:
         given = node.get("attempts")
         if given is None:
             self.findings.error("E123", node.mark, f"{word} needs `attempts`")
             return None
-        return self.values.value(ATTEMPTS, given, around)
+        return self.values.value(ATTEMPTS, given, context)
 
     def _only(self, word: str, node: Node, known: tuple[str, ...]) -> None:
         for key, _ in node.entries:
             if key.value not in known:
                 hint = suggestion(str(key.value), known)
-                self.findings.error("E123", key.mark, f"{word} has no {key.value!r}", hint)
+                self.findings.error("E123", key.mark, f"{word} has no key {key.value!r}", hint)

@@ -1,4 +1,4 @@
-"""The nodes of a mission file, read: `{navigate_to_pose: {goal: $dock}, timeout: 90 s}`."""
+"""Reader of nodes: `{navigate_to_pose: {goal: $dock}, timeout: 90 s}`."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from behaviours.catalogue import BehaviourKind
-from missions.language.expressions.expression import Surroundings
+from missions.language.expressions.expression import NameContext
 from missions.language.expressions.scope import UNSET, Role, Symbol
 from missions.language.expressions.terms import shown
 from missions.language.expressions.texts import formatter
@@ -27,14 +27,14 @@ from missions.language.model import (
     Use,
     Value,
 )
-from missions.language.reading.modifiers import LOOPS, MODIFIERS, Beside, ModifierReader
+from missions.language.reading.modifiers import LOOPS, MODIFIERS, ModifierReader, RawModifiers
 from missions.language.reading.ports import Owner, PortReader
 from missions.language.reading.values import IDENTIFIER, ValueReader
 from missions.language.reading.waypoints import (
     FOLLOW_WAYPOINTS,
     WAYPOINT_OUTPUTS,
     WAYPOINT_PORTS,
-    following,
+    waypoint_loop,
     waypoint_symbols,
 )
 from stack.documents import Findings, Mark, Node
@@ -42,28 +42,28 @@ from stack.parameters import REQUIRED, Declaration, suggestion
 from stack.types import Pose2D
 
 COMPOSITES: dict[str, str] = {
-    "sequence": "children in turn until one fails; remembers where it was",
-    "reactive": "as `sequence`, but looks at the children from the top on every tick",
-    "fallback": "children in turn until one succeeds; remembers where it was",
-    "reactive_fallback": "as `fallback`, but looks at the children from the top on every tick",
+    "sequence": "children in order until one fails; the next tick resumes at the running child",
+    "reactive": "as `sequence`, but every tick starts at the first child",
+    "fallback": "children in order until one succeeds; the next tick resumes at the running child",
+    "reactive_fallback": "as `fallback`, but every tick starts at the first child",
     "parallel": "all children at once; `{succeed_on: all | one | N, do: […]}` or a list",
-    "round_robin": "one child per run, the next one each time; tries the others when it fails",
+    "round_robin": "one child per run, in rotation; tries the others after a failure",
     "for_each": "`do` once per item: `{for_each: {shelf: $shelves}, do: …}`; with "
-    "`on_failure: continue` an item that fails is passed over",
-    "follow_waypoints": "drives to poses in turn and does `do`, if it is there, at each; "
-    "with `on_failure: continue` a waypoint that fails is missed and the next one follows",
+    "`on_failure: continue` it continues after an item that fails",
+    "follow_waypoints": "drives to poses in order and runs `do` (optional) at each; with "
+    "`on_failure: continue` a failed waypoint counts as missed and the next one follows",
     "use": "a tree of this file: `{use: inspect, with: {…}, out: {…}}`",
 }
-"""Words that may stand where a behaviour's name does, and what they do."""
+"""Node types of the language besides behaviours, with their meaning."""
 
 _ONLY_FOR = {"with": ("use",), "do": LOOPS}
 _WITH_OUTPUTS = ("use", FOLLOW_WAYPOINTS)
 _HAS_ERROR = ("fallback", "reactive_fallback", "round_robin")
-_PATIENCE = Declaration("succeed_on", int, at_least=1)
+_SUCCEED_ON = Declaration("succeed_on", int, at_least=1)
 
 
 class NodeReader:
-    """Reads nodes of one file against what is installed and what its trees declare."""
+    """Reads the nodes of one file, checked against the catalogue and the declared trees."""
 
     def __init__(
         self, values: ValueReader, catalogue: Catalogue, trees: Mapping[str, Tree]
@@ -74,28 +74,28 @@ class NodeReader:
         self.modifiers = ModifierReader(values, self.children)
         self.known = [*COMPOSITES, *catalogue.names()]
 
-    def read(self, node: Node, around: Surroundings) -> Step | None:
-        """The step that a node means; None after a finding."""
+    def read(self, node: Node, context: NameContext) -> Step | None:
+        """Read a node; None after a finding."""
         if node.kind == "scalar" and isinstance(node.value, str):
-            return self._step(node, None, {}, around)
+            return self._step(node, None, {}, context)
         if not node.is_mapping or not node.entries:
             hint = "write a list under `sequence:`" if node.is_sequence else ""
-            sentence = f"a node is one key that names its type, got {node.words()}"
+            sentence = f"a node must be one key that names its type, got {node.words()}"
             self.findings.error("E120", node.mark, sentence, hint)
             return None
         head = self._head(node)
         if head is None:
             return None
-        beside = {str(key.value): (key, value) for key, value in node.entries if key is not head[0]}
-        return self._step(head[0], head[1], beside, around)
+        raw = {str(key.value): (key, value) for key, value in node.entries if key is not head[0]}
+        return self._step(head[0], head[1], raw, context)
 
     def _head(self, node: Node) -> tuple[Node, Node] | None:
-        """The entry that names the node's type; what is neither type nor modifier is reported."""
+        """Return the entry with the node's type; report keys that are neither type nor modifier."""
         types = [entry for entry in node.entries if str(entry[0].value) not in MODIFIERS]
         if not types:
             names = ", ".join(str(key.value) for key, _ in node.entries)
-            sentence = f"no type: {names} stand beside a node's type"
-            self.findings.error("E120", node.mark, sentence, "name a behaviour, e.g. `wait: 1 s`")
+            sentence = f"the node has no type; its keys are modifiers: {names}"
+            self.findings.error("E120", node.mark, sentence, "add a behaviour, e.g. `wait: 1 s`")
             return None
         known = [entry for entry in types if str(entry[0].value) in self.known]
         head = (known or types)[0]
@@ -104,7 +104,7 @@ class NodeReader:
                 continue
             if str(key.value) in self.known:
                 sentence = f"a node has one type, got {head[0].value!r} and {key.value!r}"
-                hint = "write each as an item of a list, with `- ` in front"
+                hint = "write each as a list item, with `- ` in front"
                 self.findings.error("E120", key.mark, sentence, hint)
             else:
                 self._unknown_modifier(head[0], key)
@@ -120,120 +120,124 @@ class NodeReader:
         self.findings.error("E123", key.mark, f"there is no modifier {word!r}", hint)
 
     def _step(
-        self, head: Node, body: Node | None, beside: Beside,
-        around: Surroundings,
+        self, head: Node, body: Node | None, raw: RawModifiers,
+        context: NameContext,
     ) -> Step | None:  # fmt: skip
         kind = str(head.value)
-        self._misplaced(kind, beside)
-        modifiers = self.modifiers.read(kind, beside, around)
-        name = self._label(beside)
-        within = around
+        self._misplaced(kind, raw)
+        modifiers = self.modifiers.read(kind, raw, context)
+        name = self._label(raw)
+        within = context
         if modifiers.retry or modifiers.recover:
-            within = replace(around, knows_attempt=True)
+            within = replace(context, knows_attempt=True)
         start = Step(kind, head.mark, name, modifiers)
         if kind == "use":
-            return self._use(start, body, beside, within)
+            return self._use(start, body, raw, within)
         if kind == "for_each":
-            return self._for_each(start, body, beside, within)
+            return self._for_each(start, body, raw, within)
         if kind == FOLLOW_WAYPOINTS:
-            return self._follow_waypoints(start, body, beside, within)
+            return self._follow_waypoints(start, body, raw, within)
         if kind in COMPOSITES:
             return self._composite(start, body, within)
-        return self._leaf(start, head, body, _value(beside, "out"), within)
+        return self._leaf(start, head, body, _value(raw, "out"), within)
 
-    def _misplaced(self, kind: str, beside: Beside) -> None:
+    def _misplaced(self, kind: str, raw: RawModifiers) -> None:
         for word, owners in _ONLY_FOR.items():
-            if word in beside and kind not in owners:
+            if word in raw and kind not in owners:
                 self.findings.error(
-                    "E123", beside[word][0].mark,
-                    f"`{word}` goes with `{'` and `'.join(owners)}`, not with {kind!r}",
-                    f"ports stand below `{kind}:`" if word == "with" else "",
+                    "E123", raw[word][0].mark,
+                    f"`{word}` is only for `{'` and `'.join(owners)}`, not for {kind!r}",
+                    f"write ports below `{kind}:`" if word == "with" else "",
                 )  # fmt: skip
-        if "out" in beside and kind in COMPOSITES and kind not in _WITH_OUTPUTS:
-            sentence = f"`out` goes with a behaviour or `use`, not with {kind!r}"
-            self.findings.error("E123", beside["out"][0].mark, sentence)
+        if "out" in raw and kind in COMPOSITES and kind not in _WITH_OUTPUTS:
+            sentence = (
+                f"`out` is only for behaviours, `use` and `{FOLLOW_WAYPOINTS}`, not for {kind!r}"
+            )
+            self.findings.error("E123", raw["out"][0].mark, sentence)
 
-    def _label(self, beside: Beside) -> str:
-        if "name" not in beside:
+    def _label(self, raw: RawModifiers) -> str:
+        if "name" not in raw:
             return ""
-        node = beside["name"][1]
+        node = raw["name"][1]
         if not isinstance(node.value, str) or not node.value:
-            self.findings.error("E123", node.mark, f"name is a text, got {node.words()}")
+            self.findings.error("E123", node.mark, f"name must be a text, got {node.words()}")
             return ""
         return node.value
 
     # Composites
 
     def children(
-        self, node: Node | None, kind: str, mark: Mark, around: Surroundings
+        self, node: Node | None, kind: str, mark: Mark, context: NameContext
     ) -> list[Step]:
-        """The children in a list; those that are wrong are reported and left out."""
+        """Read a list of children; report and skip invalid ones."""
         if node is None or not node.is_sequence or not node.items:
             got = "nothing" if node is None else node.words()
             if node is not None and node.is_sequence:
                 got = "an empty list"
             place = node.mark if node is not None and node.value is not None else mark
-            self.findings.error("E124", place, f"{kind} takes a list of nodes, got {got}")
+            self.findings.error("E124", place, f"{kind} needs a list of nodes, got {got}")
             return []
         steps: list[Step] = []
         for number, item in enumerate(node.items):
             later = number > 0 and kind in _HAS_ERROR
-            step = self.read(item, replace(around, knows_error=around.knows_error or later))
+            step = self.read(item, replace(context, knows_error=context.knows_error or later))
             steps += [step] if step else []
         return steps
 
-    def _composite(self, start: Step, body: Node | None, around: Surroundings) -> Composite:
-        patience: Node | None = None
+    def _composite(self, start: Step, body: Node | None, context: NameContext) -> Composite:
+        succeed_on: Node | None = None
         if body is not None and start.kind == "parallel" and body.is_mapping:
-            given, patience = body.get("do"), body.get("succeed_on")
+            given, succeed_on = body.get("do"), body.get("succeed_on")
             for key, _ in body.entries:
                 if key.value not in ("succeed_on", "do"):
                     hint = suggestion(str(key.value), ("succeed_on", "do"))
-                    self.findings.error("E130", key.mark, f"parallel has no {key.value!r}", hint)
+                    self.findings.error(
+                        "E130", key.mark, f"parallel has no key {key.value!r}", hint
+                    )
             body = given
-        children = tuple(self.children(body, start.kind, start.mark, around))
-        needed = self._needed(patience, len(children), around)
+        children = tuple(self.children(body, start.kind, start.mark, context))
+        needed = self._needed(succeed_on, len(children), context)
         return Composite(start.kind, start.mark, start.name, start.modifiers, children, needed)
 
-    def _needed(self, node: Node | None, children: int, around: Surroundings) -> int:
+    def _needed(self, node: Node | None, children: int, context: NameContext) -> int:
         if node is None or node.value == "all":
             return children
         if node.value == "one":
             return 1
-        value = self.values.value(_PATIENCE, node, around)
+        value = self.values.value(_SUCCEED_ON, node, context)
         needed = value.value if isinstance(value, Constant) else children
         if children and needed > children:
-            sentence = f"succeed_on {needed}, but there are {children} children"
+            sentence = f"succeed_on is {needed}, but there are only {children} children"
             self.findings.error("E132", node.mark, sentence)
         return int(needed)
 
     def _for_each(
-        self, start: Step, body: Node | None, beside: Beside,
-        around: Surroundings,
+        self, start: Step, body: Node | None, raw: RawModifiers,
+        context: NameContext,
     ) -> ForEach | None:  # fmt: skip
         entries = body.entries if body else []
         if len(entries) != 1 or not IDENTIFIER.fullmatch(str(entries[0][0].value)):
             mark = body.mark if body else start.mark
-            sentence = "for_each takes one variable and its list: {shelf: $shelves}"
+            sentence = "for_each needs one variable and its list: {shelf: $shelves}"
             self.findings.error("E124", mark, sentence)
             return None
         key, node = entries[0]
         poses = any(item.is_sequence for item in node.items)
         kind = list[Pose2D] if poses else list[Any]
-        items = self.values.value(Declaration(str(key.value), kind), node, around)
+        items = self.values.value(Declaration(str(key.value), kind), node, context)
         symbol = Symbol(str(key.value), Role.VARIABLE, _item_type(items), key.mark)
-        self.warn_of_hiding(symbol, around)
-        inside = replace(around, scope=around.scope.inside({symbol.name: symbol}))
-        child = self.child(beside.get("do"), start, inside)
+        self.warn_of_hiding(symbol, context)
+        inside = replace(context, scope=context.scope.inside({symbol.name: symbol}))
+        child = self.child(raw.get("do"), start, inside)
         if items is None or child is None:
             return None
         return ForEach(
             start.kind, start.mark, start.name, start.modifiers,
-            symbol, items, _skips_failures(beside), child,
+            symbol, items, _skips_failures(raw), child,
         )  # fmt: skip
 
     def _follow_waypoints(
-        self, start: Step, body: Node | None, beside: Beside, around: Surroundings
+        self, start: Step, body: Node | None, raw: RawModifiers, context: NameContext
     ) -> Step | None:
         drive = self.catalogue.get("navigate_to_pose")
         if drive is None:
@@ -241,40 +245,40 @@ class NodeReader:
             self.findings.error("E121", start.mark, sentence)
             return None
         owner = Owner(start.kind, start.mark)
-        ports = self.ports.of_behaviour(WAYPOINT_PORTS, body, owner, around)
-        outputs = self.ports.outputs(WAYPOINT_OUTPUTS, _value(beside, "out"), owner, around)
+        ports = self.ports.of_behaviour(WAYPOINT_PORTS, body, owner, context)
+        outputs = self.ports.outputs(WAYPOINT_OUTPUTS, _value(raw, "out"), owner, context)
         symbols = waypoint_symbols(start.mark)
         for symbol in symbols.values():
-            self.warn_of_hiding(symbol, around)
-        inside = replace(around, scope=around.scope.inside(symbols))
-        task = self.child(beside["do"], start, inside) if "do" in beside else None
-        if "waypoints" not in ports or ("do" in beside and task is None):
+            self.warn_of_hiding(symbol, context)
+        inside = replace(context, scope=context.scope.inside(symbols))
+        task = self.child(raw["do"], start, inside) if "do" in raw else None
+        if "waypoints" not in ports or ("do" in raw and task is None):
             return None
-        loop = following(start, drive, ports, symbols, task)
-        return replace(loop, skip_failures=_skips_failures(beside), outputs=outputs)
+        loop = waypoint_loop(start, drive, ports, symbols, task)
+        return replace(loop, skip_failures=_skips_failures(raw), outputs=outputs)
 
     def child(
-        self, entry: tuple[Node, Node] | None, start: Step, around: Surroundings
+        self, entry: tuple[Node, Node] | None, start: Step, context: NameContext
     ) -> Step | None:
-        """The node under `do`."""
+        """Read the node under `do`."""
         if entry is None:
             self.findings.error("E124", start.mark, f"{start.kind} needs `do`")
             return None
-        return self.read(entry[1], around)
+        return self.read(entry[1], context)
 
-    def warn_of_hiding(self, symbol: Symbol, around: Surroundings) -> None:
-        """Report a name that hides one further out."""
-        hidden = around.scope.lookup(symbol.name)
+    def warn_of_hiding(self, symbol: Symbol, context: NameContext) -> None:
+        """Report a name that hides one of an outer scope."""
+        hidden = context.scope.lookup(symbol.name)
         if hidden is not None and hidden is not symbol:
-            where = f" of line {hidden.mark.line}" if hidden.mark.file == symbol.mark.file else ""
+            where = f" (line {hidden.mark.line})" if hidden.mark.file == symbol.mark.file else ""
             sentence = f"the {symbol.role} {symbol.name!r} hides the {hidden.role}{where}"
             self.findings.warning("W101", symbol.mark, sentence)
 
     # Leaves
 
     def _use(
-        self, start: Step, body: Node | None, beside: Beside,
-        around: Surroundings,
+        self, start: Step, body: Node | None, raw: RawModifiers,
+        context: NameContext,
     ) -> Use | None:  # fmt: skip
         word = body.value if body is not None else None
         tree = self.trees.get(word) if isinstance(word, str) else None
@@ -293,32 +297,32 @@ class NodeReader:
             for name, symbol in tree.inputs.items()
         }
         owner = Owner(tree.name, body.mark)
-        inputs = self.ports.by_name(declared, _value(beside, "with"), owner, around)
+        inputs = self.ports.by_name(declared, _value(raw, "with"), owner, context)
         for name, value in defaults.items():
             text = formatter(tree.inputs[name].type, shown)(value)
             inputs.setdefault(name, Constant(value, text))
         results = {name: symbol.type for name, symbol in tree.outputs.items()}
-        outputs = self.ports.outputs(results, _value(beside, "out"), owner, around)
+        outputs = self.ports.outputs(results, _value(raw, "out"), owner, context)
         return Use(
             start.kind, start.mark, start.name, start.modifiers, tree.name, inputs, outputs
         )  # fmt: skip
 
     def _leaf(
         self, start: Step, head: Node, body: Node | None, out: Node | None,
-        around: Surroundings,
+        context: NameContext,
     ) -> Leaf | None:  # fmt: skip
         kind = self._behaviour(head)
         if kind is None:
             return None
         owner = Owner(start.kind, head.mark)
-        ports = self.ports.of_behaviour(kind.ports, body, owner, around)
+        ports = self.ports.of_behaviour(kind.ports, body, owner, context)
         if not kind.bindable:
             for name, value in ports.items():
                 if not isinstance(value, Constant):
-                    sentence = f"{name}: a plain py_trees class takes literals only"
+                    sentence = f"{name}: a port of a plain py_trees class must be a literal"
                     self.findings.error("E132", head.mark, sentence)
         results = {name: type_of(declared) for name, declared in kind.outputs.items()}
-        outputs = self.ports.outputs(results, out, owner, around)
+        outputs = self.ports.outputs(results, out, owner, context)
         return Leaf(
             start.kind, start.mark, start.name, start.modifiers, kind, ports, outputs
         )  # fmt: skip
@@ -337,16 +341,16 @@ class NodeReader:
         return found
 
 
-def _skips_failures(beside: Beside) -> bool:
-    return "on_failure" in beside and bool(beside["on_failure"][1].value == "continue")
+def _skips_failures(raw: RawModifiers) -> bool:
+    return "on_failure" in raw and bool(raw["on_failure"][1].value == "continue")
 
 
-def _value(beside: Beside, word: str) -> Node | None:
-    return beside[word][1] if word in beside else None
+def _value(raw: RawModifiers, word: str) -> Node | None:
+    return raw[word][1] if word in raw else None
 
 
 def _item_type(items: Value | None) -> ValueType:
-    """The type of a loop variable, from the list it runs over."""
+    """Return the type of a loop variable from its list."""
     symbol = getattr(items, "symbol", None)
     if isinstance(symbol, Symbol):
         return symbol.type.item or ANYTHING

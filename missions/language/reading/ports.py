@@ -1,11 +1,11 @@
-"""Ports and outputs of one node, read against what its behaviour or tree declares."""
+"""Reader of ports and outputs of a node, checked against its behaviour or tree."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from missions.language.expressions.expression import Surroundings
+from missions.language.expressions.expression import NameContext
 from missions.language.expressions.scope import Symbol
 from missions.language.expressions.value_types import ASSIGNMENTS, EXPRESSION, ValueType, type_of
 from missions.language.model import Value
@@ -16,46 +16,46 @@ from stack.parameters import Declaration, suggestion
 
 @dataclass(frozen=True, slots=True)
 class Owner:
-    """Whose ports are read: a behaviour or a tree, and where its name stands."""
+    """The behaviour or tree whose ports are read, with the position of its name."""
 
     name: str
     mark: Mark
 
 
 class PortReader:
-    """Reads what stands below a node's type, under `with` and under `out`."""
+    """Reads the values below a node's type, under `with` and under `out`."""
 
     def __init__(self, values: ValueReader) -> None:
         self.values, self.findings = values, values.findings
 
     def of_behaviour(
         self, ports: Mapping[str, Declaration], body: Node | None, owner: Owner,
-        around: Surroundings,
+        context: NameContext,
     ) -> dict[str, Value]:  # fmt: skip
-        """Ports of a behaviour: by name, or one value alone."""
+        """Read the ports of a behaviour: by name, or a single value."""
         if body is None or (body.kind == "scalar" and body.value is None):
-            return self.by_name(ports, None, owner, around)
+            return self.by_name(ports, None, owner, context)
         bare = bare_port(ports)
         takes_keys = bare is not None and type_of(ports[bare]) == ASSIGNMENTS
         if body.is_mapping and not takes_keys:
-            return self.by_name(ports, body, owner, around)
+            return self.by_name(ports, body, owner, context)
         if bare is None:
-            sentence = f"{owner.name} cannot tell which port {body.words()} is for"
-            hint = f"its ports: {', '.join(ports)}" if ports else "it has no ports"
+            sentence = f"{owner.name}: it is not clear which port {body.words()} is for"
+            hint = f"name the port: {', '.join(ports)}" if ports else "it has no ports"
             self.findings.error("E133", body.mark, sentence, hint)
             return {}
-        value = self.values.value(ports[bare], body, around)
+        value = self.values.value(ports[bare], body, context)
         self._missing(ports, (bare,), owner)
         return {bare: value} if value else {}
 
     def by_name(
         self, ports: Mapping[str, Declaration], body: Node | None, owner: Owner,
-        around: Surroundings,
+        context: NameContext,
     ) -> dict[str, Value]:  # fmt: skip
-        """Ports from a mapping of names."""
+        """Read ports from a mapping of names."""
         values: dict[str, Value] = {}
         if body is not None and not body.is_mapping and body.value is not None:
-            self.findings.error("E132", body.mark, f"`with` is a mapping, got {body.words()}")
+            self.findings.error("E132", body.mark, f"`with` must be a mapping, got {body.words()}")
             return values
         given = [] if body is None else body.entries
         for key, node in given:
@@ -64,7 +64,7 @@ class PortReader:
                 sentence = f"{owner.name} has no port {word!r}"
                 self.findings.error("E130", key.mark, sentence, suggestion(word, ports))
                 continue
-            value = self.values.value(ports[word], node, around)
+            value = self.values.value(ports[word], node, context)
             if value is not None:
                 values[word] = value
         self._missing(ports, [str(key.value) for key, _ in given], owner)
@@ -72,14 +72,14 @@ class PortReader:
 
     def outputs(
         self, results: Mapping[str, ValueType], node: Node | None, owner: Owner,
-        around: Surroundings,
+        context: NameContext,
     ) -> dict[str, Symbol]:  # fmt: skip
-        """Where outputs go: `out: {image: $photo}`."""
+        """Read the targets of outputs: `out: {image: $photo}`."""
         targets: dict[str, Symbol] = {}
         if node is None:
             return targets
         if not node.is_mapping:
-            sentence = f"`out` is a mapping {{output: $key}}, got {node.words()}"
+            sentence = f"`out` must be a mapping {{output: $key}}, got {node.words()}"
             self.findings.error("E135", node.mark, sentence)
         for key, target in node.entries:
             word = str(key.value)
@@ -87,7 +87,7 @@ class PortReader:
                 sentence = f"{owner.name} has no output {word!r}"
                 self.findings.error("E134", key.mark, sentence, suggestion(word, results))
                 continue
-            symbol = self.values.target(target, around, results[word])
+            symbol = self.values.target(target, context, results[word])
             if symbol is not None:
                 targets[word] = symbol
         return targets
@@ -105,9 +105,10 @@ class PortReader:
 
 
 def bare_port(ports: Mapping[str, Declaration]) -> str | None:
-    """The port that a value without a port's name is for.
+    """Return the port that receives a value without a port name; None if it is ambiguous.
 
-    The only expression or assignments; else the only required port; else the only port.
+    The only port of type expression or assignments; else the only required port; else the only
+    port.
     """
     special = [
         name for name, declared in ports.items() if type_of(declared) in (EXPRESSION, ASSIGNMENTS)

@@ -1,11 +1,12 @@
-"""`follow_waypoints`: `for_each` with the drive in it, and an account of what was missed.
+"""Model of `follow_waypoints`: a `for_each` with a drive, and outputs about missed waypoints.
 
     - follow_waypoints: {waypoints: $shelves, tolerance: 20 cm}
       on_failure: continue
       do: {wait: 2 s}
       out: {missed: $missed}
 
-means `for_each: {waypoint: $shelves}` with `sequence: [navigate_to_pose: $waypoint, wait: 2 s]`.
+expands to `for_each: {waypoint: $shelves}` with
+`sequence: [navigate_to_pose: $waypoint, wait: 2 s]`.
 """
 
 from __future__ import annotations
@@ -32,44 +33,44 @@ FOLLOW_WAYPOINTS = "follow_waypoints"
 
 WAYPOINT_PORTS: dict[str, Declaration] = {
     "waypoints": Declaration(
-        "waypoints", list[Pose2D], "where to go, one after the other, map frame"
+        "waypoints", list[Pose2D], "poses to drive to in order, map frame"
     ),
     "tolerance": Declaration(
-        "tolerance", float | None, "how near counts as there; the robot's own when left out",
+        "tolerance", float | None, "goal tolerance; default: the robot's",
         unit="m", default=None, above=0.0,
     ),
     "time_limit": Declaration(
-        "time_limit", float | None, "longest drive to one waypoint; endless when left out",
+        "time_limit", float | None, "time limit of the drive to each waypoint; default: none",
         unit="s", default=None, above=0.0,
     ),
 }  # fmt: skip
 OUTPUTS: dict[str, Declaration] = {
-    "missed": Declaration("missed", list[int], "numbers of the waypoints missed, from 1"),
-    "reached": Declaration("reached", int, "how many waypoints were reached, with their tasks"),
-    "distance": Declaration("distance", float, "length of the drives to the waypoints", "m"),
+    "missed": Declaration("missed", list[int], "numbers of the missed waypoints, from 1"),
+    "reached": Declaration("reached", int, "number of waypoints where drive and `do` succeeded"),
+    "distance": Declaration("distance", float, "distance driven to the waypoints", "m"),
 }
 WAYPOINT_OUTPUTS: dict[str, ValueType] = {name: type_of(item) for name, item in OUTPUTS.items()}
 VARIABLES: dict[str, ValueType] = {"waypoint": POSE, "waypoint_number": INT}
-"""What `do` may read: the waypoint of the moment, and which one it is, from 1."""
+"""Variables for `do`: the current waypoint and its number, from 1."""
 
 
 def waypoint_symbols(mark: Mark) -> dict[str, Symbol]:
-    """The variables of one `follow_waypoints`."""
+    """Return the variables of one `follow_waypoints`."""
     return {name: Symbol(name, Role.VARIABLE, kind, mark) for name, kind in VARIABLES.items()}
 
 
-def following(
+def waypoint_loop(
     start: Step, drive: BehaviourKind, ports: Mapping[str, Value],
     symbols: Mapping[str, Symbol], task: Step | None,
 ) -> FollowWaypoints:  # fmt: skip
-    """The loop, its drive put together from the ports; it stops at the first failure.
+    """Build the loop with its drive; it stops at the first failure.
 
     Args:
         start: the node without its body.
         drive: the behaviour that drives to one pose.
-        ports: `waypoints`, the others if they are given.
+        ports: `waypoints` and the optional ports that are set.
         symbols: from `waypoint_symbols`.
-        task: what is done at each waypoint.
+        task: node to run at each waypoint; None for none.
     """
     driven = Symbol("driven", Role.VARIABLE, ValueType(float, "m"), start.mark)
     given: dict[str, Value] = {"goal": Reference(symbols["waypoint"])}

@@ -1,1 +1,1 @@
-"""Sampling of velocities within the dynamic window."""
+"""Dynamic window approach (DWB): samples velocities within the dynamic window."""

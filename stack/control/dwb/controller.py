@@ -1,9 +1,9 @@
-"""The dynamic window approach: pairs of speeds that can be reached, driven ahead and judged.
+"""Dynamic window controller: samples reachable velocities, simulates them and scores them.
 
 D. Fox, W. Burgard, S. Thrun, "The dynamic window approach to collision avoidance", IEEE Robotics
-and Automation Magazine 4, 1997. As in Nav2's DWB the window is what can be reached within the
-simulated time, and the speeds change towards each sample as fast as the drive allows. What Nav2's
-RotateToGoal critic does, the last turn on the spot, `PathEnds` does for all controllers.
+and Automation Magazine 4, 1997. As in Nav2's DWB the window contains the speeds that are reachable
+within the simulated time, and the speeds change towards each sample as fast as the drive allows.
+`GoalAlignment` does the final turn in place, for which Nav2 has the RotateToGoal critic.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from math import ceil, copysign
 import numpy as np
 
 from stack.components import ControlState
-from stack.control.dwb.critics import Sampling, Speeds, judge
+from stack.control.dwb.critics import Sampling, Speeds, total_cost
 from stack.control.dwb.parameters import DwbParameters
 from stack.control.path_controller import PathController
 from stack.control.path_progress import PathProgress
@@ -24,27 +24,27 @@ from stack.drivetrain.description import DriveKind, RobotDescription
 from stack.types import FloatArray, Pose2D, Twist, wrap_angle
 
 SPACING = 0.05
-"""Metres between the path points that the critics look at."""
+"""Metres between the path points that the critics use."""
 
 CREEP = 0.08
-"""m/s that are allowed however near the goal is."""
+"""Speed in m/s that is always allowed near the goal."""
 
 SHORTER = (1.0, 0.5, 0.25)
-"""Shares of speed and simulated time tried in turn while nothing is clear."""
+"""Factors on speed and simulated time, tried in turn while no sample is clear."""
 
 CAR_ALIGNMENT = 4.0
-"""How much more a car's alignment with the path counts: it cannot mend it where it stands."""
+"""Factor on the path alignment weight of a car, which cannot align by turning in place."""
 
 LEAST_STEPS = 5
-"""Steps simulated at least."""
+"""Minimum number of simulated steps."""
 
 LEAST_SPEED = 0.01
-"""m/s and rad/s below which a command has no direction."""
+"""Speed in m/s and rad/s below which a command has no direction."""
 
 
 @dataclass
 class _Direction:
-    """A direction that was taken, and where: it is kept until the robot has moved on."""
+    """A driving direction and the pose at which it was chosen; kept until the robot has moved."""
 
     forward: float = 0.0
     turn: float = 0.0
@@ -52,7 +52,7 @@ class _Direction:
 
 
 class Dwb(PathController[DwbParameters]):
-    """Follows a path by trying the speeds within the dynamic window (DWA)."""
+    """Dynamic window controller (DWB): samples the speeds within the dynamic window."""
 
     Parameters = DwbParameters
 
@@ -60,58 +60,58 @@ class Dwb(PathController[DwbParameters]):
         super().__init__(parameters, robot, period)
         self._direction = _Direction()
 
-    def _along(self, track: PathProgress, state: ControlState) -> Twist | None:
-        """The best speeds; slower and less far ahead, then a turn to the path, if none will do."""
-        turn = self._ends.realigned(state) if self._ends.held else None
+    def _follow(self, progress: PathProgress, state: ControlState) -> Twist | None:
+        """The best speeds; if none is clear, slower ones over less time, then a turn in place."""
+        turn = self._alignment.realigned(state) if self._alignment.held else None
         if turn is not None:
             return turn
         for share in SHORTER:
-            twist = self._best(track, state, share)
+            twist = self._best(progress, state, share)
             if twist is not None:
                 self._note_direction(state.pose, twist)
                 return twist
         self._local_plan, self._direction = None, _Direction()
-        return self._ends.realigned(state)
+        return self._alignment.realigned(state)
 
-    def _best(self, track: PathProgress, state: ControlState, share: float) -> Twist | None:
-        """The best of the speeds that collide with nothing; None when all do, or it is to stand."""
-        last = self._ends.last
+    def _best(self, progress: PathProgress, state: ControlState, share: float) -> Twist | None:
+        """The best collision-free sample; None when there is none or the best one is standstill."""
+        last = self._alignment.last
         p, top = self._before_goal(state, share)
         speeds = window(p, self._robot, last, top)
         speeds = speeds.of(self._not_oscillating(state.pose, speeds))
         poses = drive(p, self._robot, state.pose, last, speeds)
         reach = top * p.simulation_time + p.forward_point
         sampling = Sampling(
-            speeds, poses, track.sampled(reach, SPACING),
-            track.sampled(reach, SPACING, beyond=True), SPACING, state.costs,
-            near_goal=track.remaining <= p.forward_point and not self._robot.turning_radius,
+            speeds, poses, progress.sampled(reach, SPACING),
+            progress.sampled(reach, SPACING, beyond=True), SPACING, state.costs,
+            near_goal=progress.remaining <= p.forward_point and not self._robot.turning_radius,
         )  # fmt: skip
-        scores = judge(sampling, p)
+        scores = total_cost(sampling, p)
         scores[self._swept.clear_poses(state.costs, state.pose, poses) < poses.shape[1]] = np.inf
         best = int(np.argmin(scores))
         twist = speeds.twist(best)
         if not np.isfinite(scores[best]) or max(map(abs, astuple(twist))) < LEAST_SPEED:
             return None
         self._local_plan = poses[best]
-        return self._ends.ramped(twist)
+        return self._alignment.ramped(twist)
 
     def _before_goal(self, state: ControlState, share: float) -> tuple[DwbParameters, float]:
-        """The parameters with a simulated time that ends about at the goal, and the top speed.
+        """The parameters with a simulated time that ends near the goal, and the top speed (m/s).
 
-        A robot whose speeds are all driven far beyond the goal would creep towards it.
+        If all samples were simulated far beyond the goal, the robot would creep towards it.
         """
         p, limits = self.parameters, self._robot.limits
-        way = self._ends.way_left(state)
+        left = self._alignment.distance_left(state)
         brake = p.brake_share * limits.linear_deceleration
         cruise = share * min(p.cruise_speed, limits.linear_speed)
-        top = min(cruise, max(stopping_speed(way, brake, p.response_time + self._period), CREEP))
-        steps = ceil(1.5 * way / (top * p.simulation_step))
+        top = min(cruise, max(stopping_speed(left, brake, p.response_time + self._period), CREEP))
+        steps = ceil(1.5 * left / (top * p.simulation_step))
         time = min(share * p.simulation_time, max(LEAST_STEPS, steps) * p.simulation_step)
         align = p.path_align_weight * (CAR_ALIGNMENT if self._robot.turning_radius else 1.0)
         return replace(p, simulation_time=time, path_align_weight=align), top
 
     def _not_oscillating(self, pose: Pose2D, speeds: Speeds) -> BoolArray:
-        """Which samples do not reverse a direction that was taken a moment ago (Oscillation)."""
+        """Which samples do not reverse a recently chosen direction (Nav2's Oscillation critic)."""
         taken, p = self._direction, self.parameters
         keep = np.ones(len(speeds.linear), dtype=bool)
         if taken.pose is None:
@@ -127,7 +127,7 @@ class Dwb(PathController[DwbParameters]):
         return keep
 
     def _note_direction(self, pose: Pose2D, twist: Twist) -> None:
-        """Remember a direction of travel; of turning only while the robot hardly drives."""
+        """Remember the driving direction; the turning direction counts only without driving."""
         if self._direction.pose is not None:
             return
         forward = copysign(1.0, twist.linear) if abs(twist.linear) > LEAST_SPEED else 0.0
@@ -137,15 +137,16 @@ class Dwb(PathController[DwbParameters]):
 
 
 def window(p: DwbParameters, robot: RobotDescription, last: Twist, top: float) -> Speeds:
-    """Speeds that can be reached within the simulated time.
+    """Sample the speeds that are reachable within the simulated time.
 
-    Sideways ones for omnidirectional robots only; for cars turning speeds on arcs that they steer.
+    Lateral speeds are sampled for omnidirectional robots only. The turning speeds of a car are
+    limited by its turning radius.
 
     Args:
-        p: samples, speeds and the simulated time.
-        robot: its limits and its drive.
-        last: driven now.
-        top: m/s forward at most.
+        p: number of samples, speeds and the simulated time.
+        robot: gives limits and drive.
+        last: current velocity.
+        top: top forward speed, m/s.
     """
     time, limits = p.simulation_time, robot.limits
     back = min(p.reverse_speed, limits.reverse_speed)
@@ -171,7 +172,7 @@ def window(p: DwbParameters, robot: RobotDescription, last: Twist, top: float) -
 
 
 def _samples(count: int, limits: tuple[float, float], reach: tuple[float, float]) -> FloatArray:
-    """Evenly spaced speeds within limits and reach, and 0."""
+    """Return evenly spaced speeds within limits and reach, and 0."""
     low, high = max(limits[0], reach[0]), min(limits[1], reach[1])
     return np.union1d(np.linspace(low, max(low, high), count), [0.0])
 
@@ -179,14 +180,14 @@ def _samples(count: int, limits: tuple[float, float], reach: tuple[float, float]
 def drive(
     p: DwbParameters, robot: RobotDescription, pose: Pose2D, last: Twist, wanted: Speeds
 ) -> FloatArray:
-    """Where speeds lead, from the speeds driven now.
+    """Simulate the motion towards wanted speeds.
 
     Args:
         p: time and step of the simulation.
-        robot: its limits and its drive.
-        pose: now, map frame.
-        last: driven now.
-        wanted: in the end.
+        robot: gives limits and drive.
+        pose: current pose, map frame.
+        last: current velocity.
+        wanted: final speeds of the n samples.
 
     Returns:
         (n, k, 3) poses in the map frame.
@@ -214,7 +215,7 @@ def drive(
 def _approach(
     now: float, wanted: FloatArray, times: FloatArray, rates: tuple[float, float]
 ) -> FloatArray:
-    """(n, k) speeds on the way to the wanted ones (n,), rising and falling at the given rates."""
+    """(n, k) speeds that change towards the wanted ones (n,) at the rates (rise, fall)."""
     rises = np.abs(wanted) > abs(now)
     most = np.where(rises, rates[0], rates[1])[:, None] * times
     return now + np.clip(wanted[:, None] - now, -most, most)

@@ -1,8 +1,8 @@
-"""The critics: what makes one pair of speeds better than another.
+"""Critics of the dynamic window controller: each gives every velocity sample a cost.
 
-Each is a function from a `Sampling` and the parameters to (n,) costs, to be multiplied by its
-weight. They follow the critics of Nav2's DWB controller; distances are metres to the polyline of
-the path where Nav2 counts cells of a wave front.
+A critic is a function from a `Sampling` and the parameters to (n,) costs, which are multiplied by
+its weight. They follow the critics of Nav2's DWB controller; distances are metres to the polyline
+of the path, where Nav2 counts cells of a wavefront.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ from stack.types import CostGrid, FloatArray, Twist
 HIGHEST_PASSABLE, LETHAL = 252, 254
 
 PLACES = 4
-"""Steps from one place on a motion to the next whose distance to the path counts."""
+"""Number of steps between the poses whose distance to the path counts."""
 
 CREEPING = 0.1
-"""m/s below which a turn counts as twisting on the spot."""
+"""Speed in m/s below which a turn counts as a turn in place."""
 
 
 @dataclass(frozen=True, slots=True)
 class Speeds:
-    """Speeds tried.
+    """Velocity samples.
 
     Attributes:
         linear: (n,) forward, m/s.
@@ -40,27 +40,27 @@ class Speeds:
     lateral: FloatArray
 
     def of(self, keep: BoolArray) -> Speeds:
-        """Those of them that are marked (n,)."""
+        """Return the samples selected by a mask (n,)."""
         return Speeds(self.linear[keep], self.angular[keep], self.lateral[keep])
 
     def twist(self, index: int) -> Twist:
-        """One of them."""
+        """Return one sample."""
         return Twist(*(float(axis[index]) for axis in (self.linear, self.angular, self.lateral)))
 
 
 @dataclass(frozen=True, slots=True)
 class Sampling:
-    """What was tried and what there is.
+    """The samples and the data that the critics use.
 
     Attributes:
-        speeds: in the end.
+        speeds: final speeds of the samples.
         poses: (n, k, 3) x, y, heading, map frame.
         path: (m, 2) points of the path ahead up to the goal, evenly spaced, map frame.
-        onward: (l, 2) likewise, and farther, straight on beyond the goal.
-        spacing: metres between them.
+        onward: (l, 2) the same, extended straight beyond the goal.
+        spacing: metres between the points.
         costs: the local costmap.
-        near_goal: the goal is within reach: its position counts, not the way on, and costs round it
-            have to be borne. Never for a car: how it arrives is its heading there.
+        near_goal: the goal is within reach: only its position counts, not the path beyond it or
+            the costs around it. Never for a car: its final heading depends on how it arrives.
     """
 
     speeds: Speeds
@@ -72,13 +72,13 @@ class Sampling:
     near_goal: bool
 
     def ends(self, forward: float = 0.0) -> FloatArray:
-        """(n, 2) where each motion ends, or a point so many metres before the robot then."""
+        """(n, 2) end points of the motions, or points `forward` metres ahead of the robot there."""
         last = self.poses[:, -1]
         return last[:, :2] + forward * np.column_stack([np.cos(last[:, 2]), np.sin(last[:, 2])])
 
 
 def to_path(path: FloatArray, spacing: float, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Distance of points (n, 2) to a path (m, 2), and the way left on it from there, both (n,)."""
+    """Distance of points (n, 2) to a path (m, 2), and remaining path from there; both (n,), m."""
     squares = np.square(points[:, None, 0] - path[:, 0])
     squares += np.square(points[:, None, 1] - path[:, 1])
     nearest = np.argmin(squares, axis=1)
@@ -87,7 +87,7 @@ def to_path(path: FloatArray, spacing: float, points: FloatArray) -> tuple[Float
 
 
 def path_distance(sampling: Sampling, p: DwbParameters) -> FloatArray:
-    """Mean distance to the path: at the end alone (Nav2's default) it would cut corners."""
+    """Mean distance to the path; the end alone (Nav2's default) would let the robot cut corners."""
     places = sampling.poses[:, ::-PLACES, :2]
     distance, _ = to_path(sampling.path, sampling.spacing, places.reshape(-1, 2))
     mean: FloatArray = distance.reshape(places.shape[:2]).mean(axis=1)
@@ -95,7 +95,7 @@ def path_distance(sampling: Sampling, p: DwbParameters) -> FloatArray:
 
 
 def goal_distance(sampling: Sampling, p: DwbParameters) -> FloatArray:
-    """How much of the path ahead a motion leaves; near the goal the distance to it."""
+    """Remaining path after a motion, metres; near the goal the distance to the goal."""
     if sampling.near_goal:
         offset = sampling.ends() - sampling.path[-1]
         away: FloatArray = np.hypot(offset[:, 0], offset[:, 1])
@@ -105,19 +105,19 @@ def goal_distance(sampling: Sampling, p: DwbParameters) -> FloatArray:
 
 
 def path_align(sampling: Sampling, p: DwbParameters) -> FloatArray:
-    """How far from the path a point before the robot ends: turns the robot along it."""
+    """Distance to the path of a point ahead of the robot at the end: aligns it with the path."""
     points = sampling.ends(p.forward_point)
     return to_path(sampling.onward, sampling.spacing, points)[0]
 
 
 def goal_align(sampling: Sampling, p: DwbParameters) -> FloatArray:
-    """How much of the path a point before the robot leaves: turns the robot onward."""
+    """Remaining path from a point ahead of the robot at the end: turns it along the path."""
     points = sampling.ends(p.forward_point)
     return to_path(sampling.onward, sampling.spacing, points)[1]
 
 
 def obstacle(sampling: Sampling, p: DwbParameters) -> FloatArray:
-    """The highest passable cost under the base on the way, as a share of 252."""
+    """Highest passable cost under the base during the motion, as a share of 252."""
     costs, poses = sampling.costs, sampling.poses
     columns, rows = (
         np.floor((poses[..., k] - costs.origin[k]) / costs.resolution).astype(int) for k in (0, 1)
@@ -131,7 +131,7 @@ def obstacle(sampling: Sampling, p: DwbParameters) -> FloatArray:
 
 
 def prefer_forward(sampling: Sampling, p: DwbParameters) -> FloatArray:
-    """1 for driving backward, and up to 1 for turning on the spot."""
+    """1 for driving backward, up to 1 for turning in place."""
     speeds = sampling.speeds
     slow = np.clip(1.0 - np.hypot(speeds.linear, speeds.lateral) / CREEPING, 0.0, 1.0)
     twist = np.abs(speeds.angular) / p.turn_speed
@@ -139,7 +139,7 @@ def prefer_forward(sampling: Sampling, p: DwbParameters) -> FloatArray:
 
 
 def twirling(sampling: Sampling, p: DwbParameters) -> FloatArray:
-    """The turning speed."""
+    """Absolute turning speed, rad/s."""
     return np.abs(sampling.speeds.angular)
 
 
@@ -157,11 +157,11 @@ CRITICS: dict[str, Critic] = {
 
 
 FAR_FROM_GOAL = frozenset({"path_distance", "path_align", "goal_align", "obstacle"})
-"""Critics that are left out near the goal."""
+"""Critics that are not used near the goal."""
 
 
-def judge(sampling: Sampling, p: DwbParameters) -> FloatArray:
-    """(n,) the weighted sum of all critics."""
+def total_cost(sampling: Sampling, p: DwbParameters) -> FloatArray:
+    """Return the weighted sum of all critics, (n,)."""
     total = np.zeros(len(sampling.poses))
     for name, critic in CRITICS.items():
         weight = getattr(p, f"{name}_weight")

@@ -1,1 +1,1 @@
-"""Model-predictive path integral control."""
+"""Model predictive path integral (MPPI) control."""

@@ -1,4 +1,4 @@
-"""Model-predictive path integral control: thousands of short futures, weighted by their cost."""
+"""MPPI controller: averages thousands of simulated motions, weighted by their cost."""
 
 from __future__ import annotations
 
@@ -10,27 +10,27 @@ import numpy as np
 from stack.components import ControlState
 from stack.control.mppi.optimiser import Optimiser
 from stack.control.mppi.parameters import MppiParameters
-from stack.control.mppi.scene import Array32, LocalPath, Obstacles, Outline, room_beside
+from stack.control.mppi.scene import Array32, LocalPath, Obstacles, Outline, clearance_to
 from stack.control.path_controller import PathController
 from stack.control.path_progress import PathProgress
 from stack.drivetrain.description import RobotDescription
 from stack.types import FloatArray, Twist
 
 SLOWER = (1.0, 0.5, 0.25)
-"""Shares of the plan's speeds tried in turn while what it leads to is not clear."""
+"""Factors on the plan's speeds, tried in turn while its motion is not clear."""
 
 STALLED, STALLED_TURN = 0.04, 0.1
-"""A plan that moves less than this (metres, radians) while the robot stands leads nowhere."""
+"""Motion in metres and radians below which the plan of a standing robot counts as stalled."""
 
 AT_REST = 0.2
-"""m/s below which somebody is not on the way to anywhere, and may be waiting for the robot."""
+"""Speed in m/s below which a tracked object counts as standing; it may wait for the robot."""
 
 NEAR_SOMEBODY = 3.0
-"""Metres to a moving thing within which the robot does not stand to turn towards its path."""
+"""Distance in metres to a moving object within which the robot does not stop to turn in place."""
 
 
 class Mppi(PathController[MppiParameters]):
-    """Follows a path by sampling controls and averaging the best (MPPI)."""
+    """MPPI controller: samples control sequences and averages the best."""
 
     Parameters = MppiParameters
     needs_tracks: ClassVar[bool] = True
@@ -40,15 +40,15 @@ class Mppi(PathController[MppiParameters]):
         super().__init__(parameters, robot, period)
 
     def configure(self, parameters: MppiParameters) -> None:
-        """Put other parameters in force; the plan begins anew."""
+        """Apply new parameters and reset the plan."""
         self._optimiser = Optimiser(parameters, self._robot, self._period)
         super().configure(parameters)
 
     def command(self, state: ControlState) -> Twist:
-        """The velocity to drive now.
+        """Compute the velocity command for this step.
 
         Raises:
-            NavigationError: COLLISION_AHEAD when nothing safe could be commanded for `patience`.
+            NavigationError: COLLISION_AHEAD when there was no safe command for `patience`.
         """
         twist = super().command(state)
         self._optimiser.remember(twist)
@@ -59,7 +59,7 @@ class Mppi(PathController[MppiParameters]):
         super()._stand()
 
     def _may_stand_and_turn(self, state: ControlState) -> bool:
-        """Not in the way of somebody, whom the plan leads past."""
+        """Not near a moving object: the plan leads past it."""
         x, y = state.pose.x, state.pose.y
         return not self.parameters.moving_weight or all(
             track.speed < AT_REST
@@ -67,27 +67,27 @@ class Mppi(PathController[MppiParameters]):
             for track in state.tracks
         )
 
-    def _along(self, track: PathProgress, state: ControlState) -> Twist | None:
-        """The first step of the improved plan, or of what of it is safe; None: nothing is."""
+    def _follow(self, progress: PathProgress, state: ControlState) -> Twist | None:
+        """The first step of the improved plan, slower if needed to be safe; None if unsafe."""
         optimiser, p, costs = self._optimiser, self.parameters, state.costs
         reach = optimiser.top_speed * p.steps * p.time_step + p.path_follow_ahead
-        path = LocalPath.of(track, state.pose, costs, reach, p.path_spacing)
+        path = LocalPath.of(progress, state.pose, costs, reach, p.path_spacing)
         body = self._swept.body(costs.resolution)
         around = Obstacles.of(costs, state.pose, body, state.tracks if p.moving_weight else ())
         outline = self._outline_for(costs.resolution)
         optimiser.shift()
-        optimiser.improve(state.pose.heading, self._ends.last, path, around, outline)
+        optimiser.improve(state.pose.heading, self._alignment.last, path, around, outline)
         for share in SLOWER:
             for controls in (optimiser.plan, optimiser.best()):
                 twist = self._if_safe(share * controls, state)
                 if twist is not None:
-                    return None if self._stalled(state) else self._ends.ramped(twist)
+                    return None if self._stalled(state) else self._alignment.ramped(twist)
         self._stand()
         return None
 
     def _if_safe(self, controls: Array32, state: ControlState) -> Twist | None:
-        """The first step of controls, if what they lead to soon is clear."""
-        poses, first = self._optimiser.trajectory(controls, state.pose, self._ends.last)
+        """The first step of a control sequence, if its motion is clear for `time_to_collision`."""
+        poses, first = self._optimiser.trajectory(controls, state.pose, self._alignment.last)
         soon = poses[: self._soon]
         if self._swept.clear_poses(state.costs, state.pose, soon[None])[0] < len(soon):
             return None
@@ -97,21 +97,21 @@ class Mppi(PathController[MppiParameters]):
         return first
 
     def _meets_somebody(self, poses: FloatArray, state: ControlState) -> bool:
-        """Whether poses one time step apart run into anybody who keeps his velocity."""
+        """Whether poses one time step apart collide with an object that keeps its velocity."""
         p, outline = self.parameters, self._outline_for(state.costs.resolution)
         times = p.time_step * np.arange(1.0, len(poses) + 1.0)
-        rooms = [room_beside(outline, poses, times, track) for track in state.tracks]
+        rooms = [clearance_to(outline, poses, times, track) for track in state.tracks]
         return bool(p.moving_weight) and any(room[0] >= 0.0 > room.min() for room in rooms)
 
     @property
     def _soon(self) -> int:
-        """Steps of a plan that have to be clear."""
+        """Number of steps of a plan that must be clear."""
         return ceil(self.parameters.time_to_collision / self.parameters.time_step)
 
     def _stalled(self, state: ControlState) -> bool:
-        """Whether the robot stands and its plan leads nowhere soon: something holds it up.
+        """Whether the robot stands and its plan does not move it within `time_to_collision`.
 
-        What it means to do later does not count: it would put that off for ever.
+        Later motion does not count: the robot could postpone it for ever.
         """
         if self._local_plan is None or hypot(state.twist.linear, state.twist.lateral) > STALLED:
             return False

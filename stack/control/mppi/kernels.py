@@ -1,8 +1,8 @@
-"""Compiled inner loops of MPPI: sampling, motion models, the weighted mean.
+"""Compiled loops of MPPI: sampling, motion models, weighted mean.
 
 Arrays are float32 and laid out (steps, batch), so that the inner loops run over neighbouring
-rollouts and compile to vector instructions. Positions are in axes parallel to the map's, with the
-robot at the origin: single precision then resolves micrometres anywhere on a map.
+rollouts and compile to vector instructions. Positions are in axes parallel to those of the map
+frame, with the robot at the origin: float32 then resolves micrometres anywhere on a map.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ ONE_120TH, ONE_720TH = np.float32(1.0 / 120.0), np.float32(1.0 / 720.0)
 def sample(
     plan: Array32, noise: Array32, begins: NDArray[np.int64], scales: Array32, controls: Array32
 ) -> None:  # fmt: skip
-    """Controls to try: the plan with noise.
+    """Sample controls: the plan plus noise.
 
     Args:
-        plan: (axes, steps) speeds forward, turning and (omni) sideways.
+        plan: (axes, steps) forward, turning and (omni) lateral speeds.
         noise: (axes, steps, n) table of noise, n >= batch.
-        begins: (axes,) first column of the table to use, by axis.
-        scales: (batch,) by which the noise is multiplied.
+        begins: (axes,) first column of the table to use, per axis.
+        scales: (batch,) factors on the noise.
         controls: (axes, steps, batch), written.
     """
     axes, steps, batch = controls.shape
@@ -47,15 +47,15 @@ def pursue(
     path: Array32, start: Array32, bounds: Array32, speed: float, lookahead: float,
     column: int, controls: Array32,
 ) -> None:  # fmt: skip
-    """Controls of a pure pursuit of the path (Coulter 1992), into one column.
+    """Write the controls of a pure pursuit of the path (Coulter 1992) into one column.
 
     Args:
         path: (n, 2) points, the robot at the origin.
         start: (5,) as for `roll_out`.
         bounds: (10,) as for `roll_out`.
-        speed: m/s to drive at.
-        lookahead: metres.
-        column: of the controls.
+        speed: to drive at, m/s.
+        lookahead: lookahead distance, metres.
+        column: index of the column in the controls.
         controls: (axes, steps, batch), written.
     """
     axes, steps, _ = controls.shape
@@ -94,17 +94,17 @@ def roll_out(
     controls: Array32, start: Array32, bounds: Array32, velocities: Array32, poses: Array32,
     excess: Array32,
 ) -> None:  # fmt: skip
-    """Drive all controls through the motion model.
+    """Simulate all controls with the motion model.
 
     Args:
         controls: (axes, steps, batch).
-        start: (5,) speed forward, turning, sideways; cosine and sine of the heading.
-        bounds: (10,) top speed forward and backward (both positive), turning, sideways; the most
-            that speed may rise, fall, turning speed change in a step; 1 / smallest turning radius
-            (0: turns in place); length of a step; heading.
-        velocities: (axes, steps, batch), written: what the drive makes of the controls.
+        start: (5,) forward, turning and lateral speed; cosine and sine of the heading.
+        bounds: (10,) top speeds forward and backward (both positive), turning, lateral; largest
+            rise and fall of the speed and change of the turning speed per step; 1 / minimum
+            turning radius (0: turns in place); length of a step (s); heading.
+        velocities: (axes, steps, batch), written: the speeds within the limits of the drive.
         poses: (5, steps, batch), written: x, y, heading, cosine and sine of the heading.
-        excess: (batch,), written: how far the controls were beyond the bounds, summed over steps.
+        excess: (batch,), written: sum over the steps of the controls' excess over the bounds.
     """
     axes, steps, batch = controls.shape
     top, back, fastest, sideways = bounds[0], bounds[1], bounds[2], bounds[3]
@@ -164,7 +164,7 @@ def roll_out(
 
 @njit(cache=True, nogil=True)
 def weighted_mean(controls: Array32, costs: Array32, temperature: float, plan: Array32) -> None:
-    """Replace the plan by the mean of the controls, weighted by exp(-cost / temperature).
+    """Set the plan to the mean of the controls, weighted by exp(-cost / temperature).
 
     Args:
         controls: (axes, steps, batch).

@@ -1,4 +1,4 @@
-"""A table of noise drawn once: a new draw costs an offset, not a hundred thousand normals."""
+"""Precomputed table of noise: a draw is an offset into it instead of 100 000 normal samples."""
 
 from __future__ import annotations
 
@@ -10,23 +10,23 @@ from stack.streams import stream
 Array32 = NDArray[np.float32]
 
 TABLE_LENGTH = 4
-"""Columns of the table over the batch."""
+"""Number of columns of the table, in batches."""
 
 CALM_SHARE, CALMEST = 0.4, 0.03
-"""Share of the rollouts with less noise, and the share of it that the calmest have."""
+"""Share of the rollouts with reduced noise, and the smallest factor on it."""
 
 
 class NoiseTable:
-    """Normal noise, correlated over the steps of a rollout, for any number of commands.
+    """Normal noise, correlated over the steps of a rollout.
 
-    Each column is one rollout's noise for one axis, a stationary first-order autoregressive
-    sequence. A command takes `batch` neighbouring columns from a random place, another for each
-    axis, so that the pairs are new although the columns are not.
+    Each column is the noise of one rollout and one axis, a stationary first-order autoregressive
+    sequence. A command uses `batch` neighbouring columns from a random offset, a different one per
+    axis, so that the combinations are new although the columns repeat.
 
     Attributes:
         values: (axes, steps, columns) float32.
-        scales: (batch,) float32 by which a draw is multiplied: some rollouts are calm, so that
-            they keep to a plan through a narrow place where lively ones all collide.
+        scales: (batch,) float32 factors on a draw: rollouts with little noise keep to a plan
+            through a narrow passage, where those with full noise all collide.
     """
 
     def __init__(self, batch: int, steps: int, correlation: float, deviations: list[float]) -> None:
@@ -34,9 +34,9 @@ class NoiseTable:
 
         Args:
             batch: rollouts per command.
-            steps: of a rollout.
+            steps: steps per rollout.
             correlation: of neighbouring steps, in [0, 1).
-            deviations: standard deviation of each axis.
+            deviations: standard deviation per axis, m/s or rad/s.
         """
         self._correlation, self._deviations = correlation, np.array(deviations)
         self._random = stream(0, "mppi noise")
@@ -53,11 +53,11 @@ class NoiseTable:
         self.scales[: len(calm)] = calm
 
     def begins(self) -> NDArray[np.int64]:
-        """(axes,) first columns of the next draw."""
+        """Return the (axes,) first columns of the next draw."""
         return self._random.integers(0, self._last + 1, len(self.values))
 
     def pull(self, plan: Array32) -> Array32:
-        """The plan times the inverse covariance of the noise, (axes, steps) both.
+        """Return the plan times the inverse covariance of the noise; both (axes, steps).
 
         The inverse covariance of a first-order autoregressive sequence is tridiagonal.
         """

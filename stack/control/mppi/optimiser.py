@@ -1,4 +1,4 @@
-"""The optimisation of MPPI: sample around the last plan, drive, judge, average."""
+"""MPPI optimiser: sample around the last plan, simulate, score, average."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from math import cos, sin
 
 import numpy as np
 
-from stack.control.mppi.critics.critics import CRITICS, Judgement, look_around
+from stack.control.mppi.critics.critics import CRITICS, CriticData, evaluate_obstacles
 from stack.control.mppi.noise import NoiseTable
 from stack.control.mppi.parameters import MppiParameters
 from stack.control.mppi.scene import Array32, LocalPath, Obstacles, Outline, Rollouts
@@ -14,17 +14,17 @@ from stack.drivetrain.description import DriveKind, RobotDescription
 from stack.types import FloatArray, Pose2D, Twist
 
 HISTORY = 4
-"""Half the window of the smoothing filter: how many past commands it looks at."""
+"""Half window of the smoothing filter: the number of past commands that it uses."""
 
 PURSUITS = tuple((speed, ahead) for speed in (1.0, 0.7, 0.4, 0.2) for ahead in (0.6, 0.3, 0.15))
-"""Shares of the top speed and lookahead distances (metres) of the path pursuits tried."""
+"""Factors on the top speed, and lookahead distances in metres, of the added path pursuits."""
 
 DODGES = tuple((speed, turn) for speed in (1.0, 0.5) for turn in (-1.4, -0.7, 0.7, 1.4))
-"""Shares of the top speed and angles (radians) of the dodges tried while something moves."""
+"""Factors on the top speed, and angles in radians, of the evasive motions added near people."""
 
 
 def savitzky_golay(half: int, order: int) -> FloatArray:
-    """(2 half + 1,) weights of the least-squares polynomial's value in the middle of a window.
+    """Return the (2 half + 1,) weights of a Savitzky-Golay filter at the centre of its window.
 
     A. Savitzky, M. J. E. Golay, "Smoothing and Differentiation of Data by Simplified Least Squares
     Procedures", Analytical Chemistry 36, 1964.
@@ -35,13 +35,13 @@ def savitzky_golay(half: int, order: int) -> FloatArray:
 
 
 class Optimiser:
-    """Keeps a plan, a sequence of controls, and makes it better step by step.
+    """Holds a plan, a sequence of controls, and improves it in each control step.
 
     Williams, Drews, Goldfain, Rehg, Theodorou, "Information-theoretic model predictive control",
     ICRA 2017, and IEEE Transactions on Robotics 34, 2018.
 
     Attributes:
-        plan: (axes, steps) float32: speeds forward, turning and, omni only, sideways.
+        plan: (axes, steps) float32: forward, turning and (omni only) lateral speeds.
     """
 
     def __init__(self, parameters: MppiParameters, robot: RobotDescription, period: float) -> None:
@@ -63,16 +63,16 @@ class Optimiser:
 
     @property
     def top_speed(self) -> float:
-        """m/s forward at most."""
+        """Top forward speed, m/s."""
         return float(self._bounds[0])
 
     def reset(self) -> None:
-        """Forget the plan: stand."""
+        """Reset the plan to standstill."""
         self.plan[:] = 0.0
         self._past[:] = 0.0
 
     def shift(self) -> None:
-        """Let one control period pass: the plan begins that much later, its end is held."""
+        """Shift the plan by one control period; its last controls are held."""
         times = np.arange(self.parameters.steps) + self._period / self.parameters.time_step
         places = np.arange(self.parameters.steps)
         for axis in self.plan:
@@ -81,13 +81,13 @@ class Optimiser:
     def improve(
         self, heading: float, twist: Twist, path: LocalPath, obstacles: Obstacles, body: Outline
     ) -> None:
-        """Replace the plan by a better one.
+        """Improve the plan by sampling.
 
         Args:
-            heading: of the robot, map frame.
-            twist: driven now.
+            heading: of the robot, map frame, radians.
+            twist: current velocity.
             path: to follow.
-            obstacles: to keep clear of.
+            obstacles: to avoid.
             body: the robot's outline.
         """
         rollouts, kernels, p = self._rollouts, self._critic_kernels, self.parameters
@@ -96,34 +96,34 @@ class Optimiser:
             if len(obstacles.moving):
                 self._dodge(rollouts.controls)
             self._drive(rollouts, heading, twist)
-            look_around(kernels, p, rollouts, obstacles, body)
+            evaluate_obstacles(kernels, p, rollouts, obstacles, body)
             furthest = kernels.furthest_reached(
                 rollouts.poses, rollouts.hits, path.points, rollouts.nearest
             )
-            judgement = Judgement(
+            critic_data = CriticData(
                 kernels, p, path, self.plan, self._noise.pull(self.plan), heading, int(furthest),
                 self._drive_kind, moving=len(obstacles.moving) > 0,
             )  # fmt: skip
             rollouts.costs[:] = 0.0
             for critic in CRITICS:
-                critic(judgement, rollouts)
+                critic(critic_data, rollouts)
             self._kernels.weighted_mean(rollouts.controls, rollouts.costs, p.temperature, self.plan)
         self._smooth()
 
     def best(self) -> Array32:
-        """(axes, steps) the controls of the best rollout of the last improvement."""
+        """Return the controls of the best rollout of the last `improve`, (axes, steps)."""
         return self._rollouts.controls[:, :, int(np.argmin(self._rollouts.costs))]
 
     def trajectory(self, controls: Array32, pose: Pose2D, twist: Twist) -> tuple[FloatArray, Twist]:
-        """Where controls lead.
+        """Simulate one control sequence.
 
         Args:
             controls: (axes, steps).
-            pose: now, map frame.
-            twist: driven now.
+            pose: current pose, map frame.
+            twist: current velocity.
 
         Returns:
-            (steps, 3) poses in the map frame, and the velocity that the first step reaches.
+            (steps, 3) poses in the map frame, and the velocity after the first step.
         """
         single = self._single
         single.controls[:, :, 0] = controls
@@ -134,12 +134,12 @@ class Optimiser:
         return poses, Twist(*first)
 
     def remember(self, twist: Twist) -> None:
-        """A command was given: the smoothing filter looks back at it."""
-        given = (twist.linear, twist.angular, twist.lateral)[: self._axes]
-        self._past = np.column_stack([self._past[:, 1:], given])
+        """Store a command for the smoothing filter."""
+        command = (twist.linear, twist.angular, twist.lateral)[: self._axes]
+        self._past = np.column_stack([self._past[:, 1:], command])
 
     def _sample(self, controls: Array32, heading: float, twist: Twist, path: LocalPath) -> None:
-        """Fill the controls: what is worth trying in any case, and noise round the plan.
+        """Sample the controls: the plan with noise, and a few fixed candidates.
 
         E. Trevisan, J. Alonso-Mora, "Biased-MPPI: Informing sampling-based model predictive control
         by fusing ancillary controllers", IEEE Robotics and Automation Letters 9, 2024.
@@ -156,10 +156,10 @@ class Optimiser:
             )
 
     def _dodge(self, controls: Array32) -> None:
-        """Turns aside and straight on; noise round a plan that stops hardly finds these.
+        """Add evasive motions: a turn, then straight on.
 
-        Among people who walk on, a robot that sees only the choice between driving into them and
-        waiting for them freezes (Trautman and Krause, "Unfreezing the robot", IROS 2010).
+        Noise around a plan that stops rarely finds them. Among moving people, a robot that can only
+        collide or wait freezes (Trautman and Krause, "Unfreezing the robot", IROS 2010).
         """
         step, fastest = self.parameters.time_step, float(self._bounds[2])
         first = 5 + len(PURSUITS)
@@ -181,20 +181,20 @@ class Optimiser:
         )  # fmt: skip
 
     def _smooth(self) -> None:
-        """Savitzky-Golay over the plan, with the past commands before it and its end after it."""
+        """Smooth the plan (Savitzky-Golay), padded with past commands and its last controls."""
         for axis, past, top in zip(self.plan, self._past, self._tops(), strict=True):
             padded = np.concatenate([past, axis, np.repeat(axis[-1:], HISTORY)])
             axis[:] = np.convolve(padded, self._filter, "valid")
             np.clip(axis, -top[0], top[1], out=axis)
 
     def _tops(self) -> list[tuple[float, float]]:
-        """Greatest speeds backward and forward of each axis."""
+        """Top speeds backward and forward of each axis."""
         top, back, fastest, sideways = (float(bound) for bound in self._bounds[:4])
         return [(back, top), (fastest, fastest), (sideways, sideways)][: self._axes]
 
 
 def bounds(p: MppiParameters, robot: RobotDescription) -> Array32:
-    """(10,) what the motion model is bounded by, as `kernels.roll_out` reads it."""
+    """Return the bounds of the motion model, (10,), in the order of `kernels.roll_out`."""
     step, limits, radius = p.time_step, robot.limits, robot.turning_radius
     return np.array(
         [

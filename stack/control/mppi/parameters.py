@@ -1,123 +1,135 @@
-"""Settings of the model-predictive path integral controller."""
+"""Parameters of the model predictive path integral (MPPI) controller."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from stack.control.goal_alignment import EndsParameters
+from stack.control.goal_alignment import GoalAlignmentParameters
 from stack.parameters import parameter
 
 
 @dataclass(frozen=True)
-class MppiParameters(EndsParameters):
-    """Settings of `Mppi`. How the robot can move is the robot's own; the critics follow Nav2's.
+class MppiParameters(GoalAlignmentParameters):
+    """Parameters of `Mppi`. The motion model follows the robot; the critics follow Nav2's.
 
-    A critic's cost is (weight × term) ** power; a weight of 0 leaves the critic out.
+    A critic's cost is (weight × term) ** power; a weight of 0 turns the critic off.
     """
 
     reverse_speed: float = parameter(
-        0.2, "m/s", at_least=0.0, help="top speed backward; 0 never reverses"
+        0.2, "m/s", at_least=0.0, help="top speed backward; 0: never reverse"
     )
-    lateral_speed: float = parameter(0.5, "m/s", above=0.0, help="omni only: top speed sideways")
+    lateral_speed: float = parameter(0.5, "m/s", above=0.0, help="omni only: top lateral speed")
     batch: int = parameter(2000, at_least=16, at_most=20000, help="rollouts per command")
     steps: int = parameter(56, at_least=8, at_most=400, help="steps of a rollout")
     time_step: float = parameter(0.05, "s", above=0.0, at_most=0.5, help="length of a step")
     iterations: int = parameter(1, at_least=1, at_most=10, help="optimisations per command")
     temperature: float = parameter(
-        0.3, above=0.0, help="low follows the best rollouts only, high averages more of them"
+        0.3, above=0.0, help="low values follow the best rollouts, high values average more of them"
     )
     gamma: float = parameter(
-        0.015, at_least=0.0, help="price of noise against the last plan: smooth against lively"
+        0.015, at_least=0.0, help="cost of deviations from the last plan: higher is smoother"
     )
     linear_deviation: float = parameter(
-        0.2, "m/s", above=0.0, help="standard deviation of the forward speeds tried"
+        0.2, "m/s", above=0.0, help="standard deviation of the sampled forward speeds"
     )
     lateral_deviation: float = parameter(
-        0.2, "m/s", above=0.0, help="omni only: of the sideways speeds tried"
+        0.2, "m/s", above=0.0, help="omni only: standard deviation of the sampled lateral speeds"
     )
     angular_deviation: float = parameter(
-        0.4, "rad/s", above=0.0, help="standard deviation of the turning speeds tried"
+        0.4, "rad/s", above=0.0, help="standard deviation of the sampled turning speeds"
     )
     noise_correlation: float = parameter(
         0.8, at_least=0.0, at_most=0.99,
-        help="how much of a step's noise carries over to the next; 0 is white noise",
+        help="correlation of the noise of neighbouring steps; 0: white noise",
     )  # fmt: skip
     path_spacing: float = parameter(
-        0.05, "m", at_least=0.01, at_most=0.5, help="between the path points that critics look at"
+        0.05, "m", at_least=0.01, at_most=0.5, help="spacing of the path points used by critics"
     )
 
-    constraint_weight: float = parameter(4.0, at_least=0.0, help="commands beyond the limits")
-    constraint_power: int = parameter(1, at_least=1, at_most=4, help="of the constraint critic")
-    cost_weight: float = parameter(3.8, at_least=0.0, help="costmap cost under the base")
-    cost_power: int = parameter(1, at_least=1, at_most=4, help="of the cost critic")
+    constraint_weight: float = parameter(
+        4.0, at_least=0.0, help="weight of commands beyond the limits"
+    )
+    constraint_power: int = parameter(1, at_least=1, at_most=4, help="power of this critic")
+    cost_weight: float = parameter(
+        3.8, at_least=0.0, help="weight of the costmap cost under the base"
+    )
+    cost_power: int = parameter(1, at_least=1, at_most=4, help="power of this critic")
     collision_cost: float = parameter(
-        100.0, above=0.0, help="an immediate collision of the footprint; late ones a fifth of it"
+        100.0, above=0.0, help="cost of an immediate collision; a fifth at the end of the horizon"
     )
     obstacles_weight: float = parameter(
-        30.0, at_least=0.0, help="repulsion by obstacles nearer than `obstacles_margin`"
+        30.0, at_least=0.0, help="weight of obstacles nearer than obstacles_margin"
     )
     obstacles_critical_weight: float = parameter(
-        60.0, at_least=0.0, help="repulsion by obstacles nearer than `critical_margin`"
+        60.0, at_least=0.0, help="weight of obstacles nearer than critical_margin"
     )
-    obstacles_power: int = parameter(1, at_least=1, at_most=4, help="of the obstacles critic")
+    obstacles_power: int = parameter(1, at_least=1, at_most=4, help="power of this critic")
     obstacles_margin: float = parameter(
-        0.2, "m", at_least=0.0, help="clearance round the footprint that is wanted"
+        0.2, "m", at_least=0.0, help="desired clearance around the footprint"
     )
     critical_margin: float = parameter(
-        0.04, "m", at_least=0.0, help="clearance round the footprint that is hardly given up"
+        0.04, "m", at_least=0.0, help="clearance around the footprint with the critical weight"
     )
     moving_weight: float = parameter(
-        150.0, at_least=0.0, help="repulsion by moving things nearer than `moving_margin`, ever"
+        150.0, at_least=0.0, help="weight of moving objects nearer than moving_margin; 0: ignore"
     )
-    moving_power: int = parameter(1, at_least=1, at_most=4, help="of the moving critic")
+    moving_power: int = parameter(1, at_least=1, at_most=4, help="power of this critic")
     moving_margin: float = parameter(
-        0.5, "m", at_least=0.0, help="clearance wanted from where people will be at that time"
+        0.5, "m", at_least=0.0, help="desired clearance from the predicted positions of people"
     )
     near_goal: float = parameter(
         0.5, "m", at_least=0.0,
-        help="way left at which costs and clearance no longer count, only collisions",
+        help="remaining path at which only collisions count, not costs and clearance",
     )  # fmt: skip
-    goal_weight: float = parameter(5.0, at_least=0.0, help="distance to the goal, near it")
-    goal_power: int = parameter(1, at_least=1, at_most=4, help="of the goal critic")
-    goal_range: float = parameter(
-        1.4, "m", above=0.0, help="way left at which the goal is aimed at, not the path"
+    goal_weight: float = parameter(
+        5.0, at_least=0.0, help="weight of the distance to the goal, near it"
     )
-    goal_angle_weight: float = parameter(3.0, at_least=0.0, help="heading error near the goal")
-    goal_angle_power: int = parameter(1, at_least=1, at_most=4, help="of the goal angle critic")
+    goal_power: int = parameter(1, at_least=1, at_most=4, help="power of this critic")
+    goal_range: float = parameter(
+        1.4, "m", above=0.0, help="remaining path at which the goal counts instead of the path"
+    )
+    goal_angle_weight: float = parameter(
+        3.0, at_least=0.0, help="weight of the heading error near the goal"
+    )
+    goal_angle_power: int = parameter(1, at_least=1, at_most=4, help="power of this critic")
     goal_angle_range: float = parameter(
-        0.5, "m", above=0.0, help="way left at which the goal's heading counts"
+        0.5, "m", above=0.0, help="remaining path at which the goal's heading counts"
     )
     path_align_weight: float = parameter(
-        14.0, at_least=0.0, help="distance to the path at equal length driven"
+        14.0, at_least=0.0, help="weight of the distance to the path at equal length driven"
     )
-    path_align_power: int = parameter(1, at_least=1, at_most=4, help="of the path align critic")
+    path_align_power: int = parameter(1, at_least=1, at_most=4, help="power of this critic")
     path_align_occupied: float = parameter(
-        0.07, at_least=0.0, at_most=1.0, help="share of blocked path at which it need not be kept"
+        0.07, at_least=0.0, at_most=1.0, help="blocked share of the path that turns path align off"
     )
     path_angle_weight: float = parameter(
-        2.2, at_least=0.0, help="heading off the path when it lies far off ahead"
+        2.2, at_least=0.0, help="weight of the angle to the path ahead, when it is large"
     )
-    path_angle_power: int = parameter(1, at_least=1, at_most=4, help="of the path angle critic")
+    path_angle_power: int = parameter(1, at_least=1, at_most=4, help="power of this critic")
     path_angle_least: float = parameter(
-        0.785, "rad", at_least=0.0, help="path angle applies when the path is farther off than this"
+        0.785, "rad", at_least=0.0, help="angle to the path above which path angle applies"
     )
-    path_follow_weight: float = parameter(5.0, at_least=0.0, help="way not made along the path")
-    path_follow_power: int = parameter(1, at_least=1, at_most=4, help="of the path follow critic")
+    path_follow_weight: float = parameter(
+        5.0, at_least=0.0, help="weight of the distance to a path point ahead"
+    )
+    path_follow_power: int = parameter(1, at_least=1, at_most=4, help="power of this critic")
     path_follow_ahead: float = parameter(
-        0.3, "m", at_least=0.0, help="aims this far beyond what the rollouts reach"
+        0.3, "m", at_least=0.0, help="distance of that point beyond the reach of the rollouts"
     )
-    prefer_forward_weight: float = parameter(5.0, at_least=0.0, help="metres driven backward")
-    prefer_forward_power: int = parameter(
-        1, at_least=1, at_most=4, help="of the prefer forward critic"
+    prefer_forward_weight: float = parameter(
+        5.0, at_least=0.0, help="weight of the metres driven backward"
     )
-    deadband_weight: float = parameter(35.0, at_least=0.0, help="speeds within the dead bands")
-    deadband_power: int = parameter(1, at_least=1, at_most=4, help="of the deadband critic")
+    prefer_forward_power: int = parameter(1, at_least=1, at_most=4, help="power of this critic")
+    deadband_weight: float = parameter(
+        35.0, at_least=0.0, help="weight of speeds within the dead bands"
+    )
+    deadband_power: int = parameter(1, at_least=1, at_most=4, help="power of this critic")
     linear_deadband: float = parameter(
-        0.0, "m/s", at_least=0.0, help="forward speeds below this the drive does not make"
+        0.0, "m/s", at_least=0.0, help="the drive does not drive slower than this"
     )
     angular_deadband: float = parameter(
-        0.0, "rad/s", at_least=0.0, help="turning speeds below this the drive does not make"
+        0.0, "rad/s", at_least=0.0, help="the drive does not turn slower than this"
     )
     time_to_collision: float = parameter(
-        1.0, "s", above=0.0, help="what is commanded stays clear for this long"
+        1.0, "s", above=0.0, help="a command must be free of collisions for this long"
     )

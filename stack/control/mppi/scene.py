@@ -1,4 +1,4 @@
-"""What one MPPI command looks at: obstacles, path and goal around the robot; and the rollouts."""
+"""Input of one MPPI command (obstacles, outline, path and goal), and the arrays of the rollouts."""
 
 from __future__ import annotations
 
@@ -24,25 +24,26 @@ from stack.types import (
 Array32 = NDArray[np.float32]
 
 NO_OBSTACLE = 1e6
-"""Distance, in metres, where there is nothing lethal on the grid."""
+"""Distance in metres when the grid has no lethal cell."""
 
 
 MOST_CORE = 12
-"""Discs within a footprint at most."""
+"""Maximum number of discs inside a footprint."""
 
 
 @dataclass(frozen=True, slots=True)
 class Obstacles:
-    """A costmap as the kernels read it.
+    """Costmap and moving objects, as arrays for the kernels.
 
     Attributes:
-        cells: (rows, columns) uint8.
+        cells: (rows, columns) uint8 costs.
         distance: (rows, columns) float32 metres to the nearest lethal cell; cells that the
             footprint covers already do not count.
         lethal: (rows + 2, columns + 2) int32, 1 where the distance is 0, with a free border.
-        geometry: (4,) float32: outer corner seen from the robot, cells per metre, metres per cell.
-        moving: (k, 5) float32 of what moves: x, y seen from the robot in axes parallel to the
-            map's, velocity along both, radius.
+        geometry: (4,) float32: x and y of the grid's outer corner relative to the robot, cells per
+            metre, metres per cell.
+        moving: (k, 5) float32 of moving objects: x, y relative to the robot in axes parallel to
+            the map's, velocity along both, radius.
     """
 
     cells: NDArray[np.uint8]
@@ -55,13 +56,20 @@ class Obstacles:
     def of(
         costs: CostGrid, pose: Pose2D, body: FloatArray, tracks: Sequence[TrackedObject] = ()
     ) -> Obstacles:
-        """Around a pose; `body` (m, 2) fills the footprint, base frame; tracks as of now."""
+        """Create from a costmap around a pose.
+
+        Args:
+            costs: local costmap, map frame.
+            pose: of the robot, map frame.
+            body: (m, 2) points that fill the footprint, base frame, metres.
+            tracks: moving objects at the current time, map frame.
+        """
         import cv2
 
         free = (costs.cells != LETHAL_COST).view(np.uint8)
-        places = pose.transform(body)
+        covered = pose.transform(body)
         columns, rows = (
-            np.floor((places[:, k] - costs.origin[k]) / costs.resolution).astype(int)
+            np.floor((covered[:, k] - costs.origin[k]) / costs.resolution).astype(int)
             for k in (0, 1)
         )
         inside = (rows >= 0) & (rows < free.shape[0]) & (columns >= 0) & (columns < free.shape[1])
@@ -70,7 +78,7 @@ class Obstacles:
             distance = np.full(free.shape, NO_OBSTACLE, np.float32)
         else:
             rough = cv2.distanceTransform(free, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-            # its last bit depends on where the memory lies; squares of distances are whole numbers
+            # the last bit depends on memory alignment; squared distances are whole numbers
             distance = np.sqrt(np.rint(np.square(rough))) * np.float32(costs.resolution)
         x, y = costs.origin
         geometry = [x - pose.x, y - pose.y, 1.0 / costs.resolution, costs.resolution]
@@ -88,13 +96,13 @@ class Obstacles:
 
 @dataclass(frozen=True, slots=True)
 class Outline:
-    """A footprint as the kernels read it.
+    """Footprint, as arrays for the kernels; base frame, metres.
 
     Attributes:
-        discs: (k, 3) float32 x, y, radius; together they cover it.
-        core: (l, 3) float32 x, y, radius: where the distance to a lethal cell is below the radius,
-            the cell lies within.
-        points: (2, m) float32 x and y round its edge.
+        discs: (k, 3) float32 x, y, radius; together they cover the footprint.
+        core: (l, 3) float32 x, y, radius of discs inside it: a lethal cell nearer to a centre than
+            the radius is inside the footprint.
+        points: (2, m) float32 x and y along its edge.
     """
 
     discs: Array32
@@ -103,7 +111,7 @@ class Outline:
 
     @staticmethod
     def of(footprint: Footprint, resolution: float) -> Outline:
-        """Discs in a row along the longer side, and edge points fit for cells of this size."""
+        """Create discs in a row along the longer side, and edge points at most 0.7 cells apart."""
         corners = footprint.points
         low, high = corners.min(axis=0), corners.max(axis=0)
         axis = int(np.argmax(high - low))
@@ -128,16 +136,16 @@ class Outline:
         )
 
 
-def room_beside(
+def clearance_to(
     outline: Outline, poses: FloatArray, times: FloatArray, track: TrackedObject
 ) -> FloatArray:
-    """(k,) metres between the discs of a robot and somebody who walks on; below 0 in contact.
+    """Return the (k,) clearances in metres to an object at constant velocity; below 0: contact.
 
     Args:
         outline: of the robot.
         poses: (k, 3) x, y, heading, map frame.
-        times: (k,) seconds from the moment of the track.
-        track: as of now.
+        times: (k,) seconds since the time of the track.
+        track: the moving object, at the current time.
     """
     c, s = np.cos(poses[:, 2, None]), np.sin(poses[:, 2, None])
     x, y, radius = outline.discs.T.astype(np.float64)
@@ -148,9 +156,9 @@ def room_beside(
 
 
 def _core(footprint: Footprint, filled: FloatArray, resolution: float) -> Array32:
-    """(l, 3) discs within a footprint, each as large as the edge allows, greedily chosen.
+    """(l, 3) discs inside a footprint, each as large as possible, chosen greedily.
 
-    A position is rounded to its cell, so a disc counts as smaller by half a cell's diagonal.
+    Positions are rounded to cells, so each radius is reduced by half a cell's diagonal.
     """
     edge = outline_points(footprint.points, 0.01)
     room = np.linalg.norm(filled[:, None] - edge, axis=2).min(axis=1)
@@ -171,10 +179,10 @@ class LocalPath:
     """The path ahead, in axes parallel to the map's with the robot at the origin.
 
     Attributes:
-        points: (n, 2) float32, evenly spaced but for the last, nearest to the robot first.
-        open: (n,) whether the base may be there.
-        spacing: metres.
-        goal: the path's end, heading in the map frame.
+        points: (n, 2) float32, evenly spaced except for the last; the nearest to the robot first.
+        open: (n,) whether the base can be there without a collision.
+        spacing: metres between points.
+        goal: end of the path; heading in the map frame.
         remaining: metres to the goal along the path.
     """
 
@@ -186,10 +194,10 @@ class LocalPath:
 
     @staticmethod
     def of(
-        track: PathProgress, pose: Pose2D, costs: CostGrid, reach: float, spacing: float
+        progress: PathProgress, pose: Pose2D, costs: CostGrid, reach: float, spacing: float
     ) -> LocalPath:
-        """The next `reach` metres of a track."""
-        points = track.sampled(reach, spacing)
+        """Create from the next `reach` metres of a path."""
+        points = progress.sampled(reach, spacing)
         columns, rows = (
             np.floor((points[:, k] - costs.origin[k]) / costs.resolution).astype(int)
             for k in (0, 1)
@@ -199,10 +207,10 @@ class LocalPath:
         free = np.ones(len(points), dtype=bool)
         found = costs.cells[rows[inside], columns[inside]]
         free[inside] = (found < INSCRIBED_COST) | (found > LETHAL_COST)
-        goal = track.arrival
+        goal = progress.arrival
         return LocalPath(
             np.ascontiguousarray(points - (pose.x, pose.y), dtype=np.float32), free, spacing,
-            Pose2D(goal.x - pose.x, goal.y - pose.y, goal.heading), track.remaining,
+            Pose2D(goal.x - pose.x, goal.y - pose.y, goal.heading), progress.remaining,
         )  # fmt: skip
 
     @property
@@ -212,19 +220,19 @@ class LocalPath:
 
 
 class Rollouts:
-    """The work arrays of one batch, float32, shapes as in the kernels.
+    """Arrays of one batch of rollouts, float32, shapes as in the kernels.
 
     Attributes:
-        controls: (axes, steps, batch) speeds tried.
-        velocities: (axes, steps, batch) speeds driven.
+        controls: (axes, steps, batch) sampled speeds.
+        velocities: (axes, steps, batch) speeds after the limits of the drive.
         poses: (5, steps, batch) x, y, heading, its cosine and sine.
-        excess: (batch,) how far the controls were beyond the limits.
-        hits: (batch,) int64 step of the first collision; steps: none.
+        excess: (batch,) sum of the controls' excess over the limits.
+        hits: (batch,) int64 step of the first collision; the number of steps: none.
         obstacle_cost: (batch,) mean cost under the base.
-        repulsion: (batch,) mean violation of the clearance wanted.
-        closeness: (batch,) likewise, of that from moving things.
-        costs: (batch,) in all.
-        term: (batch,) of the critic at work.
+        repulsion: (batch,) mean violation of the desired clearance, metres.
+        closeness: (batch,) mean violation of the clearance to moving objects, metres.
+        costs: (batch,) total costs.
+        term: (batch,) term of the current critic.
     """
 
     def __init__(self, axes: int, steps: int, batch: int) -> None:

@@ -1,1 +1,1 @@
-"""Driving out of a tight spot by what the lidar saw, without a map, a costmap or a pose."""
+"""Escape: drives out of a tight spot by lidar, without a map, a costmap or a pose."""

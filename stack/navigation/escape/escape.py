@@ -1,4 +1,4 @@
-"""The activity that drives the robot out of a tight spot."""
+"""Executor that drives the robot out of a tight spot."""
 
 from __future__ import annotations
 
@@ -6,33 +6,33 @@ from dataclasses import dataclass, replace
 from math import inf
 
 from stack.navigation.escape.primitives import EscapeSegment
-from stack.navigation.escape.search import EscapeCriteria, Motion, Search, Way
+from stack.navigation.escape.search import ChosenMotion, EscapeCriteria, MotionId, Search
 from stack.navigation.escape.surroundings import Surroundings
 from stack.navigation.following import standing
-from stack.navigation.recoveries import DONE, MotionProfile, RecoveryTools, StraightWay
+from stack.navigation.recoveries import DONE, MotionProfile, RecoveryTools, StraightLine
 from stack.navigation.tasks import MotionTask, NavigationState
 from stack.types import STANDSTILL, FailureCode, Pose2D, Scan, Twist
 
 LOOK_AGAIN = 0.5
-"""Seconds between two searches while there is no way."""
+"""Seconds between two searches while no motion is found."""
 
 GIVES_UP_MOTION, STIR = 1.0, 0.005
-"""Seconds in which it moves less than so many metres, after which another motion is tried."""
+"""Seconds and metres: a motion with less progress in this time is replaced by another one."""
 
 MOVED_ON = 0.05
-"""Metres of way after which motions that did not go may be tried again."""
+"""Metres driven after which stalled motions may be tried again."""
 
 GAIN = 0.02
-"""Metres of clearance that make a motion worth while: more than the noise of a lidar."""
+"""Minimum gain of clearance by a motion, metres: more than the noise of a lidar."""
 
 
 @dataclass(frozen=True, slots=True)
 class EscapeGoal:
-    """What an escape is asked for.
+    """Goal of an escape.
 
     Attributes:
-        clearance: wanted between the outline and anything, metres.
-        distance: metres to drive for it, at most.
+        clearance: desired distance between outline and obstacles, metres.
+        distance: maximum distance to drive, metres.
         speed: m/s.
     """
 
@@ -42,11 +42,11 @@ class EscapeGoal:
 
 
 class Escape:
-    """Drives towards more room, by the motion that promises most, looking again at each step.
+    """Drives towards more clearance by the best motion, and checks the motion in each step.
 
-    It ends with enough room, or after its longest way with more room than before. It fails when
-    everything around is in the way (COLLISION_AHEAD), when nothing within reach is roomier or the
-    wheels turn for nothing (NO_PROGRESS), and after a deadline (TIMED_OUT).
+    It succeeds with enough clearance, or after its maximum distance with more clearance than
+    before. It fails when obstacles block every motion (COLLISION_AHEAD), when no pose within reach
+    has more clearance or the robot does not move (NO_PROGRESS), and after a deadline (TIMED_OUT).
     """
 
     def __init__(
@@ -57,28 +57,28 @@ class Escape:
         tools: RecoveryTools,
     ) -> None:
         self.task = task
-        self._freedom, self._tools, self._surroundings = escape_goal, tools, surroundings
+        self._goal, self._tools, self._surroundings = escape_goal, tools, surroundings
         self._search = Search(tools.robot, surroundings)
         self._radius = tools.robot.footprint.circumscribed_radius
-        self._way: Way | None = None
-        self._legs: tuple[EscapeSegment, ...] = ()
-        self._rate, self._driven, self._stirred = 0.0, 0.0, 0.0
-        self._banned: list[Motion] = []
+        self._chosen: ChosenMotion | None = None
+        self._segments: tuple[EscapeSegment, ...] = ()
+        self._rate, self._driven, self._travelled = 0.0, 0.0, 0.0
+        self._banned: list[MotionId] = []
         self._last: Pose2D | None = None
         self._scan: Scan | None = None
-        self._began = self._moved_at = self._looked_at = self._stirred_at = -inf
-        self._moved_to, self._stirred_to, self._banned_at = 0.0, 0.0, 0.0
+        self._began = self._moved_at = self._looked_at = self._stall_since = -inf
+        self._moved_to, self._stall_from, self._banned_at = 0.0, 0.0, 0.0
         self._waits_since: float | None = None
-        self._first = self._room = 0.0
+        self._first = self._clearance = 0.0
 
     @property
     def deadline(self) -> float:
-        """Seconds: three times those of its longest way and two full turns."""
+        """Time limit: three times the time for the maximum distance and two turns, plus 5 s."""
         spin = min(self._tools.parameters.spin_speed, self._tools.limits.angular_speed)
-        return 3.0 * (self._freedom.distance / self._freedom.speed + 12.6 / spin) + 5.0
+        return 3.0 * (self._goal.distance / self._goal.speed + 12.6 / spin) + 5.0
 
     def advance(self, state: NavigationState) -> Twist:
-        """The velocity for this step."""
+        """Compute the velocity for this step."""
         pose = state.odometry.pose
         if self._began == -inf:
             self._began = self._moved_at = state.time
@@ -87,120 +87,131 @@ class Escape:
             return STANDSTILL
         if state.scan is not self._scan:
             self._measure(state.scan, pose)
-        self.task.report(f"{self._room:.2f} m free all round", self._remaining)
+        self.task.report(f"clearance {self._clearance:.2f} m", self._remaining)
         if self._is_over():
             return self._finish(state)
-        if self._way is not None and self._goes_on(state, self._way):
+        if self._chosen is not None and self._goes_on(state, self._chosen):
             return self._drive()
-        self._look_for_a_way(state)
+        self._search_motion(state)
         return STANDSTILL
 
     @property
     def _remaining(self) -> float:
-        return max(0.0, self._freedom.distance - self._driven)
+        return max(0.0, self._goal.distance - self._driven)
 
     def _measure(self, scan: Scan | None, pose: Pose2D) -> None:
-        """Clearance by a new scan."""
+        """Update the clearance with a new scan."""
         first = self._scan is None
         self._scan = scan
-        self._room = self._search.clearance(pose, self._freedom.clearance)
+        self._clearance = self._search.clearance(pose, self._goal.clearance)
         if first:
-            self._first = self._room
+            self._first = self._clearance
 
     def _sees(self, state: NavigationState) -> bool:
-        """Whether there is a scan; fails without one after as long as is patient."""
+        """Whether there is a scan; the task fails without one when patience is over."""
         if self._surroundings.newest is not None:
             return True
-        self._wait(state, FailureCode.FAILED, "no lidar scan came: an escape goes by nothing else")
+        self._wait(state, FailureCode.FAILED, "no lidar scan received: an escape needs one")
         return False
 
     def _wait(self, state: NavigationState, code: FailureCode, sentence: str) -> None:
-        """Stand and hope for a change; fail once patience is over."""
+        """Stand and wait for a change; fail when patience is over."""
         if self._waits_since is None:
             self._waits_since = state.time
         if state.time - self._waits_since >= self._tools.parameters.recovery_patience:
             self.task.fail(code, sentence)
 
     def _follow_up(self, state: NavigationState) -> None:
-        """What the last step has made of the leg under way."""
+        """Update the current segment with the motion of the last step."""
         pose = state.odometry.pose
         if self._last is not None:
             step = pose.relative_to(self._last)
             self._driven += pose.distance_to(self._last)
-            if self._legs:
-                leg = self._legs[0]
-                come = leg.come(step)
-                self._stirred += come * (self._radius if leg.turns else 1.0)
-                self._legs = (replace(leg, amount=leg.amount - come), *self._legs[1:])
+            if self._segments:
+                segment = self._segments[0]
+                driven = segment.driven(step)
+                self._travelled += driven * (self._radius if segment.turns else 1.0)
+                self._segments = (
+                    replace(segment, amount=segment.amount - driven),
+                    *self._segments[1:],
+                )
         self._last = pose
-        if self._stirred > self._moved_to + DONE:
-            self._moved_to, self._moved_at = self._stirred, state.time
-        if self._stirred > self._stirred_to + STIR:
-            self._stirred_to, self._stirred_at = self._stirred, state.time
-        if self._stirred > self._banned_at + MOVED_ON:
+        if self._travelled > self._moved_to + DONE:
+            self._moved_to, self._moved_at = self._travelled, state.time
+        if self._travelled > self._stall_from + STIR:
+            self._stall_from, self._stall_since = self._travelled, state.time
+        if self._travelled > self._banned_at + MOVED_ON:
             self._banned = []
 
     def _out_of_time(self, state: NavigationState) -> bool:
         p = self._tools.parameters
-        came = f"came {self._driven:.2f} m, {self._room:.2f} m free all round"
+        result = f"drove {self._driven:.2f} m, clearance {self._clearance:.2f} m"
         if state.time - self._began >= self.deadline:
-            self.task.fail(FailureCode.TIMED_OUT, f"not free after {self.deadline:.0f} s; {came}")
+            self.task.fail(
+                FailureCode.TIMED_OUT, f"not enough clearance after {self.deadline:.0f} s; {result}"
+            )
         elif self._waits_since is None and state.time - self._moved_at >= p.stall_time:
-            self.task.fail(FailureCode.NO_PROGRESS, f"did not move for {p.stall_time:g} s; {came}")
+            self.task.fail(
+                FailureCode.NO_PROGRESS, f"did not move for {p.stall_time:g} s; {result}"
+            )
         return not self.task.running
 
     def _is_over(self) -> bool:
-        return self._room >= self._freedom.clearance or self._remaining <= DONE
+        return self._clearance >= self._goal.clearance or self._remaining <= DONE
 
     def _finish(self, state: NavigationState) -> Twist:
-        self._rate, self._legs, self._way = 0.0, (), None
+        self._rate, self._segments, self._chosen = 0.0, (), None
         if not standing(state.odometry.twist):
             return STANDSTILL
-        wanted = self._freedom.clearance
-        came = f"{self._room:.2f} m free all round after {self._driven:.2f} m"
-        if self._room >= wanted or self._room >= self._first + GAIN:
-            self.task.succeed(came)
+        wanted = self._goal.clearance
+        result = f"clearance {self._clearance:.2f} m after {self._driven:.2f} m"
+        if self._clearance >= wanted or self._clearance >= self._first + GAIN:
+            self.task.succeed(result)
         else:
             self.task.fail(
-                FailureCode.NO_PROGRESS, f"{came}, as much as before; wanted {wanted:.2f} m"
+                FailureCode.NO_PROGRESS, f"{result}, not more than before; wanted {wanted:.2f} m"
             )
         return STANDSTILL
 
-    def _goes_on(self, state: NavigationState, way: Way) -> bool:
-        """Whether the way is to be driven on; what is over or in vain is dropped."""
-        while self._legs and self._legs[0].amount <= DONE:
-            self._legs, self._rate = self._legs[1:], 0.0
-        if state.time - self._stirred_at >= GIVES_UP_MOTION:
-            self._banned.append(way.motion)
-            self._banned_at = self._stirred
-            self._way = None
-        elif not self._legs or not self._search.clear(state.odometry.pose, way, self._legs):
-            self._way = None
-        return self._way is not None
+    def _goes_on(self, state: NavigationState, chosen: ChosenMotion) -> bool:
+        """Whether to continue the chosen motion; drops finished segments and stalled motions."""
+        while self._segments and self._segments[0].amount <= DONE:
+            self._segments, self._rate = self._segments[1:], 0.0
+        if state.time - self._stall_since >= GIVES_UP_MOTION:
+            self._banned.append(chosen.motion)
+            self._banned_at = self._travelled
+            self._chosen = None
+        elif not self._segments or not self._search.clear(
+            state.odometry.pose, chosen, self._segments
+        ):
+            self._chosen = None
+        return self._chosen is not None
 
     def _drive(self) -> Twist:
-        leg = self._legs[0]
-        self._rate = self._stroke(leg).next_rate(self._rate, leg.amount, self._tools.period)
+        segment = self._segments[0]
+        self._rate = self._profile(segment).next_rate(
+            self._rate, segment.amount, self._tools.period
+        )
         return Twist(
-            self._rate * leg.twist.linear,
-            self._rate * leg.twist.angular,
-            self._rate * leg.twist.lateral,
+            self._rate * segment.twist.linear,
+            self._rate * segment.twist.angular,
+            self._rate * segment.twist.lateral,
         )
 
-    def _stroke(self, leg: EscapeSegment) -> MotionProfile:
+    def _profile(self, segment: EscapeSegment) -> MotionProfile:
         limits, p = self._tools.limits, self._tools.parameters
-        if leg.turns:
+        if segment.turns:
             top = min(p.spin_speed, limits.angular_speed)
-            return MotionProfile(leg.amount, top, 0.5 * limits.angular_acceleration, 0.0, "rad")
-        way = StraightWay.along(leg.twist, self._freedom.speed)
-        top = way.top_speed(limits)
-        if leg.twist.angular:
-            top = min(top, limits.angular_speed / abs(leg.twist.angular))
-        return MotionProfile(leg.amount, top, 0.5 * limits.linear_acceleration, 0.0, "m")
+            return MotionProfile(segment.amount, top, 0.5 * limits.angular_acceleration, 0.0, "rad")
+        line = StraightLine.along(segment.twist, self._goal.speed)
+        top = line.top_speed(limits)
+        if segment.twist.angular:
+            top = min(top, limits.angular_speed / abs(segment.twist.angular))
+        return MotionProfile(segment.amount, top, 0.5 * limits.linear_acceleration, 0.0, "m")
 
-    def _look_for_a_way(self, state: NavigationState) -> None:
-        """Search from where it stands; wait and fail when there is nothing to find."""
-        self._rate, self._legs = 0.0, ()
+    def _search_motion(self, state: NavigationState) -> None:
+        """Search a motion from the current pose; wait and fail when there is none."""
+        self._rate, self._segments = 0.0, ()
         if not standing(state.odometry.twist):
             return
         if self._waits_since is not None and state.time - self._looked_at < LOOK_AGAIN - 1e-9:
@@ -208,30 +219,30 @@ class Escape:
         self._looked_at = state.time
         pose = state.odometry.pose
         padding = self._tools.parameters.escape_padding
-        criteria = EscapeCriteria(self._freedom.clearance + GAIN, padding, GAIN, self._remaining)
-        self._way = self._search.best(pose, criteria, self._banned)
-        if self._way is not None:
+        criteria = EscapeCriteria(self._goal.clearance + GAIN, padding, GAIN, self._remaining)
+        self._chosen = self._search.best(pose, criteria, self._banned)
+        if self._chosen is not None:
             if self._waits_since is not None:
                 self._waits_since, self._moved_at = None, state.time
-            self._legs, self._stirred_at = self._way.legs, state.time
-        elif self._banned:  # what does not go may go now; the stall is timed elsewhere
+            self._segments, self._stall_since = self._chosen.segments, state.time
+        elif self._banned:  # stalled motions may work now; the stall has its own time limit
             self._banned = []
         else:
-            self._despair(state, pose)
+            self._wait_without_motion(state, pose)
 
-    def _despair(self, state: NavigationState, pose: Pose2D) -> None:
-        """There is no way to more room: wait for one, then fail with what is the matter."""
+    def _wait_without_motion(self, state: NavigationState, pose: Pose2D) -> None:
+        """No motion leads to more clearance: wait for a change, then fail with the reason."""
         padding = self._tools.parameters.escape_padding
-        wanted = self._freedom.clearance
+        wanted = self._goal.clearance
         if self._search.can_leave(pose, padding):
             self._wait(
                 state, FailureCode.NO_PROGRESS,
-                f"nowhere within {self._remaining:.1f} m is there more room than the "
-                f"{self._room:.2f} m here; wanted {wanted:.2f} m",
+                f"no pose within {self._remaining:.1f} m has more clearance than the "
+                f"{self._clearance:.2f} m here; wanted {wanted:.2f} m",
             )  # fmt: skip
         else:
             self._wait(
                 state, FailureCode.COLLISION_AHEAD,
-                f"something is in the way on every side that the lidar has seen, {self._room:.2f} "
-                f"m from the outline; came {self._driven:.2f} m",
+                "obstacles block every motion on known ground; the nearest is "
+                f"{self._clearance:.2f} m from the outline; drove {self._driven:.2f} m",
             )  # fmt: skip

@@ -1,4 +1,4 @@
-"""Compiled test of whether the ground under a sweep was seen to be free."""
+"""Compiled loops of the escape search: known ground and clearance along a motion."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from stack.types import FloatArray
 def _sees(
     view: FloatArray, ranges: FloatArray, angle_min: float, increment: float, x: float, y: float
 ) -> bool:
-    """Whether the beams to both sides of a point reached at least as far as it."""
+    """Whether the beams on both sides of a point reach at least as far as the point."""
     dx, dy = x - view[0], y - view[1]
     n = ranges.shape[0]
     turn = (atan2(dy, dx) - view[2] - angle_min) % (2.0 * pi)
-    place = turn / increment
-    first = int(place)
+    beam = turn / increment
+    first = int(beam)
     second = first + 1
-    if n * increment > 2.0 * pi - 1.5 * increment:  # looks all round
+    if n * increment > 2.0 * pi - 1.5 * increment:  # the scan covers 360 degrees
         first, second = first % n, second % n
     elif second >= n:
         return False
@@ -32,7 +32,7 @@ def _sees(
 
 @njit(cache=True, nogil=True)
 def _inside(corners: FloatArray, x: float, y: float) -> bool:
-    """Whether a point lies in a polygon."""
+    """Whether a point is inside a polygon."""
     found = False
     for i in range(corners.shape[0]):
         ax, ay = corners[i - 1, 0], corners[i - 1, 1]
@@ -44,7 +44,7 @@ def _inside(corners: FloatArray, x: float, y: float) -> bool:
 
 @njit(cache=True, nogil=True)
 def _driven_through(trail: FloatArray, corners: FloatArray, x: float, y: float) -> bool:
-    """Whether the robot's outline has covered a point."""
+    """Whether the robot's footprint has covered a point."""
     for i in range(trail.shape[0] - 1, -1, -1):
         dx, dy = x - trail[i, 0], y - trail[i, 1]
         c, s = cos(trail[i, 2]), sin(trail[i, 2])
@@ -58,19 +58,19 @@ def known_until(
     poses: FloatArray, outline: FloatArray, views: FloatArray, ranges: FloatArray,
     angle_min: float, increment: float, trail: FloatArray, corners: FloatArray,
 ) -> int:  # fmt: skip
-    """Number of the first pose whose outline leaves the known ground; len(poses) for none.
+    """Index of the first pose whose outline leaves the known ground; len(poses) for none.
 
-    Ground is known where a beam passed over it, or where the robot has stood.
+    Ground is known where a beam passed over it, or where the robot has been.
 
     Args:
-        poses: (k, 3) x, y, heading to be driven through, odom frame.
+        poses: (k, 3) x, y, heading of the motion, odom frame.
         outline: (m, 2) points along the footprint's edge, base frame, metres.
-        views: (v, 3) poses of the lidar in the odom frame, newest last.
-        ranges: (v, n) metres as far as each beam shows free ground; NaN where it shows nothing.
+        views: (v, 3) poses of the lidar, odom frame, newest last.
+        ranges: (v, n) length of free ground along each beam, metres; NaN: invalid beam.
         angle_min: direction of beam 0, lidar frame, radians.
-        increment: from beam to beam, radians.
-        trail: (t, 3) poses the robot stood at, odom frame, newest last.
-        corners: (c, 2) of the footprint, a little widened, base frame, metres.
+        increment: angle between two beams, radians.
+        trail: (t, 3) past poses of the robot, odom frame, newest last.
+        corners: (c, 2) of the slightly enlarged footprint, base frame, metres.
     """
     for i in range(poses.shape[0]):
         c, s = cos(poses[i, 2]), sin(poses[i, 2])
@@ -107,16 +107,16 @@ def clearances(
 ) -> int:  # fmt: skip
     """Distance from the footprint at each pose to the nearest point, at most `reach`.
 
-    Returns the number of poses before the first that comes nearer than the floor.
+    Returns the number of poses before the first one with less clearance than the floor.
 
     Args:
         poses: (k, 3) x, y, heading.
         points: (m, 2) metres, in the frame of the poses.
         corners: (c, 2) of the footprint, base frame, metres.
-        radius: of the circle round the base that holds the footprint.
-        reach: metres; farther is as good.
-        floor: metres; the first pose that is nearer than this ends it.
-        out: (k,) written to: metres, negative where a point lies inside.
+        radius: circumscribed radius of the footprint, metres.
+        reach: upper limit of the distance, metres.
+        floor: the first pose with less clearance than this ends the loop, metres.
+        out: (k,), written: metres, negative when a point is inside.
     """
     for i in range(poses.shape[0]):
         c, s = cos(poses[i, 2]), sin(poses[i, 2])

@@ -1,8 +1,8 @@
-"""Short motions to choose from: arcs, turns in place and straight lines, by kind of drive.
+"""Motion primitives of the escape search: arcs, turns in place and straight lines, by drive.
 
-A motion is a row of legs; each leg is driven with one twist. Sampled densely enough, its poses
-stand for the whole sweep of the outline (J. Barraquand, J.-C. Latombe, "Nonholonomic multibody
-mobile robots", 1991, searches with such a set as well).
+A motion is a sequence of segments, each with one twist. Its poses are sampled densely enough to
+represent the swept outline (compare J. Barraquand, J.-C. Latombe, "Nonholonomic multibody mobile
+robots", 1991).
 """
 
 from __future__ import annotations
@@ -17,30 +17,32 @@ from stack.drivetrain.description import DriveKind, RobotDescription
 from stack.types import FloatArray, Pose2D, Twist
 
 SPACING = 0.02
-"""Metres that no point of the outline moves farther than between two sampled poses."""
+"""Maximum motion of any point of the outline between two sampled poses, metres."""
 
 CURVATURES = (0.0, 0.8, -0.8, 1.6, -1.6, 3.0, -3.0)
-"""Of arcs, 1/m."""
+"""Curvatures of arcs, 1/m."""
 
 TURN_STEPS = (5, 2)
-"""Degrees between the turns in place before driving straight: coarse ones first, fine ones where
-these find nothing. Out of a niche with 5 cm to spare on both sides a robot half a metre long gets
-within 3 deg of its axis."""
+"""Steps of the turns in place before driving straight, degrees: coarse; fine if these fail.
+
+To leave a niche with 5 cm of room on both sides, a robot half a metre long must be aligned with its
+axis within 3 deg.
+"""
 
 NUDGES = (0.1, 0.2, 0.3)
-"""Metres of a first leg that makes room for the second."""
+"""Lengths of a first segment that makes room for the second, metres."""
 
 DIRECTIONS = 24
-"""In which an omnidirectional robot may set off."""
+"""Number of directions in which an omnidirectional robot may start."""
 
 
 @dataclass(frozen=True, slots=True)
 class EscapeSegment:
-    """One twist driven for a while.
+    """Part of a motion with a constant twist.
 
     Attributes:
         twist: per unit of `amount`.
-        amount: metres of the base's way, or radians of a turn in place.
+        amount: metres driven by the base, or radians of a turn in place.
     """
 
     twist: Twist
@@ -51,8 +53,8 @@ class EscapeSegment:
         """Whether it is a turn in place."""
         return not (self.twist.linear or self.twist.lateral)
 
-    def come(self, step: Pose2D) -> float:
-        """How much of it a step of the base makes: where it led, seen from where it began."""
+    def driven(self, step: Pose2D) -> float:
+        """Return the amount driven by a step of the base (end pose relative to start pose)."""
         if self.turns:
             return step.heading * copysign(1.0, self.twist.angular)
         along = step.x * self.twist.linear + step.y * self.twist.lateral
@@ -61,39 +63,41 @@ class EscapeSegment:
 
 @dataclass(frozen=True, slots=True)
 class Rollout:
-    """The poses of a motion, from a start that is not among them.
+    """Sampled poses of a motion, without its start.
 
     Attributes:
         poses: (k, 3) x, y, heading.
-        leg: (k,) number of the leg that each belongs to.
-        amount: (k,) of that leg driven there.
-        length: (k,) metres driven until there.
-        turned: (k,) radians turned in place until there.
+        segment: (k,) index of the segment of each pose.
+        amount: (k,) amount of that segment driven at the pose.
+        length: (k,) metres driven up to the pose.
+        turned: (k,) radians turned in place up to the pose.
     """
 
     poses: FloatArray
-    leg: FloatArray
+    segment: FloatArray
     amount: FloatArray
     length: FloatArray
     turned: FloatArray
 
 
-def roll_out(start: Pose2D, legs: Sequence[EscapeSegment], radius: float) -> Rollout:
-    """Sample the legs from a pose on.
+def roll_out(start: Pose2D, segments: Sequence[EscapeSegment], radius: float) -> Rollout:
+    """Sample the poses of segments.
 
     Args:
-        start: in any fixed frame.
-        legs: to drive in turn.
-        radius: of the circle that holds the outline, metres.
+        start: start pose in any fixed frame.
+        segments: driven one after another.
+        radius: circumscribed radius of the outline, metres.
     """
     parts, length, turned = [], 0.0, 0.0
-    for number, leg in enumerate(legs):
-        rim = hypot(leg.twist.linear, leg.twist.lateral) + abs(leg.twist.angular) * radius
-        count = max(1, int(np.ceil(leg.amount * rim / SPACING)))
-        amounts = np.linspace(0.0, leg.amount, count + 1)[1:]
-        poses = _along(start, leg.twist, amounts)
-        driven = np.zeros(count) if leg.turns else amounts
-        spun = amounts if leg.turns else np.zeros(count)
+    for number, segment in enumerate(segments):
+        rim = (
+            hypot(segment.twist.linear, segment.twist.lateral) + abs(segment.twist.angular) * radius
+        )
+        count = max(1, int(np.ceil(segment.amount * rim / SPACING)))
+        amounts = np.linspace(0.0, segment.amount, count + 1)[1:]
+        poses = _along(start, segment.twist, amounts)
+        driven = np.zeros(count) if segment.turns else amounts
+        spun = amounts if segment.turns else np.zeros(count)
         columns = (np.full(count, number), amounts, length + driven, turned + spun)
         parts.append(np.column_stack([poses, *columns]))
         length, turned = length + float(driven[-1]), turned + float(spun[-1])
@@ -103,7 +107,7 @@ def roll_out(start: Pose2D, legs: Sequence[EscapeSegment], radius: float) -> Rol
 
 
 def _along(start: Pose2D, twist: Twist, amounts: FloatArray) -> FloatArray:
-    """(k, 3) poses after driving a twist for each of the amounts (k,)."""
+    """Return the (k, 3) poses after driving a twist for each of the amounts (k,)."""
     half = 0.5 * twist.angular * amounts
     chord = amounts * np.sinc(half / pi)
     c, s = np.cos(start.heading + half), np.sin(start.heading + half)
@@ -119,12 +123,12 @@ def _along(start: Pose2D, twist: Twist, amounts: FloatArray) -> FloatArray:
 def motions(
     robot: RobotDescription, length: float, fine: bool = False
 ) -> list[tuple[EscapeSegment, ...]]:
-    """The set to choose from; each may be ended early.
+    """Return the motions of the search; each may end early.
 
     Args:
-        robot: whose drive has to make them.
-        length: of the longest leg, metres.
-        fine: the rest of the set, for where the first has nothing.
+        robot: its drive limits the motions.
+        length: of the longest segment, metres.
+        fine: return the fine turns, for use when the coarse set has no solution.
     """
     if robot.turning_radius:
         return [] if fine else list(_car(robot, length))
@@ -143,13 +147,13 @@ def _signs(robot: RobotDescription) -> tuple[float, ...]:
 
 
 def _turns(robot: RobotDescription, step: int) -> list[int]:
-    """Degrees, either way, less first; who can reverse need not turn more than a quarter."""
+    """Turning angles in degrees, small ones first; at most 90 for robots that can reverse."""
     most = 90 if robot.limits.reverse_speed > 0.0 else 180
     return [sign * degrees for degrees in range(step, most + 1, step) for sign in (1, -1)]
 
 
 def _arc(sign: float, curvature: float, length: float) -> EscapeSegment:
-    """An arc of at most half a turn, forward or backward; curvature is to the left of its way."""
+    """Return an arc of at most half a turn, forward or backward; positive curvature turns left."""
     longest = min(length, pi / abs(curvature)) if curvature else length
     return EscapeSegment(Twist(sign, curvature), longest)
 

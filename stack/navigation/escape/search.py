@@ -1,4 +1,4 @@
-"""Chooses the motion that leads to the most room."""
+"""Search of the motion that leads to the most clearance."""
 
 from __future__ import annotations
 
@@ -12,37 +12,38 @@ from stack.navigation.escape.primitives import EscapeSegment, Rollout, motions, 
 from stack.navigation.escape.surroundings import Surroundings
 from stack.types import FloatArray, Pose2D
 
-Motion = tuple[bool, int]
-"""Whether it is of the fine set, and its number there."""
+MotionId = tuple[bool, int]
+"""Whether the motion is from the fine set, and its index there."""
 
 OUTLINE_SPACING = 0.03
-"""Metres between the points of the outline that must lie on known ground."""
+"""Metres between the outline points that must be on known ground."""
 
 WIDENED = 0.01
-"""Metres round the trail that count as driven through: half a step of it."""
+"""Metres around the trail that count as driven through: half a step of the trail."""
 
 NOISE = 0.03
-"""Metres that a beam may fall short of what it shows: three deviations of a usual lidar."""
+"""Range error of a beam, metres: three standard deviations of a typical lidar."""
 
 LEAST_WEIGHT, LENGTH_WEIGHT, TURN_WEIGHT = 0.5, 0.04, 0.01
-"""Of the least clearance on the way, a metre and a radian, against a metre of clearance gained."""
+"""Weights of the minimum clearance, of a metre driven and of a radian turned, relative to a metre
+of clearance at the end."""
 
 LITTLE = 0.1
-"""Metres that a robot can drive if it is not shut in."""
+"""Metres that the robot must be able to drive to count as not enclosed."""
 
 SLACK = 0.005
-"""Metres by which the robot may come nearer than the padding, where it stands nearer already."""
+"""Metres by which a robot that is already inside the padding may come nearer."""
 
 
 @dataclass(frozen=True, slots=True)
 class EscapeCriteria:
-    """What is looked for.
+    """Criteria of the search.
 
     Attributes:
-        clearance: enough room round the outline, metres.
-        padding: that is to stay free on the way, metres, where it is free now.
-        gain: metres of clearance that make a motion worth while.
-        length: metres to drive at most.
+        clearance: sufficient clearance around the outline, metres.
+        padding: distance kept free during the motion, if it is free now, metres.
+        gain: minimum gain of clearance, metres.
+        length: maximum distance to drive, metres.
     """
 
     clearance: float
@@ -52,31 +53,31 @@ class EscapeCriteria:
 
 
 @dataclass(frozen=True, slots=True)
-class Way:
-    """A motion chosen.
+class ChosenMotion:
+    """The best motion of a search.
 
     Attributes:
-        motion: which it is.
-        legs: cut off where it is to end.
-        clearance: expected at its end, metres.
-        floor: clearance that it keeps to, metres.
+        motion: its identification.
+        segments: cut at the end of the motion.
+        clearance: expected clearance at its end, metres.
+        floor: minimum clearance during the motion, metres.
     """
 
-    motion: Motion
-    legs: tuple[EscapeSegment, ...]
+    motion: MotionId
+    segments: tuple[EscapeSegment, ...]
     clearance: float
     floor: float
 
 
 class Search:
-    """Sweeps the outline along each motion over what is known of the surroundings.
+    """Sweeps the outline along each motion and checks it against the known surroundings.
 
-    The outline is the robot's polygon, at poses 2 cm apart at its rim: it may not come nearer to
-    a point of the scan than the padding, nor leave the ground that was seen or driven through.
+    The outline is the robot's polygon, at poses that move it by at most 2 cm: it must keep the
+    padding to every scan point, and stay on ground that was seen or driven through.
 
     Args:
         robot: outline and drive.
-        surroundings: looked at anew for each question.
+        surroundings: read at each call.
     """
 
     def __init__(self, robot: RobotDescription, surroundings: Surroundings) -> None:
@@ -96,29 +97,29 @@ class Search:
         return float(self._clearances(here, points, reach)[0])
 
     def best(
-        self, start: Pose2D, criteria: EscapeCriteria, banned: Collection[Motion] = ()
-    ) -> Way | None:
-        """The motion to the most room; None when none leads to more than there is here.
+        self, start: Pose2D, criteria: EscapeCriteria, banned: Collection[MotionId] = ()
+    ) -> ChosenMotion | None:
+        """Return the motion to the most clearance; None when none improves it.
 
         Args:
-            start: odom frame.
-            criteria: what is looked for.
-            banned: motions that have turned out not to go.
+            start: current pose, odom frame.
+            criteria: of the search.
+            banned: motions that have stalled.
         """
         coarse = self._best(start, criteria, banned, fine=False)
         return coarse or self._best(start, criteria, banned, fine=True)
 
     def _best(
-        self, start: Pose2D, criteria: EscapeCriteria, banned: Collection[Motion], *, fine: bool
-    ) -> Way | None:
+        self, start: Pose2D, criteria: EscapeCriteria, banned: Collection[MotionId], *, fine: bool
+    ) -> ChosenMotion | None:
         points = self._surroundings.points(start, criteria.length + 2.0 * self._radius)
         now = self.clearance(start, criteria.clearance)
         floor = min(criteria.padding, now - SLACK)
         best, found = -np.inf, None
-        for number, legs in enumerate(motions(self._robot, criteria.length, fine)):
+        for number, segments in enumerate(motions(self._robot, criteria.length, fine)):
             if (fine, number) in banned:
                 continue
-            rollout = roll_out(start, legs, self._radius)
+            rollout = roll_out(start, segments, self._radius)
             clear = self._clearances(rollout.poses, points, criteria.clearance, floor)
             score = _scores(rollout, clear, criteria, now)
             if score.max(initial=-np.inf) <= best:
@@ -126,46 +127,48 @@ class Search:
             score = score[: self._known_until(rollout.poses[: len(score)])]
             end = int(score.argmax()) if len(score) else 0
             if len(score) and score[end] > best:
-                best, cut = float(score[end]), _cut(legs, rollout, end)
-                found = Way((fine, number), cut, float(clear[end]), floor)
+                best, cut = float(score[end]), _cut(segments, rollout, end)
+                found = ChosenMotion((fine, number), cut, float(clear[end]), floor)
         return found
 
     def can_leave(self, start: Pose2D, padding: float) -> bool:
-        """Whether the robot can drive any way for a little, more room or not.
+        """Whether the robot can drive a short distance in any direction.
 
         Args:
-            start: odom frame.
-            padding: as in a wish.
+            start: current pose, odom frame.
+            padding: as in `EscapeCriteria`, metres.
         """
         points = self._surroundings.points(start, LITTLE + 2.0 * self._radius)
         floor = min(padding, self.clearance(start, padding) - SLACK)
-        for legs in motions(self._robot, LITTLE):
-            if len(legs) == 1:
-                poses = roll_out(start, legs, self._radius).poses
+        for segments in motions(self._robot, LITTLE):
+            if len(segments) == 1:
+                poses = roll_out(start, segments, self._radius).poses
                 clear = self._clearances(poses, points, padding, floor)
                 if len(clear) == len(poses) and self._known_until(poses) == len(poses):
                     return True
         return False
 
-    def clear(self, start: Pose2D, way: Way, legs: tuple[EscapeSegment, ...]) -> bool:
-        """Whether what is left of a way is still as clear as it was chosen for.
+    def clear(
+        self, start: Pose2D, chosen: ChosenMotion, segments: tuple[EscapeSegment, ...]
+    ) -> bool:
+        """Whether the rest of a motion is still clear.
 
         Args:
-            start: where the robot is, odom frame.
-            way: as it was chosen.
-            legs: what is left of it.
+            start: current pose, odom frame.
+            chosen: the motion.
+            segments: its remaining segments.
         """
-        poses = roll_out(start, legs, self._radius).poses
-        length = sum(leg.amount for leg in legs if not leg.turns)
+        poses = roll_out(start, segments, self._radius).poses
+        length = sum(segment.amount for segment in segments if not segment.turns)
         points = self._surroundings.points(start, length + 2.0 * self._radius)
-        floor = min(way.floor, self.clearance(start, NOISE)) - NOISE / 2.0
+        floor = min(chosen.floor, self.clearance(start, NOISE)) - NOISE / 2.0
         clear = self._clearances(poses, points, NOISE, floor)
         return len(clear) == len(poses) and self._known_until(poses) == len(poses)
 
     def _clearances(
         self, poses: FloatArray, points: FloatArray, reach: float, floor: float = -np.inf
     ) -> FloatArray:
-        """(n,) metres round the outline at each pose, up to the first that is below the floor."""
+        """(n,) clearances in metres at the poses, up to the first one below the floor."""
         out = np.empty(len(poses))
         count = self._kernels.clearances(
             poses, points, self._corners, self._radius, reach, floor, out
@@ -178,7 +181,7 @@ class Search:
         same = [view for view in views if view.scan.ranges.shape == scan.ranges.shape]
         sensors = np.array([(v.sensor.x, v.sensor.y, v.sensor.heading) for v in same])
         ranges = np.array([view.scan.ranges for view in same], dtype=np.float64)
-        reaches = np.minimum(ranges, scan.range_max) + NOISE  # NaN stays: it shows nothing
+        reaches = np.minimum(ranges, scan.range_max) + NOISE  # NaN stays: invalid beam
         return int(
             self._kernels.known_until(
                 poses, self._outline, sensors, reaches, scan.angle_min, scan.angle_increment,
@@ -190,9 +193,9 @@ class Search:
 def _scores(
     rollout: Rollout, clear: FloatArray, criteria: EscapeCriteria, now: float
 ) -> FloatArray:
-    """(n,) worth of ending at each of the first n poses; -inf where it gains too little.
+    """Return (n,) scores of ending at each of the first n poses; -inf when the gain is too small.
 
-    Clearance gained at the end counts most, then the least on the way, then a short way.
+    Clearance at the end counts most, then the minimum clearance, then a short motion.
     """
     least, count = np.minimum.accumulate(clear), len(clear)
     scores: FloatArray = (
@@ -205,14 +208,16 @@ def _scores(
     return scores
 
 
-def _cut(legs: tuple[EscapeSegment, ...], rollout: Rollout, end: int) -> tuple[EscapeSegment, ...]:
-    """The legs up to a pose of the roll-out."""
-    last = int(rollout.leg[end])
-    return *legs[:last], replace(legs[last], amount=float(rollout.amount[end]))
+def _cut(
+    segments: tuple[EscapeSegment, ...], rollout: Rollout, end: int
+) -> tuple[EscapeSegment, ...]:
+    """Return the segments up to a pose of the rollout."""
+    last = int(rollout.segment[end])
+    return *segments[:last], replace(segments[last], amount=float(rollout.amount[end]))
 
 
 def _resampled(corners: FloatArray, spacing: float) -> FloatArray:
-    """(m, 2) points along the edges of a polygon."""
+    """Return (m, 2) points along the edges of a polygon, at most `spacing` metres apart."""
     edges = zip(corners, np.roll(corners, -1, axis=0), strict=True)
     return np.vstack(
         [

@@ -1,1 +1,1 @@
-"""What it costs a point to get to a goal from anywhere around."""
+"""Cost-to-go field: the cheapest cost from every cell to the goal, for a point robot."""

@@ -1,32 +1,32 @@
 # mypy: allow-untyped-defs
-"""Compiled flood of a costmap from a goal."""
+"""Compiled Dijkstra search of a costmap from the goal."""
 
 import numpy as np
 from numba import njit
 
 UNREACHED = 3.0e38
-"""Cost to go of places that are shut off."""
+"""Cost to go of cells from which the goal cannot be reached."""
 
-CHECKED = 1024  # expansions between two looks at the wish to stop
+CHECKED = 1024  # expansions between two checks of the cancel flag
 
 
 @njit(cache=True, nogil=True)
-def cost_to_go(cells, traverse, diagonal, goal, start, margin, scale, stop):
+def cost_to_go(cells, traverse, diagonal, goal, start, margin, scale, cancelled):
     """Cheapest 8-connected cost from each cell to the goal (Dijkstra 1959 with Dial's buckets).
 
     Args:
         cells: (rows, columns) uint8.
-        traverse: (256,) int64 cost of a straight step through cells of each cost; 0 for no way.
+        traverse: (256,) int64 cost of a straight step by cell cost; 0 if impassable.
         diagonal: (256,) likewise.
         goal: (row, column).
-        start: (row, column) at which the flood may stop.
-        margin: share of the start's cost for which the flood goes on after it.
-        scale: what one unit of `traverse` is worth.
-        stop: (1,) uint8, set to anything but 0 by another thread to have it end early.
+        start: (row, column) after which the search may stop.
+        margin: share of the start's cost that the search covers beyond the start.
+        scale: value of one unit of `traverse` in the result.
+        cancelled: (1,) uint8; a value other than 0, set by another thread, ends the search early.
 
     Returns:
-        ((rows, columns) float32, UNREACHED where shut off or beyond; the cost up to which it is
-        complete, UNREACHED when that is everywhere).
+        ((rows, columns) float32, UNREACHED where unreachable or beyond the covered cost; the
+        covered cost, UNREACHED if the field is complete).
     """
     rows, columns = cells.shape
     reached = np.full(rows * columns, np.int64(1) << 60)
@@ -55,7 +55,7 @@ def cost_to_go(cells, traverse, diagonal, goal, start, margin, scale, stop):
         if reached[cell] != so_far:
             continue
         expanded += 1
-        if expanded % CHECKED == 0 and stop[0] != 0:
+        if expanded % CHECKED == 0 and cancelled[0] != 0:
             break
         row, column = cell // columns, cell % columns
         if row == start[0] and column == start[1]:
@@ -91,7 +91,7 @@ def cost_to_go(cells, traverse, diagonal, goal, start, margin, scale, stop):
                 waiting += 1
     complete = UNREACHED if waiting == 0 else scale * level
     field = np.full((rows, columns), np.float32(UNREACHED), np.float32)
-    if stop[0] != 0:
+    if cancelled[0] != 0:
         return field, complete
     for cell in range(rows * columns):
         if reached[cell] < np.int64(1) << 59:

@@ -1,1 +1,1 @@
-"""Shortest curves between two poses for vehicles that cannot turn on the spot."""
+"""Shortest curves between two poses for vehicles with a minimum turning radius."""

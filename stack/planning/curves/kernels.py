@@ -1,9 +1,9 @@
 # mypy: allow-untyped-defs
-"""Compiled closed forms of Dubins' and Reeds and Shepp's shortest curves.
+"""Compiled closed forms of the shortest Dubins and Reeds-Shepp curves.
 
-Everything is in units of the turning radius and in the frame of the first pose. A curve is up to
-five pieces: letters +1 left, 0 straight, -1 right, and lengths, negative in reverse. Unused pieces
-have length 0.
+Lengths are in units of the turning radius, coordinates in the frame of the first pose. A curve has
+up to five segments, each with a letter (+1 left, 0 straight, -1 right) and a length (negative in
+reverse). Unused segments have length 0.
 """
 
 import numpy as np
@@ -12,7 +12,7 @@ from numba import njit
 ZERO = 1e-10
 PIECES = 5
 
-# The words of Reeds and Shepp up to mirroring, driving backwards and reversal of order.
+# The Reeds-Shepp words up to reflection, time flip and reversal of order.
 WORDS = np.array(
     [
         [1, 0, 1, 0, 0],
@@ -38,7 +38,7 @@ def _wrap(angle):
 
 @njit(cache=True, nogil=True)
 def _turned(angle):
-    """The angle in [0, 2 pi); a full turn less rounding is none."""
+    """The angle in [0, 2 pi); values within 1e-9 of 2 pi become 0."""
     angle %= 2.0 * np.pi
     return 0.0 if angle > 2.0 * np.pi - 1e-9 else angle
 
@@ -127,7 +127,7 @@ def _ccsc(word, x, y, heading):
 
 @njit(cache=True, nogil=True)
 def _piece(word, index, t, u, v):
-    """Length of one piece of a word whose free lengths are t, u and v."""
+    """Length of one segment of a word with the free lengths t, u and v."""
     last = COUNTS[word] - 1
     if index == 0:
         return t
@@ -144,10 +144,10 @@ def _piece(word, index, t, u, v):
 
 @njit(cache=True, nogil=True)
 def reeds_shepp(x, y, heading):
-    """The shortest curve that may go back and forth (Reeds and Shepp 1990).
+    """Shortest curve with forward and backward segments (Reeds and Shepp 1990).
 
     Returns:
-        (letters (5,), lengths (5,)) of the shortest of the 48 words; see the module.
+        (letters (5,), lengths (5,)) of the shortest of the 48 words; see the module docstring.
     """
     best = np.inf
     letters, lengths = np.zeros(PIECES, np.int64), np.zeros(PIECES)
@@ -184,7 +184,7 @@ def reeds_shepp(x, y, heading):
 
 @njit(cache=True, nogil=True)
 def dubins(x, y, heading):
-    """The shortest curve forward (Dubins 1957), by the closed forms of Shkel and Lumelsky (2001).
+    """Shortest forward curve (Dubins 1957), by the closed forms of Shkel and Lumelsky (2001).
 
     Returns:
         (letters (5,), lengths (5,)) of the shortest of LSL, LSR, LRL and their mirror images.
@@ -223,7 +223,7 @@ def dubins(x, y, heading):
 
 @njit(cache=True, nogil=True)
 def curve(both_ways, x, y, heading):
-    """Reeds and Shepp's curve or Dubins'."""
+    """Reeds-Shepp curve if `both_ways`, else Dubins curve; see `reeds_shepp`."""
     if both_ways:
         return reeds_shepp(x, y, heading)
     return dubins(x, y, heading)
@@ -231,42 +231,51 @@ def curve(both_ways, x, y, heading):
 
 @njit(cache=True, nogil=True)
 def sample(x, y, heading, letters, lengths, radius, spacing):
-    """Poses along a curve from a pose, at most `spacing` metres apart, the first one left out.
+    """Poses along a curve from pose (x, y, heading), at most `spacing` metres apart.
+
+    Args:
+        x: metres.
+        y: metres.
+        heading: radians.
+        letters: (5,) steering of each segment.
+        lengths: (5,) in turning radii.
+        radius: turning radius, metres.
+        spacing: metres.
 
     Returns:
-        (poses (n, 3), ways (n,) +1 or -1: driven forward or backward to get there).
+        (poses (n, 3) without the first pose, directions (n,) +1 forward or -1 backward).
     """
     count = 0
     for piece in range(PIECES):
         count += int(np.ceil(abs(lengths[piece]) * radius / spacing - 1e-9))
-    poses, ways = np.empty((count, 3)), np.empty(count, np.int64)
+    poses, directions = np.empty((count, 3)), np.empty(count, np.int64)
     at = 0
     for piece in range(PIECES):
         length, letter = lengths[piece] * radius, letters[piece]
         steps = int(np.ceil(abs(length) / spacing - 1e-9))
         for step in range(1, steps + 1):
-            way = length * step / steps
-            turn = letter * way / radius
-            chord = way if letter == 0 else 2.0 * radius * np.sin(0.5 * way / radius)
+            driven = length * step / steps
+            turn = letter * driven / radius
+            chord = driven if letter == 0 else 2.0 * radius * np.sin(0.5 * driven / radius)
             poses[at, 0] = x + chord * np.cos(heading + 0.5 * turn)
             poses[at, 1] = y + chord * np.sin(heading + 0.5 * turn)
             poses[at, 2] = _wrap(heading + turn)
-            ways[at] = 1 if length > 0.0 else -1
+            directions[at] = 1 if length > 0.0 else -1
             at += 1
         if steps > 0:
             x, y, heading = poses[at - 1, 0], poses[at - 1, 1], poses[at - 1, 2]
-    return poses, ways
+    return poses, directions
 
 
 @njit(cache=True, nogil=True)
 def distance_table(both_ways, reach, step, bins):
-    """Lengths of the shortest curves to the origin from a raster of poses, radius 1.
+    """Lengths of the shortest curves of radius 1 to the origin from a grid of poses.
 
     Args:
-        both_ways: Reeds and Shepp's curves, else Dubins'.
-        reach: raster cells to each side.
-        step: side of a cell.
-        bins: headings, the first one 0.
+        both_ways: Reeds-Shepp curves, else Dubins curves.
+        reach: grid cells from the origin to each side.
+        step: side of a grid cell, in turning radii.
+        bins: number of headings; the first one is 0.
 
     Returns:
         (2 reach + 1, 2 reach + 1, bins) float32 by x, y and heading.

@@ -1,1 +1,1 @@
-"""Planners that search poses: what the robot's outline and its steering allow."""
+"""Pose planners: paths that respect the robot's footprint and its turning radius."""

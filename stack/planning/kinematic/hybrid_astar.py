@@ -1,4 +1,4 @@
-"""Hybrid A*: paths that a vehicle with a turning circle can drive."""
+"""Hybrid A* planner: paths for vehicles with a minimum turning radius."""
 
 from __future__ import annotations
 
@@ -14,71 +14,72 @@ from stack.components import DEFAULT_PLAN_OPTIONS, PlanOptions
 from stack.drivetrain.description import RobotDescription
 from stack.parameters import parameter
 from stack.planning.endpoints import Endpoints
-from stack.planning.kinematic.moves import HEADINGS, Prices, packed, steering_moves
+from stack.planning.kinematic.moves import HEADINGS, Penalties, pack_moves, steering_moves
 from stack.planning.kinematic.parameters import PosePlannerParameters, may_reverse, radius_for
 from stack.planning.kinematic.planning import PosePlanning
-from stack.planning.kinematic.search import Drive, Ground, Method
+from stack.planning.kinematic.search import CollisionChecker, Drive, Method
 from stack.planning.kinematic.shaping import Shaping
 from stack.planning.kinematic.shortcuts import CurveShortcut
 from stack.planning.search import StepCosts
 from stack.types import CostGrid, Path, Pose2D
 
 _TABLE_REACH, _TABLE_STEP, _TABLE_TURNS = 16, 0.25, 36  # cells to a side; radii; headings
-_RADIUS = 0.4  # m, for robots that turn in place: tight, and smooth to drive at walking pace
-_TABLE_SLACK = 0.3  # radii by which rounding to the table's places may lengthen a curve
+_RADIUS = 0.4  # m, for robots that turn in place: tight, and smooth at walking speed
+_TABLE_SLACK = 0.3  # radii by which rounding to the table's positions may lengthen a curve
 
 
 @dataclass(frozen=True)
 class HybridAstarParameters(PosePlannerParameters):
-    """How hybrid A* searches and weighs. Names and meanings follow Nav2's SmacPlannerHybrid."""
+    """Parameters of hybrid A*. Names and meanings follow Nav2's SmacPlannerHybrid."""
 
     motion: str = parameter(
         "reeds_shepp", one_of=("dubins", "reeds_shepp"),
-        help="dubins only drives forward, reeds_shepp backward as well where the robot can",
+        help="dubins: forward only; reeds_shepp: also backward, if the robot can",
     )  # fmt: skip
     turning_radius: float | None = parameter(
         None, "m", above=0.0, at_most=50.0,
-        help="least radius of the path; the robot's when left out, 0.4 m if it turns in place",
+        help="minimum radius of the path; default: the robot's, 0.4 m if it turns in place",
     )  # fmt: skip
     non_straight_penalty: float = parameter(
-        1.1, at_least=1.0, at_most=50.0, help="a metre of an arc counts this many"
+        1.1, at_least=1.0, at_most=50.0, help="cost factor for arcs"
     )
     change_penalty: float = parameter(
         0.1, "m", at_least=0.0, at_most=50.0,
-        help="what a change of direction or from left to right counts",
+        help="cost of a change of driving direction or of steering side",
     )  # fmt: skip
 
 
 class HybridAstar:
-    """Path of poses that a vehicle with a turning circle can drive, clear for its footprint.
+    """Hybrid A*: collision-free path of poses for a vehicle with a minimum turning radius.
 
     D. Dolgov, S. Thrun, M. Montemerlo, J. Diebel, "Path Planning for Autonomous Vehicles in Unknown
-    Semi-structured Environments", IJRR 2010: A* over poses in cells of place and heading (72), each
-    with the pose that reached it; two heuristics, the cost to go of a point among the obstacles and
-    the shortest curve on open floor; attempts to reach the goal exactly by such a curve. Headings
-    of the path are the robot's: in reverse they point against the motion.
+    Semi-structured Environments", IJRR 2010: A* over cells of position and heading (72 bins), each
+    with the continuous pose that reached it. The two heuristics are the cost to go of a point robot
+    among the obstacles and the shortest curve without obstacles. Analytic expansions with such
+    curves reach the goal exactly. Headings of the path are the robot's: in reverse they point
+    against the motion.
 
     Args:
         parameters: motion, radius, penalties and tolerances.
-        robot: its footprint is kept clear of lethal cells, its middle of inscribed ones; its
-            turning circle and its speed backward say what it can drive.
+        robot: its footprint stays clear of lethal cells, its base of inscribed ones; its turning
+            radius and its reverse speed limit the path.
 
     Raises:
-        InputError: a turning radius tighter than the robot can drive.
+        InputError: the parameter `turning_radius` is below the robot's turning radius.
     """
 
     Parameters: ClassVar[type] = HybridAstarParameters
 
     @staticmethod
     def check(parameters: HybridAstarParameters, robot: RobotDescription) -> None:
-        """Raise InputError for a turning radius tighter than the robot can drive."""
+        """Raise InputError if `turning_radius` is below the robot's turning radius."""
         radius_for(robot, parameters.turning_radius, _RADIUS)
 
     def __init__(self, parameters: HybridAstarParameters, robot: RobotDescription) -> None:
         p = parameters
         self._parameters = p
         tables = StepCosts.of(p.cost_weight, p.allow_unknown)
-        self._prices = Prices(p.reverse_penalty, p.non_straight_penalty, p.change_penalty)
+        self._penalties = Penalties(p.reverse_penalty, p.non_straight_penalty, p.change_penalty)
         self._methods: dict[float, Method] = {}
         self._radius = radius_for(robot, p.turning_radius, _RADIUS)
         self._both_ways = p.motion == "reeds_shepp" and may_reverse(robot)
@@ -88,7 +89,7 @@ class HybridAstar:
             endpoints=Endpoints.of(p, robot.footprint, tables.traverse),
             shaping=Shaping(p.smoother, self._radius, tables.traverse),
             method=self._method,
-            seeds=as_it_stands,
+            seeds=start_only,
         )
 
     def plan(
@@ -98,9 +99,9 @@ class HybridAstar:
         goal: Pose2D,
         options: PlanOptions = DEFAULT_PLAN_OPTIONS,
     ) -> Path:
-        """Poses at most a cell apart from start to goal, both exactly, in the map frame.
+        """Return poses at most a cell apart from exactly the start to exactly the goal, map frame.
 
-        Where the goal cannot be reached, the path ends at the nearest pose within the tolerance.
+        If the goal cannot be reached, the path ends at the nearest pose within the tolerance.
 
         Raises:
             NavigationError: NO_VALID_PATH, START_OCCUPIED, GOAL_OCCUPIED, START_OUTSIDE_MAP,
@@ -118,25 +119,25 @@ class HybridAstar:
         moves = steering_moves(radius, resolution, both_ways)
         headings = np.linspace(0.0, 2.0 * pi, HEADINGS, endpoint=False)
         return Method(
-            moves=packed([moves] * HEADINGS, self._prices, headings),
-            shortcuts=(CurveShortcut(both_ways, radius, self._prices),),
+            moves=pack_moves([moves] * HEADINGS, self._penalties, headings),
+            shortcuts=(CurveShortcut(both_ways, radius, self._penalties),),
             table=_curve_lengths(both_ways) * np.float32(radius),
             table_step=_TABLE_STEP * radius,
             table_slack=_TABLE_SLACK * radius,
             ratio=p.analytic_ratio * moves[0].length,
-            most=p.max_expansions,
+            max_expansions=p.max_expansions,
         )
 
 
-def as_it_stands(ground: Ground, start: Pose2D) -> list[Drive]:
-    """The start itself, for vehicles that cannot turn in place."""
+def start_only(checker: CollisionChecker, start: Pose2D) -> list[Drive]:
+    """Return the start itself as the only seed, for vehicles that cannot turn in place."""
     pose = np.array([[start.x, start.y, start.heading]])
     return [Drive(pose, np.zeros(1, np.int64), 0.0)]
 
 
 @lru_cache(maxsize=2)
 def _curve_lengths(both_ways: bool) -> NDArray[np.float32]:
-    """Lengths of the shortest curves of radius 1 around the origin; see `kernels.Aim.table`."""
+    """Return the lengths of the shortest curves of radius 1; see `kernels.Target.table`."""
     from stack.planning.curves import kernels
 
     table: Any = kernels.distance_table

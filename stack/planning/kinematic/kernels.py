@@ -1,9 +1,10 @@
 # mypy: allow-untyped-defs
 """Compiled loops of the search over poses (x, y, heading) with motion primitives.
 
-The search stops whenever it wants something of its caller (more room, an attempt to reach the goal
-in one go) and is taken up again with the same arrays. `state` (4,) int64 holds what lives from one
-call to the next; its slots are named here.
+The search returns to its caller when it needs larger arrays or an analytic expansion to the goal,
+and resumes with the same arrays. `state` (4,) int64 holds the counters that are kept between
+calls; NODES to COUNTDOWN are its indices. The file is a little over 400 lines because numba's cache
+does not notice changes in functions of other modules.
 """
 
 from typing import NamedTuple
@@ -13,28 +14,28 @@ from numba import njit
 from numpy.typing import NDArray
 
 NODES, WAITING, EXPANDED, COUNTDOWN = 0, 1, 2, 3
-"""Slots of `state`: nodes made, heap entries, nodes expanded, expansions to the next attempt."""
+"""Indices of `state`: nodes, heap entries, nodes expanded, expansions to the next attempt."""
 
-ATTEMPT, NO_WAY, GROW, LIMIT, SETTLED, STOPPED = 0, 1, 2, 3, 4, 5
-"""Why `expand` stopped: a node to try the goal from, nothing left, arrays full, enough expanded,
-nothing left that is cheaper than the bound, nobody wants the answer any more."""
+ATTEMPT, NO_PATH, GROW, LIMIT, SETTLED, STOPPED = 0, 1, 2, 3, 4, 5
+"""Why `expand` returned: a node for an analytic expansion, heap empty, arrays full, limit of
+expansions reached, nothing left below the cost bound, cancelled."""
 
-CHECKED = 256  # expansions between two looks at the wish to stop
-UNREACHED = 3.0e38  # cost to go of places that are shut off
+CHECKED = 256  # expansions between two checks of the cancel flag
+UNREACHED = 3.0e38  # cost to go of cells from which the goal cannot be reached
 EMPTY = -1
-AWAY = 1 << 20  # keys count cells from here, so that they stay positive
+KEY_OFFSET = 1 << 20  # offset of rows and columns in keys, which keeps them positive
 IN_PLACE = 9
 
 
-class Place(NamedTuple):
-    """The costmap seen by the search.
+class CollisionGrid(NamedTuple):
+    """Costmap and footprint for collision checks.
 
     Attributes:
         cells: (rows, columns) uint8.
-        weights: (256,) what a metre counts by cell cost; 0 for no way.
-        distances: (rows, columns) float32 metres from a cell's middle to the nearest lethal one.
+        weights: (256,) cost of a metre by cell cost; 0 if impassable.
+        distances: (rows, columns) float32 metres from a cell's centre to the nearest lethal one.
         geometry: (4,) origin x and y, resolution, half a cell's diagonal; metres.
-        samples: (n, 2) points on and in the footprint, base frame.
+        samples: (n, 2) points on and in the footprint, base frame, metres.
         reach: circumscribed radius, metres.
     """
 
@@ -50,13 +51,13 @@ class Moves(NamedTuple):
     """Motion primitives by heading.
 
     Attributes:
-        poses: (headings, moves, samples, 3) along each move in the frame of the pose before;
-            the last of `counts` is where it ends.
-        counts: (headings, moves) samples in use; 0 where there is no such move.
-        costs: (headings, moves) metres that a move counts on free ground, penalties included.
-        kinds: (moves,) int64: steering -1, 0, 1, plus 3 in reverse; IN_PLACE: on the spot.
-        bins: (k,) heading number by k-th part of a turn, from -pi.
-        change: metres that a change of steering side or of direction counts.
+        poses: (headings, moves, samples, 3) along each move in the frame of its start pose;
+            the move ends at the last of its `counts` samples.
+        counts: (headings, moves) samples in use; 0 if there is no such move.
+        costs: (headings, moves) metres, cost of a move on free ground, penalties included.
+        kinds: (moves,) int64: steering -1, 0, 1, plus 3 in reverse; or IN_PLACE.
+        bins: (k,) heading bin of the k-th part of a full turn, from -pi.
+        change: metres added for a change of steering side or of driving direction.
     """
 
     poses: NDArray[np.float64]
@@ -67,21 +68,22 @@ class Moves(NamedTuple):
     change: float
 
 
-class Aim(NamedTuple):
-    """Where the search goes.
+class Target(NamedTuple):
+    """Goal, heuristics and start of a query.
 
     Attributes:
-        goal: (3,) pose.
-        to_go: (rows, columns) float32, cost to the goal for a point; UNREACHED where shut off.
-        horizon: no cell beyond what `to_go` covers costs less.
-        table: (2 n + 1, 2 n + 1, m) float32 metres of the shortest curves to the origin.
-        table_step: metres between the places of the table.
-        table_slack: metres by which the table may say too much.
-        ratio: metres to go per expansion between two attempts to reach the goal in one go.
-        start: (2,) where the search began.
-        escape: metres from there within which the footprint may touch something.
-        escape_cost: cost to the goal from the place where that ends.
-        contacts: what `contact` may count there.
+        goal: (3,) pose, map frame.
+        to_go: (rows, columns) float32, cost to the goal for a point robot; UNREACHED where
+            unreachable.
+        horizon: lower bound of the cost to go of cells that `to_go` does not cover.
+        table: (2 n + 1, 2 n + 1, m) float32 metres, lengths of the shortest curves to the origin.
+        table_step: metres between the positions of the table.
+        table_slack: metres by which the table may overestimate.
+        ratio: metres to go per expansion between two analytic expansions.
+        start: (2,) position where the search began, metres.
+        escape: metres from the start within which the footprint may be in contact.
+        escape_cost: cost to the goal from the start's nearest free cell.
+        contacts: largest value of `contact` allowed within `escape`.
     """
 
     goal: NDArray[np.float64]
@@ -98,13 +100,13 @@ class Aim(NamedTuple):
 
 
 class Nodes(NamedTuple):
-    """What was reached; grows.
+    """Search nodes; the caller enlarges the arrays.
 
     Attributes:
-        poses: (capacity, 3).
-        costs: (capacity,) float64 so far.
-        parents: (capacity, 2) int64: node before and move from it, -1 at the start.
-        contacts: (capacity,) int64 of `contact`; above 0 only near a start that touches something.
+        poses: (capacity, 3), map frame.
+        costs: (capacity,) float64 cost so far.
+        parents: (capacity, 2) int64: previous node and move from it, -1 at the start.
+        contacts: (capacity,) int64 of `contact`; above 0 only near a start in contact.
         closed: (capacity,) bool.
         keys: (capacity,) int64.
         slots: (2^n,) int64 hash table of nodes by key, EMPTY where free.
@@ -122,49 +124,50 @@ class Nodes(NamedTuple):
 
 
 @njit(cache=True, nogil=True)
-def contact(place, x, y, heading):
-    """(weight of a metre here, footprint samples in contact, one more where the middle has no way).
+def contact(grid, x, y, heading):
+    """Return (cost of a metre at a pose, number of footprint samples in contact).
 
-    Off the grid more samples are in contact than there are.
+    The number is one higher if the cell of the pose is impassable. Outside the grid it is above
+    the number of samples.
     """
-    rows, columns = place.cells.shape
-    origin_x, origin_y, resolution, slack = place.geometry
+    rows, columns = grid.cells.shape
+    origin_x, origin_y, resolution, slack = grid.geometry
     column = int(np.floor((x - origin_x) / resolution))
     row = int(np.floor((y - origin_y) / resolution))
     if not (0 <= row < rows and 0 <= column < columns):
-        return 0.0, place.samples.shape[0] + 2
-    weight = place.weights[place.cells[row, column]]
+        return 0.0, grid.samples.shape[0] + 2
+    weight = grid.weights[grid.cells[row, column]]
     touching = 1 if weight == 0.0 else 0
-    if place.distances[row, column] > place.reach + 2.0 * slack:
+    if grid.distances[row, column] > grid.reach + 2.0 * slack:
         return weight, touching
     cosine, sine = np.cos(heading), np.sin(heading)
-    for sample in range(place.samples.shape[0]):
-        forward, left = place.samples[sample, 0], place.samples[sample, 1]
+    for sample in range(grid.samples.shape[0]):
+        forward, left = grid.samples[sample, 0], grid.samples[sample, 1]
         column = int(np.floor((x + cosine * forward - sine * left - origin_x) / resolution))
         row = int(np.floor((y + sine * forward + cosine * left - origin_y) / resolution))
-        if 0 <= row < rows and 0 <= column < columns and place.distances[row, column] == 0.0:
+        if 0 <= row < rows and 0 <= column < columns and grid.distances[row, column] == 0.0:
             touching += 1
     return weight, touching
 
 
 @njit(cache=True, nogil=True)
-def stretch(place, poses, contacts):
-    """Drive the footprint over poses.
+def sweep(grid, poses, contacts):
+    """Check the footprint for collision along poses.
 
     Args:
-        place: costmap.
+        grid: costmap and footprint.
         poses: (n, 3), map frame.
-        contacts: what `contact` may count; nothing any more after the first clear pose.
+        contacts: allowed value of `contact`; 0 from the first pose without contact on.
 
     Returns:
-        (mean weight of a metre, or 0 where the footprint cannot pass; contacts at the last pose).
+        (mean cost of a metre, or 0 if the footprint collides; contacts at the last pose).
     """
     total, touching = 0.0, contacts
     for index in range(poses.shape[0]):
-        weight, touching = contact(place, poses[index, 0], poses[index, 1], poses[index, 2])
+        weight, touching = contact(grid, poses[index, 0], poses[index, 1], poses[index, 2])
         if touching > contacts:
             return 0.0, touching
-        total += max(weight, place.weights[0])
+        total += max(weight, grid.weights[0])
         if touching == 0:
             contacts = 0
     return total / max(poses.shape[0], 1), touching
@@ -177,32 +180,32 @@ def _wrap(angle):
 
 @njit(cache=True, nogil=True)
 def heading_bin(bins, heading):
-    """Number of the heading that a direction counts as."""
+    """Return the heading bin of a direction in radians."""
     part = int((_wrap(heading) + np.pi) / (2.0 * np.pi) * bins.size)
     return bins[min(part, bins.size - 1)]
 
 
 @njit(cache=True, nogil=True)
-def estimate(place, aim, x, y, heading, contacts):
-    """Cost to go: around obstacles as a point, or over open floor with the turning radius."""
+def estimate(grid, target, x, y, heading, contacts):
+    """Cost to go: maximum of the 2D cost-to-go field and the obstacle-free curve length."""
     if contacts > 0:
-        return aim.escape_cost
-    origin_x, origin_y, resolution, _ = place.geometry
+        return target.escape_cost
+    origin_x, origin_y, resolution, _ = grid.geometry
     column = int(np.floor((x - origin_x) / resolution))
     row = int(np.floor((y - origin_y) / resolution))
-    cost = min(aim.to_go[row, column], aim.horizon)
+    cost = min(target.to_go[row, column], target.horizon)
     if cost >= UNREACHED:
         return cost
-    goal_x, goal_y, goal_heading = aim.goal
+    goal_x, goal_y, goal_heading = target.goal
     c, s = np.cos(goal_heading), np.sin(goal_heading)
     forward = c * (x - goal_x) + s * (y - goal_y)
     left = c * (y - goal_y) - s * (x - goal_x)
-    half, turns = (aim.table.shape[0] - 1) // 2, aim.table.shape[2]
-    column = int(np.floor(forward / aim.table_step + 0.5)) + half
-    row = int(np.floor(left / aim.table_step + 0.5)) + half
+    half, turns = (target.table.shape[0] - 1) // 2, target.table.shape[2]
+    column = int(np.floor(forward / target.table_step + 0.5)) + half
+    row = int(np.floor(left / target.table_step + 0.5)) + half
     if 0 <= column <= 2 * half and 0 <= row <= 2 * half:
         turn = int(np.floor((heading - goal_heading) / (2.0 * np.pi) * turns + 0.5)) % turns
-        cost = max(cost, aim.table[column, row, turn] - aim.table_slack)
+        cost = max(cost, target.table[column, row, turn] - target.table_slack)
     return max(cost, np.hypot(x - goal_x, y - goal_y))
 
 
@@ -221,7 +224,7 @@ def _push(heap, count, f, node):
 
 @njit(cache=True, nogil=True)
 def _pop(heap, count):
-    """Take the first entry off the heap of `count` entries: (f, node)."""
+    """Remove and return the first of `count` heap entries: (f, node)."""
     f, node = heap[0, 0], heap[0, 1]
     last_f, last_node = heap[count - 1, 0], heap[count - 1, 1]
     count -= 1
@@ -245,7 +248,7 @@ def _pop(heap, count):
 
 @njit(cache=True, nogil=True)
 def _slot(slots, keys, key):
-    """Where a key is in the hash table, or would go."""
+    """Return the slot of a key in the hash table, or the free slot for it."""
     mask = slots.size - 1
     mixed = key * 0x9E3779B97F4A7C1
     at = (mixed ^ (mixed >> 29)) & mask
@@ -256,24 +259,24 @@ def _slot(slots, keys, key):
 
 @njit(cache=True, nogil=True)
 def rehash(slots, keys, count):
-    """Enter the first nodes into an empty, larger hash table."""
+    """Insert the first `count` nodes into an empty hash table."""
     for node in range(count):
         slots[_slot(slots, keys, keys[node])] = node
 
 
 @njit(cache=True, nogil=True)
-def reach(place, moves, aim, nodes, state, pose, cost, parent, move, contacts):
-    """Enter a pose that was reached at a cost, unless it is known at a lower one."""
+def add_node(grid, moves, target, nodes, state, pose, cost, parent, move, contacts):
+    """Add or update the node of a pose reached at a cost, unless it has a lower cost already."""
     x, y, heading = pose
-    resolution = place.geometry[2]
-    column = int(np.floor((x - aim.start[0]) / resolution + 0.5)) + AWAY
-    row = int(np.floor((y - aim.start[1]) / resolution + 0.5)) + AWAY
-    key = (np.int64(row) * (2 * AWAY) + column) * 512 + heading_bin(moves.bins, heading)
+    resolution = grid.geometry[2]
+    column = int(np.floor((x - target.start[0]) / resolution + 0.5)) + KEY_OFFSET
+    row = int(np.floor((y - target.start[1]) / resolution + 0.5)) + KEY_OFFSET
+    key = (np.int64(row) * (2 * KEY_OFFSET) + column) * 512 + heading_bin(moves.bins, heading)
     slot = _slot(nodes.slots, nodes.keys, key)
     node = nodes.slots[slot]
     if node != EMPTY and (nodes.closed[node] or nodes.costs[node] <= cost):
         return
-    to_go = estimate(place, aim, x, y, heading, contacts)
+    to_go = estimate(grid, target, x, y, heading, contacts)
     if to_go >= UNREACHED:
         return
     if node == EMPTY:
@@ -289,7 +292,7 @@ def reach(place, moves, aim, nodes, state, pose, cost, parent, move, contacts):
 
 @njit(cache=True, nogil=True)
 def _changes(one, other):
-    """Whether steering goes from side to side or driving from forward to backward."""
+    """Return whether steering changes side or driving changes direction between two kinds."""
     if one == IN_PLACE or other == IN_PLACE:
         return False
     back, other_back = one >= 2, other >= 2
@@ -297,30 +300,30 @@ def _changes(one, other):
 
 
 @njit(cache=True, nogil=True)
-def expand(place, moves, aim, nodes, state, most, bound, stop):
-    """Best-first search (A*, Hart, Nilsson and Raphael 1968) over poses, until something is up.
+def expand(grid, moves, target, nodes, state, max_expansions, bound, cancelled):
+    """A* over poses (Hart, Nilsson and Raphael 1968), until the caller has to act.
 
     Args:
-        place: costmap and footprint.
+        grid: costmap and footprint.
         moves: motion primitives.
-        aim: goal and heuristics.
-        nodes: what was reached; changed.
+        target: goal and heuristics.
+        nodes: search nodes; changed.
         state: (4,) int64; changed.
-        most: expansions after which to stop.
-        bound: stops when nothing left may cost less in all.
-        stop: (1,) uint8, set to anything but 0 by another thread to have it STOPPED.
+        max_expansions: number of expansions after which the search ends with LIMIT.
+        bound: the search ends with SETTLED when no remaining f is below this cost.
+        cancelled: (1,) uint8; a value other than 0, set by another thread, ends it with STOPPED.
 
     Returns:
-        (why it stopped, the node to try the goal from or -1).
+        (ATTEMPT to STOPPED, the node for an analytic expansion or -1).
     """
     count = moves.kinds.size
     driven = np.empty((moves.poses.shape[2], 3))
     while True:
         if state[WAITING] == 0:
-            return NO_WAY, -1
-        if state[EXPANDED] >= most:
+            return NO_PATH, -1
+        if state[EXPANDED] >= max_expansions:
             return LIMIT, -1
-        if state[EXPANDED] % CHECKED == 0 and stop[0] != 0:
+        if state[EXPANDED] % CHECKED == 0 and cancelled[0] != 0:
             return STOPPED, -1
         room = min(nodes.costs.size - state[NODES], nodes.heap.shape[0] - state[WAITING])
         if room <= count:
@@ -346,34 +349,34 @@ def expand(place, moves, aim, nodes, state, most, bound, stop):
                 driven[index, 0] = x + c * forward - s * left
                 driven[index, 1] = y + s * forward + c * left
                 driven[index, 2] = heading + bend
-            allowed = aim.contacts if nodes.contacts[node] > 0 else 0
-            weight, contacts = stretch(place, driven[:samples], allowed)
+            allowed = target.contacts if nodes.contacts[node] > 0 else 0
+            weight, contacts = sweep(grid, driven[:samples], allowed)
             if weight == 0.0:
                 continue
             end = driven[samples - 1]
-            away = np.hypot(end[0] - aim.start[0], end[1] - aim.start[1])
-            if contacts > 0 and away > aim.escape:
+            away = np.hypot(end[0] - target.start[0], end[1] - target.start[1])
+            if contacts > 0 and away > target.escape:
                 continue
             cost = nodes.costs[node] + weight * moves.costs[turn, move]
             if before >= 0 and _changes(moves.kinds[before], moves.kinds[move]):
                 cost += moves.change
-            reach(
-                place, moves, aim, nodes, state, (end[0], end[1], _wrap(end[2])),
+            add_node(
+                grid, moves, target, nodes, state, (end[0], end[1], _wrap(end[2])),
                 cost, node, move, contacts,
             )  # fmt: skip
         state[COUNTDOWN] -= 1
         if state[COUNTDOWN] <= 0:
             to_go = f - nodes.costs[node]
-            state[COUNTDOWN] = int(to_go / aim.ratio)
+            state[COUNTDOWN] = int(to_go / target.ratio)
             return ATTEMPT, node
 
 
 @njit(cache=True, nogil=True)
 def trace(moves, nodes, node):
-    """Poses from the start to a node.
+    """Return the poses from the start to a node.
 
     Returns:
-        (poses (n, 3); ways (n,): 1 driven to forward, -1 backward, 0 turned in place or stood).
+        (poses (n, 3); directions (n,): 1 reached forward, -1 backward, 0 turn in place or start).
     """
     length, at = 1, node
     while nodes.parents[at, 0] >= 0:
@@ -382,7 +385,7 @@ def trace(moves, nodes, node):
             heading_bin(moves.bins, nodes.poses[before, 2]), nodes.parents[at, 1]
         ]
         at = before
-    poses, ways = np.empty((length, 3)), np.zeros(length, np.int64)
+    poses, directions = np.empty((length, 3)), np.zeros(length, np.int64)
     poses[0] = nodes.poses[at]
     at, fill = node, length
     while nodes.parents[at, 0] >= 0:
@@ -397,6 +400,6 @@ def trace(moves, nodes, node):
             poses[fill + index, 0] = x + c * forward - s * left
             poses[fill + index, 1] = y + s * forward + c * left
             poses[fill + index, 2] = _wrap(heading + bend)
-            ways[fill + index] = 0 if kind == IN_PLACE else (-1 if kind >= 2 else 1)
+            directions[fill + index] = 0 if kind == IN_PLACE else (-1 if kind >= 2 else 1)
         at = before
-    return poses, ways
+    return poses, directions

@@ -1,4 +1,4 @@
-"""State lattice: moves of a differential robot that may also turn in place."""
+"""State lattice planner for differential robots that can turn in place."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError
 from stack.parameters import parameter
 from stack.planning.endpoints import Endpoints
-from stack.planning.kinematic.moves import Prices, lattice_headings, lattice_moves, packed
+from stack.planning.kinematic.moves import Penalties, lattice_headings, lattice_moves, pack_moves
 from stack.planning.kinematic.parameters import PosePlannerParameters, may_reverse
 from stack.planning.kinematic.planning import PosePlanning
-from stack.planning.kinematic.search import Drive, Ground, Method
+from stack.planning.kinematic.search import CollisionChecker, Drive, Method
 from stack.planning.kinematic.shaping import Shaping
 from stack.planning.kinematic.shortcuts import CurveShortcut, TurnDriveTurn, turned
 from stack.planning.search import StepCosts
@@ -26,36 +26,36 @@ _RADIUS = 0.5  # m
 
 @dataclass(frozen=True)
 class LatticeParameters(PosePlannerParameters):
-    """How the lattice is searched and weighed. Meanings follow Nav2's SmacPlannerLattice."""
+    """Parameters of the lattice planner. Meanings follow Nav2's SmacPlannerLattice."""
 
     turning_radius: float | None = parameter(
         None, "m", above=0.0, at_most=2.0,
-        help="least radius of the arcs, 0.5 m when left out; turns in place are apart",
+        help="minimum radius of arcs; default: 0.5 m; turns in place are allowed in any case",
     )  # fmt: skip
-    allow_reverse: bool = parameter(True, help="also short straights backward, if the robot can")
+    allow_reverse: bool = parameter(True, help="short straight moves backward, if the robot can")
     rotation_penalty: float = parameter(
-        0.4, "m", at_least=0.0, at_most=50.0, help="what a radian turned in place counts"
+        0.4, "m", at_least=0.0, at_most=50.0, help="cost of a radian turned in place"
     )
     non_straight_penalty: float = parameter(
-        1.05, at_least=1.0, at_most=50.0, help="a metre of an arc counts this many"
+        1.05, at_least=1.0, at_most=50.0, help="cost factor for arcs"
     )
     change_penalty: float = parameter(
         0.05, "m", at_least=0.0, at_most=50.0,
-        help="what a change of direction or from left to right counts",
+        help="cost of a change of driving direction or of steering side",
     )  # fmt: skip
 
 
 class Lattice:
-    """Path of straights, arcs and turns in place on a lattice of poses, clear for the footprint.
+    """State lattice: collision-free path of straights, arcs and turns in place.
 
     M. Pivtoraiko, A. Kelly, "Efficient constrained path planning via search in state lattices",
-    i-SAIRAS 2005: A* over middles of cells at sixteen headings, joined by moves that were made to
-    meet them; the lattice lies with its middle on the start. The goal is joined exactly by a turn,
-    a straight and a turn, or where there is no room to turn by a shortest curve.
+    i-SAIRAS 2005: A* over cell centres at sixteen headings, connected by motion primitives that
+    end exactly on them; the lattice is centred on the start. The goal is connected exactly by a
+    turn, a straight and a turn, or by a shortest curve where there is no room to turn.
 
     Args:
         parameters: radius, penalties and tolerances.
-        robot: its footprint is kept clear of lethal cells, its middle of inscribed ones.
+        robot: its footprint stays clear of lethal cells, its base of inscribed ones.
 
     Raises:
         InputError: the robot cannot turn in place.
@@ -68,15 +68,15 @@ class Lattice:
         """Raise InputError for a robot that cannot turn in place."""
         if robot.turning_radius > 0.0:
             raise InputError(
-                f"planner lattice: it turns in place, and {robot.name} cannot turn more tightly "
-                f"than in a circle of {robot.turning_radius:.3g} m; use hybrid_astar"
+                f"planner lattice needs a robot that turns in place; the turning radius of "
+                f"{robot.name} is {robot.turning_radius:.3g} m; use hybrid_astar"
             )
 
     def __init__(self, parameters: LatticeParameters, robot: RobotDescription) -> None:
         p = parameters
         self._parameters = p
         tables = StepCosts.of(p.cost_weight, p.allow_unknown)
-        self._prices = Prices(
+        self._penalties = Penalties(
             p.reverse_penalty, p.non_straight_penalty, p.change_penalty, p.rotation_penalty
         )
         self.check(parameters, robot)
@@ -99,10 +99,10 @@ class Lattice:
         goal: Pose2D,
         options: PlanOptions = DEFAULT_PLAN_OPTIONS,
     ) -> Path:
-        """Poses at most a cell apart from start to goal, both exactly, in the map frame.
+        """Return poses at most a cell apart from exactly the start to exactly the goal, map frame.
 
-        A turn in place shows as a corner. Where the goal cannot be reached, the path ends at the
-        nearest pose within the tolerance.
+        A turn in place is a corner of the path. If the goal cannot be reached, the path ends at
+        the nearest pose within the tolerance.
 
         Raises:
             NavigationError: NO_VALID_PATH, START_OCCUPIED, GOAL_OCCUPIED, START_OUTSIDE_MAP,
@@ -115,31 +115,32 @@ class Lattice:
             p = self._parameters
             moves = lattice_moves(self._radius, resolution, self._reverse)
             self._methods[resolution] = Method(
-                moves=packed(moves, self._prices, lattice_headings()),
+                moves=pack_moves(moves, self._penalties, lattice_headings()),
                 shortcuts=(
-                    TurnDriveTurn(self._prices),
-                    CurveShortcut(self._reverse, self._radius, self._prices),
+                    TurnDriveTurn(self._penalties),
+                    CurveShortcut(self._reverse, self._radius, self._penalties),
                 ),
                 table=np.zeros((1, 1, 1), np.float32),
                 table_step=1.0,
                 table_slack=0.0,
                 ratio=p.analytic_ratio * 2.0 * resolution,
-                most=p.max_expansions,
+                max_expansions=p.max_expansions,
             )
         return self._methods[resolution]
 
-    def _seeds(self, ground: Ground, start: Pose2D) -> list[Drive]:
-        """The start turned to the headings of the lattice next to it, or as it stands.
+    def _seeds(self, checker: CollisionChecker, start: Pose2D) -> list[Drive]:
+        """Return the start turned to the two nearest lattice headings.
 
-        Where the robot cannot even turn that far, its moves begin askew to the lattice.
+        If the robot has no room to turn that far, the start itself is the only seed, and its moves
+        are not aligned with the lattice.
         """
         pose = np.array([start.x, start.y, start.heading])
-        contacts = ground.allowed(start)
+        contacts = checker.allowed_contacts(start)
         seeds = []
         aside = [wrap_angle(float(turn) - start.heading) for turn in lattice_headings()]
         for angle in sorted(aside, key=abs)[:2]:
             poses = np.vstack([pose, turned(pose, angle)])
-            if ground.weight(poses, contacts) > 0.0:
-                cost = self._prices.rotation * abs(angle)
+            if checker.weight(poses, contacts) > 0.0:
+                cost = self._penalties.rotation * abs(angle)
                 seeds.append(Drive(poses, np.zeros(len(poses), np.int64), cost))
         return seeds or [Drive(pose[None], np.zeros(1, np.int64), 0.0)]

@@ -10,27 +10,27 @@ import numpy as np
 from stack.types import FloatArray, wrap_angle
 
 HEADINGS = 72
-"""Headings that the hybrid search tells apart: five degrees each."""
+"""Number of heading bins of the hybrid search: five degrees each."""
 
 LATTICE_DIRECTIONS = (
     (1, 0), (2, 1), (1, 1), (1, 2), (0, 1), (-1, 2), (-1, 1), (-2, 1),
     (-1, 0), (-2, -1), (-1, -1), (-1, -2), (0, -1), (1, -2), (1, -1), (2, -1),
 )  # fmt: skip
-"""Steps in cells along the sixteen headings of the lattice: straight lines meet cell middles."""
+"""Steps in cells along the sixteen lattice headings: straight moves end at cell centres."""
 
 IN_PLACE = 9
-_PARTS = 1440  # a quarter of a degree: how finely directions are sorted into headings
-_REACH = 40  # cells; how far away the end of a lattice arc is looked for
+_PARTS = 1440  # entries of the table from direction to heading bin: a quarter of a degree
+_REACH = 40  # cells; search radius for the end of a lattice arc
 
 
 @dataclass(frozen=True)
-class Prices:
-    """What moves count beyond their length.
+class Penalties:
+    """Cost penalties of motion primitives.
 
     Attributes:
         reverse: factor on metres driven backward.
         non_straight: factor on metres of arcs.
-        change: metres for a change of steering side or of direction.
+        change: metres added for a change of steering side or of driving direction.
         rotation: metres for each radian turned in place.
     """
 
@@ -40,7 +40,12 @@ class Prices:
     rotation: float = 0.0
 
     def of(self, length: float, kind: int) -> float:
-        """Metres that a move of this length and kind counts on free ground."""
+        """Return the cost in metres of a move on free ground.
+
+        Args:
+            length: metres, or radians of a turn in place.
+            kind: as `Move.kind`.
+        """
         if kind == IN_PLACE:
             return length * self.rotation
         steering = kind - 3 if kind >= 2 else kind
@@ -50,12 +55,12 @@ class Prices:
 
 @dataclass(frozen=True)
 class Move:
-    """One motion primitive in the frame of the pose before it.
+    """One motion primitive in the frame of its start pose.
 
     Attributes:
-        poses: (n, 3) along it, the first pose left out.
+        poses: (n, 3) x, y in metres and heading, without the start pose.
         length: metres, or radians of a turn in place.
-        kind: steering -1, 0, 1, plus 3 in reverse; IN_PLACE.
+        kind: steering -1, 0, 1, plus 3 in reverse; or IN_PLACE.
     """
 
     poses: FloatArray
@@ -63,13 +68,13 @@ class Move:
     kind: int
 
 
-def packed(moves: list[list[Move]], prices: Prices, headings: FloatArray) -> object:
-    """The arrays of `kernels.Moves` for the moves of each heading.
+def pack_moves(moves: list[list[Move]], penalties: Penalties, headings: FloatArray) -> object:
+    """Return `kernels.Moves` with the moves of each heading.
 
     Args:
-        moves: by heading; every heading has the same number, of the same kinds.
-        prices: penalties.
-        headings: (n,) radians of the headings.
+        moves: by heading; every heading has the same number of moves, of the same kinds.
+        penalties: cost penalties.
+        headings: (n,) radians.
     """
     from stack.planning.kinematic import kernels
 
@@ -81,37 +86,37 @@ def packed(moves: list[list[Move]], prices: Prices, headings: FloatArray) -> obj
         for index, move in enumerate(row):
             counts[turn, index] = len(move.poses)
             poses[turn, index, : len(move.poses)] = move.poses
-            costs[turn, index] = prices.of(move.length, move.kind)
+            costs[turn, index] = penalties.of(move.length, move.kind)
     middles = (np.arange(_PARTS) + 0.5) / _PARTS * 2.0 * pi - pi
     apart = np.abs(np.angle(np.exp(1j * (middles[:, None] - headings[None, :]))))
     kinds = np.array([move.kind for move in moves[0]], dtype=np.int64)
     return kernels.Moves(
-        poses, counts, costs, kinds, np.argmin(apart, axis=1).astype(np.int64), prices.change
+        poses, counts, costs, kinds, np.argmin(apart, axis=1).astype(np.int64), penalties.change
     )
 
 
 def steering_moves(radius: float, resolution: float, reverse: bool) -> list[Move]:
-    """Left, straight and right, each long enough to leave its cell and its heading bin.
+    """Return moves left, straight and right, long enough to leave the cell and the heading bin.
 
     Args:
-        radius: least turning radius, metres.
+        radius: minimum turning radius, metres.
         resolution: side of a cell, metres.
-        reverse: also the same backward.
+        reverse: also return the same moves backward.
     """
     angle = 2.0 * asin(min(1.0, sqrt(2.0) * resolution / (2.0 * radius)))
     bin_size = 2.0 * pi / HEADINGS
     length = radius * bin_size * ceil(angle / bin_size - 1e-9)
     moves = []
-    for way in (1, -1) if reverse else (1,):
+    for direction in (1, -1) if reverse else (1,):
         for steering in (0, 1, -1):
-            kind = steering if way > 0 else steering + 3
-            poses = arc(steering / radius, way * length, resolution)
+            kind = steering if direction > 0 else steering + 3
+            poses = arc(steering / radius, direction * length, resolution)
             moves.append(Move(poses, length, kind))
     return moves
 
 
 def arc(curvature: float, length: float, spacing: float) -> FloatArray:
-    """Poses (n, 3) along an arc from the origin; a negative length is driven backward."""
+    """Return poses (n, 3) along an arc from the origin; a negative length is driven backward."""
     along = np.linspace(0.0, length, ceil(abs(length) / spacing - 1e-9) + 1)[1:]
     turn = curvature * along
     chord = along if curvature == 0.0 else 2.0 / curvature * np.sin(0.5 * turn)
@@ -119,19 +124,19 @@ def arc(curvature: float, length: float, spacing: float) -> FloatArray:
 
 
 def lattice_headings() -> FloatArray:
-    """(16,) radians."""
+    """Return the (16,) lattice headings, radians."""
     return np.array([atan2(rise, run) for run, rise in LATTICE_DIRECTIONS])
 
 
 def lattice_moves(radius: float, resolution: float, reverse: bool) -> list[list[Move]]:
-    """The moves of a differential robot by heading: straights, arcs, turns in place.
+    """Return the moves of a differential robot by heading: straights, arcs, turns in place.
 
-    All end in middles of cells and at one of the sixteen headings, if they begin so.
+    From a cell centre at a lattice heading, every move ends at a cell centre and lattice heading.
 
     Args:
-        radius: least radius of arcs, metres.
+        radius: minimum radius of arcs, metres.
         resolution: side of a cell, metres.
-        reverse: also a straight backward.
+        reverse: also return a straight move backward.
     """
     return [_moves_from(turn, radius, resolution, reverse) for turn in range(16)]
 
@@ -157,10 +162,10 @@ def _moves_from(turn: int, radius: float, resolution: float, reverse: bool) -> l
 
 
 def _bend(turn: int, other: int, radius: float, resolution: float) -> tuple[FloatArray, float]:
-    """The shortest arc with a straight before or after it, from middle to middle of a cell.
+    """Return the shortest arc plus straight line between two headings, from cell centre to centre.
 
-    Both headings' lines meet in a corner; an arc round it touches both at equal distance, the
-    rest of the longer side is the straight (Pivtoraiko and Kelly 2005 for lattices of such moves).
+    The lines along both headings meet in a corner. An arc is tangent to both at equal distances;
+    the straight line is the rest of the longer side (Pivtoraiko and Kelly 2005).
 
     Returns:
         (poses (n, 3) in the frame of the start, length in metres).
@@ -190,7 +195,7 @@ def _bend(turn: int, other: int, radius: float, resolution: float) -> tuple[Floa
 
 
 def _chained(pieces: list[FloatArray]) -> FloatArray:
-    """One line of poses from pieces that each begin at the origin."""
+    """Concatenate pose sequences (n, 3) that each begin at the origin."""
     chain, x, y, heading = [], 0.0, 0.0, 0.0
     for piece in pieces:
         if not len(piece):

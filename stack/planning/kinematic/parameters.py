@@ -1,4 +1,4 @@
-"""What the planners of poses have in common to be set, and what the robot has to say to it."""
+"""Parameters shared by the pose planners, and limits that follow from the robot."""
 
 from __future__ import annotations
 
@@ -13,50 +13,51 @@ from stack.planning.smoothers.choice import SMOOTHERS
 
 @dataclass(frozen=True)
 class PosePlannerParameters(PlannerParameters):
-    """How a search over poses weighs its moves."""
+    """Parameters of a search over poses."""
 
     max_expansions: int = parameter(
         500_000, at_least=1, at_most=100_000_000,
-        help="poses looked at before it gives up: a limit that is the same on every machine",
+        help="maximum number of expanded poses; the limit is the same on every machine",
     )  # fmt: skip
     cost_weight: float = parameter(
         3.0, at_least=0.0, at_most=50.0,
-        help="how many times its length a way costs more where the costmap is fullest (252)",
+        help="weight of cell costs: a path costs length * (1 + cost_weight * cost / 252)",
     )  # fmt: skip
     reverse_penalty: float = parameter(
-        2.0, at_least=1.0, at_most=50.0, help="a metre backward counts this many"
+        2.0, at_least=1.0, at_most=50.0, help="cost factor for driving backward"
     )
     analytic_ratio: float = parameter(
         3.5, above=0.0, at_most=100.0,
-        help="tries to reach the goal in one go this often as it comes nearer",
+        help="interval of the analytic expansions relative to the remaining distance; "
+        "higher: more often",
     )  # fmt: skip
     smoother: str = parameter(
-        "constrained", one_of=SMOOTHERS, help="what is done to the path between cusps"
+        "constrained", one_of=SMOOTHERS, help="smoother for the path between cusps"
     )
 
 
-def radius_for(robot: RobotDescription, asked: float | None, usual: float) -> float:
-    """The least radius of a path's arcs, metres.
+def radius_for(robot: RobotDescription, requested: float | None, default: float) -> float:
+    """Return the minimum turning radius of a path, metres.
 
     Args:
-        robot: who is to drive them.
-        asked: what the parameter `turning_radius` says; None is the robot's own.
-        usual: for robots that can turn in place, which have none.
+        robot: the robot that follows the path.
+        requested: the parameter `turning_radius`; None for the robot's own.
+        default: default for robots that can turn in place.
 
     Raises:
-        InputError: asked is a tighter circle than the robot can drive.
+        InputError: `requested` is below the robot's turning radius.
     """
     least = robot.turning_radius
-    if asked is None:
-        return least or usual
-    if asked < least - 1e-9:
+    if requested is None:
+        return least or default
+    if requested < least - 1e-9:
         raise InputError(
-            f"turning_radius: {asked:g} m is tighter than {robot.name} can drive, {least:.3g} m; "
-            "leave the parameter out to plan with the robot's own"
+            f"turning_radius: {requested:g} m is below the turning radius of {robot.name}, "
+            f"{least:.3g} m; leave the parameter out to use the robot's own"
         )
-    return asked
+    return requested
 
 
 def may_reverse(robot: RobotDescription) -> bool:
-    """Whether paths may lead backward at all."""
+    """Return whether the robot can drive backward."""
     return robot.limits.reverse_speed > 0.0

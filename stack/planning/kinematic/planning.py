@@ -1,4 +1,4 @@
-"""What the planners of poses share: ends, reachability, partial plans and failures."""
+"""Common part of the pose planners: ends, reachability, partial plans and errors."""
 
 from __future__ import annotations
 
@@ -16,32 +16,39 @@ from stack.planning.endpoints import (
     Cell,
     Endpoints,
     cell_on_map,
-    no_way,
     out_of_expansions,
-    text,
+    unreachable_goal,
+    xy_text,
 )
-from stack.planning.kinematic.search import Drive, Ground, Method, Outcome, PoseSearch, Query
+from stack.planning.kinematic.search import (
+    CollisionChecker,
+    Drive,
+    Method,
+    Outcome,
+    PoseSearch,
+    Query,
+)
 from stack.planning.kinematic.shaping import Shaping
 from stack.planning.search import StepCosts
 from stack.types import CostGrid, FailureCode, Footprint, Path, Pose2D, wrap_angle
 
-_FLOOD_MARGIN = 0.3  # the field of costs to go covers ways this much dearer than the cheapest
-_PARTIAL_REACH = 3.0  # m; how far from a blocked goal a partial plan looks for a clear pose
-_TURNED = 0.35  # rad; how far the heading of a place within the tolerance may be off
-_ANY_HEADING = 8  # headings tried there
+_FLOOD_MARGIN = 0.3  # the cost-to-go field covers costs this share above the start's
+_PARTIAL_REACH = 3.0  # m; search radius for a clear pose near a blocked goal of a partial plan
+_HEADING_TOLERANCE = 0.35  # rad; heading tolerance of an end other than the goal
+_ANY_HEADING = 8  # number of headings tried near a blocked goal of a partial plan
 
 
 @dataclass(frozen=True)
 class PosePlanning:
-    """Plans poses for a footprint by one method.
+    """Pose planner for a footprint and a search method.
 
     Attributes:
         footprint: outline in the base frame.
-        tables: step costs of the two-dimensional field.
+        tables: step costs of the 2D cost-to-go field.
         endpoints: tolerances.
-        shaping: what is done to the poses found.
-        method: of a resolution in metres; made anew for each.
-        seeds: ways to begin from a pose.
+        shaping: smoother of the poses found.
+        method: returns the search method for a grid resolution in metres.
+        seeds: returns the first drives from a start pose.
     """
 
     footprint: Footprint
@@ -49,42 +56,42 @@ class PosePlanning:
     endpoints: Endpoints
     shaping: Shaping
     method: Callable[[float], Method]
-    seeds: Callable[[Ground, Pose2D], list[Drive]]
+    seeds: Callable[[CollisionChecker, Pose2D], list[Drive]]
 
     def plan(self, costs: CostGrid, start: Pose2D, goal: Pose2D, options: PlanOptions) -> Path:
-        """Poses from start to goal that the footprint can be driven over.
+        """Return a collision-free path of poses from start to goal.
 
         Raises:
             NavigationError: as `Planner.plan`.
         """
-        return replace(self, endpoints=self.endpoints.on(options))._plan(
+        return replace(self, endpoints=self.endpoints.with_options(options))._plan(
             costs, start, goal, options
         )
 
     def _plan(self, costs: CostGrid, start: Pose2D, goal: Pose2D, options: PlanOptions) -> Path:
         cell_on_map(costs, start, "start", FailureCode.START_OUTSIDE_MAP)
         cell_on_map(costs, goal, "goal", FailureCode.GOAL_OUTSIDE_MAP)
-        ground = Ground.of(costs, self.footprint, self.tables)
+        checker = CollisionChecker.of(costs, self.footprint, self.tables)
         options.cancel.check()
-        begin = self._begin(ground, start)
-        end = self._clear_goal(ground, goal)
+        begin = self._start_cell(checker, start)
+        end = self._clear_goal(checker, goal)
         field, horizon = self._field(costs, end, begin, options.cancel)
         if field[begin] >= self._unreached:
-            end = self._reachable(ground, start, goal, begin, options.cancel)
+            end = self._reachable(checker, start, goal, begin, options.cancel)
             field, horizon = self._field(costs, end, begin, options.cancel)
-        contacts = ground.allowed(start)
+        contacts = checker.allowed_contacts(start)
         escape = self.endpoints.escape_distance if contacts else 0.0
         query = Query(
-            start, self.seeds(ground, start), end, field, horizon,
+            start, self.seeds(checker, start), end, field, horizon,
             escape, float(field[begin]), contacts, options.direction,
         )  # fmt: skip
-        outcome = PoseSearch(self.method(costs.resolution), ground, query).run(options.cancel)
+        outcome = PoseSearch(self.method(costs.resolution), checker, query).run(options.cancel)
         drive = outcome.drive or self._nearest(outcome, start, goal)
         if len(drive.poses) < 2:
             drive = Drive(np.vstack([drive.poses, drive.poses]), np.zeros(2, np.int64), 0.0)
-        path = self.endpoints.marked(self.shaping.path(ground, drive), goal)
+        path = self.endpoints.mark_partial(self.shaping.path(checker, drive), goal)
         turned = abs(wrap_angle(path.goal.heading - goal.heading))
-        return replace(path, partial=True) if turned > _TURNED else path
+        return replace(path, partial=True) if turned > _HEADING_TOLERANCE else path
 
     @property
     def _unreached(self) -> float:
@@ -92,9 +99,9 @@ class PosePlanning:
 
         return kernels.UNREACHED
 
-    def _begin(self, ground: Ground, start: Pose2D) -> Cell:
-        """The cell from which a point could set out."""
-        costs = ground.costs
+    def _start_cell(self, checker: CollisionChecker, start: Pose2D) -> Cell:
+        """Return the start's cell, or the nearest free cell if that is impassable."""
+        costs = checker.costs
         cell = costs.cell_at(start.x, start.y)
         if self.tables.traverse[costs.cells[cell]] > 0:
             return cell
@@ -102,28 +109,31 @@ class PosePlanning:
         if near is None:
             raise NavigationError(
                 FailureCode.START_OCCUPIED,
-                f"start {text(start)} lies too near to an obstacle and no cell within "
+                f"start {xy_text(start)} is too close to an obstacle and no cell within "
                 f"{self.endpoints.escape_distance:.2f} m is free; "
                 f"{self.endpoints.free_place(costs, start)}",
             )
         return near
 
-    def _clear_goal(self, ground: Ground, goal: Pose2D) -> Pose2D:
-        """The goal, or the nearest pose of its heading within the tolerance that is clear."""
-        if ground.contacts(goal) == 0:
+    def _clear_goal(self, checker: CollisionChecker, goal: Pose2D) -> Pose2D:
+        """Return the goal, or the nearest clear pose with its heading within the tolerance.
+
+        A partial plan searches farther and with other headings.
+        """
+        if checker.contacts(goal) == 0:
             return goal
         partial = self.endpoints.partial
         reach = max(self.endpoints.tolerance, _PARTIAL_REACH if partial else 0.0)
         turns = np.arange(_ANY_HEADING) if partial else np.zeros(1)
-        for x, y in _places_around(ground.costs, goal, reach):
+        for x, y in _cells_around(checker.costs, goal, reach):
             for turn in turns:
                 pose = Pose2D(x, y, goal.heading + float(turn) * 2.0 * np.pi / _ANY_HEADING)
-                if ground.contacts(pose) == 0:
+                if checker.contacts(pose) == 0:
                     return pose
         raise NavigationError(
             FailureCode.GOAL_OCCUPIED,
-            f"the robot does not fit at goal {text(goal)} with heading {goal.heading:.2f} rad; "
-            f"{self.endpoints.free_place(ground.costs, goal)}",
+            f"the robot does not fit at goal {xy_text(goal)} with heading {goal.heading:.2f} rad; "
+            f"{self.endpoints.free_place(checker.costs, goal)}",
         )
 
     def _field(
@@ -141,10 +151,15 @@ class PosePlanning:
         return field, float(horizon)
 
     def _reachable(
-        self, ground: Ground, start: Pose2D, goal: Pose2D, begin: Cell, cancel: CancelToken
+        self,
+        checker: CollisionChecker,
+        start: Pose2D,
+        goal: Pose2D,
+        begin: Cell,
+        cancel: CancelToken,
     ) -> Pose2D:
-        """The nearest clear pose to the goal that a point can get to from the start."""
-        costs = ground.costs
+        """Return the clear pose nearest to the goal that a point robot can reach."""
+        costs = checker.costs
         field, _ = self._field(costs, Pose2D(*costs.centre_of(*begin)), (-1, -1), cancel)
         cells = np.argwhere(field < self._unreached)
         middles = (cells[:, ::-1] + 0.5) * costs.resolution + np.array(costs.origin)
@@ -155,22 +170,22 @@ class PosePlanning:
         for index in order[away[order] <= reach]:
             x, y = (float(value) for value in middles[index])
             pose = Pose2D(x, y, goal.heading)
-            if ground.contacts(pose) == 0:
+            if checker.contacts(pose) == 0:
                 return pose
-        raise no_way(start, goal, (float(nearest[0]), float(nearest[1])))
+        raise unreachable_goal(start, goal, (float(nearest[0]), float(nearest[1])))
 
     def _nearest(self, outcome: Outcome, start: Pose2D, goal: Pose2D) -> Drive:
-        """The way to the pose reached that is nearest to the goal, if that will do."""
+        """Return the drive to the reached pose nearest to the goal, if it is acceptable."""
         reached = outcome.reached
         if not len(reached):
             raise NavigationError(
                 FailureCode.NO_VALID_PATH,
-                f"start {text(start)} is shut in: the robot cannot move anywhere from it",
+                f"start {xy_text(start)} is enclosed: the robot cannot move away from it",
             )
         away = np.hypot(reached[:, 0] - goal.x, reached[:, 1] - goal.y)
         turned = np.abs(np.angle(np.exp(1j * (reached[:, 2] - goal.heading))))
         index = int(np.lexsort((turned, away))[0])
-        near = np.flatnonzero((away <= self.endpoints.tolerance) & (turned <= _TURNED))
+        near = np.flatnonzero((away <= self.endpoints.tolerance) & (turned <= _HEADING_TOLERANCE))
         if near.size:
             return outcome.drive_to(int(near[np.lexsort((turned[near], away[near]))[0]]))
         if self.endpoints.partial:
@@ -180,14 +195,15 @@ class PosePlanning:
         if away[index] <= self.endpoints.tolerance:
             raise NavigationError(
                 FailureCode.NO_VALID_PATH,
-                f"{text(goal)} can be reached from {text(start)}, but not with heading "
-                f"{goal.heading:.2f} rad: the nearest is {reached[index, 2]:.2f} rad",
+                f"{xy_text(goal)} can be reached from {xy_text(start)}, but not with heading "
+                f"{goal.heading:.2f} rad: the nearest reachable heading is "
+                f"{reached[index, 2]:.2f} rad",
             )
-        raise no_way(start, goal, (float(reached[index, 0]), float(reached[index, 1])))
+        raise unreachable_goal(start, goal, (float(reached[index, 0]), float(reached[index, 1])))
 
 
-def _places_around(costs: CostGrid, pose: Pose2D, reach: float) -> list[tuple[float, float]]:
-    """Middles of the cells within a distance of a pose, the nearest first."""
+def _cells_around(costs: CostGrid, pose: Pose2D, reach: float) -> list[tuple[float, float]]:
+    """Return the (x, y) centres of the cells within `reach` metres of a pose, nearest first."""
     row, column = costs.cell_at(pose.x, pose.y)
     cells = int(reach / costs.resolution) + 1
     found = []

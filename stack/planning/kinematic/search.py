@@ -1,4 +1,4 @@
-"""The search over poses: prepares a place, drives the kernel, and hands back the poses found."""
+"""Search over poses: collision map, kernel calls, analytic expansions and the result."""
 
 from __future__ import annotations
 
@@ -13,47 +13,46 @@ from stack.geometry.polygons import fill_polygon
 from stack.planning.search import StepCosts
 from stack.types import LETHAL_COST, UNKNOWN_COST, CostGrid, FloatArray, Footprint, Pose2D
 
-_MORE_AFTER_FOUND = 1.0  # share of the expansions spent so far that go into a cheaper way
+_MORE_AFTER_FOUND = 1.0  # after the first solution, search on for this share of the expansions
 _LEAST_MORE = 100
-_FIRST_ROOM = 1 << 14  # nodes
+_INITIAL_CAPACITY = 1 << 14  # nodes
 
 
 @dataclass(frozen=True)
 class Drive:
-    """Poses to be driven over.
+    """Sequence of poses with driving directions and a cost.
 
     Attributes:
         poses: (n, 3), map frame.
-        ways: (n,) +1 or -1 where a pose was driven to forward or backward, 0 where the robot
-            turned in place to it.
-        cost: metres, weighed and with all penalties.
+        directions: (n,) +1 or -1 for a pose reached forward or backward, 0 for a turn in place.
+        cost: metres, weighted and with all penalties.
     """
 
     poses: FloatArray
-    ways: NDArray[np.int64]
+    directions: NDArray[np.int64]
     cost: float
 
 
 class Shortcut(Protocol):
-    """Joins two poses without looking at the map."""
+    """Connects two poses without a collision check."""
 
     def __call__(self, start: FloatArray, goal: FloatArray, spacing: float) -> Drive:
-        """Poses from start (3,) to goal (3,), the start left out, and the cost on free ground."""
+        """Return poses from start (3,) to goal (3,), without the start, and the cost if free."""
         ...
 
 
 @dataclass(frozen=True)
 class Method:
-    """What makes one planner of poses different from another.
+    """Search method: motion primitives, analytic expansions and heuristic of a pose planner.
 
     Attributes:
         moves: `kernels.Moves`.
-        shortcuts: for attempts to reach the goal in one go; the cheapest clear one counts.
-        table: (2 n + 1, 2 n + 1, m) lengths of shortest curves in metres, or one 0.
-        table_step: metres.
-        table_slack: metres by which the table may say too much.
-        ratio: metres to go per expansion between two attempts.
-        most: expansions in all.
+        shortcuts: analytic expansions to the goal; the cheapest clear one is used.
+        table: (2 n + 1, 2 n + 1, m) lengths of shortest curves in metres, or a single 0.
+        table_step: metres between the positions of the table.
+        table_slack: metres by which the table may overestimate.
+        ratio: metres to go per expansion between two analytic expansions.
+        max_expansions: maximum number of expansions.
     """
 
     moves: Any
@@ -62,24 +61,24 @@ class Method:
     table_step: float
     table_slack: float
     ratio: float
-    most: int
+    max_expansions: int
 
 
 @dataclass(frozen=True)
-class Ground:
-    """A costmap for one footprint.
+class CollisionChecker:
+    """Collision checker for one costmap and footprint.
 
     Attributes:
         costs: map frame.
-        place: `kernels.Place`.
+        grid: `kernels.CollisionGrid`.
     """
 
     costs: CostGrid
-    place: Any
+    grid: Any
 
     @staticmethod
-    def of(costs: CostGrid, footprint: Footprint, tables: StepCosts) -> Ground:
-        """Distances to what the footprint must not touch, and the weight of a metre by cost."""
+    def of(costs: CostGrid, footprint: Footprint, tables: StepCosts) -> CollisionChecker:
+        """Compute the distances to lethal cells and the cost of a metre by cell cost."""
         import cv2
 
         from stack.planning.kinematic import kernels
@@ -91,51 +90,53 @@ class Ground:
         if blocked.any():
             clear = np.logical_not(blocked).astype(np.uint8)
             rough = cv2.distanceTransform(clear, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-            # Its last bit depends on where the memory lies; squares of distances are whole numbers.
+            # The last bit depends on memory alignment; squared distances in cells are integers.
             distances = np.sqrt(np.rint(np.square(rough))) * np.float32(costs.resolution)
         geometry = np.array([*costs.origin, costs.resolution, costs.resolution * 0.5**0.5])
-        place = kernels.Place(
+        grid = kernels.CollisionGrid(
             costs.cells, tables.traverse / float(tables.traverse[0]), distances, geometry,
             fill_polygon(footprint.points, 0.7 * costs.resolution), footprint.circumscribed_radius,
         )  # fmt: skip
-        return Ground(costs, place)
+        return CollisionChecker(costs, grid)
 
     def contacts(self, pose: Pose2D) -> int:
-        """How much of the footprint is in contact at a pose; 0 is clear."""
+        """Return the number of footprint samples in contact at a pose; 0 is clear."""
         from stack.planning.kinematic import kernels
 
         contact: Any = kernels.contact
-        return int(contact(self.place, pose.x, pose.y, pose.heading)[1])
+        return int(contact(self.grid, pose.x, pose.y, pose.heading)[1])
 
-    def allowed(self, pose: Pose2D) -> int:
-        """What may be in contact while a pose is left: a little more than is at first.
+    def allowed_contacts(self, pose: Pose2D) -> int:
+        """Return how many samples may be in contact while the robot leaves a pose.
 
-        As it moves, another number of samples falls into the same cells.
+        A little more than at the pose, since the number of samples in the same cells varies
+        during a motion.
         """
         contacts = self.contacts(pose)
         return 0 if contacts == 0 else contacts + contacts // 8 + 2
 
     def weight(self, poses: FloatArray, contacts: int = 0) -> float:
-        """Mean weight of a metre over poses (n, 3); 0 where the footprint cannot pass."""
+        """Return the mean cost of a metre over poses (n, 3); 0 if the footprint collides."""
         from stack.planning.kinematic import kernels
 
-        stretch: Any = kernels.stretch
-        return float(stretch(self.place, poses, contacts)[0])
+        sweep: Any = kernels.sweep
+        return float(sweep(self.grid, poses, contacts)[0])
 
 
 @dataclass(frozen=True)
 class Query:
-    """One question.
+    """Query of a search.
 
     Attributes:
-        seeds: ways to begin: the start itself, or the start turned in place.
-        goal: pose to end in.
-        field: (rows, columns) float32 cost to the goal for a point.
-        horizon: no cell beyond what the field covers costs less.
-        escape: metres around the start in which the footprint may be in contact.
-        escape_cost: cost to the goal from where that ends.
-        contacts: how much of it may be.
-        direction: +1 or -1 when the robot comes driving forward or backward, 0 when it stands.
+        start: pose, map frame.
+        seeds: initial drives: the start itself, or the start turned in place.
+        goal: end pose, map frame.
+        field: (rows, columns) float32 cost to the goal for a point robot.
+        horizon: lower bound of the cost to go of cells that the field does not cover.
+        escape: metres around the start within which the footprint may be in contact.
+        escape_cost: cost to the goal from the start's nearest free cell.
+        contacts: number of footprint samples that may be in contact there.
+        direction: +1 or -1 if the robot arrives driving forward or backward, 0 at standstill.
     """
 
     start: Pose2D
@@ -151,13 +152,14 @@ class Query:
 
 @dataclass
 class Outcome:
-    """What a search came to.
+    """Result of a search.
 
     Attributes:
-        drive: from the start to the goal; None when there is none.
-        limited: whether it stopped at the limit of expansions.
-        expanded: poses expanded.
-        reached: (n, 3) poses expanded, for the nearest one.
+        drive: from the start to the goal; None if none was found.
+        limited: whether the search stopped at the limit of expansions without a drive.
+        expanded: number of poses expanded.
+        reached: (n, 3) expanded poses that are clear of contact.
+        numbers: (n,) their nodes.
     """
 
     drive: Drive | None
@@ -168,43 +170,43 @@ class Outcome:
     _search: PoseSearch = field(repr=False)
 
     def drive_to(self, index: int) -> Drive:
-        """The way to the index-th of the poses reached."""
-        return self._search.way_to(int(self.numbers[index]))
+        """Return the drive to `reached[index]`."""
+        return self._search.drive_to(int(self.numbers[index]))
 
 
 class PoseSearch:
     """One search over poses."""
 
-    def __init__(self, method: Method, ground: Ground, query: Query) -> None:
+    def __init__(self, method: Method, checker: CollisionChecker, query: Query) -> None:
         from stack.planning.kinematic import kernels
 
         self._kernels: Any = kernels
-        self._method, self._ground, self._query = method, ground, query
+        self._method, self._checker, self._query = method, checker, query
         goal = query.goal
         self._goal = np.array([goal.x, goal.y, goal.heading])
-        self._aim = kernels.Aim(
+        self._target = kernels.Target(
             self._goal, query.field, query.horizon, method.table, method.table_step,
             method.table_slack, method.ratio, np.array([query.start.x, query.start.y]),
             query.escape, query.escape_cost, query.contacts,
         )  # fmt: skip
-        self._nodes: Any = self._room(_FIRST_ROOM)
+        self._nodes: Any = self._allocate(_INITIAL_CAPACITY)
         self._state = np.array([0, 0, 0, 1], dtype=np.int64)
         for seed in query.seeds:
             self._seed(seed)
 
     def run(self, cancel: CancelToken) -> Outcome:
-        """Search until the goal is reached and a little beyond, or nothing is left.
+        """Search until a drive is found and refined, no node is left, or the limit is reached.
 
         Raises:
-            NavigationError: CANCELLED when the stop is wished for.
+            NavigationError: CANCELLED when the cancel token is set.
         """
         kernels, state = self._kernels, self._state
         best: tuple[int, Drive] | None = None
-        bound, most = np.inf, self._method.most
+        bound, most = np.inf, self._method.max_expansions
         while True:
             status, node = kernels.expand(
-                self._ground.place, self._method.moves, self._aim, self._nodes, state, most, bound,
-                cancel.flag,
+                self._checker.grid, self._method.moves, self._target, self._nodes, state, most,
+                bound, cancel.flag,
             )  # fmt: skip
             cancel.check()
             if status == kernels.GROW:
@@ -221,48 +223,49 @@ class PoseSearch:
                 if best is None:
                     most = min(most, int(state[kernels.EXPANDED]) + more)
                 best, bound = (int(node), rest), total
-        drive = None if best is None else _joined(self.way_to(best[0]), best[1])
+        drive = None if best is None else _joined(self.drive_to(best[0]), best[1])
         return self._outcome(drive, status == kernels.LIMIT and best is None)
 
-    def way_to(self, node: int) -> Drive:
-        """The poses from the start to a node."""
-        poses, ways = self._kernels.trace(self._method.moves, self._nodes, node)
+    def drive_to(self, node: int) -> Drive:
+        """Return the drive from the start to a node."""
+        poses, directions = self._kernels.trace(self._method.moves, self._nodes, node)
         cost = float(self._nodes.costs[node])
         seeds = [seed for seed in self._query.seeds if np.array_equal(seed.poses[-1], poses[0])]
         if not seeds:
-            return Drive(poses, ways, cost)
+            return Drive(poses, directions, cost)
         before = seeds[0]
-        return Drive(np.vstack([before.poses, poses[1:]]), np.append(before.ways, ways[1:]), cost)
+        joined = np.append(before.directions, directions[1:])
+        return Drive(np.vstack([before.poses, poses[1:]]), joined, cost)
 
     def _seed(self, seed: Drive) -> None:
         x, y, heading = (float(value) for value in seed.poses[-1])
-        contacts = self._ground.contacts(Pose2D(x, y, heading))
-        self._kernels.reach(
-            self._ground.place, self._method.moves, self._aim, self._nodes, self._state,
-            (x, y, heading), seed.cost, -1, self._arriving(), contacts,
+        contacts = self._checker.contacts(Pose2D(x, y, heading))
+        self._kernels.add_node(
+            self._checker.grid, self._method.moves, self._target, self._nodes, self._state,
+            (x, y, heading), seed.cost, -1, self._arrival_move(), contacts,
         )  # fmt: skip
 
-    def _arriving(self) -> int:
-        """The move by which the robot comes to the start: straight on, or none."""
+    def _arrival_move(self) -> int:
+        """Return the straight move by which the robot arrives at the start, or -1 for none."""
         kinds = {1: 0, -1: 3}  # straight forward and backward
         moves = np.flatnonzero(self._method.moves.kinds == kinds.get(self._query.direction, -99))
         return int(moves[0]) if moves.size else -1
 
     def _attempt(self, node: int) -> Drive | None:
-        """From a node to the goal in one go, when the footprint fits all along."""
+        """Return the cheapest collision-free analytic expansion from a node, or None."""
         before = int(self._nodes.parents[node, 1])
         kind = int(self._method.moves.kinds[before]) if before >= 0 else self._kernels.IN_PLACE
         start = self._nodes.poses[node].copy()
         allowed = self._query.contacts if self._nodes.contacts[node] > 0 else 0
         best: Drive | None = None
         for shortcut in self._method.shortcuts:
-            drive = shortcut(start, self._goal, self._ground.costs.resolution)
-            weight = self._ground.weight(drive.poses, allowed)
+            drive = shortcut(start, self._goal, self._checker.costs.resolution)
+            weight = self._checker.weight(drive.poses, allowed)
             cost = weight * drive.cost
-            if _turns_round(kind, drive.ways):
+            if _reverses(kind, drive.directions):
                 cost += self._method.moves.change
             if weight > 0.0 and (best is None or cost < best.cost):
-                best = Drive(drive.poses, drive.ways, cost)
+                best = Drive(drive.poses, drive.directions, cost)
         return best
 
     def _outcome(self, drive: Drive | None, limited: bool) -> Outcome:
@@ -271,7 +274,7 @@ class PoseSearch:
         expanded = int(self._state[self._kernels.EXPANDED])
         return Outcome(drive, limited, expanded, self._nodes.poses[done], done, self)
 
-    def _room(self, size: int) -> Any:
+    def _allocate(self, size: int) -> Any:
         slots = np.full(4 * size, self._kernels.EMPTY, np.int64)
         return self._kernels.Nodes(
             np.empty((size, 3)), np.empty(size), np.empty((size, 2), np.int64),
@@ -280,10 +283,10 @@ class PoseSearch:
         )  # fmt: skip
 
     def _grow(self) -> None:
-        """Twice the room, with everything in it."""
+        """Double the capacity and copy all nodes."""
         old, count = self._nodes, int(self._state[self._kernels.NODES])
         waiting = int(self._state[self._kernels.WAITING])
-        new = self._room(2 * old.costs.size)
+        new = self._allocate(2 * old.costs.size)
         for name in ("poses", "costs", "parents", "contacts", "closed", "keys"):
             getattr(new, name)[:count] = getattr(old, name)[:count]
         new.heap[:waiting] = old.heap[:waiting]
@@ -291,18 +294,18 @@ class PoseSearch:
         self._nodes = new
 
 
-def _turns_round(kind: int, ways: NDArray[np.int64]) -> bool:
-    """Whether a drive begins in the other direction than the move before it went."""
+def _reverses(kind: int, directions: NDArray[np.int64]) -> bool:
+    """Return whether a drive begins in the opposite direction of the move before it."""
     from stack.planning.kinematic import kernels
 
-    if kind == kernels.IN_PLACE or not len(ways):
+    if kind == kernels.IN_PLACE or not len(directions):
         return False
-    return bool(ways[0] * (-1 if kind >= 2 else 1) < 0)
+    return bool(directions[0] * (-1 if kind >= 2 else 1) < 0)
 
 
 def _joined(one: Drive, other: Drive) -> Drive:
     return Drive(
         np.vstack([one.poses, other.poses]),
-        np.append(one.ways, other.ways),
+        np.append(one.directions, other.directions),
         one.cost + other.cost,
     )

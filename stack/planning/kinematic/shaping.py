@@ -1,4 +1,4 @@
-"""From the poses of a search to a path: smoothed between the turning points, and checked."""
+"""Smoothing of searched poses between cusps, with collision and curvature checks."""
 
 from __future__ import annotations
 
@@ -8,83 +8,85 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.planning.kinematic.search import Drive, Ground
+from stack.planning.kinematic.search import CollisionChecker, Drive
 from stack.planning.smoothers.choice import shape
 from stack.planning.smoothing import SPACING
 from stack.types import FloatArray, Path
 
-_ROUNDING = 1.05  # chords of an arc bend this much more than the arc, where they are uneven
-_SHARES = (1.0, 0.6, 0.3)  # of the way to the smooth line, tried in turn
-_PINNED = 2  # points at each end of a stretch that keep its heading
+_ROUNDING = 1.05  # uneven chords of an arc bend up to this factor more than the arc
+_SHARES = (1.0, 0.6, 0.3)  # shares of the displacement to the smooth line, tried in this order
+_PINNED = 2  # fixed points at each end of a segment, which keep its heading
 _SAME_PLACE = 1e-9  # m
 
 
 @dataclass(frozen=True)
 class Shaping:
-    """Smooths what can be smoothed and still be driven.
+    """Smoothing of a pose path within the robot's limits.
 
     Attributes:
         smoother: one of SMOOTHERS.
-        radius: least turning radius, metres.
-        traverse: (256,) cost of a straight step by cell cost, 0 for no way.
+        radius: minimum turning radius, metres.
+        traverse: (256,) cost of a straight step by cell cost, 0 if impassable.
     """
 
     smoother: str
     radius: float
     traverse: NDArray[np.int64]
 
-    def path(self, ground: Ground, drive: Drive) -> Path:
-        """The path along a drive; each stretch in one direction smoothed by itself.
+    def path(self, checker: CollisionChecker, drive: Drive) -> Path:
+        """Return the path along a drive, with each segment of one direction smoothed separately.
 
-        A stretch is moved as far to its smooth line as the footprint touches nothing and no bend is
-        tighter than the turning radius, or stays as it was found. A turn in place
-        shows as a corner: only its last pose is kept.
+        A segment is moved towards its smooth line by the largest of three shares at which the
+        footprint is clear and no bend is tighter than the turning radius; else it stays unchanged.
+        Of a turn in place only the last pose is kept, so that it is a corner of the path.
         """
-        poses, ways = drive.poses, drive.ways
-        stretches = [poses[:1]]
-        ends = np.flatnonzero(np.diff(ways) != 0)
+        poses, directions = drive.poses, drive.directions
+        segments = [poses[:1]]
+        ends = np.flatnonzero(np.diff(directions) != 0)
         for first, last in zip([0, *ends], [*ends, len(poses) - 1], strict=True):
-            stretch = poses[first : last + 1]
-            if ways[last] != 0 and self.smoother != "none":
-                stretch = self._stretch(ground, stretch, int(ways[last]))
-            stretches.append(stretch[1:])
-        found = np.vstack(stretches)
+            segment = poses[first : last + 1]
+            if directions[last] != 0 and self.smoother != "none":
+                segment = self._smooth_segment(checker, segment, int(directions[last]))
+            segments.append(segment[1:])
+        found = np.vstack(segments)
         steps = np.hypot(*np.diff(found[:, :2], axis=0).T)
         return Path(found[np.append(steps > _SAME_PLACE, True)])
 
-    def _stretch(self, ground: Ground, poses: FloatArray, direction: int) -> FloatArray:
+    def _smooth_segment(
+        self, checker: CollisionChecker, poses: FloatArray, direction: int
+    ) -> FloatArray:
         even = evenly(poses, direction)
         if len(even) <= 2 * _PINNED + 1:
             return poses
         points = even[:, :2]
         if self.smoother == "simple":
-            shaped = self._rounded(ground, points)
+            shaped = self._rounded(checker, points)
         else:
-            shaped = shape(self.smoother, ground.costs, points, self.radius, _PINNED)
+            shaped = shape(self.smoother, checker.costs, points, self.radius, _PINNED)
         for share in _SHARES:
             moved = _with_headings(points + share * (shaped - points), even, direction)
             if (
                 bends_within(moved, direction, self.radius / _ROUNDING)
-                and ground.weight(moved) > 0.0
+                and checker.weight(moved) > 0.0
             ):
                 return moved
         return poses
 
-    def _rounded(self, ground: Ground, points: FloatArray) -> FloatArray:
+    def _rounded(self, checker: CollisionChecker, points: FloatArray) -> FloatArray:
         from stack.planning import kernels
 
         pull: Any = kernels.round_corners
-        scale, origin = ground.costs.resolution, np.array(ground.costs.origin)
+        scale, origin = checker.costs.resolution, np.array(checker.costs.origin)
         data = 0.3 * (SPACING / 0.3) ** 2
         inner = (points[1:-1] - origin) / scale
-        moved = pull(ground.costs.cells, self.traverse, inner, data, 0.3, self.traverse[160], 80)
+        moved = pull(checker.costs.cells, self.traverse, inner, data, 0.3, self.traverse[160], 80)
         shaped = points.copy()
         shaped[1:-1] = moved * scale + origin
         return shaped
 
 
 def evenly(poses: FloatArray, direction: int) -> FloatArray:
-    """Poses along the same curve, evenly spaced: cubics through (n, 3) with their headings."""
+    """Resample poses (n, 3) evenly along cubic Hermite curves with the poses' headings."""
     steps = np.hypot(*np.diff(poses[:, :2], axis=0).T)
     keep = np.append(True, steps > _SAME_PLACE)
     poses, steps = poses[keep], steps[keep[1:]]
@@ -108,10 +110,10 @@ def evenly(poses: FloatArray, direction: int) -> FloatArray:
 
 
 def bends_within(poses: FloatArray, direction: int, radius: float) -> bool:
-    """Whether a vehicle of a turning radius can follow poses (n, 3) driven in one direction.
+    """Return whether a vehicle with a turning radius can follow poses (n, 3) in one direction.
 
-    On an arc chords turn by step / radius from one to the next, and leave the heading at its ends
-    by half of that.
+    On an arc, successive chords turn by step / radius; at the ends, chord and heading differ by
+    half of that.
     """
     runs, rises = np.diff(poses[:, :2], axis=0).T * direction
     lengths, directions = np.hypot(runs, rises), np.arctan2(rises, runs)
@@ -125,7 +127,7 @@ def bends_within(poses: FloatArray, direction: int, radius: float) -> bool:
 
 
 def _with_headings(points: FloatArray, poses: FloatArray, direction: int) -> FloatArray:
-    """Poses along points (n, 2) driven forward or backward; the headings at the ends stay."""
+    """Return poses along points (n, 2) driven forward or backward; end headings are unchanged."""
     moved = poses.copy()
     moved[:, :2] = points
     runs, rises = (points[2:] - points[:-2]).T * direction

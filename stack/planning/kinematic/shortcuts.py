@@ -1,4 +1,4 @@
-"""From a pose to the goal in one go, whatever lies between: for attempts during a search."""
+"""Analytic expansions: direct connections of a pose to the goal, without a collision check."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from stack.planning.kinematic.moves import Prices
+from stack.planning.kinematic.moves import Penalties
 from stack.planning.kinematic.search import Drive
 from stack.types import FloatArray, wrap_angle
 
@@ -17,20 +17,20 @@ _TURN_STEP = 0.1  # rad between the poses of a turn in place
 
 @dataclass(frozen=True)
 class CurveShortcut:
-    """Dubins' or Reeds and Shepp's shortest curve.
+    """Shortest Dubins or Reeds-Shepp curve.
 
     Attributes:
-        both_ways: Reeds and Shepp's.
-        radius: metres.
-        prices: penalties.
+        both_ways: use Reeds-Shepp curves.
+        radius: turning radius, metres.
+        penalties: cost penalties.
     """
 
     both_ways: bool
     radius: float
-    prices: Prices
+    penalties: Penalties
 
     def __call__(self, start: FloatArray, goal: FloatArray, spacing: float) -> Drive:
-        """Poses from start to goal, the start left out, and the cost on free ground."""
+        """Return the poses from start to goal, without the start, with the cost on free ground."""
         from stack.planning.curves import kernels
 
         shortest: Any = kernels.curve
@@ -40,33 +40,33 @@ class CurveShortcut:
         letters, lengths = shortest(
             self.both_ways, c * x + s * y, c * y - s * x, goal[2] - start[2]
         )
-        poses, ways = sample(*start, letters, lengths, self.radius, spacing)
+        poses, directions = sample(*start, letters, lengths, self.radius, spacing)
         cost, before = 0.0, None
         for letter, length in zip(letters.tolist(), lengths.tolist(), strict=True):
             if length == 0.0:
                 continue
             kind = letter if length > 0.0 else letter + 3
-            cost += self.prices.of(abs(length) * self.radius, kind)
+            cost += self.penalties.of(abs(length) * self.radius, kind)
             if before is not None and (before[1] * length < 0.0 or before[0] * letter < 0):
-                cost += self.prices.change
+                cost += self.penalties.change
             before = letter, length
         if len(poses):
             poses[-1] = goal
-        return Drive(poses, ways, cost)
+        return Drive(poses, directions, cost)
 
 
 @dataclass(frozen=True)
 class TurnDriveTurn:
-    """Turn towards the goal, drive straight to it, turn to its heading: always possible.
+    """Turn towards the goal, drive straight to it, turn to its heading.
 
     Attributes:
-        prices: penalties.
+        penalties: cost penalties.
     """
 
-    prices: Prices
+    penalties: Penalties
 
     def __call__(self, start: FloatArray, goal: FloatArray, spacing: float) -> Drive:
-        """Poses from start to goal, the start left out, and the cost on free ground."""
+        """Return the poses from start to goal, without the start, with the cost on free ground."""
         length = hypot(goal[0] - start[0], goal[1] - start[1])
         bearing = atan2(goal[1] - start[1], goal[0] - start[0]) if length > 1e-9 else start[2]
         first, last = wrap_angle(bearing - start[2]), wrap_angle(goal[2] - bearing)
@@ -77,18 +77,18 @@ class TurnDriveTurn:
         if length <= 1e-9:
             driven = np.empty((0, 3))
         turns = turned(start, first), turned(np.array([goal[0], goal[1], bearing]), last)
-        ways = np.concatenate(
+        directions = np.concatenate(
             [np.zeros(len(turns[0])), np.ones(len(driven)), np.zeros(len(turns[1]))]
         )
-        cost = length + self.prices.rotation * (abs(first) + abs(last))
+        cost = length + self.penalties.rotation * (abs(first) + abs(last))
         poses = np.vstack([turns[0], driven, turns[1]])
         if len(poses):
             poses[-1] = goal
-        return Drive(poses, ways.astype(np.int64), cost)
+        return Drive(poses, directions.astype(np.int64), cost)
 
 
 def turned(pose: FloatArray, angle: float) -> FloatArray:
-    """Poses (n, 3) of a turn in place by an angle, the first one left out."""
+    """Return poses (n, 3) of a turn in place by an angle in radians, without the first pose."""
     steps = ceil(abs(angle) / _TURN_STEP - 1e-9)
     if steps == 0:
         return np.empty((0, 3))

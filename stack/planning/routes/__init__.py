@@ -1,1 +1,1 @@
-"""Planning over a graph of routes instead of free space: lanes, one-ways, closures and speeds."""
+"""Planning on a route graph: lanes, one-way lanes, closures and speed limits."""

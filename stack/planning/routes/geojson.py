@@ -1,11 +1,11 @@
 """Route graphs from GeoJSON (RFC 7946): Point features are nodes, LineString features edges.
 
 Coordinates are metres in the map frame. Properties of a node: `id`; of an edge: `id`, `from`, `to`,
-`speed`, `weight`, `one_way`, `closed`; `name` of both is for people. Files of Nav2's route server
-are read too: an edge with `startid` and `endid` leads one way, as there, and what has no meaning
-here is named in a warning.
+`speed`, `weight`, `one_way`, `closed`; both may have a `name` for people. Files of Nav2's route
+server are supported: an edge with `startid` and `endid` is one-way, as in Nav2. Nav2 properties
+without an equivalent cause a warning.
 
-Codes: E430 the file · E431 a feature · E432 ids · W430 what is left out or not used.
+Codes: E430 file · E431 feature · E432 ids · W430 ignored or unused.
 """
 
 from __future__ import annotations
@@ -30,14 +30,14 @@ from stack.types import FloatArray
 FILE, FEATURE, IDS, LEFT_OUT = "E430", "E431", "E432", "W430"
 
 AT_NODE = 0.1
-"""Metres by which the end of a line may miss its node; it is moved there."""
+"""Metres; the end of a line within this distance of its node is moved to it."""
 
 FAR = 1e5
-"""Metres; a coordinate beyond is a mistake."""
+"""Metres; larger coordinates are rejected."""
 
-SPEED = Declaration("speed", float, "the most that may be driven", "m/s", above=0.0)
+SPEED = Declaration("speed", float, "speed limit", "m/s", above=0.0)
 SHARE = Declaration("speed", float, "share of the top speed", above=0.0, at_most=1.0)
-WEIGHT = Declaration("weight", float, "how many times it counts", above=0.0, at_most=1e6)
+WEIGHT = Declaration("weight", float, "factor on the cost", above=0.0, at_most=1e6)
 FLAGS = {name: Declaration(name, bool) for name in ("one_way", "closed")}
 _KNOWN = {
     "Point": ("id", "name"),
@@ -49,7 +49,7 @@ _FEATURE = re.compile(r'"type"\s*:\s*"Feature"')
 
 @dataclass(frozen=True, slots=True)
 class _Feature:
-    """One feature, as far as it could be understood."""
+    """One GeoJSON feature with its position in the file."""
 
     number: int
     mark: Mark
@@ -63,7 +63,7 @@ class _Feature:
 
 @dataclass
 class _Reading:
-    """What has been read so far, and what was wrong with it."""
+    """Nodes and edges read so far, with the findings."""
 
     findings: Findings
     nodes: dict[str, tuple[float, float]] = field(default_factory=dict)
@@ -75,10 +75,10 @@ class _Reading:
 
 
 def read_route_graph(path: Path) -> RouteGraph:
-    """The route graph in a GeoJSON file.
+    """Read the route graph in a GeoJSON file.
 
     Raises:
-        InputError: every finding, each with its line and the number of the feature, from 0.
+        InputError: all findings, each with its line and the number of the feature, from 0.
     """
     findings = Findings()
     text = _text(path, findings)
@@ -87,7 +87,7 @@ def read_route_graph(path: Path) -> RouteGraph:
 
 
 def parse_route_graph(text: str, name: str) -> RouteGraph:
-    """The route graph in a GeoJSON text; `name` stands for the file in messages.
+    """Read the route graph in a GeoJSON text; findings quote `name` as the file.
 
     Raises:
         InputError: as `read_route_graph`.
@@ -122,7 +122,7 @@ def _text(path: Path, findings: Findings) -> str:
         findings.error("E001", mark, f"cannot be read: {error.strerror}")
         return ""
     if len(raw) > MAX_BYTES:
-        sentence = f"{len(raw)} bytes; a route graph may have at most {MAX_BYTES}"
+        sentence = f"{len(raw)} bytes; a route graph has at most {MAX_BYTES}"
         findings.error("E002", mark, sentence)
     try:
         return raw.decode("utf-8")
@@ -147,7 +147,7 @@ def _features(text: str, name: str, findings: Findings) -> list[_Feature]:
         findings.error(FILE, Mark(name), "not a GeoJSON FeatureCollection", hint)
         return []
     begins = [found.start() for found in _FEATURE.finditer(text)]
-    if len(begins) != len(listed):  # the words stand elsewhere too: no line can be told
+    if len(begins) != len(listed):  # the text occurs elsewhere too: the lines are unknown
         begins = [0] * len(listed)
     marks = [Mark(name, text.count("\n", 0, begin) + 1) for begin in begins]
     features = [_feature(n, mark, raw, findings) for n, (mark, raw) in
@@ -156,7 +156,7 @@ def _features(text: str, name: str, findings: Findings) -> list[_Feature]:
 
 
 def _no_constant(word: str) -> float:
-    raise ValueError(f"{word} is not a number of JSON")
+    raise ValueError(f"{word} is not a JSON number")
 
 
 def _feature(number: int, mark: Mark, raw: Any, findings: Findings) -> _Feature | None:
@@ -169,7 +169,7 @@ def _feature(number: int, mark: Mark, raw: Any, findings: Findings) -> _Feature 
     geometry, properties = raw.get("geometry"), raw.get("properties")
     properties = {} if properties is None else properties
     if not isinstance(properties, dict):
-        refuse("its `properties` are not an object", 'write {"id": …}')
+        refuse("`properties` is not an object", 'write {"id": …}')
         return None
     if "id" not in properties and isinstance(raw.get("id"), str | int):
         properties = {**properties, "id": raw["id"]}
@@ -195,7 +195,7 @@ def _read_node(feature: _Feature, reading: _Reading) -> None:
         return
     if name in reading.nodes:
         first = reading.owners[name].number
-        reading.wrong(feature, f"feature {first} is a node {name!r} too", "rename one", IDS)
+        reading.wrong(feature, f"feature {first} is also a node {name!r}", "rename one", IDS)
         return
     reading.nodes[name], reading.owners[name] = place, feature
 
@@ -218,7 +218,7 @@ def _read_edge(feature: _Feature, reading: _Reading) -> None:
     line = _line(feature, (start, end), reading)
     if name in reading.edges:
         first = reading.edges[name].feature
-        reading.wrong(feature, f"feature {first} is an edge {name!r} too", "rename one", IDS)
+        reading.wrong(feature, f"feature {first} is also an edge {name!r}", "rename one", IDS)
     elif line is not None:
         reading.edges[name] = RouteEdge(
             name, start, end, line, speed, share, weight, **flags, feature=feature.number
@@ -231,7 +231,7 @@ def _id(feature: _Feature, key: str, reading: _Reading) -> str | None:
     if number or (isinstance(raw, str) and raw.isprintable() and 0 < len(raw) <= 100):
         return str(raw)
     got = "nothing" if raw is None else f"{raw!r:.60}"
-    reading.wrong(feature, f"`{key}` is a word or a whole number, got {got}")
+    reading.wrong(feature, f"`{key}`: expected a word or an integer, got {got}")
     return None
 
 
@@ -256,7 +256,7 @@ def _value(feature: _Feature, declared: Declaration, default: Any, reading: _Rea
 
 
 def _speed(feature: _Feature, reading: _Reading) -> tuple[float, float]:
-    """Metres per second, and share of the top speed; a text in % is the latter."""
+    """Return the limit in m/s and the limit as a share of the top speed (a text ending in %)."""
     raw = feature.properties.get("speed")
     if not isinstance(raw, str) or not raw.strip().endswith("%"):
         return _value(feature, SPEED, inf, reading), 1.0
@@ -273,7 +273,7 @@ def _check_keys(feature: _Feature, reading: _Reading) -> None:
     known = _KNOWN[feature.kind]
     left_out = [key for key in feature.properties if key in _NAV2]
     if left_out:
-        sentence = f"{feature}: {', '.join(left_out)} mean nothing here"
+        sentence = f"{feature}: ignored: {', '.join(left_out)}"
         reading.findings.warning(LEFT_OUT, feature.mark, sentence)
     for key in feature.properties:
         if key not in known and key not in _NAV2:
@@ -286,13 +286,13 @@ def _position(raw: Any) -> tuple[float, float] | None:
     for number in raw[:2]:
         if isinstance(number, bool) or not isinstance(number, int | float):
             return None
-        if not abs(number) <= FAR:  # also what is not finite
+        if not abs(number) <= FAR:  # also rejects NaN and infinity
             return None
     return float(raw[0]), float(raw[1])
 
 
 def _line(feature: _Feature, ends: tuple[str, str], reading: _Reading) -> Line | None:
-    """The edge's line, its ends moved to its nodes; straight where the file draws none."""
+    """Return the edge's line with its ends at its nodes; straight if it has no geometry."""
     places = [reading.nodes[name] for name in ends]
     drawn = places if feature.coordinates is None else _positions(feature, reading)
     if drawn is None:
@@ -303,14 +303,14 @@ def _line(feature: _Feature, ends: tuple[str, str], reading: _Reading) -> Line |
         miss = hypot(place[0] - x, place[1] - y)
         if miss > AT_NODE:
             reading.wrong(
-                feature, f"it {word} at ({x:g}, {y:g}), but its node {name!r} lies at "
-                f"({place[0]:g}, {place[1]:g}), {miss:.2f} m from there",
+                feature, f"the line {word} at ({x:g}, {y:g}), but its node {name!r} is at "
+                f"({place[0]:g}, {place[1]:g}), {miss:.2f} m away",
                 "move one of them, or swap `from` and `to`",
             )  # fmt: skip
             return None
     line = _distinct(np.array([places[0], *drawn[1:-1], places[1]]))
     if len(line) < 2:
-        reading.wrong(feature, "it has no length", "give it two places that differ")
+        reading.wrong(feature, "the line has no length", "give it two different positions")
         return None
     return Line(line)
 
@@ -320,7 +320,7 @@ def _positions(feature: _Feature, reading: _Reading) -> list[tuple[float, float]
     found = [_position(item) for item in raw] if isinstance(raw, list) else []
     known = [place for place in found if place is not None]
     if len(known) < 2 or len(known) < len(found):
-        sentence = f"{raw!r:.60} is not a line of positions"
+        sentence = f"{raw!r:.60} is not a list of positions"
         reading.wrong(feature, sentence, "write [[x, y], [x, y]]")
         return None
     return known
@@ -337,5 +337,5 @@ def _warn_of_lone_nodes(reading: _Reading) -> None:
     for name in reading.nodes:
         if name not in used:
             feature = reading.owners[name]
-            sentence = f"{feature}: no edge leads to the node {name!r}"
+            sentence = f"{feature}: the node {name!r} has no edge"
             reading.findings.warning(LEFT_OUT, feature.mark, sentence)

@@ -1,4 +1,4 @@
-"""A graph of routes: named places, and lanes between them with their rules."""
+"""Route graph: named nodes, and lanes between them with their rules."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ class RouteEdge:
     """A lane from one node to another.
 
     Attributes:
-        id: its name, unique among the edges.
+        id: unique name.
         start: id of the node where it begins.
         end: id of the node where it ends.
-        line: from the one to the other, map frame.
-        speed: the most that may be driven on it, m/s.
-        speed_share: the same as a share of the robot's top speed.
-        weight: how many times its length or time it counts.
+        line: polyline from start to end, map frame.
+        speed: speed limit, m/s.
+        speed_share: speed limit as a share of the robot's top speed.
+        weight: factor on its length or time.
         one_way: it may be driven from `start` to `end` only.
-        closed: nobody may drive on it.
-        feature: number of the feature in its file, from 0.
+        closed: it may not be driven.
+        feature: index of the feature in the file, from 0.
     """
 
     id: str
@@ -41,7 +41,7 @@ class RouteEdge:
     feature: int = 0
 
     def limit(self, top_speed: float) -> float:
-        """The most that a robot of this top speed may drive on it; inf where that is its own."""
+        """Return the limit in m/s for a robot with this top speed; inf if it has no effect."""
         limit = min(self.speed, self.speed_share * top_speed)
         return limit if limit < top_speed else inf
 
@@ -52,8 +52,9 @@ class RouteGraph:
 
     Attributes:
         nodes: (x, y) in metres, map frame.
+        edges: lanes.
         source: the file it was read from.
-        warnings: what of the file is probably not meant.
+        warnings: findings that are probably mistakes in the file.
     """
 
     nodes: Mapping[str, tuple[float, float]]
@@ -62,10 +63,10 @@ class RouteGraph:
     warnings: tuple[Finding, ...] = field(default=())
 
     def with_edge(self, edge: str, *, closed: bool) -> RouteGraph:
-        """The same graph with an edge closed or opened.
+        """Return the graph with an edge closed or opened.
 
         Raises:
-            ParameterError: there is no such edge; the sentence names the nearest.
+            ParameterError: there is no such edge; the hint suggests a similar name.
         """
         if edge not in self.edges:
             raise ParameterError(

@@ -1,4 +1,4 @@
-"""The lanes as they can be driven now, cut where one gets on, off, and round what stands there."""
+"""Search graph of a query: parts of lanes, entries, exits, and detours around obstacles."""
 
 from __future__ import annotations
 
@@ -15,29 +15,29 @@ from stack.planning.routes.search import Arc
 from stack.types import INSCRIBED_COST, LETHAL_COST, CostGrid, FloatArray, Pose2D, wrap_angle
 
 LEAD, LEAD_SHARE = 0.3, 0.5
-"""Metres, and share of the distance from the lane, by which one gets on ahead of the nearest place:
-a robot that is on the lane already drives on along it."""
+"""Metres, and share of the distance to the lane: entries and exits are this far ahead of the
+nearest point and behind it, so that a robot on the lane drives on along it."""
 
 SLACK = 1.0
-"""Metres by which a way on to the lanes or off them may be longer than the shortest."""
+"""Metres by which an entry or exit may be longer than the shortest one."""
 
 TOUCH = 0.2
-"""Metres from a lane within which a way through free space has come to it."""
+"""Metres; a connection within this distance of a lane touches it."""
 
 MARGIN = 0.5
-"""Metres before and after what stands on a lane at which one leaves it and comes back."""
+"""Metres before and after an obstacle on a lane where a detour leaves and rejoins the lane."""
 
 
 @dataclass(frozen=True, slots=True)
 class Rates:
-    """What driving costs.
+    """Cost rates of driving.
 
     Attributes:
-        by_time: in seconds instead of metres.
+        by_time: costs are seconds instead of metres.
         top_speed: of the robot, m/s.
-        off_route: how many times a metre (or second) off the lanes counts.
-        detour: metres by which a way round what stands on a lane may be longer than the lane.
-        places: how many edges and nodes are tried as the place to get on or off.
+        off_route: cost factor of a metre (or second) off the lanes.
+        detour: metres by which a detour around an obstacle may be longer than the lane.
+        places: number of edges and of nodes tried as entries and exits.
     """
 
     by_time: bool
@@ -47,36 +47,37 @@ class Rates:
     places: int
 
     def of_lane(self, edge: RouteEdge, length: float) -> float:
-        """What a stretch of a lane costs."""
+        """Return the cost of `length` metres of a lane."""
         speed = min(self.top_speed, edge.limit(self.top_speed))
         return edge.weight * (length / speed if self.by_time else length)
 
     def of_connection(self, length: float) -> float:
-        """What a way through free space costs."""
+        """Return the cost of a connection of `length` metres."""
         return self.off_route * (length / self.top_speed if self.by_time else length)
 
 
 @dataclass(slots=True)
 class _Lane:
-    """An open edge with the vertices on it, by metres from its beginning."""
+    """Edge with its vertices and obstacles, by arc length in metres."""
 
     edge: RouteEdge
     cuts: dict[float, int]
-    stops: list[tuple[float, float]]  # stretches that cannot be driven
+    obstacles: list[tuple[float, float]]  # (begin, end) of the blocked parts
 
 
 class Network:
     """Vertices and arcs of one query.
 
-    Vertex 0 is where the plan begins and vertex 1 where it ends.
+    Vertex 0 is the start of the plan and vertex 1 its goal.
 
     Attributes:
         places: (x, y) of each vertex, map frame, metres.
-        blocked: ids of the edges on which something stands, and where it begins.
-        straight_on: the way from start to goal without any lane.
-        ways_on: through free space from the start to lanes.
-        ways_off: through free space from lanes to the goal.
-        way_off_closed: the shortest of those from lanes that are closed; for comparison only.
+        blocked: position of the first obstacle by id of a blocked edge, map frame, metres.
+        direct: connection from start to goal without lanes.
+        entries: connections from the start to lanes.
+        exits: connections from lanes to the goal.
+        exit_from_closed: shortest connection from a closed lane to the goal, for comparison only;
+            None if there is none.
     """
 
     def __init__(
@@ -91,31 +92,31 @@ class Network:
         self._nodes = {name: self._vertex(*place) for name, place in graph.nodes.items()}
         lanes = {edge.id: self._lane(edge) for edge in graph.edges.values()}
         self._lanes = {name: lane for name, lane in lanes.items() if not lane.edge.closed}
-        self.way_off_closed = self._way_off_closed(
+        self.exit_from_closed = self._exit_from_closed(
             [lane for lane in lanes.values() if lane.edge.closed]
         )
-        self.straight_on = self._connection(0, 1)
-        self.ways_on: list[Arc] = []
-        self.ways_off: list[Arc] = []
+        self.direct = self._connection(0, 1)
+        self.entries: list[Arc] = []
+        self.exits: list[Arc] = []
         self._detours: list[Arc] = []
         self._samples = self._free_samples()
-        self._get_round()
-        self._get_on_and_off()
+        self._find_detours()
+        self._find_entries_and_exits()
 
     def arcs(self) -> list[Arc]:
-        """Every lane's stretches that can be driven, and every way through free space."""
-        found = [arc for lane in self._lanes.values() for arc in self._stretches(lane)]
-        return [self.straight_on, *self.ways_on, *self.ways_off, *self._detours, *found]
+        """Return the parts of lanes that can be driven, and all connections."""
+        found = [arc for lane in self._lanes.values() for arc in self._drivable_parts(lane)]
+        return [self.direct, *self.entries, *self.exits, *self._detours, *found]
 
-    def straight(self, arc: Arc) -> float:
-        """Metres between the ends of an arc as the crow flies."""
+    def straight_length(self, arc: Arc) -> float:
+        """Return the straight-line distance between the ends of an arc, metres."""
         (x, y), (u, v) = self.places[arc.start], self.places[arc.end]
         return hypot(u - x, v - y)
 
     def touched(self, points: FloatArray) -> tuple[int, int] | None:
-        """The first of some points (n, 2) that lies on a lane, and the vertex there; None if none.
+        """Return the index of the first of points (n, 2) on a lane, and the vertex there, or None.
 
-        What stands on lanes is not touched.
+        Blocked parts of lanes are ignored.
         """
         if not len(self._samples[0]):
             return None
@@ -126,10 +127,10 @@ class Network:
         lane, _ = self._samples[1][int(near[hits[0]].argmin())]
         x, y = points[hits[0]]
         along, _ = lane.edge.line.nearest(float(x), float(y))
-        return (int(hits[0]), self._cut(lane, along)) if self._can_stand(lane, along) else None
+        return (int(hits[0]), self._cut(lane, along)) if self._is_free(lane, along) else None
 
     def heading(self, vertex: int, bearing: float) -> float:
-        """The direction of the lane at a vertex, of its two the one nearer to a bearing."""
+        """Return the heading along the lane at a vertex, in the direction closer to a bearing."""
         if vertex not in self._on_lane:
             return bearing
         lane, along = self._on_lane[vertex]
@@ -140,8 +141,8 @@ class Network:
         return wrap_angle(direction + pi) if turned else direction
 
     def connect(self, arc: Arc) -> None:
-        """Add a way on to the lanes, or off them."""
-        (self.ways_on if arc.start == 0 else self.ways_off).append(arc)
+        """Add an entry or an exit."""
+        (self.entries if arc.start == 0 else self.exits).append(arc)
 
     # Building
 
@@ -154,14 +155,14 @@ class Network:
         lane = _Lane(edge, ends, [])
         at = edge.line.samples(self._costs.resolution)
         for begin, end in _runs(blocked(self._costs, edge.line.at(at))):
-            lane.stops.append((float(at[begin]), float(at[end])))
-        if lane.stops and not edge.closed:
-            x, y = edge.line.at(np.array(lane.stops[0][:1]))[0]
+            lane.obstacles.append((float(at[begin]), float(at[end])))
+        if lane.obstacles and not edge.closed:
+            x, y = edge.line.at(np.array(lane.obstacles[0][:1]))[0]
             self.blocked[edge.id] = (round(float(x), 2), round(float(y), 2))
         return lane
 
     def _cut(self, lane: _Lane, along: float) -> int:
-        """The vertex at a place of a lane, a new one where there is none near."""
+        """Return the vertex at an arc length of a lane; add one if there is none close by."""
         for known, vertex in lane.cuts.items():
             if abs(known - along) < 0.5 * self._costs.resolution:
                 return vertex
@@ -170,23 +171,23 @@ class Network:
         self._on_lane[vertex] = (lane, along)
         return vertex
 
-    def _can_stand(self, lane: _Lane, along: float) -> bool:
-        return not any(begin <= along <= end for begin, end in lane.stops)
+    def _is_free(self, lane: _Lane, along: float) -> bool:
+        return not any(begin <= along <= end for begin, end in lane.obstacles)
 
     def _free_samples(self) -> tuple[FloatArray, list[tuple[_Lane, float]]]:
-        """(k, 2) places on lanes where nothing stands, close together, and whose they are."""
+        """Return (k, 2) free points on lanes, TOUCH apart, with their lanes and arc lengths."""
         owners = [
             (lane, float(along))
             for lane in self._lanes.values()
             for along in lane.edge.line.samples(TOUCH)
-            if self._can_stand(lane, float(along))
+            if self._is_free(lane, float(along))
         ]
         points = [lane.edge.line.at(np.array([along])) for lane, along in owners]
         return (np.vstack(points) if points else np.empty((0, 2))), owners
 
-    def _stretches(self, lane: _Lane) -> Iterator[Arc]:
+    def _drivable_parts(self, lane: _Lane) -> Iterator[Arc]:
         for (begin, start), (end, last) in pairwise(sorted(lane.cuts.items())):
-            if any(low <= end and high >= begin for low, high in lane.stops):
+            if any(low <= end and high >= begin for low, high in lane.obstacles):
                 continue
             cost = self._rates.of_lane(lane.edge, end - begin)
             line = lane.edge.line
@@ -198,24 +199,24 @@ class Network:
         (x, y), (u, v) = self.places[start], self.places[end]
         straight = hypot(u - x, v - y)
         cost = self._rates.of_connection(straight) if straight <= longest else inf
-        return Arc(start, end, cost, looked_at=False, longest=longest)
+        return Arc(start, end, cost, evaluated=False, longest=longest)
 
-    def _get_on_and_off(self) -> None:
+    def _find_entries_and_exits(self) -> None:
         on = {self._cut(*place): None for place in self._near(self.places[0])}
         off = {self._cut(*place): None for place in self._near(self.places[1])}
-        self.ways_on = [self._connection(0, vertex) for vertex in on]
-        self.ways_off = [self._connection(vertex, 1) for vertex in off]
+        self.entries = [self._connection(0, vertex) for vertex in on]
+        self.exits = [self._connection(vertex, 1) for vertex in off]
 
-    def _way_off_closed(self, lanes: list[_Lane]) -> Arc | None:
+    def _exit_from_closed(self, lanes: list[_Lane]) -> Arc | None:
         nearest = [(*lane.edge.line.nearest(*self.places[1]), lane) for lane in lanes]
-        able = [item for item in nearest if self._can_stand(item[2], item[0])]
+        able = [item for item in nearest if self._is_free(item[2], item[0])]
         if not able:
             return None
         along, _, lane = min(able, key=lambda item: item[1])
         return self._connection(self._cut(lane, along), 1)
 
     def _near(self, place: tuple[float, float]) -> list[tuple[_Lane, float]]:
-        """Places of lanes near one: ahead and behind the nearest, and the nearest nodes."""
+        """Return lanes and arc lengths near a place: ahead of and behind it, and nearest nodes."""
         found = []
         for lane in self._lanes.values():
             along, distance = lane.edge.line.nearest(*place)
@@ -232,31 +233,31 @@ class Network:
         ]
         ends.sort(key=lambda item: item[0])
         near += ends[: 2 * self._rates.places]
-        return [(lane, at) for _, lane, at in near if self._can_stand(lane, at)]
+        return [(lane, at) for _, lane, at in near if self._is_free(lane, at)]
 
-    def _get_round(self) -> None:
-        """Ways off the lane and back on to it, or on to the next one, round what stands there."""
+    def _find_detours(self) -> None:
+        """Add detours around obstacles: back to the same lane, or to the next one past a node."""
         if self._rates.detour <= 0.0:
             return
         for lane in self._lanes.values():
-            for begin, end in _widened(lane.stops, lane.edge.line.length):
-                before = self._side(lane, begin, toward_end=True)
-                after = self._side(lane, end, toward_end=False)
+            for begin, end in _widened(lane.obstacles, lane.edge.line.length):
+                before = self._vertex_beside(lane, begin, toward_end=True)
+                after = self._vertex_beside(lane, end, toward_end=False)
                 if before is not None and after is not None:
                     self._add_detours(lane, before, after, end - begin)
                 elif before is not None or after is not None:
-                    self._gate(lane, end - begin, before, after)
-        for node, ways in self._arrivals.items():
-            for start, there in ways:
+                    self._record_blocked_node(lane, end - begin, before, after)
+        for node, arrivals in self._arrivals.items():
+            for start, there in arrivals:
                 for end, on in self._departures.get(node, ()):
                     if start != end:
                         longest = there + on + self._rates.detour
                         self._detours.append(self._connection(start, end, longest))
 
-    def _side(self, lane: _Lane, along: float, *, toward_end: bool) -> int | None:
-        """The vertex beside an obstacle; None where the lane's end lies in it."""
+    def _vertex_beside(self, lane: _Lane, along: float, *, toward_end: bool) -> int | None:
+        """Return the vertex next to an obstacle; None if the obstacle covers the lane's end."""
         at_end = along <= 0.0 if toward_end else along >= lane.edge.line.length
-        if at_end and not self._can_stand(lane, along):
+        if at_end and not self._is_free(lane, along):
             return None
         return self._cut(lane, along)
 
@@ -266,8 +267,10 @@ class Network:
         if not lane.edge.one_way:
             self._detours.append(self._connection(after, before, longest))
 
-    def _gate(self, lane: _Lane, length: float, before: int | None, after: int | None) -> None:
-        """Something stands on a node: one may get from the lanes that lead there to those on."""
+    def _record_blocked_node(
+        self, lane: _Lane, length: float, before: int | None, after: int | None
+    ) -> None:
+        """Record a lane with an obstacle on its node, to be left before and rejoined after it."""
         vertex = before if before is not None else after
         node = self._nodes[lane.edge.end if before is not None else lane.edge.start]
         assert vertex is not None
@@ -278,7 +281,7 @@ class Network:
 
 
 def blocked(costs: CostGrid, points: FloatArray) -> NDArray[np.bool_]:
-    """(n,) bool: whether the robot would collide with its middle at points (n, 2), map frame."""
+    """Return (n,) bool: whether the cells at points (n, 2), map frame, are inscribed or lethal."""
     rows, columns = costs.cells.shape
     column, row = np.floor((points - costs.origin) / costs.resolution).astype(int).T
     inside = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
@@ -289,16 +292,16 @@ def blocked(costs: CostGrid, points: FloatArray) -> NDArray[np.bool_]:
 
 
 def _runs(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """First and last index of each run of true values."""
+    """Return the first and last index of each run of true values."""
     steps = np.diff(np.concatenate([[0], flags.astype(np.int8), [0]]))
     begins, ends = np.flatnonzero(steps == 1), np.flatnonzero(steps == -1) - 1
     return list(zip(begins.tolist(), ends.tolist(), strict=True))
 
 
-def _widened(stops: list[tuple[float, float]], length: float) -> list[tuple[float, float]]:
-    """The stretches with room before and after, joined where they then overlap."""
+def _widened(obstacles: list[tuple[float, float]], length: float) -> list[tuple[float, float]]:
+    """Return the intervals extended by MARGIN at both ends, joined where they overlap."""
     wide: list[tuple[float, float]] = []
-    for begin, end in stops:
+    for begin, end in obstacles:
         low, high = max(0.0, begin - MARGIN), min(length, end + MARGIN)
         if wide and low <= wide[-1][1]:
             low = wide.pop()[0]

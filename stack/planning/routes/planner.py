@@ -1,4 +1,4 @@
-"""Planning along the lanes of a route graph, as fleets and shared floors want it."""
+"""Route planner: paths along the lanes of a route graph."""
 
 from __future__ import annotations
 
@@ -26,31 +26,31 @@ from stack.planning.routes.geojson import read_route_graph
 from stack.planning.routes.graph import RouteGraph
 from stack.planning.routes.network import LEAD, LEAD_SHARE, SLACK, Network, Rates
 from stack.planning.routes.parameters import RouteParameters
-from stack.planning.routes.search import Arc, cheapest_looked_at
+from stack.planning.routes.search import Arc, cheapest_evaluated
 from stack.planning.routes.shaping import Shape, path_along
 from stack.planning.smoothing import SPACING, resampled
 from stack.types import CostGrid, FailureCode, FloatArray, Path, Pose2D
 
-_SAME_PLACE = 0.1  # m; a way that ends farther from where it should leads elsewhere
+_SAME_PLACE = 0.1  # m; a connection that ends farther from its target is discarded
 
 _OF_START = (FailureCode.START_OCCUPIED, FailureCode.START_OUTSIDE_MAP)
 _OF_GOAL = (FailureCode.GOAL_OCCUPIED, FailureCode.GOAL_OUTSIDE_MAP)
 
 
 class Route:
-    """Along the lanes of a route graph: through free space on to it, along it, and off it again.
+    """Route planner: along the lanes of a graph, with connections to start and goal.
 
-    The cheapest way by time or distance that keeps to one-ways and closures; what stands on a lane
-    is gone round near by or avoided by other lanes. The speed limits of the lanes go into the path.
-    Where start and goal are so near that the lanes are no help, the way is through free space.
+    The path is the cheapest by time or distance that respects one-way lanes and closures. It
+    avoids an obstacle on a lane by a short detour or by other lanes, and carries the speed limits
+    of the lanes. If start and goal are closer than the lanes, the path leads through free space.
 
     Args:
-        parameters: the graph's file, absolute or relative to the current folder, and weights.
+        parameters: file of the graph, absolute or relative to the current folder, and weights.
         robot: its top speed, and its turning radius for the corners.
 
     Raises:
         InputError: the graph cannot be read.
-        ParameterError: there is no graph, or a planner of routes is to plan the ways on to them.
+        ParameterError: no graph is set, or `connect` is the route planner itself.
     """
 
     Parameters: ClassVar[type] = RouteParameters
@@ -58,10 +58,12 @@ class Route:
     def __init__(self, parameters: RouteParameters, robot: RobotDescription) -> None:
         if not parameters.graph:
             raise ParameterError(
-                "graph", "route needs a graph", "write graph: routes/office.geojson"
+                "graph", "route needs a route graph", "write graph: routes/office.geojson"
             )
         if parameters.connect == "route":
-            raise ParameterError("connect", "route cannot plan the ways on to its own lanes")
+            raise ParameterError(
+                "connect", "route cannot connect to its own lanes", "use another planner"
+            )
         self.graph = read_route_graph(FilePath(parameters.graph))
         name = parameters.connect or ("hybrid_astar" if robot.turning_radius > 0.0 else "astar")
         choice = choose("planner", name, {})
@@ -77,13 +79,13 @@ class Route:
 
     @staticmethod
     def located(parameters: RouteParameters, folder: FilePath) -> RouteParameters:
-        """The same with the graph looked for in a folder."""
+        """Return the parameters with the path of the graph relative to a folder."""
         if not parameters.graph:
             return parameters
         return replace(parameters, graph=str(folder / FilePath(parameters.graph).expanduser()))
 
     def with_edge(self, edge: str, *, closed: bool) -> Route:
-        """The same planner with an edge closed or opened; plans under way keep to the old one.
+        """Return a copy with an edge closed or opened; running plans keep the old graph.
 
         Raises:
             ParameterError: there is no such edge.
@@ -99,49 +101,51 @@ class Route:
         goal: Pose2D,
         options: PlanOptions = DEFAULT_PLAN_OPTIONS,
     ) -> Path:
-        """A path of poses 5 cm apart from start to goal, with the speed limits of its lanes.
+        """Return a path of poses 5 cm apart from start to goal, with the speed limits of its lanes.
 
-        Of the terms only `cancel` counts: half a way is none where lanes are the rule.
+        Of the options only `cancel` has an effect: there are no partial plans on a route graph.
 
         Raises:
-            NavigationError: NO_VALID_PATH where the lanes do not lead there; else as the planner of
-                the ways on to them and off them.
+            NavigationError: NO_VALID_PATH if no lanes lead to the goal; else as the planner of the
+                connections.
         """
         network = Network(self.graph, costs, self._rates, (start, goal))
-        look = partial(self._look, network, costs, (start, goal), options.cancel)
-        self._limit(network, look)
-        arcs = cheapest_looked_at(network.arcs, 0, 1, look)
+        evaluate = partial(self._evaluate, network, costs, (start, goal), options.cancel)
+        self._limit(network, evaluate)
+        arcs = cheapest_evaluated(network.arcs, 0, 1, evaluate)
         if arcs is None:
-            raise NavigationError(FailureCode.NO_VALID_PATH, self._no_way(network, start, goal))
+            raise NavigationError(
+                FailureCode.NO_VALID_PATH, self._failure_text(network, start, goal)
+            )
         if len(arcs) == 1 and arcs[0].path is not None:
             return arcs[0].path
         return path_along(arcs, costs, self._shape, goal.heading)
 
-    def _limit(self, network: Network, look: Callable[[Arc], None]) -> None:
-        """Hold the ways on to the lanes and off them against the shortest there is.
+    def _limit(self, network: Network, evaluate: Callable[[Arc], None]) -> None:
+        """Discard entries and exits that are much longer than the shortest.
 
-        Else a long way through free space would take the place of a lane that is closed. To the
-        goal, a closed lane is a way as well: a goal on it is not left for the next open one.
+        Else a long connection through free space could replace a closed lane. For exits, closed
+        lanes count as well: a goal on a closed lane is not reached from a far open one.
         """
         shortest = []
-        for ways in (network.ways_on, network.ways_off):
-            closed = network.way_off_closed if ways is network.ways_off else None
-            considered = [*ways, *([closed] if closed else [])]
+        for connections in (network.entries, network.exits):
+            closed = network.exit_from_closed if connections is network.exits else None
+            considered = [*connections, *([closed] if closed else [])]
             least = inf
-            for arc in sorted(considered, key=network.straight):
-                if network.straight(arc) >= least:
+            for arc in sorted(considered, key=network.straight_length):
+                if network.straight_length(arc) >= least:
                     break
-                look(arc)
-                found = (way.path for way in (*considered, *ways) if way.path is not None)
-                least = min([least, *(path.length for path in found)])
-            for arc in ways:
+                evaluate(arc)
+                paths = (item.path for item in (*considered, *connections))
+                least = min([least, *(path.length for path in paths if path is not None)])
+            for arc in connections:
                 arc.longest = least + max(SLACK, LEAD_SHARE * least)
-                arc.cost = inf if network.straight(arc) > arc.longest else arc.cost
+                arc.cost = inf if network.straight_length(arc) > arc.longest else arc.cost
                 arc.cost = inf if arc.path and arc.path.length > arc.longest else arc.cost
             shortest.append(least)
-        network.straight_on.longest = sum(shortest) + SLACK
+        network.direct.longest = sum(shortest) + SLACK
 
-    def _look(
+    def _evaluate(
         self,
         network: Network,
         costs: CostGrid,
@@ -149,9 +153,9 @@ class Route:
         cancel: CancelToken,
         arc: Arc,
     ) -> None:
-        """Find out what a way through free space costs."""
+        """Plan a connection through free space and set its path and cost."""
         cancel.check()
-        arc.looked_at, arc.cost = True, inf
+        arc.evaluated, arc.cost = True, inf
         start, goal = self._poses(network, ends, arc)
         try:
             path = plan_with_options(
@@ -174,7 +178,7 @@ class Route:
     def _poses(
         self, network: Network, ends: tuple[Pose2D, Pose2D], arc: Arc
     ) -> tuple[Pose2D, Pose2D]:
-        """Where a way through free space begins and ends: on lanes in their direction."""
+        """Return start and goal of a connection; on a lane they have its direction."""
         (x, y), (u, v) = network.places[arc.start], network.places[arc.end]
         bearing = float(np.arctan2(v - y, u - x))
         start = ends[0] if arc.start == 0 else Pose2D(x, y, network.heading(arc.start, bearing))
@@ -182,7 +186,7 @@ class Route:
         return start, goal
 
     def _shorten(self, network: Network, arc: Arc, path: Path) -> None:
-        """Let a way on to the lanes, or off them, also end where it first comes to one."""
+        """Add the part of an entry or exit up to the first lane that it touches."""
         points = path.points[:, :2]
         along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
         if arc.start == 0:
@@ -210,12 +214,12 @@ class Route:
         cost = self._rates.of_connection(path.length)
         network.connect(Arc(*ends, cost, path=path))
 
-    def _no_way(self, network: Network, start: Pose2D, goal: Pose2D) -> str:
-        """Why there is no way, with the nodes nearest to start and goal and what is in the way."""
+    def _failure_text(self, network: Network, start: Pose2D, goal: Pose2D) -> str:
+        """Return the error message: nearest nodes, blocked edges and closed edges."""
         words = [
-            f"the route graph does not lead from ({start.x:.2f}, {start.y:.2f}) to "
-            f"({goal.x:.2f}, {goal.y:.2f}): {_nearest(self.graph, start)} is nearest to the start, "
-            f"{_nearest(self.graph, goal)} to the goal"
+            f"no path on the route graph from ({start.x:.2f}, {start.y:.2f}) to "
+            f"({goal.x:.2f}, {goal.y:.2f}): nearest to the start is {_nearest(self.graph, start)}; "
+            f"nearest to the goal is {_nearest(self.graph, goal)}"
         ]
         blocked = [f"{name} at ({x:.2f}, {y:.2f})" for name, (x, y) in network.blocked.items()]
         closed = [name for name, edge in self.graph.edges.items() if edge.closed]
@@ -230,4 +234,4 @@ def _nearest(graph: RouteGraph, pose: Pose2D) -> str:
         return hypot(x - pose.x, y - pose.y)
 
     name = min(graph.nodes, key=distance)
-    return f"the node {name}, {distance(name):.2f} m away,"
+    return f"node {name}, {distance(name):.2f} m away"

@@ -1,10 +1,10 @@
-"""Shortest paths over lanes whose connections through free space are costly to look at.
+"""Lazy shortest-path search over lanes and connections through free space.
 
-A lane's cost is known; that of a way through free space (on to the graph, off it, round what stands
-on a lane) only after a planner has looked for it. So such a way counts its straight line, which is
-never more than the truth, until it is part of the best path; then it is looked at, and the search
-runs again (LazySP: Dellin and Srinivasa, ICAPS 2016, with forward evaluation). When nothing on the
-best path is left to look at, it is the cheapest there is.
+The cost of a lane is known. The cost of a connection (from the start to the graph, from the graph
+to the goal, or around an obstacle on a lane) is known only after a planner has evaluated it. Until
+then its straight-line cost is a lower bound. Connections on the best path are evaluated one by one,
+and the search is repeated (LazySP: Dellin and Srinivasa, ICAPS 2016, with forward evaluation). A
+best path with all connections evaluated is optimal.
 """
 
 from __future__ import annotations
@@ -20,14 +20,17 @@ from stack.types import FloatArray, Path
 
 @dataclass(eq=False, slots=True)
 class Arc:
-    """A way from one vertex to another, driven in this direction.
+    """Directed arc between two vertices: part of a lane, or a connection through free space.
 
     Attributes:
-        cost: metres or seconds, weighted; a lower bound while `looked_at` is false; inf: no way.
-        points: (n, 2) of a lane's stretch, metres, map frame; None of a way through free space.
-        edge: the lane; None of a way through free space.
-        path: of a way through free space, once looked at.
-        longest: metres; a way through free space that is longer is none.
+        start: vertex.
+        end: vertex.
+        cost: metres or seconds, weighted; a lower bound until `evaluated`; inf if impassable.
+        points: (n, 2) of a part of a lane, metres, map frame; None for a connection.
+        edge: the lane; None for a connection.
+        evaluated: whether the cost is final.
+        path: of an evaluated connection.
+        longest: metres; a longer connection is discarded.
     """
 
     start: int
@@ -35,15 +38,15 @@ class Arc:
     cost: float
     points: FloatArray | None = None
     edge: RouteEdge | None = None
-    looked_at: bool = True
+    evaluated: bool = True
     path: Path | None = None
     longest: float = inf
 
 
 def cheapest(arcs: Iterable[Arc], start: int, end: int) -> list[Arc] | None:
-    """The cheapest arcs from vertex to vertex (Dijkstra 1959); None where there is no way.
+    """Return the cheapest arcs from vertex to vertex (Dijkstra 1959), or None if unreachable.
 
-    Of ways that cost the same, the one whose arcs were given first is taken.
+    Among paths of equal cost, arcs that come first in `arcs` are preferred.
     """
     leaving: dict[int, list[Arc]] = {}
     for arc in arcs:
@@ -67,23 +70,23 @@ def cheapest(arcs: Iterable[Arc], start: int, end: int) -> list[Arc] | None:
     return None
 
 
-def cheapest_looked_at(
-    arcs: Callable[[], Sequence[Arc]], start: int, end: int, look: Callable[[Arc], None]
+def cheapest_evaluated(
+    arcs: Callable[[], Sequence[Arc]], start: int, end: int, evaluate: Callable[[Arc], None]
 ) -> list[Arc] | None:
-    """The cheapest arcs of which none is left to look at; None where there is no way.
+    """Return the cheapest arcs, all of them evaluated, or None if the end is unreachable.
 
     Args:
-        arcs: all of them as they are now; `look` may lead to more.
+        arcs: returns the current arcs; `evaluate` may add some.
         start: vertex.
         end: vertex.
-        look: finds out what an arc costs, and marks it as looked at.
+        evaluate: computes the cost of an arc and marks it as evaluated.
     """
     while True:
         found = cheapest(arcs(), start, end)
-        unsure = None if found is None else next((a for a in found if not a.looked_at), None)
+        unsure = None if found is None else next((a for a in found if not a.evaluated), None)
         if unsure is None:
             return found
-        look(unsure)
+        evaluate(unsure)
 
 
 def _back(best: dict[int, tuple[float, Arc | None]], end: int) -> list[Arc]:

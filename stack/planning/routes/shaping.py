@@ -1,4 +1,4 @@
-"""From lanes and ways through free space to one path with rounded corners and speed limits."""
+"""Joining of lanes and connections into one path with rounded corners and speed limits."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from stack.planning.smoothing import SPACING, resampled, with_headings
 from stack.types import CostGrid, FloatArray, Path, wrap_angle
 
 _CORNER, _REVERSAL = 0.09, 2.6
-"""Radians between which a change of direction is a corner to be rounded."""
+"""Radians; a change of direction between these two values is rounded as a corner."""
 
-_LOOK = 3  # points before and after a corner that its directions are taken from
+_LOOK = 3  # points before and after a point between which its change of direction is measured
 
 
 @dataclass(frozen=True, slots=True)
 class Shape:
-    """How a path is put together.
+    """Shape of the joined path.
 
     Attributes:
-        radius: of corners, metres; where there is no room they are rounded tighter, or not at all.
+        radius: of corners, metres; where there is no room, the radius is smaller or zero.
         top_speed: of the robot, m/s.
-        keeps_connections: ways through free space keep their headings and are not rounded: a car
-            may drive backward on them.
+        keeps_connections: keep the headings of connections and do not round them, since a car may
+            drive backward on them.
     """
 
     radius: float
@@ -39,14 +39,14 @@ class Shape:
 
 @dataclass(slots=True)
 class _Piece:
-    """Poses close together, (n, 2) or (n, 3) where headings are kept, with a limit for each."""
+    """Dense points, (n, 2) or (n, 3) with headings to keep, and (n,) speed limits in m/s."""
 
     points: FloatArray
     limits: FloatArray
 
 
 def path_along(arcs: Sequence[Arc], costs: CostGrid, shape: Shape, heading: float) -> Path:
-    """The path along arcs, its poses SPACING apart; the last one has this heading."""
+    """Return the path along arcs, its poses SPACING apart; the last one has this heading."""
     parts = []
     for piece in _joined(_pieces(arcs, shape), shape):
         if piece.points.shape[1] == 3:
@@ -54,7 +54,7 @@ def path_along(arcs: Sequence[Arc], costs: CostGrid, shape: Shape, heading: floa
             continue
         points = _rounded(piece.points, costs, shape.radius)
         poses = with_headings(points, heading).points
-        poses[-1, 2] = poses[-2, 2]  # the heading given is the whole path's
+        poses[-1, 2] = poses[-2, 2]  # only the last pose of the path has the requested heading
         parts.append((poses, piece.limits))
     poses = np.vstack([part[:-1] for part, _ in parts[:-1]] + [parts[-1][0]])
     limits = np.concatenate([part[:-1] for _, part in parts[:-1]] + [parts[-1][1]])
@@ -78,7 +78,7 @@ def _pieces(arcs: Sequence[Arc], shape: Shape) -> Iterator[_Piece]:
 
 
 def _beside(points: FloatArray, lanes: Iterable[RouteEdge], top_speed: float) -> FloatArray:
-    """(n,) limits of points off the lanes: beside a lane its limit counts."""
+    """Return (n,) speed limits of points off the lanes: a lane's limit within TOUCH of it."""
     limits = np.full(len(points), inf)
     for lane in lanes:
         limit = lane.limit(top_speed)
@@ -89,7 +89,7 @@ def _beside(points: FloatArray, lanes: Iterable[RouteEdge], top_speed: float) ->
 
 
 def _joined(pieces: Iterable[_Piece], shape: Shape) -> list[_Piece]:
-    """Neighbours that are of one kind become one; the last of a point's two limits counts."""
+    """Join successive pieces without headings; at the joint the limit of the second applies."""
     joined: list[_Piece] = []
     for piece in pieces:
         if joined and joined[-1].points.shape[1] == piece.points.shape[1] == 2:
@@ -102,16 +102,16 @@ def _joined(pieces: Iterable[_Piece], shape: Shape) -> list[_Piece]:
 
 
 def _dense(points: FloatArray) -> FloatArray:
-    """Points along a polyline, each of its own points among them."""
+    """Return points along a polyline, SPACING apart, including its own points."""
     parts = [resampled(np.array(pair), SPACING)[:-1] for pair in pairwise(points)]
     return np.vstack([*parts, points[-1:]])
 
 
 def _rounded(points: FloatArray, costs: CostGrid, radius: float) -> FloatArray:
-    """The points with every corner replaced by a parabola, as many points as before.
+    """Return the points with every corner replaced by a parabola; their number is unchanged.
 
-    A quadratic Bezier curve whose control point is the corner has, with legs of t metres, the
-    smallest radius t cos²(a/2) / sin(a/2) for a turn by a.
+    A quadratic Bézier curve with the corner as control point and legs of t metres has the smallest
+    radius t cos²(a/2) / sin(a/2) for a turn by a.
     """
     turns = _turns(points)
     corners = [0, *_corners(turns), len(points) - 1]
@@ -119,7 +119,7 @@ def _rounded(points: FloatArray, costs: CostGrid, radius: float) -> FloatArray:
     for before, corner, after in zip(corners, corners[1:], corners[2:], strict=False):
         half = 0.5 * abs(float(turns[corner]))
         legs = ceil(radius * sin(half) / cos(half) ** 2 / SPACING)
-        # an end of the path is no corner: the whole way to it may be used
+        # The ends of the path are not rounded: the full distance to them is available.
         room = min((corner - before) // (2 if before else 1),
                    (after - corner) // (2 if after < corners[-1] else 1))  # fmt: skip
         legs = min(legs, room)
@@ -142,7 +142,7 @@ def _parabola(points: FloatArray, corner: int, legs: int) -> FloatArray:
 
 
 def _turns(points: FloatArray) -> FloatArray:
-    """(n,) by how much the direction changes at each point, radians."""
+    """Return the (n,) change of direction at each point, radians."""
     turns = np.zeros(len(points))
     for at in range(1, len(points) - 1):
         back, on = points[max(0, at - _LOOK)], points[min(len(points) - 1, at + _LOOK)]
@@ -152,7 +152,7 @@ def _turns(points: FloatArray) -> FloatArray:
 
 
 def _corners(turns: FloatArray) -> list[int]:
-    """Where the direction changes most, at least _LOOK points from each other."""
+    """Return the indices of local maxima of the turn, more than _LOOK points apart."""
     sizes = np.abs(turns)
     return [
         at

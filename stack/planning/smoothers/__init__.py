@@ -1,1 +1,1 @@
-"""What is done to a path after the search; chosen by name."""
+"""Path smoothers, chosen by name."""

@@ -1,4 +1,4 @@
-"""Smoothers by name, for paths of points and for paths of poses."""
+"""Smoothers by name, for paths of points and of poses."""
 
 from __future__ import annotations
 
@@ -13,29 +13,29 @@ from stack.planning.smoothing import SPACING, Smoother, resampled, unsmoothed, w
 from stack.types import CostGrid, FloatArray, Path
 
 SMOOTHERS = ("simple", "savitzky_golay", "constrained", "none")
-"""What a planner's parameter `smoother` may be.
+"""Values of a planner's parameter `smoother`.
 
-simple straightens and rounds corners; savitzky_golay fits cubics to every seven points;
-constrained weighs smoothness, clearance and curvature; none leaves the path as it was found.
+simple straightens the path and rounds corners; savitzky_golay fits cubics to every seven points;
+constrained weighs smoothness, clearance and curvature; none leaves the path unchanged.
 """
 
-_GENTLE = 0.5  # m; radius that the constrained smoother aims at where the robot has no limit
+_GENTLE = 0.5  # m; target radius of the constrained smoother for robots that can turn in place
 
 
 class PointSmoother(Protocol):
-    """Makes a path of a line of points."""
+    """Smoother that turns a polyline into a path."""
 
     def smooth(self, costs: CostGrid, points: FloatArray, heading: float) -> Path:
-        """A path with the ends of points (n, 2), in metres, and a last heading."""
+        """Return a path with the ends of points (n, 2), in metres, and this last heading."""
         ...
 
 
 def point_smoother(name: str, traverse: NDArray[np.int64]) -> PointSmoother:
-    """The smoother of a name, for planners of points.
+    """Return the smoother called `name`, for planners of points.
 
     Args:
         name: one of SMOOTHERS.
-        traverse: (256,) cost of a straight step by cell cost, 0 for no way.
+        traverse: (256,) cost of a straight step by cell cost, 0 if impassable.
     """
     if name == "simple":
         return Smoother(traverse)
@@ -44,7 +44,7 @@ def point_smoother(name: str, traverse: NDArray[np.int64]) -> PointSmoother:
 
 @dataclass(frozen=True)
 class _Shaping:
-    """Shapes an evenly spaced line and keeps the result where it is no worse than the line."""
+    """Smooths an evenly spaced polyline; discards the result if it crosses more obstacles."""
 
     name: str
     traverse: NDArray[np.int64]
@@ -68,14 +68,14 @@ class _Shaping:
 
 
 def shape(name: str, costs: CostGrid, points: FloatArray, radius: float, pinned: int) -> FloatArray:
-    """Points (n, 2) shaped by the smoother of a name; nothing is checked.
+    """Return (n, 2) points smoothed by the smoother called `name`, without a collision check.
 
     Args:
         name: savitzky_golay or constrained.
         costs: map frame.
-        points: metres, map frame.
+        points: (n, 2) metres, map frame.
         radius: metres; the constrained smoother widens arcs tighter than this.
-        pinned: points at each end that stay.
+        pinned: number of fixed points at each end.
     """
     if name == "constrained":
         return Descent(radius).shape(costs, points, pinned)

@@ -7,7 +7,7 @@ from numba import njit
 
 @njit(cache=True, nogil=True)
 def _slope(field, x, y):
-    """Gradient of a field of cell values, by differences over two cells; 0 at the grid's edge."""
+    """Gradient of a field of cell values by central differences; 0 at the edge of the grid."""
     rows, columns = field.shape
     column, row = int(np.floor(x)), int(np.floor(y))
     if not (1 <= row < rows - 1 and 1 <= column < columns - 1):
@@ -20,17 +20,18 @@ def _slope(field, x, y):
 
 @njit(cache=True, nogil=True)
 def descend(field, points, pinned, stride, tightest, weights, iterations):
-    """Move points (n, 2), in cells, down the gradient of what makes a path bad.
+    """Move points (n, 2), in cells, down the gradient of a path cost.
 
-    The terms of Dolgov et al. (2010): smoothness sum |p[i-k] - 2 p[i] + p[i+k]|², the cost of the
-    cells under the points, curvature above a limit, and the distance from where they were.
+    The cost has the terms of Dolgov et al. (2010): smoothness sum |p[i-k] - 2 p[i] + p[i+k]|², the
+    cost of the cells under the points, curvature above a limit, and the distance of the points
+    from their initial positions.
 
     Args:
         field: (rows, columns) float32 cost of each cell, 0 to 1.
-        points: to be moved.
-        pinned: points at each end that stay.
+        points: (n, 2) initial points, in cells.
+        pinned: number of fixed points at each end.
         stride: k; a large one straightens long bends in few iterations.
-        tightest: curvature that may be had for nothing, per cell.
+        tightest: largest curvature without cost, per cell.
         weights: (4,) of smoothness (below 1/16 for stability), clearance, curvature and distance.
         iterations: steps of the descent.
 

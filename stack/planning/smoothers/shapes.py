@@ -1,4 +1,4 @@
-"""How the smoothers shape a line of points; nothing is checked here."""
+"""Savitzky-Golay and constrained smoothing of a polyline, without collision checks."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ from numpy.typing import NDArray
 from stack.types import LETHAL_COST, UNKNOWN_COST, CostGrid, FloatArray
 
 WINDOW, ORDER, PASSES = 7, 3, 2
-"""Of the Savitzky-Golay filter: points, degree of the polynomials, how often it is applied."""
+"""Savitzky-Golay filter: number of points, degree of the polynomials, number of passes."""
 
-_IRONING = (1, 80, np.array([0.04, 0.0, 0.08, 0.0]))  # takes out the kinks of the costmap's cells
+_FINE_STAGE = (1, 80, np.array([0.04, 0.0, 0.08, 0.0]))  # removes kinks of the size of a cell
 _STAGES = (
     (4, 60, np.array([0.04, 0.06, 0.06, 0.002])),
     (2, 60, np.array([0.04, 0.02, 0.08, 0.002])),
-    _IRONING,
+    _FINE_STAGE,
 )
 """Stride, iterations, and weights of smoothness, clearance, curvature and distance."""
-_GENTLE_STAGES = ((1, 120, np.array([0.04, 0.04, 0.06, 0.002])), _IRONING)
-"""For lines with headings at their ends, next to which large strides would leave kinks."""
-_EASIER = 1.15  # the descent aims at arcs this much wider than asked, for it ends short of its aim
-_CLEAR_FIELD = UNKNOWN_COST // 2  # unknown cells repel as half-inflated ones
+_STAGES_WITH_HEADINGS = ((1, 120, np.array([0.04, 0.04, 0.06, 0.002])), _FINE_STAGE)
+"""For polylines with fixed headings at the ends, where large strides would leave kinks."""
+_RADIUS_MARGIN = 1.15  # target radius over required radius: the descent stops short of its target
+_UNKNOWN_VALUE = UNKNOWN_COST // 2  # unknown cells repel like half-inflated ones
 
 
 @lru_cache(maxsize=4)
 def _coefficients(window: int, order: int) -> FloatArray:
-    """(window,) weights of a least-squares polynomial's value in the middle of its points."""
+    """Return (window,) weights: the value at the centre of a least-squares polynomial."""
     half = window // 2
     powers = np.vander(np.arange(-half, half + 1), order + 1, increasing=True)
     row: FloatArray = np.linalg.pinv(powers)[0]
@@ -37,9 +37,9 @@ def _coefficients(window: int, order: int) -> FloatArray:
 
 
 def savitzky_golay(points: FloatArray) -> FloatArray:
-    """Points (n, 2) after the filter of Savitzky and Golay (1964); the ends stay.
+    """Return points (n, 2) after the filter of Savitzky and Golay (1964); the ends are fixed.
 
-    Beyond the ends the line goes on as its own mirror image, which leaves them where they are.
+    The polyline is extended by its point reflection at each end, which keeps the ends in place.
     """
     half = WINDOW // 2
     if len(points) <= half:
@@ -64,7 +64,7 @@ class Descent:
     radius: float
 
     def shape(self, costs: CostGrid, points: FloatArray, pinned: int) -> FloatArray:
-        """Points (n, 2) in metres, moved; `pinned` of them at each end stay."""
+        """Return smoothed points (n, 2) in metres, map frame; `pinned` at each end are fixed."""
         from stack.planning.smoothers import kernels
 
         if len(points) <= 2 * pinned:
@@ -73,9 +73,9 @@ class Descent:
         scale, origin = costs.resolution, np.array(costs.origin)
         low, high = _box(costs, points)
         field = _field(costs.cells[low[1] : high[1], low[0] : high[0]])
-        tightest = scale / (_EASIER * self.radius)
+        tightest = scale / (_RADIUS_MARGIN * self.radius)
         moved = (points - origin) / scale - low
-        for stride, iterations, weights in _STAGES if pinned == 1 else _GENTLE_STAGES:
+        for stride, iterations, weights in _STAGES if pinned == 1 else _STAGES_WITH_HEADINGS:
             moved = descend(field, moved, pinned, stride, tightest, weights, iterations)
         shaped: FloatArray = (moved + low) * scale + origin
         shaped[:pinned], shaped[len(points) - pinned :] = points[:pinned], points[-pinned:]
@@ -83,7 +83,7 @@ class Descent:
 
 
 def _box(costs: CostGrid, points: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """(column, row) of the corners of the part of the grid around points."""
+    """Return (column, row) of the lower and upper corner of the grid part around points."""
     cells = np.floor((points - np.array(costs.origin)) / costs.resolution).astype(np.int64)
     rows, columns = costs.cells.shape
     margin = 20
@@ -94,6 +94,6 @@ def _box(costs: CostGrid, points: FloatArray) -> tuple[NDArray[np.int64], NDArra
 
 def _field(cells: NDArray[np.uint8]) -> NDArray[np.float32]:
     values = cells.astype(np.float32)
-    values[cells == UNKNOWN_COST] = _CLEAR_FIELD
+    values[cells == UNKNOWN_COST] = _UNKNOWN_VALUE
     values /= LETHAL_COST
     return values

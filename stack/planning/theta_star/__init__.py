@@ -1,1 +1,1 @@
-"""Any-angle planning on a costmap."""
+"""Theta*: any-angle planning on a costmap."""

@@ -1,35 +1,35 @@
 # mypy: allow-untyped-defs
 """Compiled loops of the any-angle search.
 
-`weights` (256,) float64 says by cell cost what a cell's length of line through it counts, 0 for no
-way. Places are middles of cells, lengths are in cells; cells are numbered row * columns + column.
+`weights` (256,) float64 is the cost of one cell length of line, by cell cost, 0 if impassable.
+Positions are cell centres, lengths are in cells; the index of a cell is row * columns + column.
 
-The heap stands in kinematic/kernels.py as well: a kernel's cache does not notice when what it calls
-in another module was changed.
+The heap is duplicated in kinematic/kernels.py: numba's cache does not notice changes in a function
+of another module.
 """
 
 import numpy as np
 from numba import njit
 
 NOT_REACHED = 1.0e300
-FOUND, NO_WAY, LIMIT, STOPPED = 0, 1, 2, 3
-CHECKED = 1024  # expansions between two looks at the wish to stop
+FOUND, NO_PATH, LIMIT, STOPPED = 0, 1, 2, 3
+CHECKED = 1024  # expansions between two checks of the cancel flag
 
 
 @njit(cache=True, nogil=True)
 def line_cost(cells, weights, row, column, end_row, end_column, budget):
-    """What the straight line between the middles of two cells counts.
+    """Cost of the straight line between the centres of two cells.
 
-    Every cell is weighed by the exact length of line in it (Amanatides and Woo 1987). A line
-    through a corner of cells needs a way through both cells beside it.
+    Each cell is weighted by the exact length of the line in it (Amanatides and Woo 1987). A line
+    through a cell corner needs both adjacent cells to be passable.
 
     Returns:
-        The cost, or infinity without a way or where it would exceed the budget.
+        The cost, or infinity if the line is blocked or would exceed the budget.
     """
     rise, run = abs(end_row - row), abs(end_column - column)
     length = np.hypot(float(rise), float(run))
     row_step, column_step = (1 if end_row > row else -1), (1 if end_column > column else -1)
-    # border k is crossed at (2 k + 1) / (2 n) of the line: in whole numbers, so that corners count
+    # Border k is crossed at (2 k + 1) / (2 n) of the line. Integers detect corners exactly.
     never = 1 << 60
     whole = 2 * max(rise, 1) * max(run, 1)
     row_gap, column_gap = 2 * max(run, 1), 2 * max(rise, 1)
@@ -81,7 +81,7 @@ def _push(heap, count, f, cell):
 
 @njit(cache=True, nogil=True)
 def _pop(heap, count):
-    """Take the first entry off the heap of `count` entries: (f, cell)."""
+    """Remove and return the first of `count` heap entries: (f, cell)."""
     f, cell = heap[0, 0], heap[0, 1]
     last_f, last_cell = heap[count - 1, 0], heap[count - 1, 1]
     count -= 1
@@ -105,7 +105,7 @@ def _pop(heap, count):
 
 @njit(cache=True, nogil=True)
 def _may_step(cells, weights, row, column, rise, run):
-    """Whether a neighbour can be entered: on the grid, a way, no corner cut."""
+    """Return whether a neighbour can be entered: on the grid, passable, no corner cut."""
     rows, columns = cells.shape
     near_row, near_column = row + rise, column + run
     if not (0 <= near_row < rows and 0 <= near_column < columns):
@@ -126,7 +126,7 @@ def _step_cost(cells, weights, row, column, rise, run):
 
 @njit(cache=True, nogil=True)
 def _straight_from(cells, weights, costs, parents, cell):
-    """Join a cell to the parent of its neighbour where the straight line from there is cheaper."""
+    """Replace a cell's parent by its grandparent if the straight line from there is cheaper."""
     columns = cells.shape[1]
     parent = parents[parents[cell]]
     if parent == parents[cell]:
@@ -141,28 +141,28 @@ def _straight_from(cells, weights, costs, parents, cell):
 
 @njit(cache=True, nogil=True)
 def search(
-    cells, weights, least, costs, parents, closed, start, goal, most, stop,
+    cells, weights, least, costs, parents, closed, start, goal, max_expansions, cancelled,
 ):  # fmt: skip
-    """Lazy Theta* (Nash, Koenig and Tovey 2010) where cells have costs.
+    """Lazy Theta* (Nash, Koenig and Tovey 2010) on cells with costs.
 
-    Lazy: a cell waits at what it costs by way of its neighbour; the line from that neighbour's
-    parent is measured once, when the cell comes up, and taken where it is cheaper. Since a cell
-    never waits at more than the cheapest path of steps to it, none found is dearer than that.
+    A cell is queued with its cost through the neighbour that reached it. The line from that
+    neighbour's parent is evaluated once, when the cell is popped, and used if it is cheaper. A
+    queued cost is never above that of the cheapest path of steps, so neither is the result.
 
     Args:
         cells: (rows, columns) uint8.
-        weights: (256,).
+        weights: (256,) see the module docstring.
         least: the smallest weight above 0.
         costs: (n,) float64 cost so far, filled with NOT_REACHED.
         parents: (n,) int32; valid where closed.
         closed: (n,) bool, all False.
-        start: cell number.
-        goal: cell number.
-        most: expansions after which to give up with LIMIT.
-        stop: (1,) uint8, set to anything but 0 by another thread to have it STOPPED.
+        start: cell index.
+        goal: cell index.
+        max_expansions: number of expansions after which the search ends with LIMIT.
+        cancelled: (1,) uint8; a value other than 0, set by another thread, ends it with STOPPED.
 
     Returns:
-        (status, cells expanded).
+        (status, number of cells expanded).
     """
     columns = cells.shape[1]
     goal_row, goal_column = goal // columns, goal % columns
@@ -176,9 +176,9 @@ def search(
         waiting -= 1
         if closed[cell]:
             continue
-        if expanded >= most:
+        if expanded >= max_expansions:
             return LIMIT, expanded
-        if expanded % CHECKED == 0 and stop[0] != 0:
+        if expanded % CHECKED == 0 and cancelled[0] != 0:
             return STOPPED, expanded
         _straight_from(cells, weights, costs, parents, cell)
         closed[cell] = True
@@ -204,12 +204,12 @@ def search(
                 to_go = least * np.hypot(near_row - goal_row, near_column - goal_column)
                 _push(heap, waiting, cost + to_go, near)
                 waiting += 1
-    return NO_WAY, expanded
+    return NO_PATH, expanded
 
 
 @njit(cache=True, nogil=True)
 def nearest_closed(closed, columns, row, column):
-    """Number of the reached cell nearest to a place in fractions of cells; -1 for none."""
+    """Return the index of the closed cell nearest to fractional (row, column), or -1."""
     best, found = np.inf, -1
     for cell in range(closed.size):
         if closed[cell]:

@@ -1,4 +1,4 @@
-"""Any-angle planning: straight lines from corner to corner, weighed by what they cross."""
+"""Theta* planner: any-angle paths, weighted by the costs of the cells that they cross."""
 
 from __future__ import annotations
 
@@ -14,44 +14,44 @@ from stack.parameters import parameter
 from stack.planning.endpoints import (
     Cell,
     Endpoints,
+    cell_index,
     cell_on_map,
-    in_cells,
-    number,
-    shut_in,
-    straight,
+    enclosed_start,
+    fractional_cell,
+    straight_path,
     through_centres,
 )
 from stack.planning.parameters import PlannerParameters
-from stack.planning.search import Effort, StepCosts, Workspace
+from stack.planning.search import SearchLimits, StepCosts, Workspace
 from stack.planning.smoothers.choice import SMOOTHERS, point_smoother
 from stack.types import CostGrid, FailureCode, FloatArray, Path, Pose2D
 
 
 @dataclass(frozen=True)
 class ThetaStarParameters(PlannerParameters):
-    """How Theta* weighs ways against each other."""
+    """Parameters of the Theta* planner."""
 
     euclidean_weight: float = parameter(
-        1.0, above=0.0, at_most=50.0, help="what a metre counts wherever it leads"
+        1.0, above=0.0, at_most=50.0, help="cost of a metre over free cells"
     )
     traversal_weight: float = parameter(
         3.0, at_least=0.0, at_most=50.0,
-        help="what a metre counts more where the costmap is fullest (252)",
+        help="extra cost of a metre at the highest passable cell cost (252)",
     )  # fmt: skip
-    smoother: str = parameter("simple", one_of=SMOOTHERS, help="what is done to the corners")
+    smoother: str = parameter("simple", one_of=SMOOTHERS, help="smoother for the straight lines")
 
 
 class ThetaStar:
-    """Any-angle path of straight lines, cheapest by length and costs (lazy Theta*), smoothed.
+    """Lazy Theta*: any-angle path of straight lines by length and cell costs, smoothed.
 
     A. Nash, S. Koenig, C. Tovey, "Lazy Theta*: Any-Angle Path Planning and Path Length Analysis in
-    3D", AAAI 2010. A line costs its length times (euclidean_weight + traversal_weight · c / 252), c
-    the cost of the cells it crosses, each to its share. A reachable goal is never missed, and no
-    path from cell to neighbouring cell is cheaper than the one found.
+    3D", AAAI 2010. A line costs its length times (euclidean_weight + traversal_weight · c / 252),
+    where c is the length-weighted mean cost of the cells it crosses. The search finds a path to
+    every reachable goal, and no path of 8-connected steps is cheaper than the one found.
 
     Args:
         parameters: weights and tolerances.
-        robot: its inscribed radius widens the escape distance where that is larger.
+        robot: 1.3 times its inscribed radius is the least escape distance.
     """
 
     Parameters: ClassVar[type] = ThetaStarParameters
@@ -73,43 +73,45 @@ class ThetaStar:
         goal: Pose2D,
         options: PlanOptions = DEFAULT_PLAN_OPTIONS,
     ) -> Path:
-        """A path of poses 5 cm apart from start to goal, both exactly, in the map frame.
+        """Return a path of poses 5 cm apart from exactly the start to exactly the goal, map frame.
 
-        Headings follow the path, but the last one is the goal's. Where the goal cannot be reached,
-        the path ends at the nearest place within the tolerance that can. A start in an inscribed or
-        lethal cell is left by the cheapest way to a better cell.
+        Headings follow the path, except that the last one is the goal's. If the goal cannot be
+        reached, the path ends at the nearest reachable cell within the tolerance. From a start in
+        an inscribed or lethal cell the path first takes the cheapest route to a passable cell.
 
         Raises:
             NavigationError: NO_VALID_PATH, START_OCCUPIED, GOAL_OCCUPIED, START_OUTSIDE_MAP,
                 GOAL_OUTSIDE_MAP, TIMED_OUT after max_expansions, or CANCELLED.
         """
-        ends = self._endpoints.on(options)
-        effort = Effort(self._parameters.max_expansions, options.cancel)
+        ends = self._endpoints.with_options(options)
+        limits = SearchLimits(self._parameters.max_expansions, options.cancel)
         start_cell = ends.start_cell(costs, start)
         goal_cell = cell_on_map(costs, goal, "goal", FailureCode.GOAL_OUTSIDE_MAP)
         target = ends.goal_cell(costs, goal)
-        way_out = self._way_out(costs, start_cell, target, effort)
-        if not way_out:
-            raise shut_in(start)
-        search = _Search.run(self._weights, costs, (way_out[-1], target), effort)
+        escape_path = self._escape_path(costs, start_cell, target, limits)
+        if not escape_path:
+            raise enclosed_start(start)
+        search = _Search.run(self._weights, costs, (escape_path[-1], target), limits)
         if not search.found:
             near = search.nearest(costs, goal)
             if search.limited:
                 ends.check_limited(costs, (start, goal), near, search.expanded)
             target = ends.accept_nearest(costs, start, goal, near)
-        corners = np.array([*way_out[:-1], *search.corners(costs, target)], dtype=np.int64)
+        corners = np.array([*escape_path[:-1], *search.corners(costs, target)], dtype=np.int64)
         end = goal
         if target != goal_cell:
             end = Pose2D(*costs.centre_of(*target), goal.heading)
         if start_cell == target:
-            return ends.marked(straight(start, end), goal)
+            return ends.mark_partial(straight_path(start, end), goal)
         points = through_centres(costs, corners[1:-1], start, end)
-        return ends.marked(self._smoother.smooth(costs, points, end.heading), goal)
+        return ends.mark_partial(self._smoother.smooth(costs, points, end.heading), goal)
 
-    def _way_out(self, costs: CostGrid, start: Cell, target: Cell, effort: Effort) -> list[Cell]:
-        """The cells by which A* leaves a start with no way, up to the first that has one.
+    def _escape_path(
+        self, costs: CostGrid, start: Cell, target: Cell, limits: SearchLimits
+    ) -> list[Cell]:
+        """Return the cells of A*'s path from an impassable start to the first passable cell.
 
-        One alone where the start has a way; empty when nothing free can be reached.
+        Returns only the start if it is passable, and nothing if no passable cell can be reached.
         """
         tables = self._tables
         if tables.traverse[costs.cells[start]] > 0:
@@ -120,26 +122,26 @@ class ThetaStar:
         rows, columns = costs.cells.shape
         workspace = Workspace(rows, columns, tables)
         reach, end = round(self._endpoints.escape_distance / costs.resolution), target
-        begin = number(costs, start)
-        if not workspace.run(costs, begin, number(costs, target), reach, effort):
+        begin = cell_index(costs, start)
+        if not workspace.run(costs, begin, cell_index(costs, target), reach, limits):
             near = workspace.nearest_reached(costs, Pose2D(*costs.centre_of(*target)))
             if near is None:
                 return []
             end = near
-        cells = extract(workspace.parents, columns, begin, number(costs, end))
-        way = [(int(row), int(column)) for row, column in cells]
-        free = [n for n, cell in enumerate(way) if tables.traverse[costs.cells[cell]] > 0]
-        return way[: free[0] + 1] if free else way
+        cells = extract(workspace.parents, columns, begin, cell_index(costs, end))
+        path = [(int(row), int(column)) for row, column in cells]
+        free = [n for n, cell in enumerate(path) if tables.traverse[costs.cells[cell]] > 0]
+        return path[: free[0] + 1] if free else path
 
 
 @dataclass(frozen=True)
 class _Search:
-    """What a search from cell to cell came to.
+    """Result of a search from cell to cell.
 
     Attributes:
         found: whether it reached its target.
-        limited: whether it ended at its limit of expansions.
-        expanded: cells.
+        limited: whether it stopped at its limit of expansions.
+        expanded: number of cells expanded.
         parents: (cells,) int32, valid where closed.
         closed: (cells,) bool.
     """
@@ -152,7 +154,7 @@ class _Search:
 
     @staticmethod
     def run(
-        weights: FloatArray, costs: CostGrid, ends: tuple[Cell, Cell], effort: Effort
+        weights: FloatArray, costs: CostGrid, ends: tuple[Cell, Cell], limits: SearchLimits
     ) -> _Search:
         """Search from the first cell to the second."""
         from stack.planning.theta_star import kernels
@@ -163,24 +165,27 @@ class _Search:
         parents, closed = np.empty(size, np.int32), np.zeros(size, np.bool_)
         status, expanded = search(
             costs.cells, weights, float(weights[0]), so_far, parents, closed,
-            number(costs, ends[0]), number(costs, ends[1]), effort.most, effort.cancel.flag,
+            cell_index(costs, ends[0]), cell_index(costs, ends[1]),
+            limits.max_expansions, limits.cancel.flag,
         )  # fmt: skip
-        effort.cancel.check()
+        limits.cancel.check()
         found, limited = status == kernels.FOUND, status == kernels.LIMIT
         return _Search(found, limited, int(expanded), parents, closed)
 
     def nearest(self, costs: CostGrid, goal: Pose2D) -> Cell:
-        """The cell reached that is nearest to a place."""
+        """Return the closed cell nearest to a pose."""
         from stack.planning.theta_star import kernels
 
         nearest: Any = kernels.nearest_closed
         columns = costs.cells.shape[1]
-        row, column = divmod(int(nearest(self.closed, columns, *in_cells(costs, goal))), columns)
+        row, column = divmod(
+            int(nearest(self.closed, columns, *fractional_cell(costs, goal))), columns
+        )
         return row, column
 
     def corners(self, costs: CostGrid, target: Cell) -> list[Cell]:
-        """The corners of the way to a cell reached, both ends included."""
-        cells = [number(costs, target)]
+        """Return the corner cells of the path to a closed cell, both ends included."""
+        cells = [cell_index(costs, target)]
         while self.parents[cells[-1]] != cells[-1]:
             cells.append(int(self.parents[cells[-1]]))
         return [divmod(cell, costs.cells.shape[1]) for cell in reversed(cells)]

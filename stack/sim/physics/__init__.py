@@ -1,1 +1,1 @@
-"""The PyBullet world: meshes, wheels, contacts, friction."""
+"""PyBullet physics: meshes, wheels, contacts, friction."""

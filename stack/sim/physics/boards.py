@@ -1,7 +1,7 @@
-"""Fiducial boards: a textured square per marker, since box faces take no texture coordinates.
+"""Fiducial boards: one textured square per marker, because boxes have no texture coordinates.
 
-The picture is drawn from OpenCV's dictionary with a white margin that makes the board 1.25 times
-the marker's size; markers need a light margin to be found (Garrido-Jurado et al., 2014).
+The image comes from OpenCV's dictionary. A white margin makes the board 1.25 times the marker's
+size; detectors need a light margin around a marker (Garrido-Jurado et al., 2014).
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from stack.types import Marker
 BOARD_RATIO = 1.25
 PIXELS_PER_MARKER = 320
 STAND_OFF = 0.002
-"""Metres in front of the wall, so that wall and board do not fight for the same pixels."""
+"""Distance between board and wall, metres; prevents z-fighting in the renderer."""
 
 
 def board_texture(marker: Marker, folder: FilePath) -> FilePath:
-    """Write a marker's picture with its white margin as a PNG file.
+    """Write a marker's image with its white margin as a PNG file and return the path.
 
     Raises:
-        BodyError: OpenCV has no such dictionary, or the dictionary no such marker.
+        BodyError: unknown dictionary, or a marker number that it does not contain.
     """
     import cv2
 
@@ -35,7 +35,7 @@ def board_texture(marker: Marker, folder: FilePath) -> FilePath:
     dictionary = cv2.aruco.getPredefinedDictionary(number)
     size = len(dictionary.bytesList)
     if not 0 <= marker.number < size:
-        raise BodyError(f"{marker.dictionary} holds markers 0 to {size - 1}, got {marker.number}")
+        raise BodyError(f"{marker.dictionary} has the markers 0 to {size - 1}, got {marker.number}")
     margin = round(PIXELS_PER_MARKER * (BOARD_RATIO - 1.0) / 2.0)
     inner = cv2.aruco.generateImageMarker(dictionary, marker.number, PIXELS_PER_MARKER)
     picture = np.pad(inner, margin, constant_values=255)
@@ -46,10 +46,12 @@ def board_texture(marker: Marker, folder: FilePath) -> FilePath:
 
 
 def board_quad(marker: Marker, folder: FilePath) -> FilePath:
-    """Write a marker's board, in world coordinates, as an OBJ file with texture coordinates."""
+    """Write a marker's board in world coordinates as an OBJ file with texture coordinates."""
     half = marker.size * BOARD_RATIO / 2.0
     forward = np.array([cos(marker.heading), sin(marker.heading), 0.0])
-    right = np.array([-sin(marker.heading), cos(marker.heading), 0.0])  # as its viewer sees it
+    right = np.array(
+        [-sin(marker.heading), cos(marker.heading), 0.0]
+    )  # as seen from in front of the board
     up = np.array([0.0, 0.0, 1.0])
     middle = np.array(marker.position) + STAND_OFF * forward
     corners = [middle + half * (u * right + v * up) for u, v in _CORNERS]

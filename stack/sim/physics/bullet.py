@@ -11,38 +11,38 @@ from typing import Any
 
 
 def load() -> Any:
-    """The pybullet module.
+    """Import and return the pybullet module.
 
-    Its C code prints a banner as it is imported; a program with a machine-readable stdout and
-    a quiet stderr cannot have that. An ImportError still comes through as an exception.
+    Its C code prints a banner on import, which would corrupt a machine-readable stdout. An
+    ImportError is still raised as an exception.
     """
     if "pybullet" in sys.modules:
         return sys.modules["pybullet"]
-    nowhere = os.open(os.devnull, os.O_WRONLY)
+    null = os.open(os.devnull, os.O_WRONLY)
     try:
-        with _redirected(1, nowhere), _redirected(2, nowhere):
+        with _redirected(1, null), _redirected(2, null):
             import pybullet
     finally:
-        os.close(nowhere)
+        os.close(null)
     return pybullet
 
 
 @contextmanager
 def stdout_as_stderr() -> Iterator[None]:
-    """Let C code that prints to stdout print to stderr for a while."""
+    """Redirect stdout to stderr for C code, within the context."""
     with _redirected(1, 2):
         yield
 
 
 @contextmanager
 def _redirected(descriptor: int, target: int) -> Iterator[None]:
-    """Send what C code writes to one file descriptor to another, its buffers included."""
+    """Redirect one file descriptor to another for C code; flushes libc's buffers."""
     libc = ctypes.CDLL(None)
     libc.fflush(None)
     try:
         saved = os.dup(descriptor)
         os.dup2(target, descriptor)
-    except OSError:  # closed: nothing to keep clean
+    except OSError:  # the descriptor is closed: nothing to redirect
         yield
         return
     try:

@@ -1,4 +1,4 @@
-"""Counts contacts, those of a moving robot apart from those made with a standing one."""
+"""Contact counter; separates contacts of a moving robot from contacts with a standing one."""
 
 from __future__ import annotations
 
@@ -7,24 +7,25 @@ from dataclasses import dataclass
 from stack.types import Twist
 
 EPISODE_GAP = 0.5
-"""Seconds without contact after which a touch is a new contact."""
+"""Seconds without touch after which a touch counts as a new contact."""
 
-MOVING = 0.02
-"""Above this, m/s and rad/s, the robot moves."""
+MOVING_SPEED = 0.02
+"""Speed, m/s and rad/s, above which the robot counts as moving."""
 
 
 @dataclass(frozen=True, slots=True)
 class ContactTally:
-    """How often the robot touched something while moving, or was touched while standing."""
+    """Number of contacts while the robot moved, and while it stood."""
 
     by_robot: int = 0
     against_standing: int = 0
 
 
 class ContactCounter:
-    """Turns touches into episodes.
+    """Groups touches into contacts.
 
-    Who moved is judged by the speed just before the touch, since a push moves a standing robot.
+    Whether the robot moved is decided by its speed just before the touch, because a push moves a
+    standing robot.
     """
 
     def __init__(self) -> None:
@@ -33,11 +34,11 @@ class ContactCounter:
         self._last = -EPISODE_GAP
 
     def update(self, time: float, touching: bool, speed: Twist) -> bool:
-        """Note whether anything is touched now; whether that begins an episode."""
+        """Record whether the robot touches something now; return whether a contact begins."""
         before, self._before = self._before, speed
         if not touching:
             return False
-        # The sum of many periods may miss the gap by a rounding error.
+        # Tolerance for the rounding error of a sum of many periods.
         begins = time - self._last >= EPISODE_GAP - 1e-9
         self._last = time
         if begins:
@@ -46,7 +47,7 @@ class ContactCounter:
 
     def _count(self, before: Twist) -> None:
         tally = self.tally
-        if max(abs(before.linear), abs(before.angular), abs(before.lateral)) > MOVING:
+        if max(abs(before.linear), abs(before.angular), abs(before.lateral)) > MOVING_SPEED:
             self.tally = ContactTally(tally.by_robot + 1, tally.against_standing)
         else:
             self.tally = ContactTally(tally.by_robot, tally.against_standing + 1)

@@ -1,7 +1,7 @@
-"""Triangle meshes of everything in a world that never moves, one per colour.
+"""Triangle meshes of the static parts of a world, one mesh per colour.
 
-Upright prisms only: walls are slabs with a round pillar at every inner corner, so that joints of
-any angle are filled; cylinders are prisms of many sides.
+All parts are upright prisms. A wall is a row of slabs with a round pillar at every inner corner,
+which fills joints of any angle. A cylinder is a prism with many sides.
 """
 
 from __future__ import annotations
@@ -19,23 +19,23 @@ from stack.sim.worlds.world import Colour, Cylinder, Wall, World
 from stack.types import FloatArray, Pose2D
 
 CYLINDER_SIDES = 32
-"""The flats lie at most radius x (1 - cos(pi / 32)) = 0.5 % of the radius inside the circle."""
+"""The sides lie at most radius x (1 - cos(pi / 32)) = 0.5 % of the radius inside the circle."""
 
 PILLAR_SIDES = 12
 
 
 @dataclass(frozen=True, slots=True)
 class Mesh:
-    """Triangles that share no corners, so that every face is shaded flat.
+    """Triangles without shared corners, so that every face is flat-shaded.
 
     Attributes:
-        corners: (n, 3, 3) metres: triangle, corner, coordinate; anticlockwise from outside.
+        corners: (n, 3, 3) metres: triangle, corner, coordinate; anticlockwise seen from outside.
     """
 
     corners: FloatArray
 
     def obj(self) -> str:
-        """The mesh as a Wavefront OBJ text."""
+        """Return the mesh as a Wavefront OBJ text."""
         vertices = self.corners.reshape(-1, 3)
         lines = [f"v {x:.6f} {y:.6f} {z:.6f}" for x, y, z in vertices]
         lines += [f"f {n} {n + 1} {n + 2}" for n in range(1, len(vertices), 3)]
@@ -43,13 +43,13 @@ class Mesh:
 
 
 def file_name(content: str | bytes, ending: str) -> str:
-    """A name for content, since PyBullet takes two files of one name for the same file."""
+    """Return a file name from a hash of the content; PyBullet caches meshes by file name."""
     raw = content.encode() if isinstance(content, str) else content
     return f"{sha256(raw).hexdigest()[:24]}.{ending}"
 
 
 def static_meshes(world: World) -> dict[Colour, Mesh]:
-    """What stands in a world and never moves, by colour in order of first appearance."""
+    """Return the static meshes of a world by colour, in order of first appearance."""
     parts: dict[Colour, list[FloatArray]] = {}
     for wall in world.walls:
         parts.setdefault(wall.colour, []).extend(_wall(wall))
@@ -61,23 +61,23 @@ def static_meshes(world: World) -> dict[Colour, Mesh]:
 
 
 def merged(meshes: dict[Colour, Mesh]) -> Mesh:
-    """All of them as one."""
+    """Return all meshes joined into one."""
     return Mesh(np.concatenate([mesh.corners for mesh in meshes.values()]))
 
 
 def box_outline(pose: Pose2D, length: float, width: float) -> FloatArray:
-    """Corners (4, 2) of a rectangle about a pose, anticlockwise."""
+    """Return the corners (4, 2) of a rectangle centred on a pose, anticlockwise."""
     half = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * (length / 2.0, width / 2.0)
     return pose.transform(half)
 
 
 def box_prism(pose: Pose2D, size: tuple[float, float, float]) -> FloatArray:
-    """Triangles (12, 3, 3) of an upright box whose middle stands on the floor at a pose."""
+    """Return the triangles (12, 3, 3) of an upright box on the floor, centred on a pose."""
     return _prism(box_outline(pose, size[0], size[1]), size[2])
 
 
 def slab(start: FloatArray, end: FloatArray) -> tuple[Pose2D, float]:
-    """Pose of the middle of an upright slab from start to end, and its length, metres."""
+    """Return the centre pose of an upright slab from `start` to `end`, and its length, metres."""
     along = end - start
     middle = (start + end) / 2.0
     heading = float(np.arctan2(along[1], along[0]))
@@ -85,13 +85,13 @@ def slab(start: FloatArray, end: FloatArray) -> tuple[Pose2D, float]:
 
 
 def wall_slabs(wall: Wall) -> list[tuple[Pose2D, float]]:
-    """Pose and length of each of a wall's slabs, in order; none of a corner given twice."""
+    """Return pose and length of each slab of a wall, in order; repeated corners are skipped."""
     slabs = [slab(start, end) for start, end in pairwise(np.asarray(wall.points, dtype=float))]
     return [(pose, length) for pose, length in slabs if length > 0.0]
 
 
 def wall_pillars(wall: Wall) -> FloatArray:
-    """(n, 2) where slabs meet, the wall's own beginning included if it ends there."""
+    """Return the points (n, 2) where slabs meet; of a closed wall also its first point."""
     points = np.asarray(wall.points, dtype=np.float64)
     closed = len(points) > 2 and bool(np.allclose(points[0], points[-1]))
     return points[1:] if closed else points[1:-1]
@@ -115,7 +115,10 @@ def _circle(x: float, y: float, radius: float, sides: int) -> FloatArray:
 
 
 def _prism(outline: FloatArray, height: float) -> FloatArray:
-    """Triangles (4n - 4, 3, 3) of the upright prism on a convex outline (n, 2), anticlockwise."""
+    """Return the triangles (4n - 4, 3, 3) of the upright prism on a convex outline (n, 2).
+
+    The outline must be anticlockwise.
+    """
     n = len(outline)
     low = np.column_stack([outline, np.zeros(n)])
     high = np.column_stack([outline, np.full(n, height)])

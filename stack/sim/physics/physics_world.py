@@ -1,7 +1,7 @@
-"""The PyBullet world with one robot in it: step, wheels, true pose and contacts.
+"""PyBullet world with one robot: stepping, wheels, true pose and contacts.
 
-E. Coumans and Y. Bai, PyBullet, 2016-2021. All of PyBullet's conventions stay in here; outside
-there are base-frame poses and wheel angles.
+E. Coumans and Y. Bai, PyBullet, 2016-2021. PyBullet's conventions (centre-of-mass poses, joint
+numbers) stay inside this module; its interface uses base-frame poses and wheel angles.
 """
 
 from __future__ import annotations
@@ -28,15 +28,15 @@ GRAVITY = 9.81
 
 Vector = tuple[float, float, float]
 CASTER_TRAVEL = 0.002
-"""Metres that a caster or a wheel without motor gives way under the robot's whole weight."""
+"""Deflection, metres, of a caster or a wheel without motor under the whole robot's weight."""
 
 STEERING_GAIN = 0.5
-"""Share of a steering error that is made up for in one physics step."""
+"""Share of the steering error that is corrected in one physics step."""
 
 
 @dataclass(frozen=True, slots=True)
 class GroundTruth:
-    """Where the robot's base frame really is, world frame, and how it really moves."""
+    """True pose of the base frame, world frame, and its true velocity."""
 
     pose: Pose2D
     twist: Twist
@@ -44,13 +44,13 @@ class GroundTruth:
 
 @dataclass(frozen=True, slots=True)
 class BaseState:
-    """The base frame in space.
+    """State of the base frame in space.
 
     Attributes:
         position: (3,) metres, world frame.
         rotation: (3, 3) world from base.
         velocity: (3,) m/s of the frame's origin, world frame.
-        spin: (3,) rad/s, world frame.
+        spin: (3,) angular velocity, rad/s, world frame.
     """
 
     position: FloatArray
@@ -60,17 +60,17 @@ class BaseState:
 
 
 class Physics:
-    """A PyBullet client with a world's static bodies and a robot on wheels.
+    """PyBullet client with the bodies of a world and a wheeled robot.
 
     Args:
-        description: the robot; its URDF's root frame is the base frame on the floor.
-        world: where it stands.
-        start: of the base frame, world frame.
+        description: the robot; the root frame of its URDF is the base frame, on the floor.
+        world: the world to build.
+        start: pose of the base frame, world frame.
         settings: physics rate and solver iterations.
 
     Raises:
-        BodyError: the URDF cannot be loaded, lacks one of the wheels, or has omnidirectional
-            wheels whose axle is not an axis of their link.
+        BodyError: the URDF cannot be loaded, has no joint for one of the wheels, or has an
+            omnidirectional wheel whose axle is not an axis of its link.
     """
 
     def __init__(
@@ -87,7 +87,9 @@ class Physics:
                 physicsClientId=self.client,
             )
             with TemporaryDirectory(prefix="treepilot-") as folder:
-                self.scene = Scene.to_touch(bullet, self.client, world, FilePath(folder))
+                self.scene = Scene.with_collision_shapes(
+                    bullet, self.client, world, FilePath(folder)
+                )
             self.robot = load_robot(bullet, self.client, description.urdf)
             self._prepare_robot(description, world.friction)
             self.place_robot(start)
@@ -96,7 +98,7 @@ class Physics:
             raise
 
     def step(self) -> None:
-        """One physics period."""
+        """Advance by one physics period."""
         self._bullet.stepSimulation(physicsClientId=self.client)
 
     def close(self) -> None:
@@ -106,7 +108,7 @@ class Physics:
             self.client = -1
 
     def place_robot(self, pose: Pose2D) -> None:
-        """Stand the robot at a pose, at rest, its wheels too."""
+        """Place the robot at a pose, at rest, with wheels at rest."""
         turn = (0.0, 0.0, sin(pose.heading / 2.0), cos(pose.heading / 2.0))
         position, orientation = self._bullet.multiplyTransforms(
             (pose.x, pose.y, 0.0), turn, *self._inertial
@@ -122,7 +124,7 @@ class Physics:
         self._park()
 
     def set_wheel_speeds(self, *speeds: float) -> None:
-        """Tell the wheel motors their speeds, rad/s. At rest they are parked."""
+        """Set the target speeds of the wheel motors, rad/s. All zero: park the wheels."""
         if not any(speeds):
             if not self._parked:
                 self._park()
@@ -139,7 +141,7 @@ class Physics:
         )
 
     def steer(self, angles: Sequence[float]) -> None:
-        """Turn the steered wheels, left and right, to angles in radians."""
+        """Set the target angles of the steered wheels, left and right, radians."""
         steered = self._drivetrain.steering
         if steered:
             self._bullet.setJointMotorControlArray(
@@ -153,22 +155,25 @@ class Physics:
             )
 
     def wheel_angles(self) -> list[float]:
-        """Radians that each driven wheel has rolled since the start."""
+        """Return the angle that each driven wheel has rolled since the start, radians."""
         return self._angles(self.joints)
 
     def steering_angles(self) -> list[float]:
-        """Radians that the steered wheels stand at, left and right."""
+        """Return the angles of the steered wheels, left and right, radians."""
         return self._angles(self._drivetrain.steering)
 
     def set_wheel_friction(self, wheel: int, friction: float) -> None:
-        """Give the n-th tyre, as `wheel_places` has them, the friction of the floor below."""
+        """Set the friction of a wheel, counted as in `wheel_places`."""
         link = self._drivetrain.tyres[wheel]
         self._bullet.changeDynamics(
             self.robot, link, lateralFriction=friction, physicsClientId=self.client
         )
 
     def truth(self) -> GroundTruth:
-        """Pose and speed of the base frame in the plane. Plain numbers: it is asked often."""
+        """Return pose and velocity of the base frame in the plane.
+
+        Computed with plain floats instead of arrays, because it is called often.
+        """
         (x, y, _), r, (vx, vy, _), (_, _, spin) = self._base()
         forward = hypot(r[0], r[3])
         c, s = r[0] / forward, r[3] / forward
@@ -176,37 +181,37 @@ class Physics:
         return GroundTruth(Pose2D(x, y, atan2(s, c)), twist)
 
     def base_state(self) -> BaseState:
-        """The base frame in space."""
+        """Return the state of the base frame in space."""
         position, rotation, velocity, spin = self._base()
         return BaseState(
             np.array(position), np.array(rotation).reshape(3, 3), np.array(velocity), np.array(spin)
         )
 
     def base_pose(self) -> tuple[Vector, tuple[float, float, float, float]]:
-        """Position and orientation (x, y, z, w) of the base frame, world frame."""
+        """Return position and orientation (quaternion x, y, z, w) of the base, world frame."""
         com = self._bullet.getBasePositionAndOrientation(self.robot, physicsClientId=self.client)
         pose: tuple[Vector, tuple[float, float, float, float]]
         pose = self._bullet.multiplyTransforms(*com, *self._from_inertial)
         return pose
 
     def _base(self) -> tuple[Vector, tuple[float, ...], Vector, Vector]:
-        """Position, row-major rotation, velocity and spin of the base frame.
+        """Return position, row-major rotation, velocity and spin of the base frame.
 
-        PyBullet speaks of the centre of mass; v = v_com + w x (base - com).
+        PyBullet gives these for the centre of mass; v = v_com + w x (base - com).
         """
         com = self._bullet.getBasePositionAndOrientation(self.robot, physicsClientId=self.client)
         velocity, spin = self._bullet.getBaseVelocity(self.robot, physicsClientId=self.client)
         origin, turn = self._bullet.multiplyTransforms(*com, *self._from_inertial)
         rx, ry, rz = (origin[n] - com[0][n] for n in range(3))
-        moved = (
+        base_velocity = (
             velocity[0] + spin[1] * rz - spin[2] * ry,
             velocity[1] + spin[2] * rx - spin[0] * rz,
             velocity[2] + spin[0] * ry - spin[1] * rx,
         )
-        return origin, self._bullet.getMatrixFromQuaternion(turn), moved, spin
+        return origin, self._bullet.getMatrixFromQuaternion(turn), base_velocity, spin
 
     def touching(self) -> list[tuple[int, float, float]]:
-        """What the robot touches but the floor: body number and x, y of the contact."""
+        """Return the contacts except those with the floor: body number and x, y in metres."""
         floor = self.scene.floor
         return [
             (point[2], point[6][0], point[6][1])
@@ -215,7 +220,7 @@ class Physics:
         ]
 
     def distance(self, reach: float) -> float:
-        """Smallest distance from the robot to anything but the floor; `reach` at most."""
+        """Return the distance from the robot to the nearest obstacle, metres, at most `reach`."""
         nearest = reach
         for body in self.scene.obstacles:
             for point in self._bullet.getClosestPoints(
@@ -231,22 +236,23 @@ class Physics:
         return [state[0] for state in states]
 
     def _park(self) -> None:
-        """Hold the wheels and let their contacts stick.
+        """Hold the wheels and enable friction anchors at their contacts.
 
-        With a speed of nothing the solver's remainder lets a standing robot creep 0.1 mm and turn
-        2e-4 rad a second, so their angles are held. With front wheels that stand across it is the
-        other way round: held angles creep 0.5 mm a second, a speed of nothing 0.01 mm.
+        With velocity control at speed 0, residual errors of the solver let a standing robot creep
+        0.1 mm and 2e-4 rad per second, so position control holds the wheel angles. With steered
+        front wheels it is the reverse: position control creeps 0.5 mm per second, velocity
+        control 0.01 mm.
         """
         bullet = self._bullet
-        still: dict[str, Any] = {
+        hold: dict[str, Any] = {
             "controlMode": bullet.POSITION_CONTROL, "targetPositions": self._angles(self.joints)
         }  # fmt: skip
         if self._drivetrain.steering:
-            still = {
+            hold = {
                 "controlMode": bullet.VELOCITY_CONTROL, "targetVelocities": [0.0] * len(self.joints)
             }  # fmt: skip
         bullet.setJointMotorControlArray(
-            self.robot, self.joints, **still, forces=self._torques, physicsClientId=self.client
+            self.robot, self.joints, **hold, forces=self._torques, physicsClientId=self.client
         )
         self._anchor(True)
 
@@ -259,7 +265,10 @@ class Physics:
         self._brake(self._drivetrain.torque if parked else 0.0)
 
     def _brake(self, torque: float) -> None:
-        """Hold the wheels without motor; PyBullet holds every joint until it is told not to."""
+        """Set the braking torque, N m, of the wheels without motor.
+
+        PyBullet brakes every joint by default; 0 lets the wheels roll.
+        """
         for joint in self._drivetrain.rolling:
             self._bullet.setJointMotorControl2(
                 self.robot, joint, self._bullet.VELOCITY_CONTROL, targetVelocity=0.0, force=torque,
@@ -274,28 +283,28 @@ class Physics:
         self._inertial = bullet.getDynamicsInfo(robot, -1, physicsClientId=client)[3:5]
         self._from_inertial = bullet.invertTransform(*self._inertial)
         for link in range(-1, bullet.getNumJoints(robot, physicsClientId=client)):
-            # Bullet damps by default, which a wheel would feel as rolling resistance.
+            # Bullet's default damping would act as rolling resistance.
             dynamics = {"linearDamping": 0.0, "angularDamping": 0.0, "jointDamping": 0.0}
             if link in drivetrain.driven:
                 dynamics["lateralFriction"] = friction
             elif link in drivetrain.rolling:
-                dynamics |= _sprung(drivetrain.mass) | {"lateralFriction": friction}
+                dynamics |= _spring_contact(drivetrain.mass) | {"lateralFriction": friction}
             elif self._is_caster(link):
-                dynamics |= _sprung(drivetrain.mass) | {"lateralFriction": 0.0}
+                dynamics |= _spring_contact(drivetrain.mass) | {"lateralFriction": 0.0}
             bullet.changeDynamics(robot, link, physicsClientId=client, **dynamics)
         self._torques = [drivetrain.torque] * len(self.joints)
         if drivetrain.rollers:
-            self._put_rollers_on(drivetrain)
+            self._set_roller_friction(drivetrain)
         self.steer([0.0] * len(drivetrain.steering))
         self.wheel_places = self._wheel_places()
 
-    def _put_rollers_on(self, drivetrain: Drivetrain) -> None:
-        """Let the driven wheels slide freely along their axles, as omnidirectional ones do.
+    def _set_roller_friction(self, drivetrain: Drivetrain) -> None:
+        """Let the driven wheels slide freely along their axles, as omnidirectional wheels do.
 
-        Friction without a share along the axle stands for rollers. It stays that way however far
-        the wheel has rolled, since the axle is an axis of the wheel's own frame. Bullet's friction
-        cone takes the two friction directions of a contact for right-angled, which they no longer
-        are: a pyramid takes the cone's place.
+        Rollers are modelled by anisotropic friction with no friction along the axle. The axle is
+        an axis of the wheel's own frame, so this holds at every wheel angle. Bullet's friction
+        cone assumes that the two friction directions of a contact are perpendicular, which they
+        are not here; the friction pyramid is used instead.
         """
         bullet, client = self._bullet, self.client
         bullet.setPhysicsEngineParameter(enableConeFriction=0, physicsClientId=client)
@@ -305,7 +314,7 @@ class Physics:
             if sorted(shares) != [0.0, 1.0, 1.0]:
                 raise BodyError(
                     f"the axle of the wheel joint {info[1].decode()!r} is {info[13]}, expected an "
-                    "axis of its link; turn the joint's origin instead, and its axis is 0 1 0"
+                    "axis of its link; rotate the joint's <origin> and use the axis 0 1 0"
                 )
             bullet.changeDynamics(
                 self.robot, joint, anisotropicFriction=shares, physicsClientId=client
@@ -316,7 +325,10 @@ class Physics:
         return any(shape[2] == self._bullet.GEOM_SPHERE for shape in shapes)
 
     def _wheel_places(self) -> FloatArray:
-        """(n, 2) where the tyres touch the floor, base frame; loaded at the world's origin."""
+        """Return the contact points (n, 2) of the wheels, base frame, metres.
+
+        Valid only while the robot stands at the world's origin, as after loading.
+        """
         places = []
         for joint in self._drivetrain.tyres:
             state = self._bullet.getLinkState(self.robot, joint, physicsClientId=self.client)
@@ -325,15 +337,15 @@ class Physics:
 
 
 def load_robot(bullet: Any, client: int, urdf: FilePath) -> int:
-    """A robot with its base frame at the world's origin; its body number.
+    """Load a robot with its base frame at the world's origin and return its body number.
 
     Raises:
-        BodyError: there is no such file, or PyBullet cannot read it.
+        BodyError: the file does not exist, or PyBullet cannot read it.
     """
     if not urdf.is_file():
-        raise BodyError(f"there is no robot shape {urdf.name}; looked in {urdf.parent.name}/")
+        raise BodyError(f"the robot's URDF {urdf.name} does not exist in {urdf.parent.name}/")
     try:
-        with loader.stdout_as_stderr():  # where PyBullet's warnings about the file belong
+        with loader.stdout_as_stderr():  # PyBullet prints warnings about the file to stdout
             robot: int = bullet.loadURDF(
                 str(urdf), flags=bullet.URDF_USE_INERTIA_FROM_FILE, physicsClientId=client
             )
@@ -342,11 +354,11 @@ def load_robot(bullet: Any, client: int, urdf: FilePath) -> int:
     return robot
 
 
-def _sprung(mass: float) -> dict[str, float]:
-    """Dynamics of a contact on a critically damped spring.
+def _spring_contact(mass: float) -> dict[str, float]:
+    """Return contact dynamics of a critically damped spring.
 
-    Rigid casters beside rigid wheels leave it to the solver who carries the weight, and wheels
-    that carry too little of it slip.
+    With rigid casters and rigid wheels the load distribution is undetermined and left to the
+    solver; wheels that carry too little load slip.
     """
     stiffness = mass * GRAVITY / CASTER_TRAVEL
     damping = 2.0 * sqrt(stiffness * mass)

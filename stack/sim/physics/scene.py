@@ -1,4 +1,4 @@
-"""A world's bodies in a PyBullet client: the same for the physics and for the camera's renderer."""
+"""The bodies of a world in a PyBullet client, for the physics and for the camera renderer."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from stack.sim.worlds.world import Colour, Door, World
 from stack.types import FloatArray, Pose2D
 
 PERSON_HEIGHT = 1.7
-OUT_OF_SIGHT = -20.0
-"""Height at which an open door waits."""
+HIDDEN_HEIGHT = -20.0
+"""Height of an open door, metres: below the floor, out of sight and reach."""
 
 FLOOR_COLOUR: Colour = (0.42, 0.43, 0.44)
 PERSON_COLOUR: Colour = (0.20, 0.35, 0.60)
 
 
 class Scene:
-    """Everything of a world but the robot, as bodies of one PyBullet client.
+    """All bodies of a world except the robot, in one PyBullet client.
 
     Attributes:
         floor: body number of the floor.
-        obstacles: what can be touched, body number -> words for it.
+        obstacles: body number -> description, of all bodies with a collision shape but the floor.
     """
 
     def __init__(self, bullet: Any, client: int, world: World, folder: FilePath) -> None:
@@ -37,19 +37,21 @@ class Scene:
         self._people: list[int] = []
 
     @classmethod
-    def to_touch(cls, bullet: Any, client: int, world: World, folder: FilePath) -> Scene:
-        """With collision shapes: one concave mesh for all that stands still.
+    def with_collision_shapes(
+        cls, bullet: Any, client: int, world: World, folder: FilePath
+    ) -> Scene:
+        """Build a scene for the physics: one concave mesh for all static parts, doors, people.
 
         Args:
             bullet: the pybullet module.
             client: number of the physics client.
             world: what to build.
-            folder: for generated files; not needed any more afterwards.
+            folder: for generated files; may be deleted afterwards.
         """
         scene = cls(bullet, client, world, folder)
         plane = bullet.createCollisionShape(bullet.GEOM_PLANE, physicsClientId=client)
-        scene.floor = scene._fixed(collision=plane)
-        # Bullet multiplies the two friction coefficients: the wheels carry the floor's.
+        scene.floor = scene._add_static_body(collision=plane)
+        # Bullet multiplies the two friction coefficients: the wheels have that of the floor.
         bullet.changeDynamics(scene.floor, -1, lateralFriction=1.0, physicsClientId=client)
         meshes = static_meshes(world)
         if meshes:
@@ -59,45 +61,45 @@ class Scene:
                 flags=bullet.GEOM_FORCE_CONCAVE_TRIMESH,
                 physicsClientId=client,
             )
-            scene.obstacles[scene._fixed(collision=shape)] = "something that stands there"
+            scene.obstacles[scene._add_static_body(collision=shape)] = "a static obstacle"
         for door in world.doors:
             body = scene._add_door(door, visible=False)
             scene.obstacles[body] = f"the door {door.name}"
         for person in world.people:
             body = scene._add_person(person.radius, visible=False)
             scene.obstacles[body] = person.name
-            scene._move(body, 0.0, 0.0, OUT_OF_SIGHT, 0.0)  # until somebody places the people
+            scene._move(body, 0.0, 0.0, HIDDEN_HEIGHT, 0.0)  # until `place_people` is called
         return scene
 
     @classmethod
-    def to_see(cls, bullet: Any, client: int, world: World, folder: FilePath) -> Scene:
-        """With visual shapes: a mesh per colour, the floor and the fiducial boards.
+    def with_visual_shapes(cls, bullet: Any, client: int, world: World, folder: FilePath) -> Scene:
+        """Build a scene for rendering: one mesh per colour, floor, doors, people and markers.
 
         Raises:
-            BodyError: a marker that OpenCV does not know.
+            BodyError: a marker's dictionary or number is unknown to OpenCV.
         """
         scene = cls(bullet, client, world, folder)
-        scene.floor = scene._visible_floor(world)
+        scene.floor = scene._add_visual_floor(world)
         for colour, mesh in static_meshes(world).items():
-            scene._visible_mesh(scene._write(mesh), colour)
+            scene._add_visual_mesh(scene._write(mesh), colour)
         for door in world.doors:
             scene._add_door(door, visible=True)
         for person in world.people:
             scene._add_person(person.radius, visible=True)
         for marker in world.markers:
-            body = scene._visible_mesh(board_quad(marker, folder), (1.0, 1.0, 1.0))
+            body = scene._add_visual_mesh(board_quad(marker, folder), (1.0, 1.0, 1.0))
             texture = bullet.loadTexture(str(board_texture(marker, folder)), physicsClientId=client)
             bullet.changeVisualShape(body, -1, textureUniqueId=texture, physicsClientId=client)
         return scene
 
     def place_door(self, name: str, closed: bool) -> None:
-        """Put a door into its gap, or away."""
+        """Move a door into its gap, or below the floor."""
         body, pose, height = self._doors[name]
-        z = height / 2.0 if closed else OUT_OF_SIGHT
+        z = height / 2.0 if closed else HIDDEN_HEIGHT
         self._move(body, pose.x, pose.y, z, pose.heading)
 
     def place_people(self, people: FloatArray) -> None:
-        """Put the people, in the world's order, at the first two columns of (n, 2 or more)."""
+        """Move the people to `people[:, :2]`, x and y in metres, in the order of the world."""
         for body, (x, y) in zip(self._people, people[:, :2].tolist(), strict=True):
             self._move(body, x, y, PERSON_HEIGHT / 2.0, 0.0)
 
@@ -113,13 +115,13 @@ class Scene:
         path.write_text(text)
         return path
 
-    def _fixed(self, *, collision: int = -1, visual: int = -1) -> int:
+    def _add_static_body(self, *, collision: int = -1, visual: int = -1) -> int:
         body: int = self._bullet.createMultiBody(
             0.0, collision, visual, physicsClientId=self._client
         )
         return body
 
-    def _visible_mesh(self, path: FilePath, colour: Colour) -> int:
+    def _add_visual_mesh(self, path: FilePath, colour: Colour) -> int:
         shape = self._bullet.createVisualShape(
             self._bullet.GEOM_MESH,
             fileName=str(path),
@@ -127,38 +129,38 @@ class Scene:
             specularColor=(0.0, 0.0, 0.0),
             physicsClientId=self._client,
         )
-        return self._fixed(visual=shape)
+        return self._add_static_body(visual=shape)
 
-    def _visible_floor(self, world: World) -> int:
+    def _add_visual_floor(self, world: World) -> int:
         x_min, y_min, x_max, y_max = world.bounds
-        margin = 2.0  # so that a map's edge is not the edge of the floor
+        margin = 2.0  # the floor extends beyond the edge of the map
         low = np.array([x_min - margin, y_min - margin, 0.0])
         size = np.array([x_max - x_min + 2 * margin, y_max - y_min + 2 * margin, 0.0])
         a, b, c, d = (low + size * (u, v, 0.0) for u, v in ((0, 0), (1, 0), (1, 1), (0, 1)))
         floor = Mesh(np.array([[a, b, c], [a, c, d]]))
-        return self._visible_mesh(self._write(floor), FLOOR_COLOUR)
+        return self._add_visual_mesh(self._write(floor), FLOOR_COLOUR)
 
     def _add_door(self, door: Door, *, visible: bool) -> int:
         pose, length = slab(np.array(door.start), np.array(door.end))
         half = (length / 2.0, door.thickness / 2.0, door.height / 2.0)
-        body = self._shaped(visible, door.colour, self._bullet.GEOM_BOX, halfExtents=half)
+        body = self._add_shape(visible, door.colour, self._bullet.GEOM_BOX, halfExtents=half)
         self._doors[door.name] = (body, pose, door.height)
         self.place_door(door.name, door.closed)
         return body
 
     def _add_person(self, radius: float, *, visible: bool) -> int:
         # PyBullet calls a cylinder's height `height` in collision shapes, `length` in visual ones.
-        tall = {"length" if visible else "height": PERSON_HEIGHT}
+        height = {"length" if visible else "height": PERSON_HEIGHT}
         cylinder = self._bullet.GEOM_CYLINDER
-        body = self._shaped(visible, PERSON_COLOUR, cylinder, radius=radius, **tall)
+        body = self._add_shape(visible, PERSON_COLOUR, cylinder, radius=radius, **height)
         self._people.append(body)
         return body
 
-    def _shaped(self, visible: bool, colour: Colour, kind: int, **size: Any) -> int:
+    def _add_shape(self, visible: bool, colour: Colour, kind: int, **size: Any) -> int:
         if visible:
             shape = self._bullet.createVisualShape(
                 kind, rgbaColor=(*colour, 1.0), physicsClientId=self._client, **size
             )
-            return self._fixed(visual=shape)
+            return self._add_static_body(visual=shape)
         shape = self._bullet.createCollisionShape(kind, physicsClientId=self._client, **size)
-        return self._fixed(collision=shape)
+        return self._add_static_body(collision=shape)

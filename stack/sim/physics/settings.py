@@ -1,4 +1,4 @@
-"""How a simulation runs, whatever robot and world."""
+"""Settings of a simulation: rates and speed."""
 
 from __future__ import annotations
 
@@ -10,29 +10,31 @@ from stack.parameters import parameter
 
 @dataclass(frozen=True)
 class SimulationSettings:
-    """Rates of the simulation and how fast it may run."""
+    """Rates of the simulation, its speed and the battery charge at the start."""
 
     physics_rate: float = parameter(500.0, "Hz", above=0.0, help="physics steps per second")
-    solver_iterations: int = parameter(20, at_least=1, help="constraint solver's, per step")
+    solver_iterations: int = parameter(
+        20, at_least=1, help="constraint solver iterations per physics step"
+    )
     scene_rate: float = parameter(
         100.0, "Hz", above=0.0,
-        help="how often people move, encoders are read and contacts are looked for",
+        help="updates of people, encoders, battery and contacts per second",
     )  # fmt: skip
     clearance_rate: float = parameter(
-        10.0, "Hz", above=0.0, help="how often the distance to the nearest thing is measured"
+        10.0, "Hz", above=0.0, help="measurements of the distance to the nearest obstacle"
     )
     pace: float = parameter(
-        0.0, at_least=0.0, help="simulated seconds per second; 0 is as fast as possible"
+        0.0, at_least=0.0, help="simulated seconds per wall second; 0: as fast as possible"
     )
     battery_charge: float = parameter(
-        1.0, at_least=0.0, at_most=1.0, help="state of charge at the start"
+        1.0, at_least=0.0, at_most=1.0, help="battery charge at the start"
     )
 
     def steps(self, name: str, period: float) -> int:
-        """How many physics steps a period lasts.
+        """Return the number of physics steps in a period.
 
         Raises:
-            ParameterError: it is not a whole number of them, or none.
+            ParameterError: the period is not a positive multiple of the physics period.
         """
         exact = period * self.physics_rate
         steps = round(exact)

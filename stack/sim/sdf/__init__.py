@@ -1,1 +1,1 @@
-"""Gazebo worlds (SDFormat) as simulated worlds."""
+"""Import of Gazebo worlds (SDFormat)."""

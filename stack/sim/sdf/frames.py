@@ -1,4 +1,4 @@
-"""Where SDF's elements are: poses, also as quaternions, and frames that they refer to."""
+"""Poses of SDF elements, as Euler angles or quaternions, and the frames they refer to."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from stack.sim.worlds.values import SHAPE
 from stack.types import FloatArray
 
 FRAMES = ("frame", "link", "model")
-"""Elements that give their name to a frame."""
+"""Elements that define a frame of their name."""
 
 
 class UnknownFrame(Exception):
-    """A pose refers to a frame that is not there, or to itself in the end."""
+    """A pose refers to a frame that does not exist, or to itself through other frames."""
 
 
 def numbers(findings: Findings, element: Element | None, count: int) -> FloatArray | None:
-    """The numbers in an element's text; None when it is absent or, noted, wrong."""
+    """The numbers in an element's text, (count,); None if absent, or wrong and reported."""
     if element is None:
         return None
     words = element.text.split()
@@ -39,14 +39,14 @@ def numbers(findings: Findings, element: Element | None, count: int) -> FloatArr
     return np.array(values)
 
 
-def written(findings: Findings, pose: Element) -> FloatArray | None:
-    """The (4, 4) that stands in a <pose>, whatever it refers to."""
+def read_pose(findings: Findings, pose: Element) -> FloatArray | None:
+    """Read the transform (4, 4) of a <pose> element, in the frame that it refers to."""
     if not pose.text:
         return np.eye(4)
     if pose.attributes.get("rotation_format", "euler_rpy") == "quat_xyzw":
         values = numbers(findings, pose, 7)
         if values is not None and float(np.linalg.norm(values[3:])) < 1e-6:
-            findings.error(SHAPE, pose.mark, "<pose>: the quaternion 0 0 0 0 is no rotation")
+            findings.error(SHAPE, pose.mark, "<pose>: the quaternion 0 0 0 0 is not a rotation")
             return None
         return None if values is None else shapes.from_quaternion(values[:3], values[3:])
     values = numbers(findings, pose, 6)
@@ -59,7 +59,7 @@ def written(findings: Findings, pose: Element) -> FloatArray | None:
 
 
 class Frames:
-    """The named frames in a model, or in the world, each in that model's or world's own frame."""
+    """The named frames of a model or world, expressed in the frame of that model or world."""
 
     def __init__(self, findings: Findings, inside: Iterable[Element]) -> None:
         self._findings = findings
@@ -71,15 +71,18 @@ class Frames:
     def pose(
         self, element: Element, default: FloatArray, seen: tuple[str, ...] = ()
     ) -> FloatArray | None:
-        """(4, 4) of an element in the frame of the model or world; None when, noted, it is wrong.
+        """Pose (4, 4) of an element in the frame of the model or world.
 
         Args:
-            element: with a <pose>, or without.
-            default: (4, 4) of what it stands in, likewise in the frame of the model.
-            seen: frames on the way here.
+            element: with or without a <pose>.
+            default: (4, 4) pose of its parent element in the frame of the model.
+            seen: frames already followed, to detect a cycle.
+
+        Returns:
+            The pose; None if its <pose> is wrong, which is reported.
 
         Raises:
-            UnknownFrame: it refers to a frame that is not there.
+            UnknownFrame: it refers to a frame that does not exist.
         """
         pose = element.first("pose")
         frame = "" if pose is None else pose.attributes.get("relative_to", "")
@@ -90,7 +93,7 @@ class Frames:
         origin = default if not frame else self._of(frame, seen)
         if pose is None or origin is None:
             return origin
-        own = written(self._findings, pose)
+        own = read_pose(self._findings, pose)
         return None if own is None else origin @ own
 
     def _of(self, name: str, seen: tuple[str, ...]) -> FloatArray | None:

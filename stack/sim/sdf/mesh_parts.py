@@ -1,7 +1,7 @@
-"""Mesh files as upright boxes: convex parts, each with the smallest rectangle round it.
+"""Mesh files as convex parts, and the smallest rectangle around points.
 
-The decomposition is V-HACD's (K. Mamou, 2016), which PyBullet brings; its voxels make parts a few
-centimetres larger than the mesh, never smaller. Files are read by trimesh.
+The decomposition is V-HACD (K. Mamou, 2016), which is part of PyBullet. Its voxels make the parts
+a few centimetres larger than the mesh, never smaller. trimesh reads the files.
 """
 
 from __future__ import annotations
@@ -24,18 +24,18 @@ MAX_BYTES, MAX_FACES = 50_000_000, 500_000
 
 @lru_cache(maxsize=64)
 def convex_parts(file: Path) -> tuple[FloatArray, ...]:
-    """The corners (n, 3) of convex parts that together cover a mesh, in its own frame and unit.
+    """Decompose a mesh into convex parts: the corners (n, 3) of each, in the mesh's frame and unit.
 
     Raises:
-        InputError: the file cannot be read, is no mesh, or is too large.
+        InputError: the file cannot be read, is not a mesh, or is too large.
     """
     vertices, faces = _surface(file)
     with tempfile.TemporaryDirectory() as folder:
-        whole, parts = Path(folder) / "whole.obj", Path(folder) / "parts.obj"
-        whole.write_text(_as_obj(vertices, faces), "ascii")
+        mesh, parts = Path(folder) / "mesh.obj", Path(folder) / "parts.obj"
+        mesh.write_text(_as_obj(vertices, faces), "ascii")
         with stdout_as_stderr():
             load().vhacd(
-                str(whole), str(parts), str(Path(folder) / "log"),
+                str(mesh), str(parts), str(Path(folder) / "log"),
                 resolution=VOXELS, concavity=CONCAVITY,
             )  # fmt: skip
         found = _parts_of(parts.read_text("ascii"))
@@ -44,11 +44,11 @@ def convex_parts(file: Path) -> tuple[FloatArray, ...]:
     return tuple(found)
 
 
-def rectangle_round(points: FloatArray) -> tuple[float, FloatArray, FloatArray]:
-    """Heading, middle (2,) and size (2,) of the smallest rectangle round points (n, 2)."""
+def smallest_rectangle(points: FloatArray) -> tuple[float, FloatArray, FloatArray]:
+    """Heading, centre (2,) and size (2,) of the smallest rectangle around points (n, 2)."""
     import cv2
 
-    # OpenCV works in single precision: near the origin it loses nothing that matters.
+    # OpenCV computes in single precision: near the origin its rounding errors are negligible.
     offset = points.mean(axis=0)
     middle, size, angle = cv2.minAreaRect((points - offset).astype(np.float32))
     return radians(angle), np.asarray(middle, dtype=np.float64) + offset, np.asarray(size)
@@ -59,21 +59,21 @@ def _surface(file: Path) -> tuple[FloatArray, FloatArray]:
 
     try:
         if file.stat().st_size > MAX_BYTES:
-            raise InputError(f"{file.name} has more than {MAX_BYTES} bytes")
+            raise InputError(f"{file.name} is larger than {MAX_BYTES} bytes")
         mesh = trimesh.load_mesh(file)
     except OSError as error:
         raise InputError(f"{file.name} cannot be read: {error.strerror}") from None
     except InputError:
         raise
-    except Exception as error:  # a reader of foreign files may raise anything
-        raise InputError(f"{file.name} is no mesh that can be read: {error}") from None
+    except Exception as error:  # trimesh's readers may raise any exception on a damaged file
+        raise InputError(f"{file.name} is not a readable mesh: {error}") from None
     if isinstance(mesh, trimesh.Scene):
         mesh = mesh.to_mesh()
     faces = np.asarray(getattr(mesh, "faces", ()))
     if not len(faces) or not np.isfinite(mesh.vertices).all():
         raise InputError(f"{file.name} has no faces")
     if len(faces) > MAX_FACES:
-        raise InputError(f"{file.name} has {len(faces)} faces, at most {MAX_FACES} are read")
+        raise InputError(f"{file.name} has {len(faces)} faces; at most {MAX_FACES} are supported")
     return np.asarray(mesh.vertices, dtype=np.float64), faces
 
 

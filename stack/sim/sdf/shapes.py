@@ -1,4 +1,4 @@
-"""SDF geometry to what stands in a world: boxes and cylinders that rise from the floor."""
+"""Convert SDF geometry to boxes and cylinders that stand on the floor."""
 
 from __future__ import annotations
 
@@ -7,18 +7,18 @@ from math import atan2, cos, hypot, sin
 
 import numpy as np
 
-from stack.sim.sdf.mesh_parts import rectangle_round
+from stack.sim.sdf.mesh_parts import smallest_rectangle
 from stack.sim.worlds.world import Box, Cylinder
 from stack.types import FloatArray, Pose2D
 
 UPRIGHT = 0.9998
-"""Cosine of the tilt (about 1 degree) below which an axis counts as vertical."""
+"""Cosine of the largest tilt (about 1 degree) at which an axis counts as vertical."""
 
 Solid = Box | Cylinder
 
 
 def transform(position: FloatArray, angles: FloatArray) -> FloatArray:
-    """(4, 4) of an SDF pose: metres, then roll, pitch and yaw about the fixed x, y and z axes."""
+    """Transform (4, 4) of an SDF pose: metres; roll, pitch, yaw about the fixed x, y, z axes."""
     (cr, cp, cy), (sr, sp, sy) = (map(f, angles.tolist()) for f in (cos, sin))
     matrix = np.eye(4)
     matrix[:3, :3] = [
@@ -31,7 +31,7 @@ def transform(position: FloatArray, angles: FloatArray) -> FloatArray:
 
 
 def from_quaternion(position: FloatArray, quaternion: FloatArray) -> FloatArray:
-    """(4, 4) of a position (metres) and a quaternion x, y, z, w, of any length but 0."""
+    """Transform (4, 4) of a position in metres and a quaternion x, y, z, w of any norm but 0."""
     x, y, z, w = (quaternion / np.linalg.norm(quaternion)).tolist()
     matrix = np.eye(4)
     matrix[:3, :3] = [
@@ -44,24 +44,24 @@ def from_quaternion(position: FloatArray, quaternion: FloatArray) -> FloatArray:
 
 
 def part(corners: FloatArray, name: str) -> tuple[Solid, float, bool]:
-    """The smallest upright box round the corners (n, 3) of a convex part, as `box` says it."""
-    heading, middle, size = rectangle_round(corners[:, :2])
+    """The smallest upright box around the corners (n, 3) of a convex part; returns as `box`."""
+    heading, middle, size = smallest_rectangle(corners[:, :2])
     pose = Pose2D(float(middle[0]), float(middle[1]), heading)
     top = float(corners[:, 2].max())
     return Box(pose, (*size.tolist(), top), name=name), float(corners[:, 2].min()), True
 
 
 def box(matrix: FloatArray, size: FloatArray, name: str) -> tuple[Solid, float, bool]:
-    """A box as one that stands upright on the floor.
+    """Convert a box to an upright one that stands on the floor.
 
     Args:
-        matrix: (4, 4) of its middle, world frame.
+        matrix: (4, 4) pose of its centre, world frame.
         size: (3,) metres.
         name: for messages.
 
     Returns:
-        The box, the height of its lower side over the floor, and whether it is exact; a tilted box
-        is replaced by the upright one round it.
+        The box, the height of its underside above the floor in metres, and whether the conversion
+        is exact: a tilted box is replaced by the upright box around it.
     """
     rotation = matrix[:3, :3]
     vertical = int(np.argmax(np.abs(rotation[2])))
@@ -72,18 +72,21 @@ def box(matrix: FloatArray, size: FloatArray, name: str) -> tuple[Solid, float, 
     heading = atan2(rotation[1, along], rotation[0, along])
     signs = np.array(list(product((-0.5, 0.5), repeat=3)))
     corners = (signs * size) @ rotation.T + matrix[:3, 3]
-    return (*_box_round(corners, heading, name), exact)
+    return (*_box_around(corners, heading, name), exact)
 
 
 def cylinder(
     matrix: FloatArray, radius: float, length: float, name: str
 ) -> tuple[Solid, float, bool]:
-    """A cylinder along its z axis, as `box` does; a lying or tilted one becomes a box."""
+    """Convert a cylinder along its z axis; a horizontal or tilted one becomes a box.
+
+    Returns as `box`.
+    """
     axis = matrix[:3, 2]
     x, y, z = matrix[:3, 3].tolist()
     if abs(float(axis[2])) >= UPRIGHT:
         return Cylinder(x, y, radius, z + length / 2, name=name), z - length / 2, True
-    reach = radius * np.sqrt(np.maximum(0.0, 1.0 - axis**2))  # of a disc about that axis
+    reach = radius * np.sqrt(np.maximum(0.0, 1.0 - axis**2))  # half extents of an end disc
     heading = atan2(axis[1], axis[0])
     flat = hypot(axis[0], axis[1])
     tip = length / 2 * flat + radius * abs(float(axis[2]))
@@ -94,13 +97,13 @@ def cylinder(
 
 
 def sphere(matrix: FloatArray, radius: float, name: str) -> tuple[Solid, float, bool]:
-    """A sphere as the cylinder round it: what touches and what is seen then agree."""
+    """Convert a sphere to the cylinder around it, so that contacts and scans agree."""
     x, y, z = matrix[:3, 3].tolist()
     return Cylinder(x, y, radius, z + radius, name=name), z - radius, True
 
 
-def _box_round(corners: FloatArray, heading: float, name: str) -> tuple[Box, float]:
-    """The upright box with a heading round points (n, 3), and its lower side."""
+def _box_around(corners: FloatArray, heading: float, name: str) -> tuple[Box, float]:
+    """The upright box with this heading around points (n, 3), and the height of its underside."""
     c, s = cos(heading), sin(heading)
     ahead = corners[:, 0] * c + corners[:, 1] * s
     left = corners[:, 1] * c - corners[:, 0] * s

@@ -1,12 +1,12 @@
-"""Gazebo's world files (SDFormat, .world and .sdf) as worlds to drive in.
+"""Reader of Gazebo world files (SDFormat, .world and .sdf).
 
-Read are models (nested ones, too), their links' collision shapes, poses, `static`, includes of
-models that the same file defines, and the poses of a saved state, which count as in Gazebo. What
-stands is taken to rise from the floor. Lights, physics, looks and the like do not matter here; what
-would matter and is not understood is left out with a warning in `World.warnings`.
+It reads models (also nested ones), the collision shapes of their links, poses, `static`, includes
+of models that the same file defines, and the poses of a saved state, which take precedence as in
+Gazebo. Every shape is extended down to the floor. Lights, physics and visuals are ignored. An
+unsupported element that affects driving is ignored with a warning in `World.warnings`.
 
 Format: sdformat.org/spec, versions 1.4 to 1.11. Codes: E201 shape and values · E205 too many ·
-E206 empty · E207 not XML · E208 left out or replaced (warnings).
+E206 empty · E207 not XML · E208 ignored or replaced (warnings).
 """
 
 from __future__ import annotations
@@ -25,19 +25,19 @@ from stack.sim.sdf.xml_file import Element, read_xml
 from stack.sim.worlds.outlines import outlines
 from stack.sim.worlds.values import EMPTY, FARTHEST, SHAPE, TOO_MANY
 from stack.sim.worlds.world import Box, Cylinder, World
-from stack.sim.worlds.world_file import MARGIN, bounds_round
+from stack.sim.worlds.world_file import MARGIN, bounds_around
 from stack.types import FloatArray
 
-LEFT_OUT = "E208"
+IGNORED = "E208"
 MAX_SHAPES = 20_000
 HEADROOM = 1.0
-"""Metres over the floor from which something is taken to hang over any robot."""
+"""Height of the underside above the floor, metres, from which every robot passes below."""
 
-SUNK = 0.01
-"""Metres over the floor below which something is part of it."""
+FLUSH = 0.01
+"""Height of the top above the floor, metres, up to which a shape counts as part of the floor."""
 
 STANDARD = frozenset({"ground_plane", "sun"})
-"""Gazebo's own models that are floor and light."""
+"""Gazebo's own models of floor and light."""
 
 IDENTITY = np.eye(4)
 
@@ -45,23 +45,23 @@ IGNORED_SHAPES = frozenset({"empty"})
 
 
 def read_sdf_world(path: Path) -> World:
-    """The first world in a file.
+    """Read the first world of a file.
 
     Raises:
-        InputError: every finding, each with its position.
+        InputError: all findings, each with its position.
     """
     root = read_xml(path, "Gazebo world file")
     findings = Findings()
     world = root.first("world") if root.tag == "sdf" else None
     if world is None:
-        sentence = f"a Gazebo world file is <sdf> with a <world> in it, got <{root.tag}>"
+        sentence = f"expected <sdf> with a <world> inside, got <{root.tag}>"
         raise InputError([Finding(root.mark, SHAPE, sentence)])
     models = {model.name: model for model in root.all("model")}
     reader = _Reader(findings, models, path.parent)
     reader.read_world(world)
     findings.raise_errors()
     if not reader.solids:
-        sentence = "nothing stands in this world, a lidar would see nothing"
+        sentence = "this world is empty: a lidar would measure nothing"
         findings.error(EMPTY, world.mark, sentence)
         findings.raise_errors()
     built = World(
@@ -72,28 +72,29 @@ def read_sdf_world(path: Path) -> World:
         source=path,
         warnings=tuple(reader.warnings()),
     )
-    return replace(built, bounds=bounds_round(built, outlines(built), MARGIN))
+    return replace(built, bounds=bounds_around(built, outlines(built), MARGIN))
 
 
 @dataclass
 class _Reader:
-    """Collects what stands in a world.
+    """Collects the solids of a world.
 
     Attributes:
-        models: those that the file defines beside its worlds, for includes.
-        folder: where the file lies.
-        solids: what was found.
+        findings: errors so far.
+        models: models that the file defines, by name, for includes.
+        folder: the folder of the file.
+        solids: the solids found so far.
     """
 
     findings: Findings
     models: dict[str, Element]
     folder: Path
     solids: list[shapes.Solid] = field(default_factory=list)
-    _left_out: dict[str, list[Finding]] = field(default_factory=dict)
+    _warnings: dict[str, list[Finding]] = field(default_factory=dict)
     _including: list[str] = field(default_factory=list)
 
     def read_world(self, world: Element) -> None:
-        """Everything that stands in it."""
+        """Collect the solids of all models and includes."""
         states = {model.name: model for state in world.all("state") for model in state.all("model")}
         local = {model.name: model for model in world.all("model")}
         self.models = {**local, **self.models}
@@ -104,38 +105,36 @@ class _Reader:
             elif element.tag == "include":
                 self._include(element, frames, IDENTITY)
             elif element.tag in ("actor", "population", "road"):
-                self._leave_out(
-                    element.mark, f"<{element.tag}> is left out", element.name or "unnamed"
-                )
+                self._warn(element.mark, f"<{element.tag}> is ignored", element.name or "unnamed")
 
     def warnings(self) -> list[Finding]:
-        """One for each kind of thing left out, at the first of its kind."""
+        """One warning for each kind of ignored element, at the position of its first case."""
         found = []
-        for kind, cases in self._left_out.items():
+        for kind, cases in self._warnings.items():
             names = list(dict.fromkeys(case.sentence for case in cases))
             shown = ", ".join(names[:5]) + (f" and {len(names) - 5} more" if names[5:] else "")
-            found.append(Finding(cases[0].mark, LEFT_OUT, f"{kind}: {shown}", "", "warning"))
+            found.append(Finding(cases[0].mark, IGNORED, f"{kind}: {shown}", "", "warning"))
         return found
 
-    def _leave_out(self, mark: Mark, kind: str, name: str) -> None:
-        self._left_out.setdefault(kind, []).append(Finding(mark, LEFT_OUT, name))
+    def _warn(self, mark: Mark, kind: str, name: str) -> None:
+        self._warnings.setdefault(kind, []).append(Finding(mark, IGNORED, name))
 
     def _placed(
         self, frames: Frames, model: Element, states: dict[str, Element]
     ) -> FloatArray | None:
-        """(4, 4) of a model in the world: the saved state's pose, else its own."""
+        """Pose (4, 4) of a model in the world: from the saved state if it has one, else its own."""
         state = states.get(model.name)
         if state is not None and state.first("pose") is not None:
             return self._pose(frames, state, model.name)
         return self._pose(frames, model, model.name)
 
     def _model(self, model: Element, placed: FloatArray | None, *, static: bool) -> None:
-        """What a model consists of, at its (4, 4) in the world."""
+        """Add the solids of a model at its pose (4, 4) in the world."""
         if placed is None:
             return
         static = static or model.text_of("static") in ("1", "true")
         if not static and any(model.all("link")):
-            self._leave_out(model.mark, "not static in Gazebo, stands still here", model.name)
+            self._warn(model.mark, "not static in Gazebo, static here", model.name)
         frames = Frames(self.findings, model.children)
         for link in model.all("link"):
             at = self._pose(frames, link, model.name)
@@ -153,8 +152,8 @@ class _Reader:
         if name in STANDARD:
             return
         if name not in self.models or name in self._including:
-            kind = "includes of models from elsewhere are not followed"
-            self._leave_out(include.mark, kind, uri or "no uri")
+            kind = "<include> of a model that this file does not define is ignored"
+            self._warn(include.mark, kind, uri or "no uri")
             return
         model = self.models[name]
         posed = include if include.first("pose") is not None else model
@@ -167,11 +166,14 @@ class _Reader:
     def _link(
         self, link: Element, frames: Frames, placed: tuple[FloatArray, FloatArray], name: str
     ) -> None:
-        """What a link can be touched at; placed: its model in the world, and it in the model."""
+        """Add the collision shapes of a link.
+
+        placed: poses (4, 4) of its model in the world and of the link in the model.
+        """
         model, own = placed
         collisions = list(link.all("collision"))
         if not collisions and any(link.all("visual")):
-            self._leave_out(link.mark, "can be seen but not touched, left out", name)
+            self._warn(link.mark, "links without collision shapes are ignored", name)
         for collision in collisions:
             at = self._pose(frames, collision, name, own)
             geometry = collision.first("geometry")
@@ -182,7 +184,7 @@ class _Reader:
                 self._shape(geometry.children[0], model @ at, name)
 
     def _shape(self, shape: Element, at: FloatArray, name: str) -> None:
-        """One collision shape, at its (4, 4) in the world."""
+        """Add one collision shape at its pose (4, 4) in the world."""
         if shape.tag == "plane":
             self._plane(shape, at, name)
         elif shape.tag in ("box", "cylinder", "sphere", "capsule"):
@@ -193,30 +195,30 @@ class _Reader:
             self._mesh(shape, at, name)
         elif shape.tag not in IGNORED_SHAPES:
             uri = shape.text_of("uri")
-            kind = f"<{shape.tag}> shapes are not read, left out"
-            self._leave_out(shape.mark, kind, f"{name} ({uri})" if uri else name)
+            kind = f"<{shape.tag}> shapes are not supported and are ignored"
+            self._warn(shape.mark, kind, f"{name} ({uri})" if uri else name)
 
     def _mesh(self, shape: Element, at: FloatArray, name: str) -> None:
-        """A mesh by its convex parts, each in an upright box, if its file lies near the world's."""
+        """Add the convex parts of a mesh, each as an upright box."""
         uri = shape.text_of("uri")
         scale = numbers(self.findings, shape.first("scale"), 3)
         file = self._file_of(uri)
         if file is None:
-            kind = "<mesh> shapes whose file is not found beside the world, left out"
-            self._leave_out(shape.mark, kind, f"{name} ({uri})")
+            kind = "<mesh> shapes are ignored: file not found in the world's folder"
+            self._warn(shape.mark, kind, f"{name} ({uri})")
             return
         try:
             parts = convex_parts(file)
         except InputError as error:
-            self._leave_out(shape.mark, "<mesh> shapes that cannot be used, left out", str(error))
+            self._warn(shape.mark, "<mesh> shapes are ignored: unusable file", str(error))
             return
-        self._leave_out(shape.mark, "<mesh> shapes stand as boxes round their parts", file.name)
+        self._warn(shape.mark, "<mesh> shapes are replaced by boxes", file.name)
         for corners in parts:
             scaled = corners if scale is None else corners * scale
             self._keep(shape, name, *shapes.part(scaled @ at[:3, :3].T + at[:3, 3], name))
 
     def _file_of(self, uri: str) -> Path | None:
-        """A mesh's file: relative to the world's folder, or in a model's folder beside it."""
+        """The file of a mesh: relative to the world's folder, or in a model's folder there."""
         if uri.startswith(("http:", "https:")):
             return None
         relative = uri.removeprefix("model://").removeprefix("file://").lstrip("/")
@@ -243,24 +245,24 @@ class _Reader:
     def _keep(
         self, shape: Element, name: str, solid: shapes.Solid, bottom: float, exact: bool
     ) -> None:
-        """Take in a solid, unless no robot on the floor can meet it."""
+        """Add a solid unless it is flush with the floor or above every robot."""
         top = solid.size[2] if isinstance(solid, Box) else solid.height
-        if top <= SUNK:
+        if top <= FLUSH:
             return
         if bottom >= HEADROOM:
-            kind = f"begins {HEADROOM:g} m or more over the floor, left out"
-            self._leave_out(shape.mark, kind, name)
+            kind = f"shapes {HEADROOM:g} m or more above the floor are ignored"
+            self._warn(shape.mark, kind, name)
             return
         if not exact:
-            self._leave_out(shape.mark, "tilted, an upright box round it stands for it", name)
+            self._warn(shape.mark, "tilted shapes are replaced by upright boxes", name)
         x, y = (solid.pose.x, solid.pose.y) if isinstance(solid, Box) else (solid.x, solid.y)
         if max(abs(x), abs(y)) > FARTHEST:
-            sentence = f"{name!r} at ({x:g}, {y:g}) is more than {FARTHEST:g} m away"
+            sentence = f"{name!r} at ({x:g}, {y:g}) is more than {FARTHEST:g} m from the origin"
             self.findings.error(SHAPE, shape.mark, sentence)
             return
         self.solids.append(solid)
         if len(self.solids) > MAX_SHAPES:
-            sentence = f"more than {MAX_SHAPES} shapes; a world may have that many"
+            sentence = f"more than {MAX_SHAPES} shapes; a world may have at most {MAX_SHAPES}"
             raise InputError([Finding(shape.mark, TOO_MANY, sentence)])
 
     def _plane(self, shape: Element, at: FloatArray, name: str) -> None:
@@ -268,10 +270,10 @@ class _Reader:
         upward = at[:3, :3] @ (np.array([0.0, 0.0, 1.0]) if normal is None else normal)
         length = float(np.linalg.norm(upward))
         if length > 0.0 and abs(float(upward[2])) / length < shapes.UPRIGHT:
-            self._leave_out(shape.mark, "a plane that is not the floor, left out", name)
+            self._warn(shape.mark, "<plane> shapes that are not horizontal are ignored", name)
 
     def _sizes(self, shape: Element, tag: str, count: int) -> FloatArray | None:
-        """Lengths above 0, in metres; None, with everything noted, when they are wrong."""
+        """Lengths above 0, in metres; None if they are wrong, which is reported."""
         element = shape.first(tag)
         if element is None:
             self.findings.error(SHAPE, shape.mark, f"<{shape.tag}> needs <{tag}>")
@@ -286,10 +288,12 @@ class _Reader:
     def _pose(
         self, frames: Frames, element: Element, name: str, default: FloatArray = IDENTITY
     ) -> FloatArray | None:
-        """(4, 4) of an element in its model or world; None, with a note, when it cannot be said."""
+        """Pose (4, 4) of an element in its model or world; None if unknown, which is reported."""
         try:
             return frames.pose(element, default)
         except UnknownFrame as error:
             mark = element.mark
-            self._leave_out(mark, f"placed relative to {str(error)!r}, left out", name)
+            self._warn(
+                mark, f"elements relative to the unknown frame {str(error)!r} are ignored", name
+            )
             return None

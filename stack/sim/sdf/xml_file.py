@@ -1,7 +1,7 @@
-"""XML files read with positions, as far as world descriptions need XML.
+"""XML reader that keeps positions, with the part of XML that world files need.
 
-Document types and entities are refused: a world needs none, and they are how XML explodes or reads
-other files. Codes: E001 the file · E002 too large · E207 not XML.
+Document types and entities are refused: worlds do not need them, and they allow expansion attacks
+and access to other files. Codes: E001 the file · E002 too large · E207 not XML.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ MAX_BYTES, MAX_DEPTH = 50_000_000, 100
 
 @dataclass(slots=True)
 class Element:
-    """An element with its place in the file.
+    """An XML element with its position in the file.
 
     Attributes:
-        tag: its name.
-        text: the text in it before its first child, without white space around it.
-        mark: where it begins.
+        tag: name of the element.
+        mark: position of its start.
+        text: text before its first child, stripped of white space.
     """
 
     tag: str
@@ -37,22 +37,22 @@ class Element:
 
     @property
     def name(self) -> str:
-        """The attribute `name`; empty when there is none."""
+        """The attribute `name`, or an empty string."""
         return self.attributes.get("name", "")
 
     def all(self, tag: str) -> Iterator[Element]:
-        """The children of a kind, in order."""
+        """The children with this tag, in order."""
         return (child for child in self.children if child.tag == tag)
 
     def first(self, *path: str) -> Element | None:
-        """The first child of a kind, or of a kind in the first child of another…"""
+        """The first child with this tag; with several tags, the first descendant on that path."""
         found: Element | None = self
         for tag in path:
             found = None if found is None else next(found.all(tag), None)
         return found
 
     def text_of(self, *path: str) -> str:
-        """The text of such a child; empty when there is none."""
+        """The text of the element that `first` returns, or an empty string."""
         found = self.first(*path)
         return "" if found is None else found.text
 
@@ -61,7 +61,7 @@ def read_xml(path: Path, what: str = "file") -> Element:
     """The root element of an XML file.
 
     Raises:
-        InputError: missing, a folder, too large, not XML, or with a document type.
+        InputError: the file is missing, a folder, too large, not XML, or has a document type.
     """
     try:
         raw = path.read_bytes()
@@ -80,10 +80,10 @@ def read_xml(path: Path, what: str = "file") -> Element:
 
 
 def parse_xml(raw: bytes, name: str) -> Element:
-    """The root element of XML bytes; `name` stands for the file in messages.
+    """The root element of XML bytes; `name` is the file name for messages.
 
     Raises:
-        InputError: not XML, nested too deeply, or with a document type.
+        InputError: the bytes are not XML, nested too deeply, or have a document type.
     """
     builder = _Builder(name)
     try:
@@ -98,7 +98,7 @@ def parse_xml(raw: bytes, name: str) -> Element:
 
 
 class _Builder:
-    """Puts the elements together while expat reads."""
+    """Builds the tree of elements from expat's events."""
 
     def __init__(self, name: str) -> None:
         self._name = name
@@ -135,7 +135,7 @@ class _Builder:
 
     def _refuse_doctype(self, *_: object) -> None:
         raise _refusal(
-            self._mark, NOT_XML, "a document type (<!DOCTYPE…>) is not read", "take it out"
+            self._mark, NOT_XML, "document types (<!DOCTYPE…>) are not supported", "remove it"
         )
 
 

@@ -1,4 +1,4 @@
-"""A colour camera, rendered in another process while the simulation goes on."""
+"""Simulated colour camera, rendered in another process while the simulation continues."""
 
 from __future__ import annotations
 
@@ -17,54 +17,54 @@ _ROUNDING = 1e-9
 
 
 class Camera:
-    """Takes a picture when asked and delivers it `latency` simulated seconds later.
+    """Takes a picture on request and delivers it `latency` simulated seconds later.
 
-    The renderer starts with the first picture. Rendering takes wall time, never simulated time:
-    a picture that is not ready when it is due is waited for.
+    The renderer process starts with the first picture. Rendering takes wall time, never simulated
+    time: `take` waits for a picture that is due and not rendered yet.
     """
 
     def __init__(self, setup: RenderSetup) -> None:
         self._setup, self._renderer = setup, _RendererProcess(setup)
-        self._under_way: float | None = None
+        self._exposed: float | None = None
         self._last: float | None = None
 
     def is_ready(self, time: float) -> bool:
-        """Whether a picture asked for now would be taken."""
-        if self._under_way is not None:
+        """Whether the camera can take a picture now: its period has passed and none is pending."""
+        if self._exposed is not None:
             return False
         period = 1.0 / self._setup.camera.rate
         return self._last is None or time - self._last >= period - _ROUNDING
 
     def expose(self, time: float, request: RenderRequest) -> None:
-        """Take a picture now."""
-        self._renderer.ask(request)
-        self._under_way = self._last = time
+        """Take a picture now; start rendering it."""
+        self._renderer.send(request)
+        self._exposed = self._last = time
 
     def take(self, time: float) -> Image | None:
-        """The picture that is due by now, once.
+        """Return the picture that is due now, once; None if none is due.
 
         Raises:
-            BodyError: the renderer cannot make one.
+            BodyError: the renderer failed.
         """
-        stamp, camera = self._under_way, self._setup.camera
+        stamp, camera = self._exposed, self._setup.camera
         if stamp is None or time < stamp + camera.latency - _ROUNDING:
             return None
-        self._under_way = None
+        self._exposed = None
         shape = (camera.model.height, camera.model.width, 3)
-        pixels = np.frombuffer(self._renderer.answer(), dtype=np.uint8).reshape(shape)
+        pixels = np.frombuffer(self._renderer.receive(), dtype=np.uint8).reshape(shape)
         return Image(stamp, pixels, camera.model)
 
     def close(self) -> None:
-        """End the renderer. Safe to call twice."""
+        """Stop the renderer process. Safe to call twice."""
         self._renderer.close()
 
 
 class _RendererProcess:
-    """The other end of camera_worker.
+    """Client side of camera_worker, connected by a pipe.
 
-    A bare interpreter and not multiprocessing's spawn, which would run a caller's own script once
-    more unless that is guarded by `if __name__ == "__main__"`. In a process group of its own it
-    gets no Ctrl-C, and it ends with the pipe however this process ends.
+    Started as a bare interpreter: multiprocessing's spawn would run the caller's script again
+    unless it is guarded by `if __name__ == "__main__"`. The process has its own process group, so
+    Ctrl-C does not reach it; it exits when the pipe closes, however this process ends.
     """
 
     def __init__(self, setup: RenderSetup) -> None:
@@ -72,16 +72,16 @@ class _RendererProcess:
         self._process: subprocess.Popen[bytes] | None = None
         self._pipe: Connection | None = None
 
-    def ask(self, request: RenderRequest) -> None:
-        """Hand over a shot; starts the process if need be."""
+    def send(self, request: RenderRequest) -> None:
+        """Send a request; start the process with the first one."""
         pipe = self._pipe or self._start()
         try:
             pipe.send(request)
         except OSError as error:
             raise self._lost() from error
 
-    def answer(self) -> bytes:
-        """The picture asked for; waits until it is there."""
+    def receive(self) -> bytes:
+        """Wait for the requested picture and return its pixels."""
         assert self._pipe is not None
         try:
             answer = self._pipe.recv()
@@ -93,7 +93,7 @@ class _RendererProcess:
         return picture
 
     def close(self) -> None:
-        """Close the pipe and see the process off."""
+        """Close the pipe and end the process."""
         if self._pipe is not None:
             self._pipe.close()
         if self._process is not None:
@@ -121,4 +121,4 @@ class _RendererProcess:
 
     def _lost(self) -> BodyError:
         code = None if self._process is None else self._process.poll()
-        return BodyError(f"the camera's renderer ended unexpectedly (exit code {code})")
+        return BodyError(f"the camera renderer ended unexpectedly (exit code {code})")

@@ -1,7 +1,7 @@
-"""The process that renders camera pictures: `python -c ... main(descriptor)`, see camera.py.
+"""Process that renders camera pictures: `python -c ... main(descriptor)`, see camera.py.
 
-It reads a Studio, then Shots, and answers each with the bytes of a picture, or with a sentence
-when it cannot. It ends when its parent does.
+It reads a RenderSetup, then RenderRequests, and answers each with the bytes of a picture, or with
+an error message. It ends when its parent ends.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from stack.sim.sensors.rendering import CameraRenderer
 
 def main(descriptor: int) -> None:
     """Render until the other end of the pipe closes."""
-    # Ctrl-C is for the engine, which then closes the pipe.
+    # Ctrl-C is handled by the engine, which then closes the pipe.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     with Connection(descriptor) as pipe:
         try:
@@ -27,7 +27,7 @@ def main(descriptor: int) -> None:
 
 
 def serve(pipe: Connection) -> None:
-    """Answer shots. Raises EOFError when the parent is gone."""
+    """Answer render requests. Raises EOFError when the parent has ended."""
     renderer = CameraRenderer(pipe.recv())
     try:
         while True:

@@ -1,4 +1,4 @@
-"""A six-axis inertial sensor with white noise and a constant bias on each axis."""
+"""Six-axis IMU with white noise and a constant bias on each axis."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from stack.types import Imu as ImuReading
 
 
 class Imu:
-    """Collects samples; an accelerometer feels the change of velocity and gravity's opposite."""
+    """Collects samples. The accelerometer measures the specific force: acceleration minus g."""
 
     def __init__(self, description: ImuDescription, seed: int) -> None:
         self._description = description
@@ -25,7 +25,7 @@ class Imu:
         self._accelerometer: list[FloatArray] = []
 
     def sample(self, time: float, state: BaseState) -> None:
-        """Measure once; called at the sensor's own rate."""
+        """Take one sample; call at the sensor's rate."""
         d = self._description
         noise = self._random.standard_normal(6)
         before = state.velocity if self._velocity is None else self._velocity
@@ -40,12 +40,12 @@ class Imu:
             + d.accelerometer_noise * noise[3:]
         )
 
-    def lifted(self) -> None:
-        """The robot was put elsewhere: its change of velocity is not felt."""
+    def reset_velocity(self) -> None:
+        """Forget the last velocity, so that a lifted robot measures no jump of it."""
         self._velocity = None
 
     def take(self) -> ImuReading | None:
-        """The samples since the last call."""
+        """Return the samples since the last call, or None without any."""
         if not self._stamps:
             return None
         batch = ImuReading(

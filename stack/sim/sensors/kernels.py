@@ -1,4 +1,4 @@
-"""The lidar's ray caster, compiled: analytic against segments and circles in the scan plane."""
+"""Ray caster for lidar and sonar: beams against segments and circles in the scan plane."""
 
 from __future__ import annotations
 
@@ -8,27 +8,27 @@ import numpy as np
 from numba import njit
 
 ROUNDING = 1e-9
-"""Share of a segment by which it is longer than it is, so that no beam slips through a corner."""
+"""Relative extension of a segment at both ends, so that no beam passes between two segments."""
 
 
 @njit(cache=True, nogil=True)
 def cast(x, y, first, increment, beams, segments, circles):  # type: ignore[no-untyped-def]
-    """Distance along each beam to the first segment or circle.
+    """Compute the distance along each beam to the first segment or circle.
 
-    Each thing is tried on the beams that its bearing covers only, so the cost grows with the
-    things plus the beams they cover and not with their product.
+    Each obstacle is intersected only with the beams in its interval of bearings: the cost is
+    proportional to the obstacles plus the beams they cover, not to their product.
 
     Args:
-        x: of the sensor, metres.
-        y: likewise.
-        first: direction of beam 0, radians, in the frame of the things.
-        increment: radians from beam to beam.
-        beams: their number; together they cover a full turn at most.
-        segments: (n, 4) x, y of one end, x, y of the other.
-        circles: (m, 3) x, y, radius; from inside the distance is 0.
+        x: of the sensor, metres, in the frame of the obstacles.
+        y: of the sensor, metres.
+        first: direction of beam 0, radians.
+        increment: angle from beam to beam, radians.
+        beams: number of beams; together they cover at most a full turn.
+        segments: (n, 4) x, y of one end and x, y of the other, metres.
+        circles: (m, 3) x, y, radius, metres; the distance from inside is 0.
 
     Returns:
-        (beams,) metres, +inf where there is nothing.
+        (beams,) metres; +inf without a hit.
     """
     ranges = np.full(beams, inf)
     directions = np.empty((beams, 2))
@@ -87,7 +87,7 @@ def _cast_on_circle(x, y, first, increment, directions, circle, ranges):  # type
 
 @njit(cache=True, nogil=True)
 def _covered(offset, width, increment, beams):  # type: ignore[no-untyped-def]
-    """Beams low to high - 1 within an interval of bearings, one more on either side."""
+    """Return low, high: beams low to high - 1 are in an interval of bearings, widened by one."""
     low = max(0, ceil(offset / increment) - 1)
     high = min(beams, floor((offset + width) / increment) + 2)
     return low, high

@@ -1,7 +1,7 @@
-"""A planar lidar: what stands in the scan plane, cast analytically, then the sensor's errors.
+"""Planar lidar: analytic ray casting in the scan plane, then noise and lost beams.
 
-The plane is level at the sensor's height. Rays into the physics' mesh see the same and take thirty
-times as long (2.6 ms for 720 beams among 300 cylinders).
+The scan plane is horizontal at the sensor's height. Ray tests on the physics mesh give the same
+ranges and take thirty times as long (2.6 ms for 720 beams among 300 cylinders).
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from stack.types import FloatArray, Pose2D, Scan
 
 
 class Lidar:
-    """Takes scans from the sensor's true pose; all beams of a scan at one instant.
+    """Takes scans from the sensor's true pose; all beams of a scan are measured at one instant.
 
-    A range is the true one plus Gaussian noise. A lost beam and one beyond the maximum are +inf,
-    one below the minimum NaN. Noise comes from (seed, name, step), whatever was read before.
+    A range is the true one plus Gaussian noise. Lost beams and ranges above the maximum are +inf,
+    ranges below the minimum NaN. The noise depends only on (seed, name, step).
     """
 
     def __init__(
@@ -42,14 +42,14 @@ class Lidar:
     def scan(
         self, robot: Pose2D, people: FloatArray, doors: dict[str, bool], step: int, time: float
     ) -> Scan:
-        """What the lidar measures at this physics step.
+        """Measure one scan.
 
         Args:
             robot: true pose of the base, world frame.
-            people: (n, 3) x, y, radius.
+            people: (n, 3) x, y, radius, world frame, metres.
             doors: name -> closed.
-            step: physics step, for the noise.
-            time: seconds, for the stamp.
+            step: physics step; selects the noise.
+            time: stamp, seconds.
         """
         d = self._description
         sensor = robot.compose(d.mount)
@@ -78,24 +78,24 @@ class Lidar:
 
 
 class SensedScene:
-    """What reaches above a height: what a sensor in that plane has before it."""
+    """Outlines, in a horizontal plane at some height, of everything that reaches above it."""
 
     def __init__(self, world: World, height: float) -> None:
-        self._segments, self._circles = _standing(world, height)
+        self._segments, self._circles = _static_outlines(world, height)
         self._doors = {door.name: _door(door) for door in world.doors if door.height > height}
         self._sees_people = height < PERSON_HEIGHT
 
     def outlines(
         self, people: FloatArray, doors: Mapping[str, bool]
     ) -> tuple[FloatArray, FloatArray]:
-        """Segments (n, 4) from x, y to x, y and circles (m, 3) of x, y, radius, world frame."""
+        """Return segments (n, 4) x, y, x, y and circles (m, 3) x, y, radius, world frame."""
         closed = [lines for name, lines in self._doors.items() if doors[name]]
         circles = np.concatenate([self._circles, people]) if self._sees_people else self._circles
         return np.concatenate([self._segments, *closed]), circles
 
 
-def _standing(world: World, height: float) -> tuple[FloatArray, FloatArray]:
-    """Segments (n, 4) and circles (m, 3) of what never moves and reaches above a height."""
+def _static_outlines(world: World, height: float) -> tuple[FloatArray, FloatArray]:
+    """Return segments (n, 4) and circles (m, 3) of the static parts that reach above a height."""
     segments = [np.zeros((0, 4))]
     circles = [np.zeros((0, 3))]
     for wall in world.walls:
@@ -118,6 +118,6 @@ def _door(door: Door) -> FloatArray:
 
 
 def _edges(pose: Pose2D, length: float, width: float) -> FloatArray:
-    """The four sides (4, 4) of a rectangle on the floor."""
+    """Return the four sides (4, 4) of a rectangle on the floor."""
     corners = box_outline(pose, length, width)
     return np.column_stack([corners, np.roll(corners, -1, axis=0)])

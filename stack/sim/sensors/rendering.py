@@ -1,6 +1,6 @@
-"""Pictures of a scene by PyBullet's software renderer, through a pinhole camera.
+"""Camera pictures of a scene, by PyBullet's software renderer with a pinhole model.
 
-The same shot gives the same picture in whatever process it is rendered.
+The same request gives the same picture in any process.
 """
 
 from __future__ import annotations
@@ -21,15 +21,15 @@ from stack.streams import stream
 from stack.types import CameraModel, FloatArray
 
 NEAR = 0.02
-"""Metres in front of the lens below which nothing is drawn."""
+"""Near clipping plane, metres in front of the camera."""
 
 _FLIP = np.diag([1.0, -1.0, -1.0, 1.0])
-"""OpenGL's eye frame (y up, looking along -z) from the optical frame, and back."""
+"""Transform between OpenGL's eye frame (y up, looking along -z) and the optical frame."""
 
 
 @dataclass(frozen=True, slots=True)
 class RenderSetup:
-    """What a renderer needs to know once."""
+    """The constant inputs of a renderer: world, robot, camera and seed."""
 
     world: World
     urdf: FilePath
@@ -39,13 +39,13 @@ class RenderSetup:
 
 @dataclass(frozen=True, slots=True)
 class RenderRequest:
-    """What moves, at the moment of exposure.
+    """State of everything that moves, at the time of exposure.
 
     Attributes:
-        step: physics step; the picture's noise is drawn for it.
-        position: (x, y, z) of the base frame, world frame.
+        step: physics step; selects the image noise.
+        position: (x, y, z) of the base frame, world frame, metres.
         orientation: quaternion x, y, z, w of the base frame.
-        people: (n, 3) x, y, radius.
+        people: (n, 3) x, y, radius, world frame, metres.
         doors: name -> closed.
     """
 
@@ -57,10 +57,10 @@ class RenderRequest:
 
 
 class CameraRenderer:
-    """A second PyBullet client with only what can be seen.
+    """Renders pictures in a PyBullet client of its own that holds only visual shapes.
 
     Raises:
-        BodyError: the world has a marker that OpenCV does not know, or the URDF cannot be read.
+        BodyError: a marker of the world is unknown to OpenCV, or the URDF cannot be read.
     """
 
     def __init__(self, setup: RenderSetup) -> None:
@@ -69,15 +69,15 @@ class CameraRenderer:
         self._client: int = bullet.connect(bullet.DIRECT)
         with TemporaryDirectory(prefix="treepilot-") as folder:
             path = FilePath(folder)
-            self._scene = Scene.to_see(bullet, self._client, setup.world, path)
+            self._scene = Scene.with_visual_shapes(bullet, self._client, setup.world, path)
         self._robot = load_robot(bullet, self._client, setup.urdf)
         self._inertial = bullet.getDynamicsInfo(self._robot, -1, physicsClientId=self._client)[3:5]
         model = setup.camera.model
         self._projection = projection(model, NEAR, setup.camera.range_max)
 
     def render(self, request: RenderRequest) -> NDArray[np.uint8]:
-        """The picture (height, width, 3) RGB, noise included."""
-        self._arrange(request)
+        """Return the picture (height, width, 3), RGB, with image noise."""
+        self._place_bodies(request)
         camera = self._setup.camera
         model = camera.model
         answer = self._bullet.getCameraImage(
@@ -105,7 +105,7 @@ class CameraRenderer:
             self._bullet.disconnect(physicsClientId=self._client)
             self._client = -1
 
-    def _arrange(self, request: RenderRequest) -> None:
+    def _place_bodies(self, request: RenderRequest) -> None:
         bullet = self._bullet
         place = bullet.multiplyTransforms(request.position, request.orientation, *self._inertial)
         bullet.resetBasePositionAndOrientation(self._robot, *place, physicsClientId=self._client)
@@ -114,7 +114,7 @@ class CameraRenderer:
             self._scene.place_door(name, closed)
 
     def _view(self, request: RenderRequest) -> FloatArray:
-        """(4, 4) OpenGL eye frame from world."""
+        """Return (4, 4) OpenGL eye frame from world."""
         base = np.eye(4)
         turn = self._bullet.getMatrixFromQuaternion(request.orientation)
         base[:3, :3] = np.array(turn).reshape(3, 3)
@@ -124,11 +124,11 @@ class CameraRenderer:
 
 
 def projection(model: CameraModel, near: float, far: float) -> FloatArray:
-    """(4, 4) OpenGL clip space from eye frame, for a pinhole camera.
+    """Return (4, 4) OpenGL clip space from eye frame, for a pinhole camera.
 
-    TinyRenderer's pixel centres have whole-numbered coordinates, as OpenCV's have: a column is
-    (x + 1) width / 2 as it should be. Its rows are counted from the far end, height - 1 - row, so
-    that the picture stands one pixel too high: the y offset puts it right.
+    TinyRenderer's pixel centres have integer coordinates, as in OpenCV: column = (x + 1) width / 2
+    is right. Its rows are counted from the other end, height - 1 - row, which shifts the picture
+    up by one pixel; the y offset corrects this.
     """
     f, width, height = model.focal_length, model.width, model.height
     matrix = np.zeros((4, 4))

@@ -1,4 +1,4 @@
-"""A sonar: the nearest thing in a cone, found by a fan of rays, then the sensor's errors."""
+"""Sonar: distance to the nearest obstacle in a cone, by a fan of rays, with noise."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from stack.streams import stream
 from stack.types import FloatArray, Pose2D, RangeReading
 
 RAYS = 9
-"""Rays of a fan: at 2.5 m and 25 degrees they are 14 cm apart."""
+"""Rays in the fan; at a range of 2.5 m and 25 degrees they are 14 cm apart."""
 
 
 class Sonar:
-    """Takes readings from the sensor's true pose, in the plane of its height.
+    """Takes readings from the sensor's true pose, in the horizontal plane at its height.
 
-    A real cone is as high as it is wide; here what stands below or above the plane is not heard.
-    Noise comes from (seed, "sonar:" and the name, step).
+    A real cone is as high as it is wide; obstacles below or above the plane are not measured
+    here. The noise depends only on (seed, "sonar:" + name, step).
     """
 
     def __init__(self, description: SonarDescription, world: World, seed: int, name: str) -> None:
@@ -34,7 +34,7 @@ class Sonar:
     def reading(
         self, robot: Pose2D, people: FloatArray, doors: Mapping[str, bool], step: int, time: float
     ) -> RangeReading:
-        """What the sonar hears at this physics step; arguments as `Lidar.scan` takes them."""
+        """Measure one distance; arguments as in `Lidar.scan`."""
         d = self._description
         sensor = robot.compose(d.mount)
         measured: FloatArray = self._cast(

@@ -1,7 +1,7 @@
-"""Readers of the single things a world file lists: walls, doors, markers, people…
+"""Readers of the entries of a world file: walls, boxes, doors, markers, people…
 
-Each takes the mapping of one entry, notes what is wrong with it, and returns None when it cannot
-be used. docs/worlds.md lists the keys.
+Each reads the mapping of one entry, reports what is wrong with it, and returns None if the entry
+is unusable. docs/worlds.md lists the keys.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ DICTIONARIES = {
     "DICT_ARUCO_ORIGINAL": 1024, "DICT_APRILTAG_16h5": 30, "DICT_APRILTAG_25h9": 35,
     "DICT_APRILTAG_36h10": 2320, "DICT_APRILTAG_36h11": 587,
 }  # fmt: skip
-"""OpenCV's fiducial dictionaries and how many markers each holds."""
+"""OpenCV's fiducial dictionaries: name -> number of markers."""
 
 
 def _colour(section: Section, kind: type) -> Colour:
@@ -56,9 +56,11 @@ def _colour(section: Section, kind: type) -> Colour:
 
 
 def wall(reading: Reading, section: Section) -> Wall | None:
-    """A polyline of slabs; `closed: true` joins the last point to the first."""
+    """Read a wall; `closed: true` joins the last point to the first."""
     points = reading.points(section, "points")
-    closed = section.value(Declaration("closed", bool, "back to the first point", default=False))
+    closed = section.value(
+        Declaration("closed", bool, "join the last point to the first", default=False)
+    )
     thickness, height = section.value(THICKNESS), section.value(HEIGHT)
     colour, on_map = _colour(section, Wall), section.value(ON_MAP)
     if points is None:
@@ -69,7 +71,7 @@ def wall(reading: Reading, section: Section) -> Wall | None:
 
 
 def box(reading: Reading, section: Section) -> Box | None:
-    """An upright box."""
+    """Read an upright box."""
     at = section.node_of("at", required=True)
     pose = None if at is None else reading.pose(section, "at", at)
     size_node = section.node_of("size", required=True)
@@ -82,7 +84,7 @@ def box(reading: Reading, section: Section) -> Box | None:
 
 
 def cylinder(reading: Reading, section: Section) -> Cylinder | None:
-    """An upright cylinder."""
+    """Read an upright cylinder."""
     at, radius = reading.point(section, "at"), section.value(RADIUS)
     height, name, on_map = section.value(HEIGHT), section.value(NAME), section.value(ON_MAP)
     colour = _colour(section, Cylinder)
@@ -92,19 +94,21 @@ def cylinder(reading: Reading, section: Section) -> Cylinder | None:
 
 
 def door(reading: Reading, section: Section) -> Door | None:
-    """A slab that the timeline opens and closes."""
-    name = section.value(Declaration("name", str, "for the timeline"))
+    """Read a door, which the timeline opens and closes."""
+    name = section.value(Declaration("name", str, "name for the timeline"))
     start, end = reading.point(section, "from"), reading.point(section, "to")
-    closed = section.value(Declaration("closed", bool, "at time 0", default=False))
-    thickness = section.value(length("thickness", "of the slab", 0.08, at_least=0.01, at_most=1.0))
+    closed = section.value(Declaration("closed", bool, "closed at time 0", default=False))
+    thickness = section.value(
+        length("thickness", "thickness of the slab", 0.08, at_least=0.01, at_most=1.0)
+    )
     height, colour = section.value(HEIGHT), _colour(section, Door)
     named = section.node.get("name")
     if name is not None and named is not None:
         reading.take("door", name, named.mark)
         reading.doors.append(name)
     if start is not None and start == end:
-        sentence = f"the door goes from {list(start)} to the same point"
-        reading.findings.error(SHAPE, section.node.mark, sentence, "give its other end as `to`")
+        sentence = f"`from` and `to` of the door are the same point {list(start)}"
+        reading.findings.error(SHAPE, section.node.mark, sentence, "set `to` to its other end")
         return None
     if name is None or start is None or end is None:
         return None
@@ -112,10 +116,12 @@ def door(reading: Reading, section: Section) -> Door | None:
 
 
 def marker(reading: Reading, section: Section) -> Marker | None:
-    """A fiducial board on a wall."""
-    number = section.value(Declaration("id", int, "in its dictionary", at_least=0))
+    """Read a fiducial marker."""
+    number = section.value(Declaration("id", int, "marker id in its dictionary", at_least=0))
     at = reading.point(section, "at")
-    height = section.value(length("height", "of its middle", 0.4, at_most=5.0))
+    height = section.value(
+        length("height", "height of its centre above the floor", 0.4, at_most=5.0)
+    )
     facing = section.value(Declaration("facing", float, "direction it faces", "rad"))
     size = section.value(length("size", "side of the black square", 0.2, at_most=2.0))
     dictionary = section.value(
@@ -126,7 +132,7 @@ def marker(reading: Reading, section: Section) -> Marker | None:
         reading.take(f"{dictionary} marker", number, identified.mark)
         if number >= DICTIONARIES[dictionary]:
             sentence = f"{dictionary} has no marker {number}"
-            hint = f"its ids go from 0 to {DICTIONARIES[dictionary] - 1}"
+            hint = f"its ids are 0 to {DICTIONARIES[dictionary] - 1}"
             reading.findings.error(UNKNOWN_NAME, identified.mark, sentence, hint)
     if number is None or at is None or facing is None:
         return None
@@ -134,35 +140,35 @@ def marker(reading: Reading, section: Section) -> Marker | None:
 
 
 def friction_zone(reading: Reading, section: Section) -> FrictionZone | None:
-    """A rectangle of floor between two opposite corners."""
+    """Read a friction zone: a rectangle between two opposite corners."""
     one, other = reading.point(section, "from"), reading.point(section, "to")
     friction = section.value(FRICTION)
     if one is None or other is None or friction is None:
         return None
     (x_min, x_max), (y_min, y_max) = sorted((one[0], other[0])), sorted((one[1], other[1]))
     if x_min == x_max or y_min == y_max:
-        sentence = f"the zone from {list(one)} to {list(other)} covers nothing"
-        reading.findings.error(SHAPE, section.node.mark, sentence, "give two opposite corners")
+        sentence = f"the zone from {list(one)} to {list(other)} has no area"
+        reading.findings.error(
+            SHAPE, section.node.mark, sentence, "`from` and `to` are opposite corners"
+        )
     return FrictionZone((x_min, y_min, x_max, y_max), friction)
 
 
 def person(reading: Reading, section: Section) -> Person | None:
-    """Somebody who walks round a loop."""
-    name = section.value(Declaration("name", str, "for reports"))
+    """Read a person who walks along a loop."""
+    name = section.value(Declaration("name", str, "name for reports"))
     waypoints = reading.points(section, "waypoints")
     speed = section.value(
-        Declaration("speed", float, "walking", "m/s", 0.8, above=0.0, at_most=3.0)
+        Declaration("speed", float, "walking speed", "m/s", 0.8, above=0.0, at_most=3.0)
     )
-    radius = section.value(length("radius", "of the body", 0.2, at_most=1.0))
-    pause = section.value(Declaration("pause", float, "at each waypoint", "s", 0.0, at_least=0.0))
+    radius = section.value(length("radius", "radius of the body", 0.2, at_most=1.0))
+    pause = section.value(
+        Declaration("pause", float, "pause at each waypoint", "s", 0.0, at_least=0.0)
+    )
     start = section.value(
-        Declaration(
-            "start", float, "share of the loop already walked", "", 0.0, at_least=0.0, at_most=0.999
-        )
+        Declaration("start", float, "fraction of the loop", "", 0.0, at_least=0.0, at_most=0.999)
     )
-    yields = section.value(
-        Declaration("yields", bool, "whether a robot in the way is waited for", default=True)
-    )
+    yields = section.value(Declaration("yields", bool, "stop for a robot ahead", default=True))
     named = section.node.get("name")
     if name is not None and named is not None:
         reading.take("person", name, named.mark)
@@ -172,7 +178,9 @@ def person(reading: Reading, section: Section) -> Person | None:
 
 
 def dock(reading: Reading, section: Section) -> Dock | None:
-    """Where a battery charges."""
+    """Read a dock, where the battery charges."""
     at = reading.point(section, "at")
-    radius = section.value(length("radius", "that counts as docked", 0.35, at_most=5.0))
+    radius = section.value(
+        length("radius", "distance within which a robot charges", 0.35, at_most=5.0)
+    )
     return None if at is None else Dock(at[0], at[1], radius)

@@ -1,4 +1,4 @@
-"""A ROS map as a world: its occupied cells stand there as walls, to drive in what was surveyed."""
+"""A ROS map as a world: its occupied cells become boxes."""
 
 from __future__ import annotations
 
@@ -16,24 +16,24 @@ from stack.types import FREE, OCCUPIED, OccupancyGrid, Pose2D
 
 HEIGHT = 1.0
 MAX_BOXES = 20_000
-ROOM = 0.5
-"""Metres that are free around the start chosen, where the map has such a place."""
+START_CLEARANCE = 0.5
+"""Free distance around the chosen start, metres, if the map has such a place."""
 
 
 def read_map_world(path: Path) -> World:
-    """The world that a map.yaml shows.
+    """Read a map.yaml as a world.
 
     Raises:
-        InputError: every finding, each with its position.
+        InputError: all findings, each with its position.
     """
     grid = read_ros_map(path)
     rectangles = merged_cells(grid.cells == OCCUPIED)
     if not rectangles:
-        sentence = "no cell of this map is occupied, a lidar would see nothing"
+        sentence = "no cell of this map is occupied: a lidar would measure nothing"
         raise InputError([Finding(Mark(str(path)), EMPTY, sentence)])
     if len(rectangles) > MAX_BOXES:
-        sentence = f"its occupied cells make {len(rectangles)} boxes, a world may have {MAX_BOXES}"
-        raise InputError([Finding(Mark(str(path)), TOO_MANY, sentence, "take a coarser map")])
+        sentence = f"its occupied cells need {len(rectangles)} boxes, a world may have {MAX_BOXES}"
+        raise InputError([Finding(Mark(str(path)), TOO_MANY, sentence, "use a coarser map")])
     rows, columns = grid.cells.shape
     x, y = grid.origin
     return World(
@@ -46,9 +46,15 @@ def read_map_world(path: Path) -> World:
 
 
 def merged_cells(occupied: NDArray[np.bool_]) -> list[tuple[int, int, int, int]]:
-    """Disjoint rectangles (first row, last row + 1, first column, last column + 1) that cover them.
+    """Cover the occupied cells with disjoint rectangles.
 
-    Greedy: each run of a row is carried on downwards for as long as the same run recurs.
+    Greedy: a run of cells in a row grows over the next rows as long as they contain the same run.
+
+    Args:
+        occupied: (rows, columns).
+
+    Returns:
+        First row, last row + 1, first column, last column + 1 of each rectangle.
     """
     found: list[tuple[int, int, int, int]] = []
     growing: dict[tuple[int, int], int] = {}
@@ -62,7 +68,7 @@ def merged_cells(occupied: NDArray[np.bool_]) -> list[tuple[int, int, int, int]]
 
 
 def _runs(row: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """First and last + 1 of each stretch of occupied cells."""
+    """Return first column and last column + 1 of each run of occupied cells in a row."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], row.astype(np.int8), [0]])))
     return [(int(first), int(last)) for first, last in edges.reshape(-1, 2)]
 
@@ -77,12 +83,12 @@ def _box(grid: OccupancyGrid, rectangle: tuple[int, int, int, int]) -> Box:
 
 
 def _start(grid: OccupancyGrid) -> Pose2D:
-    """A free place with room around it, the nearest such to the map's frame origin."""
+    """Choose the free place nearest to the origin of the map frame that has enough clearance."""
     import cv2
 
     free = np.pad((grid.cells == FREE).astype(np.uint8), 1)
-    room = cv2.distanceTransform(free, cv2.DIST_L2, 5)[1:-1, 1:-1] * grid.resolution
-    rows, columns = np.nonzero(room >= min(ROOM, float(room.max())))
+    clearance = cv2.distanceTransform(free, cv2.DIST_L2, 5)[1:-1, 1:-1] * grid.resolution
+    rows, columns = np.nonzero(clearance >= min(START_CLEARANCE, float(clearance.max())))
     x = grid.origin[0] + (columns + 0.5) * grid.resolution
     y = grid.origin[1] + (rows + 0.5) * grid.resolution
     nearest = int(np.argmin(np.hypot(x, y)))

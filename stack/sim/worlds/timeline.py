@@ -1,4 +1,4 @@
-"""Reads the timeline of a world file: what happens, and when."""
+"""Reader of the timeline of a world file."""
 
 from __future__ import annotations
 
@@ -10,11 +10,13 @@ from stack.sim.worlds.values import RADIUS, SHAPE, UNKNOWN_NAME, Reading, X, Y
 from stack.sim.worlds.world import Trigger, WorldEvent
 
 ACTIONS = ("open_door", "close_door", "move_robot", "battery")
-BATTERY = Declaration("battery", float, "charge", default=None, at_least=0.0, at_most=1.0)
+BATTERY = Declaration(
+    "battery", float, "new battery charge", default=None, at_least=0.0, at_most=1.0
+)
 
 
 def event(reading: Reading, section: Section) -> WorldEvent | None:
-    """One timeline entry: when, how long after, and exactly one action."""
+    """Read one timeline entry: trigger, delay and exactly one action."""
     trigger = _trigger(section)
     action: dict[str, Any] = {}
     for key in ("open_door", "close_door"):
@@ -31,9 +33,9 @@ def event(reading: Reading, section: Section) -> WorldEvent | None:
     if section.node.get("battery") is not None:
         action["battery"] = section.value(BATTERY)
     if len(action) != 1:
-        given = " and ".join(action) or "none"
-        sentence = f"a timeline entry does exactly one thing, got {given}"
-        hint = f"one of {', '.join(ACTIONS)}; write an entry for each"
+        found = " and ".join(action) or "none"
+        sentence = f"a timeline entry has exactly one action, got {found}"
+        hint = f"actions are {', '.join(ACTIONS)}; write one entry for each"
         reading.findings.error(SHAPE, section.node.mark, sentence, hint)
         return None
     usable = trigger is not None and None not in action.values()
@@ -42,10 +44,12 @@ def event(reading: Reading, section: Section) -> WorldEvent | None:
 
 def _trigger(section: Section) -> Trigger | None:
     when = section.section("when", required=True)
-    after = section.value(Declaration("after", float, "delay", "s", 0.0, at_least=0.0))
+    after = section.value(
+        Declaration("after", float, "delay after the trigger", "s", 0.0, at_least=0.0)
+    )
     if when is None or not when.node.is_mapping:
         return None
-    time = when.value(Declaration("time", float, "on the clock", "s", None, at_least=0.0))
+    time = when.value(Declaration("time", float, "simulated time", "s", None, at_least=0.0))
     node = when.node_of("near")
     near = None if node is None else when.parts("near", node, (X, Y, RADIUS))
     when.done()

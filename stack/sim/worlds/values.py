@@ -1,4 +1,4 @@
-"""What may stand in a world file: codes, declarations, and the reading of points and poses."""
+"""Finding codes, declarations and readers of points and poses that world files share."""
 
 from __future__ import annotations
 
@@ -20,10 +20,13 @@ TOO_MANY = "E205"
 EMPTY = "E206"
 
 FARTHEST = 1000.0
+"""Largest coordinate or length in a world, metres."""
+
 T = TypeVar("T")
 
 
 def length(name: str, help: str, default: Any = ..., **bounds: float) -> Declaration:
+    """Declare a length in metres, by default above 0 and at most FARTHEST."""
     fallback = {} if default is ... else {"default": default}
     limits = {"above": 0.0, "at_most": FARTHEST} | bounds
     return Declaration(name, float, help, "m", **fallback, **limits)  # type: ignore[arg-type]
@@ -35,27 +38,29 @@ def _coordinate(name: str) -> Declaration:
 
 X, Y = _coordinate("x"), _coordinate("y")
 HEADING = Declaration("heading", float, "anticlockwise from the x axis", "rad")
-NAME = Declaration("name", str, "for messages and the timeline", default="")
-ON_MAP = Declaration("on_map", bool, "whether maps made from the world show it", default=True)
-THICKNESS = length("thickness", "of the slab", 0.1, at_least=0.01, at_most=10.0)
-HEIGHT = length("height", "above the floor", 1.0, at_most=20.0)
-RADIUS = length("radius", "of the circle")
+NAME = Declaration("name", str, "name in messages", default="")
+ON_MAP = Declaration("on_map", bool, "show it on maps made from the world", default=True)
+THICKNESS = length("thickness", "thickness of the slab", 0.1, at_least=0.01, at_most=10.0)
+HEIGHT = length("height", "height above the floor", 1.0, at_most=20.0)
+RADIUS = length("radius", "radius of the circle")
 SIZE = tuple(length(name, "") for name in ("length", "width", "height"))
 COLOUR = tuple(
     Declaration(name, float, "0 to 1", at_least=0.0, at_most=1.0)
     for name in ("red", "green", "blue")
 )
-FRICTION = Declaration("friction", float, "Coulomb's coefficient", at_least=0.0, at_most=2.0)
+FRICTION = Declaration("friction", float, "Coulomb friction coefficient", at_least=0.0, at_most=2.0)
 
 
 @dataclass
 class Reading:
-    """What the readers of one file share.
+    """State shared by the readers of one world file.
 
     Attributes:
-        findings: everything wrong so far.
+        findings: the findings so far.
+        taken: position of the first use of each (kind, name) that must be unique.
         doors: names of the doors read so far.
         places: the named poses.
+        count: list entries and places read so far.
     """
 
     findings: Findings
@@ -65,11 +70,11 @@ class Reading:
     count: int = 0
 
     def take(self, kind: str, name: Any, mark: Mark) -> None:
-        """Note a name as used; an error when it is the second of its kind."""
+        """Record a name as used; report an error if its kind has it already."""
         first = self.taken.setdefault((kind, name), mark)
         if first is not mark:
             self.findings.error(
-                TWICE, mark, f"a second {kind} {name!r}", f"the first is in line {first.line}"
+                TWICE, mark, f"duplicate {kind} {name!r}", f"the first is in line {first.line}"
             )
 
     def point(self, section: Section, key: str) -> tuple[float, float] | None:
@@ -78,7 +83,7 @@ class Reading:
         return None if node is None else section.parts(key, node, (X, Y))
 
     def points(self, section: Section, key: str) -> FloatArray | None:
-        """The required two or more points (n, 2) under a key; neighbours must differ."""
+        """The required points (n, 2), n >= 2, under a key; consecutive points must differ."""
         nodes = section.sequence(key, required=True)
         listed = section.node.get(key)
         points = [section.parts(f"{key}[{n}]", node, (X, Y)) for n, node in enumerate(nodes)]
@@ -89,8 +94,8 @@ class Reading:
         usable = bool(points)
         for before, point, node in zip(points[:-1], points[1:], nodes[1:], strict=True):
             if point is not None and point == before:
-                sentence = f"{key}: the point {list(point)} stands twice in a row"
-                self.findings.error(SHAPE, node.mark, sentence, "leave one out")
+                sentence = f"{key}: the point {list(point)} is listed twice in a row"
+                self.findings.error(SHAPE, node.mark, sentence, "remove one")
                 usable = False
         if not usable or any(point is None for point in points):
             return None
@@ -105,7 +110,7 @@ class Reading:
         return Pose2D(values[0], values[1], wrap_angle(values[2]) if len(values) == 3 else 0.0)
 
     def pose_or_place(self, section: Section, key: str, node: Node) -> Pose2D | None:
-        """A pose, or the name of a place of this file."""
+        """A pose, or the pose of a place of this file that is named."""
         if not isinstance(node.value, str):
             return self.pose(section, key, node)
         if node.value not in self.places:
@@ -118,7 +123,14 @@ class Reading:
     def each(
         self, top: Section, key: str, what: str, read: Callable[[Reading, Section], T | None]
     ) -> tuple[T, ...]:
-        """The entries of the list under a key; unusable ones are left out."""
+        """The items that `read` makes of the list under a key; without those it returns None for.
+
+        Args:
+            top: the mapping with the list.
+            key: of the list.
+            what: name of an entry for messages, such as "a wall".
+            read: reader of one entry.
+        """
         found = []
         for node in top.sequence(key):
             self.count += 1

@@ -1,6 +1,6 @@
-"""A simulated place: what stands in it, who walks in it, and what happens in it. Data only.
+"""Data model of a simulated world: obstacles, people, places and the timeline.
 
-Everything is in the world frame, which is the map frame of a map made from the world.
+All coordinates are in the world frame, which is the map frame of a map made from the world.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ Colour = tuple[float, float, float]
 
 @dataclass(frozen=True, slots=True)
 class Wall:
-    """A polyline of upright slabs. points (n, 2) metres, n >= 2; joints are filled."""
+    """A polyline of upright slabs with filled joints. points: (n, 2) metres, n >= 2."""
 
     points: FloatArray
     thickness: float = 0.1
@@ -27,7 +27,7 @@ class Wall:
 
 @dataclass(frozen=True, slots=True)
 class Box:
-    """An upright box: pose of its middle on the floor, size (length, width, height) metres."""
+    """An upright box: pose of its centre on the floor, size (length, width, height) in metres."""
 
     pose: Pose2D
     size: tuple[float, float, float]
@@ -38,7 +38,7 @@ class Box:
 
 @dataclass(frozen=True, slots=True)
 class Cylinder:
-    """An upright cylinder."""
+    """An upright cylinder on the floor. x, y, radius and height in metres."""
 
     x: float
     y: float
@@ -51,9 +51,9 @@ class Cylinder:
 
 @dataclass(frozen=True, slots=True)
 class Door:
-    """A sliding slab that closes a gap from `start` to `end` and vanishes when open.
+    """A slab that closes the gap from `start` to `end` and is removed when open.
 
-    Maps show a door open. The timeline moves it by name.
+    Maps show doors open. The timeline refers to a door by its name.
     """
 
     name: str
@@ -67,7 +67,7 @@ class Door:
 
 @dataclass(frozen=True, slots=True)
 class FrictionZone:
-    """A rectangle of floor with another friction coefficient: x_min, y_min, x_max, y_max."""
+    """A rectangle of floor with its own friction coefficient: x_min, y_min, x_max, y_max."""
 
     bounds: tuple[float, float, float, float]
     friction: float
@@ -75,16 +75,16 @@ class FrictionZone:
 
 @dataclass(frozen=True, slots=True)
 class Person:
-    """Walks round a loop of waypoints.
+    """A person who walks along a closed loop of waypoints.
 
     Attributes:
         name: for reports.
-        waypoints: (n, 2) metres, n >= 2; from the last back to the first.
+        waypoints: (n, 2) metres, n >= 2; after the last follows the first.
         speed: m/s.
         radius: metres.
         pause: seconds at each waypoint.
-        start: share of the loop already walked at time 0, in [0, 1).
-        yields: stops for a robot in the way; else walks on, whatever stands there.
+        start: position at time 0 as a fraction of the loop, in [0, 1).
+        yields: stops for a robot ahead; otherwise walks into it.
     """
 
     name: str
@@ -98,7 +98,7 @@ class Person:
 
 @dataclass(frozen=True, slots=True)
 class Dock:
-    """Where a battery charges: within `radius` metres of the place, nearly standing."""
+    """A charging station: charges a robot that stands within `radius` metres of it."""
 
     x: float
     y: float
@@ -107,12 +107,12 @@ class Dock:
 
 @dataclass(frozen=True, slots=True)
 class Trigger:
-    """When a timeline entry happens: at a time, or when the robot's true position is in a circle.
+    """Condition of a timeline entry: a time, or the robot's true position in a circle, or both.
 
     Attributes:
-        time: seconds; with `near` it is the earliest time.
+        time: seconds; together with `near` the earliest time.
         near: (x, y, radius) metres, or None.
-        after: seconds that pass between the trigger and the action.
+        after: delay between trigger and action, seconds.
     """
 
     time: float | None = None
@@ -122,7 +122,7 @@ class Trigger:
 
 @dataclass(frozen=True, slots=True)
 class WorldEvent:
-    """One timeline entry; exactly one of the actions is set. Happens once, at a step boundary."""
+    """One timeline entry with exactly one action. Happens once, between two steps."""
 
     trigger: Trigger
     open_door: str | None = None
@@ -133,17 +133,17 @@ class WorldEvent:
 
 @dataclass(frozen=True, slots=True)
 class World:
-    """A place to drive in.
+    """A simulated world.
 
     Attributes:
         name: e.g. office.
-        bounds: x_min, y_min, x_max, y_max of what a map covers, metres.
-        markers: fiducial boards: a white board 1.25 times the marker's size, on a wall.
-        places: named poses that missions may use; the mission's own come first.
-        start: where a robot stands when the mission does not say.
-        friction: of the floor where no zone says otherwise.
-        source: the file it came from.
-        warnings: what the reader of that file left out or replaced.
+        bounds: x_min, y_min, x_max, y_max of the area that a map covers, metres.
+        markers: fiducial markers, each on a white board 1.25 times its size.
+        places: named poses for missions; places of the mission take precedence.
+        start: start pose of the robot when the mission has none.
+        friction: friction coefficient of the floor outside the friction zones.
+        source: the file that the world was read from.
+        warnings: elements of that file that were ignored or replaced.
     """
 
     name: str

@@ -1,7 +1,7 @@
-"""Reads a world file (docs/worlds.md) and reports everything wrong with it in one go.
+"""Reader of world files (docs/worlds.md); reports all findings of a file at once.
 
-Codes: E201 shape and values · E202 given twice · E203 a name of nothing ·
-E204 where things lie · E205 too many · E206 empty.
+Codes: E201 shape and values · E202 duplicate name · E203 unknown name ·
+E204 placement · E205 too many · E206 empty.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from stack.types import Pose2D
 
 MAX_ITEMS = 5000
 MARGIN = 0.5
-"""Metres of free map round everything when the file gives no bounds."""
+"""Margin of the default bounds around all obstacles and places, metres."""
 
 EDGES = tuple(
     Declaration(name, float, "world frame", "m", at_least=-FARTHEST, at_most=FARTHEST)
@@ -43,16 +43,16 @@ Bounds = tuple[float, float, float, float]
 
 
 def find_world(name_or_path: str, beside: Path, shipped: Path) -> Path:
-    """The file of a world.
+    """Return the path of a world file.
 
     Args:
-        name_or_path: a name such as `office`, or a path (with a slash or an ending) relative to
+        name_or_path: a name such as `office`, or a path (with a slash or a suffix) relative to
             the file that mentions it.
-        beside: the folder of that file, or the file itself.
-        shipped: the folder of the worlds that names stand for.
+        beside: that file, or its folder.
+        shipped: the folder in which names are looked up.
 
     Raises:
-        InputError: there is no world of that name. Paths are not looked at; reading them is.
+        InputError: there is no world of that name. A path is not checked here.
     """
     if "/" in name_or_path or "\\" in name_or_path or Path(name_or_path).suffix:
         folder = beside.parent if beside.is_file() else beside
@@ -66,17 +66,23 @@ def find_world(name_or_path: str, beside: Path, shipped: Path) -> Path:
 
 
 def read_world(path: Path, text: str | None = None) -> World:
-    """The world in a file, or in a text that an editor has not saved there yet.
+    """Read a world from a file.
+
+    Args:
+        path: the file.
+        text: unsaved content of an editor, read instead of the file.
 
     Raises:
-        InputError: every finding, each with its position.
+        InputError: all findings, each with its position.
     """
     findings = Findings()
     top = Section(read_document(path, "world file", text), findings, "a world file", SHAPE)
     reading = Reading(findings)
-    name = top.value(Declaration("world", str, "its name"))
-    top.value(Declaration("format", int, "of this file", default=1, at_least=1, at_most=1))
-    top.value(Declaration("doc", str, "what it is for", default=""))
+    name = top.value(Declaration("world", str, "name of the world"))
+    top.value(
+        Declaration("format", int, "version of the file format", default=1, at_least=1, at_most=1)
+    )
+    top.value(Declaration("doc", str, "description", default=""))
     _read_places(reading, top)
     world = World(
         name=name or path.stem,
@@ -100,7 +106,7 @@ def read_world(path: Path, text: str | None = None) -> World:
     findings.raise_errors()
     _check_size(top, reading, world)
     solid = outlines(world)
-    world = replace(world, bounds=bounds or bounds_round(world, solid, MARGIN))
+    world = replace(world, bounds=bounds or bounds_around(world, solid, MARGIN))
     _check_placement(top, world, solid)
     findings.raise_errors()
     return world
@@ -129,13 +135,13 @@ def _bounds(top: Section) -> Bounds | None:
     x_min, y_min, x_max, y_max = edges
     if not (x_min < x_max and y_min < y_max):
         sentence = f"bounds {list(edges)} enclose nothing"
-        hint = "[x_min, y_min, x_max, y_max], the smaller first"
+        hint = "write [x_min, y_min, x_max, y_max] with x_min < x_max and y_min < y_max"
         top.findings.error(PLACEMENT, node.mark, sentence, hint)
     return x_min, y_min, x_max, y_max
 
 
-def bounds_round(world: World, solid: list[Outline], margin: float) -> Bounds:
-    """Bounds a margin round everything solid, every place and the start, on multiples of 0.1 m."""
+def bounds_around(world: World, solid: list[Outline], margin: float) -> Bounds:
+    """Return bounds around all solids, places and the start, plus a margin, in steps of 0.1 m."""
     poses = [world.start, *world.places.values()]
     extents = [outline.extent for outline in solid]
     extents += [(pose.x, pose.y, pose.x, pose.y) for pose in poses]
@@ -149,17 +155,17 @@ def bounds_round(world: World, solid: list[Outline], margin: float) -> Bounds:
 def _check_size(top: Section, reading: Reading, world: World) -> None:
     count = reading.count + sum(len(wall.points) for wall in world.walls)
     if count > MAX_ITEMS:
-        sentence = f"{count} things and wall points; a world may have {MAX_ITEMS}"
+        sentence = f"{count} items and wall points; a world may have at most {MAX_ITEMS}"
         top.findings.error(TOO_MANY, top.node.mark, sentence)
     if not (world.walls or world.boxes or world.cylinders):
-        sentence = "nothing stands in this world, a lidar would see nothing"
+        sentence = "this world is empty: a lidar would measure nothing"
         hint = "add walls, boxes or cylinders"
         top.findings.error(EMPTY, top.node.mark, sentence, hint)
     top.findings.raise_errors()
 
 
 def _check_placement(top: Section, world: World, solid: list[Outline]) -> None:
-    """Start and places must be inside the bounds and stand in nothing; markers must be visible."""
+    """Check that the start, places and markers are inside the bounds and not inside a solid."""
     x_min, y_min, x_max, y_max = world.bounds
     for what, mark, x, y in _placed(top.node, world):
         if not (x_min < x < x_max and y_min < y < y_max):
@@ -169,10 +175,11 @@ def _check_placement(top: Section, world: World, solid: list[Outline]) -> None:
             depth = float(outline.depth_at(np.array([[x, y]]))[0])
             if depth > 1e-3:
                 sentence = f"{what} at [{x:g}, {y:g}] is {100 * depth:.1f} cm inside {outline.name}"
-                top.findings.error(PLACEMENT, mark, sentence, "move it out")
+                top.findings.error(PLACEMENT, mark, sentence, "move it to a free position")
 
 
 def _placed(node: Node, world: World) -> Iterator[tuple[str, Mark, float, float]]:
+    """Yield name, position in the file, x and y of the start, the places and the markers."""
     start = node.get("start")
     yield "the start", start.mark if start else node.mark, world.start.x, world.start.y
     places = node.get("places")

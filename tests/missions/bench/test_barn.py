@@ -11,7 +11,7 @@ from missions.bench.barn import barn_entries, report
 from missions.bench.barn_score import RULES, score_of
 from missions.bench.barn_worlds import find_worlds
 from missions.bench.runs import Entry, Setup
-from missions.bench.shortest import shortest_way
+from missions.bench.shortest import shortest_path_length
 from missions.bench.table import TableOptions, fill_table
 from missions.bench.trial import run_trial
 from missions.execution.resources import MISSIONS, load_robot
@@ -79,7 +79,7 @@ def test_a_slalom_is_crossed_and_the_table_resumes(tmp_path):
         opened.write('{"world": "0", "tri')  # cut off by an interruption
     again: list[str] = []
     assert barn(file, tell=again.append) == [run]
-    assert "1 of 1 runs are in" in again[1]
+    assert "1 of 1 runs are already in" in again[1]
     assert len(table.read_text().splitlines()) == 1
     assert "success        100.00%  (none failed)" in report([run])
 
@@ -107,7 +107,7 @@ def test_what_the_lidar_cannot_see_is_touched_and_ends_the_run(tmp_path):
     file.write_text(gazebo_world(sill + unit_cylinder(0, -2.25, 20.0)))
     (run,) = barn(file)
     assert run.status == "contact" and score_of(run, 4.0) == 0.0
-    assert "touched at (-2." in run.cause and "m/s" in run.cause
+    assert "contact with a static obstacle at (-2." in run.cause and "m/s" in run.cause
     assert (tmp_path / "out" / "failures" / "barn-sill-0.png").exists()
 
 
@@ -142,11 +142,11 @@ def test_the_path_length_of_a_world_without_one_is_the_shortest_way(tmp_path):
     file = tmp_path / "a.world"
     file.write_text(cylinder_world(places(COURT)))
     (free,) = find_worlds(file)
-    assert shortest_way(free.world, robot, START, GOAL) == pytest.approx(10.0, abs=0.05)
+    assert shortest_path_length(free.world, robot, START, GOAL) == pytest.approx(10.0, abs=0.05)
     file.with_name("b.world").write_text(cylinder_world(chain(places(COURT), places(SLALOM))))
     (bent,) = find_worlds(file.with_name("b.world"))
     # round the corners at (-1.28, 5.4) and (-3.2, 7.2), 0.215 m + 0.075 m away from the posts
-    assert 11.3 < shortest_way(bent.world, robot, START, GOAL) < 12.3
+    assert 11.3 < shortest_path_length(bent.world, robot, START, GOAL) < 12.3
 
 
 @pytest.mark.parametrize(
@@ -165,8 +165,8 @@ def test_what_is_no_file_of_grids(tmp_path, content, sentence):
 
 
 def test_a_folder_without_worlds_and_an_unknown_name(tmp_path):
-    with pytest.raises(InputError, match=r"E001.*no BARN worlds here"):
+    with pytest.raises(InputError, match=r"E001.*no BARN worlds"):
         find_worlds(tmp_path)
     file = grids(tmp_path / "w.json", COURT)
-    with pytest.raises(InputError, match="no world '7' among the 1 here"):
+    with pytest.raises(InputError, match="no world '7' among the 1 worlds"):
         barn(file, only=("7",))

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from missions.bench.barn_score import RULES, per_world, score, summary
 from missions.bench.runs import Run
-from missions.bench.trial import GoalMonitor, GoalObservation
+from missions.bench.trial import GoalMonitor, TrialState
 from stack.types import Pose2D
 
 RUN = Run(
@@ -42,47 +42,47 @@ def test_the_score_never_rises_with_time(seconds, length):
     assert score(True, seconds, length, 2.0) >= score(True, seconds + 1.0, length, 2.0)
 
 
-def looked(watch, *places, period=1.0):
+def looked(monitor, *places, period=1.0):
     for n, place in enumerate(places):
-        watch.look(GoalObservation(n * period, Pose2D(*place)))
-    return watch
+        monitor.update(TrialState(n * period, Pose2D(*place)))
+    return monitor
 
 
 def test_the_clock_starts_after_a_tenth_of_a_metre():
-    watch = looked(
+    monitor = looked(
         GoalMonitor(Pose2D(0.0, 10.0), RULES), (0, 0), (0, 0.05), (0, 0.2), (0, 1), (0, 2)
     )
-    assert watch.started == 2.0 and watch.time == 2.0
-    assert watch.driven == pytest.approx(2.0)
-    assert watch.status == ""
+    assert monitor.started == 2.0 and monitor.time == 2.0
+    assert monitor.driven == pytest.approx(2.0)
+    assert monitor.status == ""
 
 
 def test_a_metre_from_the_goal_is_there():
-    watch = looked(GoalMonitor(Pose2D(0.0, 10.0), RULES), (0, 0), (0, 8.99))
-    assert watch.status == ""
-    assert looked(watch, (0, 9.0)).status == "success"
+    monitor = looked(GoalMonitor(Pose2D(0.0, 10.0), RULES), (0, 0), (0, 8.99))
+    assert monitor.status == ""
+    assert looked(monitor, (0, 9.0)).status == "success"
 
 
 def test_a_contact_fails_even_at_the_goal():
-    watch = GoalMonitor(Pose2D(0.0, 0.0), RULES)
-    watch.look(GoalObservation(1.0, Pose2D(0.0, 0.0), touched=True))
-    assert watch.status == "contact"
+    monitor = GoalMonitor(Pose2D(0.0, 0.0), RULES)
+    monitor.update(TrialState(1.0, Pose2D(0.0, 0.0), contact=True))
+    assert monitor.status == "contact"
 
 
 def test_time_is_up_a_hundred_seconds_after_the_start_or_without_one():
     moving = looked(GoalMonitor(Pose2D(0.0, 50.0), RULES), (0, 0), (0, 1), period=20.0)
-    moving.look(GoalObservation(119.9, Pose2D(0.0, 2.0)))
+    moving.update(TrialState(119.9, Pose2D(0.0, 2.0)))
     assert moving.status == ""
-    moving.look(GoalObservation(120.0, Pose2D(0.0, 2.0)))
+    moving.update(TrialState(120.0, Pose2D(0.0, 2.0)))
     assert moving.status == "timeout"
     standing = looked(GoalMonitor(Pose2D(0.0, 50.0), RULES), (0, 0), (0, 0), period=100.0)
     assert standing.status == "timeout"
 
 
 def test_a_mission_that_ends_elsewhere_gave_up():
-    watch = GoalMonitor(Pose2D(0.0, 50.0), RULES)
-    watch.look(GoalObservation(1.0, Pose2D(0.0, 0.0), outcome="success"))
-    assert watch.status == "gave_up"
+    monitor = GoalMonitor(Pose2D(0.0, 50.0), RULES)
+    monitor.update(TrialState(1.0, Pose2D(0.0, 0.0), outcome="success"))
+    assert monitor.status == "gave_up"
 
 
 def test_the_summary_counts_failures_as_zeros():

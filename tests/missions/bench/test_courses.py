@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from missions.bench.course_bench import CourseOptions, course_entries, report
 from missions.bench.courses import COURSES, Size
-from missions.bench.shortest import shortest_way
+from missions.bench.shortest import shortest_path_length
 from missions.bench.table import TableOptions, fill_table
 from missions.execution.resources import MISSIONS, load_robot
 from stack.errors import InputError
@@ -78,7 +78,7 @@ def test_about_half_of_the_clutter_is_missing_on_the_map(tmp_path):
 def test_there_is_a_way_through(course, robot, tmp_path):
     for trial in (20, 21):
         world = world_of(course, robot, trial, tmp_path)
-        length = shortest_way(world, ROBOTS[robot], world.start, world.places["goal"])
+        length = shortest_path_length(world, ROBOTS[robot], world.start, world.places["goal"])
         assert length >= world.start.distance_to(world.places["goal"]) - 0.05
 
 
@@ -105,7 +105,9 @@ def test_results_of_other_worlds_are_not_mixed_in(tmp_path):
         first.case.file, second.case.file,
     ]  # fmt: skip
     first.case.file.write_text(second.case.file.read_text())
-    with pytest.raises(InputError, match=r"door_0.yaml is not the world.*choose another --out"):
+    with pytest.raises(
+        InputError, match=r"door_0.yaml differs from the generated world.*choose another --out"
+    ):
         course_entries(options)
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from missions.bench.dyna_bench import RULES, dyna_entries, report
 from missions.bench.dyna_worlds import GOAL, HIGHEST, LOWEST, START, dyna_text
-from missions.bench.layout import Layout, written
+from missions.bench.layout import Layout, write_world
 from missions.bench.runs import Entry, Setup
 from missions.bench.trial import run_trial
 from missions.execution.resources import MISSIONS
@@ -63,14 +63,14 @@ def story(tmp_path, do, way):
     layout.walkers.append(
         {"name": "it", "waypoints": way, "speed": 1.0, "radius": 0.5, "yields": False}
     )
-    case = written(layout.text("one cylinder", "for a test"), "0", tmp_path / "world.yaml")
+    case = write_world(layout.text("one cylinder", "for a test"), "0", tmp_path / "world.yaml")
     return run_trial(Entry(Setup(str(mission), RULES, robot="jackal"), case, 0))
 
 
 def test_a_robot_that_stands_is_struck(tmp_path):
     run = story(tmp_path, "wait: {time: 60 s}", [[7.5, 4], [0.9, 4]]).run
     assert run.status == "struck"
-    assert "the robot and it touched at (4." in run.cause
+    assert "contact with it at (4." in run.cause
 
 
 def test_a_robot_that_moves_has_a_contact_even_with_what_overtakes_it(tmp_path):
@@ -103,5 +103,5 @@ def test_fewer_worlds_are_spread_evenly(tmp_path):
     setup = Setup(str(MISSION), RULES)
     entries = dyna_entries([setup], 3, 1, tmp_path)
     assert [entry.case.name for entry in entries] == ["0", "10", "19"]
-    with pytest.raises(InputError, match="there are 20"):
+    with pytest.raises(InputError, match="expected 1 to 20"):
         dyna_entries([setup], 21, 1, tmp_path)

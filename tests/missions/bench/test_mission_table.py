@@ -38,7 +38,7 @@ def test_without_names_all_shipped_missions_are_run():
 
 
 def test_missions_of_the_same_name_are_refused():
-    with pytest.raises(InputError, match="a is named 2 times"):
+    with pytest.raises(InputError, match="a is given 2 times"):
         mission_entries(("x/a.yaml", "y/a.yaml"), 1)
 
 
@@ -47,6 +47,6 @@ def test_the_command_runs_and_resumes(tmp_path):
     first = CliRunner().invoke(app, words)
     assert first.exit_code == 0 and "2/2" in first.stdout
     again = CliRunner().invoke(app, words)
-    assert again.stdout == first.stdout and "2 of 2 runs are in" in again.stderr
+    assert again.stdout == first.stdout and "2 of 2 runs are already in" in again.stderr
     other = CliRunner().invoke(app, [*words, "--robot", "jackal"])
     assert isinstance(other.exception, InputError)

@@ -73,7 +73,7 @@ def test_checking_imports_no_heavy_library(library):
 @pytest.mark.parametrize(
     ("words", "expected"),
     [
-        (("run", "no_such_mission.yaml"), "there is no such mission file"),
+        (("run", "no_such_mission.yaml"), "no such mission file"),
         (("run", "02_office_patrl.yaml"), "02_office_patrol"),
         (("run", "01_drive_to_a_point", "--set", "gaol=[1,1]"), "did you mean 'goal'"),
         (("run", "01_drive_to_a_point", "--set", "goal"), "NAME=VALUE"),
@@ -155,7 +155,7 @@ def test_new_says_what_it_wrote_and_how_to_use_it(tmp_path):
     assert "    plugins: [./my_plugins]\n    navigation: {planner: beeline}\n" in done.stdout
     assert (tmp_path / "my_plugins" / "beeline.py").is_file()
     again = treepilot("new", "planner", "beeline", cwd=tmp_path)
-    assert again.returncode == 2 and "is there already" in again.stderr
+    assert again.returncode == 2 and "already exists" in again.stderr
     done = treepilot("new", "behaviour", "ring_bell", "--in", "mine", cwd=tmp_path)
     assert "plugins: [./mine]" in done.stdout and (tmp_path / "mine" / "ring_bell.py").is_file()
 

@@ -65,7 +65,7 @@ print("a plugin that talks on import")
 
 
 class Wave(RobotBehaviour):
-    """Wave to whoever is near."""
+    """Wave to people nearby."""
 
     times: int = port("how often", default=3, at_least=1)
 
@@ -129,7 +129,7 @@ def test_a_column_behind_an_emoji_counts_as_the_editor_counts(opened):
     [line] = opened.change(MISSION.replace("café 😀 patrol", "café").replace(
         "scout\n", "scout\ndoc: {a: '😀😀', a: 2}\n"))  # fmt: skip
     # the second `a` is character 15 of its line; each of the two emojis before it is two units
-    assert line.startswith("E011 2:17-18 1 the key 'a' stands twice")
+    assert line.startswith("E011 2:17-18 1 duplicate key 'a'")
 
 
 @pytest.mark.parametrize(
@@ -175,12 +175,12 @@ def test_a_world_file_has_its_own_findings(client, folder):
     ("marked", "words"),
     [
         ("navigate_to|_pose: {", ["Drive to a pose", "`goal`", "required", "`path_length`"]),
-        ("tole|rance", ["How near", "number in m", "> 0"]),
-        ("wav|e:", ["Wave to whoever is near", "`times` (whole number, >= 1)"]),
+        ("tole|rance", ["Goal tolerance", "number in m", "> 0"]),
+        ("wav|e:", ["Wave to people nearby", "`times` (whole number, >= 1)"]),
         ("ti|mes: 2", ["How often", "default `3`"]),
-        ("seq|uence:\n    - for", ["children in turn until one fails"]),
+        ("seq|uence:\n    - for", ["children in order until one fails"]),
         ("for|_each", ["`do` once per item"]),
-        ("time|out", ["halt the node after this long"]),
+        ("time|out", ["time limit per attempt"]),
         ("$du".replace("du", "dw") + "|ell", ["argument", "duration", "3 s"]),
         ("{goal: $tar|get", ["`in` of the tree inspect", "Pose"]),
         ("target: $st|op}", ["loop variable", "Pose"]),
@@ -190,9 +190,9 @@ def test_a_world_file_has_its_own_findings(client, folder):
         ("battery.ch|arge", ["state of charge"]),
         ("use: ins|pect", ["Drive there and look.", "`target` (Pose)", "`picture` (text)"]),
         ("im|age: $p", ["**image**"]),
-        ("plugi|ns", ["behaviours, planners and controllers of your own"]),
-        ("use: as|tar", ["Cheapest path over an 8-connected grid"]),
-        ("allow|_unknown", ["plan through cells nobody has seen".capitalize()]),
+        ("plugi|ns", ["your own behaviours, planners and controllers"]),
+        ("use: as|tar", ["A* on an 8-connected grid"]),
+        ("allow|_unknown", ["plan through unknown cells".capitalize()]),
         ("type: dur|ation", ["duration"]),
         ("robot: sco|ut", ["radius"]),
     ],
@@ -205,7 +205,7 @@ def test_hover(opened, marked, words):
 def test_hover_goes_on_while_the_file_is_broken(opened):
     opened.hover("tole|rance")
     opened.change(MISSION + "  broken: [\n")
-    assert "How near" in opened.hover("tole|rance")
+    assert "Goal tolerance" in opened.hover("tole|rance")
 
 
 @pytest.mark.parametrize(
@@ -258,9 +258,9 @@ def test_included_trees_and_places_events_and_cases(client, folder):
     assert client.definition("use: to_|the") == ("common.yaml", 4)
     assert client.definition("$sh|op") == ("common.yaml", 2)
     assert client.definition("[com|mon.yaml") == ("common.yaml", 1)
-    assert "how long it must have been true" in client.hover("ho|ld: 2 s")
+    assert "how long the condition must be true" in client.hover("ho|ld: 2 s")
     assert "run at most once" in client.hover("ev|ery")
-    assert "what must come out" in client.hover("exp|ect")
+    assert "expected results" in client.hover("exp|ect")
     assert {"goal", "to_the"}.isdisjoint(client.complete("status: |success"))
     assert "failure" in client.complete("status: |success")
     assert client.open(folder / "common.yaml", COMMON) == []

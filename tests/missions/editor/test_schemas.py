@@ -200,7 +200,7 @@ def keys_of(read, file):
     with pytest.raises(InputError) as caught:
         read(file)
     [hint] = [item.hint for item in caught.value.findings if "'zzzzzzzz'" in item.sentence]
-    return set(re.sub("there are: ", "", hint).split(", "))
+    return set(re.sub("available: ", "", hint).split(", "))
 
 
 def test_the_schema_of_worlds_has_every_key_of_the_reader(tmp_path):

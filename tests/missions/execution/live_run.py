@@ -81,7 +81,7 @@ class LiveRun:
             if self.runtime.state.is_over:
                 return
             self._clock += 1
-            self.reloader.look()
+            self.reloader.poll()
             self.runtime.step()
 
     def until(self, kind: str, within: int = 600):

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 from dataclasses import asdict
-from pathlib import Path
 
 import pytest
-from tests.missions.test_engine import ROOT, announced, order, state_becomes, until
 from typer.testing import CliRunner
 
 from missions.cli.app import app
@@ -21,6 +20,7 @@ from stack.telemetry.client import TelemetryClient
 from stack.telemetry.event_log import read_events
 from stack.telemetry.records import MissionState
 from tests.missions.execution.live_run import HEAD
+from tests.missions.execution.test_engine import ROOT, announced, order, state_becomes, until
 
 MISSION = """
 run:
@@ -70,12 +70,12 @@ def test_break_step_force_and_reload_over_telemetry(engine):
     assert not order(client, "step", ticks=0).done
 
     assert tell(folder.name, "break", {"node": "lively.yaml:11"}) == (
-        "stops before 'rest' (lively.yaml:11)"
+        "breakpoint set before 'rest' (lively.yaml:11)"
     )
     with pytest.raises(InputError, match="did you mean 'rest'"):
         tell(folder.name, "break", {"node": "rst"})
     assert tell(folder.name, "force", {"node": "out", "status": "success"}).endswith("success")
-    assert tell(folder.name, "continue", {}) == "the mission goes on"
+    assert tell(folder.name, "continue", {}) == "the mission continues"
     at_rest = until(lambda: (s := client.poll()) and s.debugging.held == (3,) and s)
     assert at_rest.pose.x < 4.0  # it was forced to be done on the way
     assert any("● " in line and "rest  (starts" in line for line in status_lines(folder.name))
@@ -122,8 +122,11 @@ def test_a_breakpoint_where_there_is_no_node_is_refused_before_anything_moves(tm
     assert not (tmp_path / "run").exists()
 
 
-def test_help_names_every_order():
+def test_help_lists_every_order_with_a_sentence():
     text = CliRunner().invoke(app, ["tell", "--help"]).output
-    for word in ("pause", "resume", "step", "break", "unbreak", "force", "nodes", "abort"):
-        assert word in text
-    assert Path(ROOT).name not in text
+    listed = dict(re.findall(r"^  (\w+) +(\S.*)$", text.partition("Commands:\n")[2], re.MULTILINE))
+    assert listed.keys() == {
+        "pause", "resume", "continue", "step", "break", "unbreak", "force", "abort", "estop",
+        "release", "nodes",
+    }  # fmt: skip
+    assert str(ROOT) not in text

@@ -50,7 +50,7 @@ def test_a_step_is_one_tick_and_the_driving_until_the_next(run):
     run.steps(60)
     assert run.runtime.state is MissionState.PAUSED
     assert run.engine.tree.ticks == ticks + 3
-    assert run.snapshot.reason == "after the ticks that were ordered; step or continue"
+    assert run.snapshot.reason == "all ticks of the step are done; step or continue"
     assert run.engine.body.time - before >= 0.3 - 0.05
 
 
@@ -80,14 +80,14 @@ def test_a_running_mission_pauses_after_the_steps(run):
     [
         ("break", {}, "break needs the argument 'node'"),
         ("break", {"node": "secnd"}, "no node is called 'secnd'; did you mean 'second'?"),
-        ("break", {"node": "1", "generation": 1}, "the tree was replaced meanwhile"),
+        ("break", {"node": "1", "generation": 1}, "the tree was replaced; choose"),
         ("unbreak", {"node": "drive"}, "there is no breakpoint at 'drive'"),
         ("step", {"ticks": 0}, "from 1 to 1000000, got 0"),
         ("step", {"ticks": "two"}, "got 'two'"),
         ("step", {"ticks": True}, "got True"),
-        ("continue", {}, "nothing to resume: the mission is running"),
+        ("continue", {}, "cannot resume: the mission is running"),
         ("force", {"node": "drive", "status": "maybe"}, "success, failure, off or due"),
-        ("bark", {}, "no command 'bark'; there are pause"),
+        ("bark", {}, "no command 'bark'; available: pause"),
     ],
 )
 def test_orders_that_make_no_sense_are_refused_with_the_reason(run, kind, arguments, reason):

@@ -105,6 +105,7 @@ def test_an_operator_pauses_resumes_stops_and_aborts(engine):
     client.close()
 
 
+@pytest.mark.pain("n2696", "n3770")
 def test_the_mission_outlives_its_viewers_and_a_later_one_attaches(engine):
     process, _, run = engine
     viewer = subprocess.Popen(

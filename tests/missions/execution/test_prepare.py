@@ -1,4 +1,4 @@
-"""What is refused before anything is wired: starts in the way, worlds that lack a place."""
+"""Errors found before anything is built: a start inside an obstacle, a world without a place."""
 
 import pytest
 
@@ -14,13 +14,13 @@ def refusal(name="01_drive_to_a_point", **options):
 
 def test_a_start_outside_the_world_names_its_places():
     words = refusal(start="100,2,0")
-    assert "(100, 2) lies outside small room" in words
-    assert "its places are: home, dock" in words
+    assert "(100, 2) is outside small room, which covers x " in words
+    assert "start at one of its places: home, dock" in words
 
 
 def test_a_start_inside_a_wall_is_refused():
     # the west wall of small_room runs along x = 0; the scout's radius is 0.22 m
-    assert "puts the robot into" in refusal(start="0.2,2.0,0")
+    assert "collides with " in refusal(start="0.2,2.0,0")
     prepare("01_drive_to_a_point", RunOptions(start="0.5,2.0,0"))
 
 

@@ -1,4 +1,4 @@
-"""A mission saved while it runs is taken when it is good, at a moment when the robot stands."""
+"""A mission that is saved while it runs is reloaded once the robot has stopped, if it is valid."""
 
 import pytest
 
@@ -72,7 +72,8 @@ def test_a_half_written_file_is_left_alone_until_it_is_whole(run):
 
 def test_a_deleted_file_is_missed_and_taken_when_it_is_back(run):
     run.file.unlink()
-    assert run.until("reload_refused").fields["findings"] == ["lively.yaml is gone; save it again"]
+    refused = run.until("reload_refused")
+    assert refused.fields["findings"] == ["lively.yaml was deleted; save it again"]
     run.steps(30)
     assert len(run.texts("reload_refused")) == 1
     run.save(LONGER)
@@ -100,7 +101,7 @@ def test_a_file_saved_again_before_the_robot_stands_loses_nothing(run):
     run.save(slow)
     run.until("saved")
     run.runtime.step = lambda: None  # the robot takes its time to stand
-    run.save(slow.replace("say: twice", "say: thrice"))
+    run.save(slow.replace("say: twice", "say: three times"))
     run.until("saved")
     del run.runtime.step
     reload = run.until("reload")
@@ -162,11 +163,11 @@ def test_a_second_save_before_the_robot_stands_is_the_one_that_counts(run):
     run.steps(40)
     run.save(LONGER)
     run.until("saved")
-    run.reloader._files._taken.clear()  # as if it had been saved again at once
-    run.save(LONGER.replace("twice", "thrice"))
-    run.reloader._files._taken[run.file] = None
+    run.reloader._files._reported.clear()  # as if it had been saved again at once
+    run.save(LONGER.replace("twice", "three times"))
+    run.reloader._files._reported[run.file] = None
     run.until("mission_ended")
-    assert run.texts("say")[-1] == "thrice"
+    assert run.texts("say")[-1] == "three times"
 
 
 def test_breakpoints_survive_and_lost_ones_are_told(run):
@@ -175,9 +176,11 @@ def test_breakpoints_survive_and_lost_ones_are_told(run):
     run.save(DRIVE.replace("- say: done", "- wait: 0.1 s"))
     reload = run.until("reload")
     assert reload.fields["lost"] == ["sequence/say"]
-    assert run.snapshot.reason == "the mission was saved anew; step or continue"
+    assert run.snapshot.reason == "the mission was reloaded; step or continue"
     run.order("continue")
-    assert run.until("breakpoint").text.startswith("stopped before 'there' (lively.yaml:10) starts")
+    assert run.until("breakpoint").text.startswith(
+        "stopped before the start of 'there' (lively.yaml:10)"
+    )
 
 
 def logged(folder):

@@ -66,4 +66,4 @@ def test_an_edge_through_shelves_and_a_node_of_nobody_are_odd(mission):
     # from (1.5, 1.3) to (14.5, 8.7) the robot, 0.2 m to its side, touches shelf a at 3.0, 2.6
     assert "warning[W431] feature 4: the edge 'across' leads through shelf a at (" in lines[0]
     alone = [line.text for line in check_files([str(mission())])]
-    assert "feature 2: no edge leads to the node 'south'" in alone[0]
+    assert "feature 2: the node 'south' has no edge" in alone[0]

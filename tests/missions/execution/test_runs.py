@@ -73,6 +73,7 @@ def test_the_blocked_corridor_needs_its_recovery(tmp_path):
     assert "NO_VALID_PATH" in report.reason
 
 
+@pytest.mark.pain("s334", "s769", "s285", "s771")
 @pytest.mark.slow
 def test_without_a_camera_the_kidnapped_robot_does_not_guess():
     from missions.execution.prepare import RunOptions
@@ -116,6 +117,7 @@ def run_in_a_process(tmp_path: Path, *options: str) -> dict[str, object]:
     return dict(json.loads(done.stdout))
 
 
+@pytest.mark.pain("n3746", "n3352", "n4349", "n1733", "n1509", "n2797")
 @pytest.mark.slow
 def test_equal_seeds_give_equal_logs_whatever_the_speed_and_the_recording(tmp_path):
     fast = run_in_a_process(tmp_path / "fast", "--seed", "5", "--speed", "max", "--no-rerun")

@@ -1,5 +1,7 @@
 """`treepilot doctor` on worlds that close or open by known widths."""
 
+import pytest
+
 from missions.execution.resources import MISSIONS
 from missions.inspection.doctor import diagnose
 
@@ -26,6 +28,7 @@ def world_with_a_gap(tmp_path, width):
     return str(path)
 
 
+@pytest.mark.pain("n5625")
 def test_a_gap_narrower_than_the_robot_closes_the_place_behind_it(tmp_path):
     found = diagnose(world_with_a_gap(tmp_path, 0.40), "scout", None)
     text = "\n".join(found.lines)
@@ -35,6 +38,7 @@ def test_a_gap_narrower_than_the_robot_closes_the_place_behind_it(tmp_path):
     assert found.closed == 3  # the passage, the place behind it, the place in the corner
 
 
+@pytest.mark.pain("n5625")
 def test_a_wide_gap_is_open_and_the_picture_is_drawn(tmp_path):
     picture = tmp_path / "found.png"
     found = diagnose(world_with_a_gap(tmp_path, 0.9), "scout", picture)

@@ -27,9 +27,9 @@ def test_an_explanation_has_cause_example_and_fix():
     assert explanation("e112").splitlines() == [
         "E112 (error): event",
         "",
-        "cause    an event is `name: {when, hold, do, then}`; a part is missing or wrong",
+        "cause    an event is `name: {when, hold, do, then}`; a key is missing or invalid",
         "example  events: [{lost: {when: localisation.health < 0.3}}]",
-        "fix      give it `when` and `do`; `then` is resume, restart or abort",
+        "fix      add `when` and `do`; `then` is resume, restart or abort",
     ]
     assert explanation("W107").startswith("W107 (warning): ")
 

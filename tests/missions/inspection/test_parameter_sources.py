@@ -22,6 +22,7 @@ def line_of(mission: str, word: str) -> int:
     return next(number for number, line in enumerate(lines, start=1) if word in line)
 
 
+@pytest.mark.pain("n3111")
 def test_each_value_names_the_file_and_line_that_sets_it() -> None:
     found = sources("19_from_nav2")
     line = line_of("19_from_nav2", "cruise_speed")
@@ -44,13 +45,14 @@ def test_the_command_line_has_the_last_word() -> None:
     assert found["planner.tolerance"].source == "default"  # the file's is for another planner
 
 
+@pytest.mark.pain("n4049", "n5189")
 @pytest.mark.parametrize(
     ("name", "value", "sentence"),
     [
         ("controller.cruise_sped", "1", "--parameter controller.cruise_sped: there is no"),
         ("controller.cruise_speed", "fast", "expected a number in m/s, got 'fast'"),
         ("controler.cruise_speed", "1", "did you mean 'controller'"),
-        ("speed", "1", "expected controller.cruise_speed or the like"),
+        ("speed", "1", "expected KIND.NAME=VALUE"),
         ("controller.cruise_speed", "[", "command line:1:"),
         ("planner.use", "astra", "did you mean 'astar'"),
     ],

@@ -152,7 +152,7 @@ def test_a_component_by_module_and_class(folder):
 
 @pytest.mark.parametrize(
     ("name", "sentence"),
-    [("astar", "'astar' is a planner already"), ("StraightLine", "cannot name a planner")],
+    [("astar", "'astar' is already a planner"), ("StraightLine", "cannot name a planner")],
 )
 def test_names_that_will_not_do(name, sentence, tmp_path):
     with pytest.raises(InputError, match=sentence):

@@ -1,4 +1,4 @@
-"""A trace tells from the records alone what ran, for how long, and what never did."""
+"""A trace shows from the event log alone what ran, for how long, and what was never reached."""
 
 from pathlib import Path
 
@@ -59,7 +59,7 @@ def test_a_node_can_be_picked_out_with_what_is_below_it(run):
 
 def test_a_node_without_a_story_says_why_it_was_never_reached(run):
     lines = tracing.story(tracing.read_trace(run), only="warn")
-    assert lines == ["warn: never reached: 'enough charge' before it ended with success"]
+    assert lines == ["warn: never reached: previous node 'enough charge' ended with success"]
 
 
 def test_the_summary_says_how_long_and_why_not(run):
@@ -68,12 +68,12 @@ def test_the_summary_says_how_long_and_why_not(run):
     )}  # fmt: skip
     text = "\n".join(lines.values())
     assert "12.5 s  ✔ 1" in text
-    assert "never reached: 'enough charge' before it ended with success" in text
+    assert "never reached: previous node 'enough charge' ended with success" in text
     assert "1.0 s  halted 1" in text
 
 
 def test_what_is_not_a_run_is_refused(tmp_path):
-    with pytest.raises(InputError, match=r"holds no events\.jsonl"):
+    with pytest.raises(InputError, match=r"has no events\.jsonl"):
         tracing.read_trace(tmp_path)
 
 
@@ -90,8 +90,8 @@ SECOND = [
 
 
 @pytest.fixture
-def saved_anew(run) -> Path:
-    """The run goes on with a second tree, a forced node, and a breakpoint that nobody passed."""
+def reloaded(run) -> Path:
+    """The run continues with a second tree, a forced node and a breakpoint never passed."""
     path = run / "events.jsonl"
     whole = path.read_bytes().rpartition(b"\n")[0] + b"\n"
     events = []
@@ -105,7 +105,7 @@ def saved_anew(run) -> Path:
         fields = {"node": node, "name": SECOND[node][3], "from": before, "to": to}
         add(time, "node_status", "changed", **fields, message=message)
 
-    add(13.6, "saved", "a.yaml saved: the tree halts for a new one")
+    add(13.6, "saved", "a.yaml saved: halting the tree to reload it")
     add(14.0, "reload", "tree 2 starts from its root")
     add(14.0, "tree", "8 nodes", rows=SECOND)
     add(14.0, "command", "force: 'forced one': success", command="force", refused="",
@@ -113,7 +113,7 @@ def saved_anew(run) -> Path:
     change(4, "idle", "success", 14.0, "forced by the operator")
     change(3, "idle", "running", 14.0)
     change(0, "idle", "running", 14.0)
-    add(14.0, "breakpoint", "stopped before 'rest' starts", nodes=[5])
+    add(14.0, "breakpoint", "stopped before the start of 'rest'", nodes=[5])
     change(3, "running", "idle", 20.0)
     change(0, "running", "idle", 20.0)
     add(20.0, "mission_ended", "aborted", state="aborted", reason="by the operator")
@@ -121,46 +121,47 @@ def saved_anew(run) -> Path:
     return run
 
 
-def test_a_mission_that_was_saved_anew_is_told_tree_by_tree(saved_anew):
-    lines = tracing.story(tracing.read_trace(saved_anew))
+def test_a_reloaded_mission_is_shown_tree_by_tree(reloaded):
+    lines = tracing.story(tracing.read_trace(reloaded))
     assert lines[len(CHANGES) :] == [
-        "   13.60 s    mission: a.yaml saved: the tree halts for a new one",
+        "   13.60 s    mission: a.yaml saved: halting the tree to reload it",
         "   14.00 s    mission: tree 2 starts from its root",
         "   14.00 s  ── tree 2, 8 nodes ──",
         "   14.00 s    mission: force: 'forced one': success",
         "   14.00 s      ✔ forced one: success (forced by the operator)",
         "   14.00 s    ▶ patrol: running",
         "   14.00 s  ▶ events: running",
-        "   14.00 s    tree: stopped before 'rest' starts",
+        "   14.00 s    tree: stopped before the start of 'rest'",
         "   20.00 s    · patrol: halted",
         "   20.00 s  · events: halted",
         "   20.00 s    mission: aborted",
     ]
 
 
-def test_the_reasons_know_of_forces_breakpoints_events_and_reloads(saved_anew):
-    second = tracing.summary(tracing.read_trace(saved_anew))[7:]
+def test_the_reasons_know_of_forces_breakpoints_events_and_reloads(reloaded):
+    second = tracing.summary(tracing.read_trace(reloaded))[7:]
     assert second[0] == "── tree 2, from 14.00 s, until the mission was aborted ──"
     why = {line.split("never")[0].strip(): line.partition("reached: ")[2] for line in second[2:]}
-    assert why["bell"] == "the event never came"
-    assert why["ring"] == "'bell' above it was not"
-    assert why["rest"] == "it stood at a breakpoint until the mission was aborted"
-    assert why["greet"] == "'rest' before it stood at a breakpoint"
-    assert why["hello"] == "'greet' above it was not"
-    alone = tracing.summary(tracing.read_trace(saved_anew), only="patrol/hello")[-1]
-    assert alone.endswith("'greet' above it was not: 'rest' before it stood at a breakpoint")
+    assert why["bell"] == "the event did not occur"
+    assert why["ring"] == "parent 'bell' not reached"
+    assert why["rest"] == "stopped at a breakpoint until the mission was aborted"
+    assert why["greet"] == "previous node 'rest' stopped at a breakpoint"
+    assert why["hello"] == "parent 'greet' not reached"
+    alone = tracing.summary(tracing.read_trace(reloaded), only="patrol/hello")[-1]
+    why_not = "parent 'greet' not reached: previous node 'rest' stopped at a breakpoint"
+    assert alone.endswith(why_not)
 
 
-def test_the_filter_keeps_what_operators_did_to_the_node(saved_anew):
-    trace = tracing.read_trace(saved_anew)
+def test_the_filter_keeps_what_operators_did_to_the_node(reloaded):
+    trace = tracing.read_trace(reloaded)
     forced = tracing.story(trace, only="forced one")
     assert [line[12:] for line in forced] == [
-        "  mission: a.yaml saved: the tree halts for a new one",
+        "  mission: a.yaml saved: halting the tree to reload it",
         "  mission: tree 2 starts from its root",
         "── tree 2, 8 nodes ──",
         "  mission: force: 'forced one': success",
         "    ✔ forced one: success (forced by the operator)",
     ]
     stopped = tracing.story(trace, only="a.yaml:5")
-    assert "stopped before 'rest' starts" in "\n".join(stopped)
+    assert "stopped before the start of 'rest'" in "\n".join(stopped)
     assert "force:" not in "\n".join(stopped)

@@ -2,11 +2,13 @@
 
 from math import pi
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from missions.language.expressions.expression import Surroundings, check_expression
+from behaviours.testing import ScriptedRobot
+from missions.language.expressions.expression import NameContext, check_expression
 from missions.language.expressions.scope import UNSET, NotSet, Role, Scope, Symbol
 from missions.language.expressions.value_types import (
     ANYTHING,
@@ -21,7 +23,6 @@ from missions.trees.context import Execution
 from missions.trees.slots import Frame, Slot
 from stack.documents import Mark
 from stack.types import Battery, Pose2D, Twist
-from tests.missions.mission_fakes import ScriptedRobot
 
 MARK = Mark("test")
 SYMBOLS = {
@@ -35,7 +36,7 @@ SYMBOLS = {
         Symbol("photo", Role.KEY, TEXT, MARK, UNSET),
     )
 }
-AROUND = Surroundings(Scope((SYMBOLS,)), knows_error=True, knows_attempt=True)
+AROUND = NameContext(Scope((SYMBOLS,)), knows_error=True, knows_attempt=True)
 
 
 def bound(source, wanted=ANYTHING):
@@ -43,7 +44,11 @@ def bound(source, wanted=ANYTHING):
     assert problems == []
     execution = Execution()
     execution.robot = ScriptedRobot(
-        time=65.0, battery=Battery(0.18), speed=Twist(-0.25, 0.5), pose=Pose2D(0.0, 0.0, pi / 2)
+        time=65.0,
+        battery=Battery(0.18),
+        speed=Twist(-0.25, 0.5),
+        pose=Pose2D(0.0, 0.0, pi / 2),
+        covariance=np.diag([0.04, 0.01, 0.0]),  # the larger deviation is 0.2 m
     )
     execution.error = "LOST"
     keys = [symbol for symbol in SYMBOLS.values() if symbol.role is Role.KEY]

@@ -1,4 +1,4 @@
-"""`include`: trees and places of other files, what they see, and what can be wrong with it."""
+"""`include`: trees and places of other files, their scope, and findings."""
 
 import pytest
 
@@ -76,7 +76,7 @@ FAULTY = [
      "include: [a.yaml]\nrun: {use: t}\ntrees: {t: {do: {say: a}}}", "mission.yaml:3:9 E114"),
     ({"a": "places: {p: [1, 1]}"}, "include: [a.yaml]\nplaces: {p: [1, 2]}\nrun: {say: a}",
      "mission.yaml:2:10 E114"),
-    # What stands in them.
+    # Their content.
     ({"a": "run: {say: a}"}, "include: [a.yaml]\nrun: {say: a}", "a.yaml:1:1 E101"),
     ({"a": "places: {p: [1]}"}, "include: [a.yaml]\nrun: {say: a}", "a.yaml:1:13 E106"),
     ({"a": "trees: {t: {do: {sey: a}}}"}, "include: [a.yaml]\nrun: {say: a}", "a.yaml:1:18 E121"),
@@ -85,7 +85,7 @@ FAULTY = [
 
 
 @pytest.mark.parametrize(("others", "text", "expected"), FAULTY)
-def test_findings_stand_in_the_right_file(files, others, text, expected):
+def test_findings_name_the_included_file(files, others, text, expected):
     assert findings(files(**others), text) == [expected]
 
 

@@ -1,4 +1,4 @@
-"""What a mission file means when it is right."""
+"""Reading of valid missions."""
 
 import subprocess
 import sys
@@ -12,7 +12,7 @@ from missions.trees.compiler import compile_mission
 from stack.documents import Finding, Mark
 from stack.errors import InputError
 from stack.types import Pose2D
-from tests.missions.mission_fakes import FakeCatalogue, read_text
+from tests.missions.mission_fakes import CATALOGUE, read_text
 
 MISSION = """
 mission: office patrol
@@ -36,7 +36,7 @@ run: {sequence: [{for_each: {goal: $goals}, do: {navigate_to_pose: $goal}}, {wai
 """  # noqa: E501
 
 
-def test_the_top_of_a_mission(tmp_path):
+def test_the_header_of_a_mission(tmp_path):
     mission = read_text(tmp_path, MISSION)
     assert (mission.name, mission.robot, mission.world) == ("office patrol", "scout", "office")
     assert (mission.map, mission.initial_pose, mission.doc) == (
@@ -53,7 +53,7 @@ def test_defaults(tmp_path):
     assert mission.places == {"lobby": Pose2D(9.0, 9.0)}
 
 
-def test_arguments_have_their_defaults_or_what_is_set(tmp_path):
+def test_arguments_have_their_defaults_or_overrides(tmp_path):
     assert read_text(tmp_path, MISSION).arguments["dwell"] == 3.0
     mission = read_text(
         tmp_path, MISSION, dwell="500 ms", goals="[$lobby, [7, 8, 180 deg]]", say="bye"
@@ -115,7 +115,7 @@ def test_anchors_work(tmp_path):
 @pytest.mark.parametrize(
     "node", ["wait: 3 s", "wait: {time: 3 s}", "wait: {time: 3000 ms}", "wait: 3", "wait: 0.05 min"]
 )
-def test_one_value_alone_is_the_only_required_port(tmp_path, node):
+def test_a_bare_value_sets_the_only_required_port(tmp_path, node):
     mission = read_text(tmp_path, f"run: {{{node}}}")
     assert mission.root.ports["time"].value == pytest.approx(3.0)
 
@@ -159,7 +159,7 @@ def test_every_code_says_what_to_do():
     assert all(item.title and item.cause and item.fix for item in CODES.values())
 
 
-def test_forty_nodes_are_read_and_compiled_in_a_blink(tmp_path):
+def test_forty_nodes_are_read_and_compiled_quickly(tmp_path):
     desks = "\n".join(
         f"    - {{navigate_to_pose: [1, {n}], timeout: 9 s, retry: 2, when: time < 9 min}}"
         for n in range(40)
@@ -167,7 +167,7 @@ def test_forty_nodes_are_read_and_compiled_in_a_blink(tmp_path):
     text = f"run:\n  sequence:\n{desks}\n"
     read_text(tmp_path, text)
     start = perf_counter()
-    tree = compile_mission(read_text(tmp_path, text), FakeCatalogue())
+    tree = compile_mission(read_text(tmp_path, text), CATALOGUE)
     assert perf_counter() - start < 0.5  # measured 0.02 s; a loaded machine may be ten times slower
     assert len(tree.rows()) == 1 + 40 * 4
 

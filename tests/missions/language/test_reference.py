@@ -20,4 +20,4 @@ def test_the_example_runs(tmp_path):
     it = Ran(mission)
     it.ticks(100)
     assert it.tree.status.name == "SUCCESS"
-    assert it.tree.blackboard() == {"photo": "a.jpg", "visited": "2"}
+    assert it.tree.blackboard() == {"photo": "images/photo_0006.00s.png", "visited": "2"}

@@ -1,4 +1,4 @@
-"""Texts with values in them, and trees whose `in` have defaults."""
+"""Texts with placeholders, and trees whose `in` have defaults."""
 
 import pytest
 
@@ -47,7 +47,7 @@ def test_values_in_texts(tmp_path, text, said):
     assert it.robot.log == [said]
 
 
-def test_a_text_says_what_is_there_when_it_is_said(tmp_path):
+def test_placeholders_are_filled_when_the_text_is_read(tmp_path):
     it = ran(tmp_path, """
         blackboard: {n: {type: int, initial: 0}}
         run:
@@ -61,7 +61,7 @@ def test_a_text_says_what_is_there_when_it_is_said(tmp_path):
     assert it.robot.log == ["number 1", "number 2", "a starts", "a failed", "NO_WALL"]
 
 
-def test_a_value_that_is_missing_is_the_nodes_failure(tmp_path):
+def test_a_missing_value_fails_the_node(tmp_path):
     it = ran(
         tmp_path,
         """
@@ -90,7 +90,7 @@ trees:
 """
 
 
-def test_what_is_not_given_to_a_tree_is_its_default(tmp_path):
+def test_omitted_inputs_of_a_tree_have_their_defaults(tmp_path):
     assert read_text(tmp_path, TREES).warnings == ()
     it = ran(tmp_path, TREES)
     it.ticks(3)

@@ -1,4 +1,4 @@
-"""Seeded damage to files: characters, lines, indentation and words, alone or several at once."""
+"""Seeded mutations of files: characters, lines, indentation and words, one to three at once."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _TOKEN = re.compile(r"[\w.$]+|[^\w\s]")
 
 
 def mutated(text: str, chance: random.Random) -> str:
-    """The text with one to three things done to it; never the text itself."""
+    """Return the text with one to three mutations; never the unchanged text."""
     result = text
     while result == text:
         for _ in range(chance.choice((1, 1, 1, 2, 3))):

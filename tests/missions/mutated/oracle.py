@@ -1,4 +1,4 @@
-"""What a mission file says, worked out from its bare data and without the code under test."""
+"""Expected meaning of a mission file, from its plain data, without the code under test."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Outline = tuple[str, list[Any]]
 
 
 def outline(mission: dict[str, Any]) -> Outline:
-    """Kinds of the nodes that the file's `run` and `events` ask for, nested."""
+    """Return the nested kinds of the nodes that `run` and `events` of the file describe."""
     trees = mission.get("trees") or {}
     root = _node(mission["run"], trees)
     events = mission.get("events") or []
@@ -64,7 +64,7 @@ def _body(kind: str, node: dict[str, Any], trees: dict[str, Any]) -> Outline:
 
 
 def _waypoint(node: dict[str, Any], trees: dict[str, Any]) -> Outline:
-    """The drive to one waypoint, and what is done there."""
+    """Return the drive to one waypoint and the task there."""
     given = node["follow_waypoints"]
     drive: Outline = ("navigate_to_pose", [])
     if isinstance(given, dict) and given.get("time_limit") is not None:
@@ -73,7 +73,7 @@ def _waypoint(node: dict[str, Any], trees: dict[str, Any]) -> Outline:
 
 
 def compiled_outline(rows: Any) -> Outline:
-    """The same of a compiled tree, from its rows."""
+    """Return the same for a compiled tree, from its rows."""
     made: dict[int, Outline] = {row.id: (row.kind, []) for row in rows}
     for row in rows:
         if row.parent >= 0:
@@ -82,14 +82,14 @@ def compiled_outline(rows: Any) -> Outline:
 
 
 DEFAULTS = {"then": "resume", "map": "from_world", "initial_pose": "start", "parameters": []}
-UNTOLD = ("format", "doc", "range")
-"""Keys that leave no trace in a checked mission: they are checked, or are for people."""
+WITHOUT_EFFECT = ("format", "doc", "range")
+"""Keys without an effect on the model: they are only checked, or are documentation."""
 
 
 def told(data: Any) -> Any:
-    """What the data says, with what goes without saying left out."""
+    """Return the data without default values and keys without effect."""
     if isinstance(data, dict):
-        said = {key: told(value) for key, value in data.items() if key not in UNTOLD}
+        said = {key: told(value) for key, value in data.items() if key not in WITHOUT_EFFECT}
         return {key: value for key, value in said.items() if DEFAULTS.get(key) != value}
     if isinstance(data, list):
         return [told(item) for item in data]
@@ -102,7 +102,7 @@ def told(data: Any) -> Any:
 
 
 def meaning(value: Any) -> Any:
-    """All that a checked mission holds, without the positions in its file."""
+    """Return the content of a checked mission without positions."""
     if isinstance(value, BehaviourKind):
         return value.name
     if isinstance(value, CheckedExpression):

@@ -1,7 +1,7 @@
-"""Thousands of damaged files: nothing but findings at places that exist, or a mission that is told.
+"""Thousands of mutated files: each gives findings with valid positions, or a valid mission.
 
-A damaged file that still passes `check` must compile to exactly the nodes that its bare data asks
-for, and hold what it says: data that differ give another mission, data that do not the same one.
+A mutated file that passes `check` must compile to exactly the nodes that its plain data describes.
+Different data must give a different mission, equal data the same one.
 """
 
 from __future__ import annotations
@@ -43,21 +43,21 @@ SHARDS, CASES = 10, 500
 
 @dataclass
 class Bench:
-    """A folder with every file undamaged, and what each mission holds."""
+    """A folder with all files unchanged, and the content of each mission."""
 
     folder: Path
     texts: dict[str, str]
     known: dict[str, tuple[Any, Any]]
 
     def mission(self, name: str) -> Path:
-        """The mission to check when the named file is damaged."""
+        """Return the mission to check when this file is mutated."""
         return self.folder / (WHOLE if name in PARTS else name)
 
     def holds(self, name: str) -> tuple[Any, Any]:
-        """What the file says, and what the mission with it holds."""
+        """Return the data of the file and the content of the mission."""
         said = read_text((self.folder / name).read_text("utf-8"), name).plain()
         mission = read(self.mission(name))
-        if "world" in said:  # a place that is the world's own may be left out
+        if "world" in said:  # a place can also be one of the world
             world = load_world(mission.world, mission.source.parent).places
             given = {key: [pose.x, pose.y, pose.heading] for key, pose in world.items()}
             said["places"] = {**given, **(said.get("places") or {})}
@@ -85,7 +85,7 @@ def bench(tmp_path_factory):
 
 @pytest.fixture(autouse=True)
 def only_our_behaviours(monkeypatch):
-    """Looking through the installed packages for others would take a third of the time."""
+    """Skip the search of installed packages, a third of the running time."""
     monkeypatch.setattr(catalogue, "entry_points", lambda **_: [])
 
 
@@ -120,7 +120,7 @@ def try_one(bench: Bench, name: str, text: str) -> None:
     if said == said_before:
         assert held == held_before, "layout and comments have no meaning"
     elif oracle.told(said) != oracle.told(said_before):
-        assert held != held_before, "nothing that is said is passed over"
+        assert held != held_before, "no part of the file is ignored"
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""Nav2's parameter files: what is taken over, what is listed, and what is refused."""
+"""Nav2 parameter files: which parameters are imported, which are listed, which are refused."""
 
 from __future__ import annotations
 
@@ -53,21 +53,21 @@ def test_the_shipped_file_chooses_what_it_says() -> None:
 
 
 def test_what_has_no_equivalent_is_listed_with_a_reason() -> None:
-    reasons = {item.path: item.why for item in read_nav2(SHIPPED).left}
+    reasons = {item.path: item.reason for item in read_nav2(SHIPPED).ignored}
     assert reasons["amcl.use_sim_time"] == "there is one clock, the robot's"
-    assert reasons["local_costmap.robot_radius"] == "the footprint in robot.yaml holds"
+    assert reasons["local_costmap.robot_radius"] == "the footprint in robot.yaml is used"
     assert reasons["smoother_server.simple_smoother.window_size"] == "no equivalent"
 
 
 def test_every_value_of_the_file_is_taken_or_listed() -> None:
     text = SHIPPED.read_text("utf-8")
     found = read_nav2(SHIPPED)
-    told = {item.mark.line for item in (*found.taken, *found.left)}
+    listed = {item.mark.line for item in (*found.imported, *found.ignored)}
     structure = ("plugins", "critics", "enabled: True", "observation_sources", "polygons", "type:")
     for number, line in enumerate(text.splitlines(), start=1):
         key, _, value = line.strip().partition(":")
         if value.strip() and not key.startswith("#") and not any(w in line for w in structure):
-            assert number in told or "Checker" in line, line
+            assert number in listed or "Checker" in line, line
 
 
 def test_pure_pursuit_with_a_fixed_lookahead() -> None:
@@ -120,16 +120,16 @@ def test_critics_that_are_not_listed_weigh_nothing() -> None:
 
 def test_servers_are_found_under_a_namespace() -> None:
     found = read("/rover:\n  planner_server:\n    ros__parameters: {expected_planner_frequency: 1}")
-    assert [item.path for item in found.left] == ["planner_server.expected_planner_frequency"]
+    assert [item.path for item in found.ignored] == ["planner_server.expected_planner_frequency"]
 
 
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        ("a: {b: 1}", "not a parameter file of Nav2"),
+        ("a: {b: 1}", "not a Nav2 parameter file"),
         (
             "controller_server: {ros__parameters: {failure_tolerance: soon}}",
-            "controller_server.failure_tolerance: 'soon' cannot be what Nav2 expects there",
+            "controller_server.failure_tolerance: 'soon' is not a value that Nav2 accepts",
         ),
     ],
 )

@@ -1,4 +1,4 @@
-"""`treepilot test`: mocks, the clock, moments, expectations, coverage, and the words about them."""
+"""`treepilot test`: mocks, the clock, changes, expectations, coverage and output."""
 
 import dataclasses
 from pathlib import Path
@@ -8,11 +8,11 @@ import pytest
 
 from missions.language.model import Resources
 from missions.language.reading.mission import read_mission
-from missions.testing.session import Wanted, run_file, run_files
-from tests.missions.mission_fakes import HEAD, FakeCatalogue
+from missions.testing.session import Options, run_file, run_files
+from tests.missions.mission_fakes import CATALOGUE, HEAD
 
 SAMPLE = Path(__file__).with_name("shelf_patrol.yaml")
-FAKES = Wanted(catalogue_for=lambda *_: FakeCatalogue(), resources=Resources())
+SETTINGS = Options(catalogue_for=lambda *_: CATALOGUE, resources=Resources())
 MISSION = """
 places: {dock: [0, 0]}
 arguments: {rounds: {type: int, default: 1}}
@@ -26,7 +26,7 @@ run:
         - {take_photo: {}, out: {image: $photo}, retry: {attempts: 2, delay: 1 s}}
         - set: {n: $n + 1}
       repeat: $rounds
-    - {spin: {}, when: $n > 5}
+    - {spin: 90 deg, when: $n > 5}
 trees:
   charge: {do: {sequence: [{navigate_to_pose: $dock}, {wait_until: battery.charge > 0.8}]}}
 """
@@ -38,7 +38,7 @@ def run(tmp_path):
         file = tmp_path / "mission.yaml"
         indented = "".join(f"    {line}\n" for line in dedent(case).strip().splitlines())
         file.write_text(f"{MISSION}{HEAD}tests:\n  - name: it\n{indented}")
-        return run_file(file, dataclasses.replace(FAKES, **wanted)).results[0]
+        return run_file(file, dataclasses.replace(SETTINGS, **wanted)).results[0]
 
     return run_case
 
@@ -48,17 +48,17 @@ def problems(result):
 
 
 def test_the_sample_mission_of_the_language_has_no_errors_and_its_tests_pass():
-    session = run_files([str(SAMPLE)], Wanted(resources=Resources()))
+    session = run_files([str(SAMPLE)], Options(resources=Resources()))
     assert session.exit_code == 0
     assert "1 passed" in session.text
     # 10 s to the first shelf, interrupted at 4 s, back on the way at 60 s, the photograph fails
     # once: 60 + 10 + 3 + 0.5 s, then 10 + 3 s to the second.
-    file = run_file(SAMPLE, Wanted(resources=Resources()))
+    file = run_file(SAMPLE, Options(resources=Resources()))
     assert file.results[0].seconds == pytest.approx(86.5, abs=0.5)
     assert [item.code for item in file.mission.warnings] == []
 
 
-def test_what_needs_the_robot_succeeds_at_once_and_the_rest_is_real(run):
+def test_behaviours_of_the_robot_are_mocked_and_the_others_run(run):
     result = run("expect: {status: success, n: 1, ran: {drive out: 1, set: 1, spin: 0}}")
     assert problems(result) == []
     assert result.seconds == 0.0
@@ -104,8 +104,10 @@ def test_trees_can_be_mocked(run):
 
 
 def test_real_leaves_a_behaviour_as_it_is(run):
-    result = run("mock: {take_photo: real}\nexpect: {photo: a.jpg}")
+    result = run("mock: {take_photo: real}\nexpect: {failure: NO_IMAGE, ran: {take_photo: 2}}")
     assert problems(result) == []
+    # No camera in a test: twice 2 s of patience, a second's delay between them.
+    assert result.seconds == pytest.approx(5.0, abs=0.05)
 
 
 def test_values_keys_and_events_come_at_their_time(run):
@@ -124,9 +126,7 @@ def test_arguments_are_given_as_the_mission_declares_them(run):
 def test_within_limits_the_mission_or_each_run(run):
     mock = "mock: {drive out: {takes: 5 s}}\n"
     assert problems(run(f"{mock}expect: {{within: 6 s}}")) == []
-    assert problems(run(f"{mock}expect: {{within: 3 s}}")) == [
-        ("within", "3 s", "still running then")
-    ]
+    assert problems(run(f"{mock}expect: {{within: 3 s}}")) == [("within", "3 s", "still running")]
     assert problems(run(f"{mock}expect: {{within: {{drive out: 4 s}}}}")) == [
         ("within drive out", "4 s", "5 s")
     ]
@@ -143,10 +143,10 @@ def test_within_limits_the_mission_or_each_run(run):
         ("{ran: {set: 3}}", ("ran set", "3 times", "1")),
         ("{ran: {set: [2, 4]}}", ("ran set", "2 to 4 times", "1")),
         ("{order: [set, drive out]}",
-         ("order", "set, drive out", "drive out not after that; first starts: drive out, set")),
+         ("order", "set, drive out", "no later start of drive out; first starts: drive out, set")),
     ],
 )  # fmt: skip
-def test_what_is_not_as_expected_is_a_failure(run, expect, problem):
+def test_unmet_expectations_are_failures(run, expect, problem):
     result = run(f"expect: {expect}")
     assert problems(result) == [problem]
     assert not result.passed
@@ -163,10 +163,10 @@ FILE = f"""{MISSION}{HEAD}tests:
 """
 
 
-def test_the_output_names_the_place_the_expectation_and_what_came(tmp_path):
+def test_the_output_shows_position_expected_and_actual_value(tmp_path):
     file = tmp_path / "mission.yaml"
     file.write_text(FILE)
-    session = run_files([str(file)], FAKES)
+    session = run_files([str(file)], SETTINGS)
     assert session.exit_code == 1
     lines = session.text.splitlines()
     number = FILE.splitlines().index("  - {name: counts badly, expect: {n: 7}}") + 1
@@ -178,23 +178,23 @@ def test_the_output_names_the_place_the_expectation_and_what_came(tmp_path):
     assert "1 failed, 1 passed" in lines[-1]
 
 
-def test_a_keyword_chooses_and_none_left_is_said(tmp_path):
+def test_a_keyword_selects_cases_and_an_empty_selection_is_reported(tmp_path):
     file = tmp_path / "mission.yaml"
     file.write_text(FILE)
-    assert run_files([str(file)], dataclasses.replace(FAKES, keyword="WELL")).exit_code == 0
-    none = run_files([str(file)], dataclasses.replace(FAKES, keyword="nowhere"))
+    assert run_files([str(file)], dataclasses.replace(SETTINGS, keyword="WELL")).exit_code == 0
+    none = run_files([str(file)], dataclasses.replace(SETTINGS, keyword="nowhere"))
     assert (none.exit_code, "no tests ran" in none.text) == (2, True)
 
 
-def test_coverage_lists_what_no_case_ticks(tmp_path):
+def test_coverage_lists_unreached_nodes(tmp_path):
     file = tmp_path / "mission.yaml"
     file.write_text(FILE)
-    found = run_file(file, FAKES)
+    found = run_file(file, SETTINGS)
     # The event, the tree in it, and its two nodes; and the turn that is skipped.
-    assert [name for _, name in found.never] == [
+    assert [name for _, name in found.unreached] == [
         "low", "charge", "spin", "navigate_to_pose", "wait_until",
     ]  # fmt: skip
-    text = run_files([str(file)], dataclasses.replace(FAKES, coverage=True)).text
+    text = run_files([str(file)], dataclasses.replace(SETTINGS, coverage=True)).text
     assert "3 of 8 nodes ticked, 37 %" in text
     assert f"{file}:14:8 spin is never ticked" in text
 
@@ -236,6 +236,6 @@ def test_faulty_cases_are_found_with_the_rest(tmp_path, text, expected):
     file = tmp_path / "mission.yaml"
     file.write_text(f"{text}\n{MISSION}{HEAD}")
     with pytest.raises(InputError) as caught:
-        read_mission(file, FAKES.catalogue_for, Resources())
+        read_mission(file, SETTINGS.catalogue_for, Resources())
     assert [f"{item.code} {item.mark.line}:{item.mark.column}" for item in caught.value.findings] \
         == [expected]  # fmt: skip

@@ -1,4 +1,4 @@
-"""Nodes are found by number, name, path and line; what is not found is told with what is near."""
+"""Addresses of nodes: number, name, path and line; suggestions for unknown ones."""
 
 import pytest
 
@@ -51,11 +51,11 @@ def names(nodes, text):
         ("visit/say", ["sequence/first/sequence/say", "sequence/second/sequence/say"]),
         ("mission.yaml:4", ["sequence/first"]),
         (":7", ["sequence/second"]),
-        # The action itself, not the retry around it that stands in the same line.
+        # The action itself, not its retry, which is in the same line.
         (":15", ["sequence/first/sequence/knock", "sequence/second/sequence/knock"]),
     ],
 )
-def test_what_a_text_means(nodes, text, paths):
+def test_addresses(nodes, text, paths):
     assert names(nodes, text) == paths
 
 
@@ -64,12 +64,12 @@ def test_what_a_text_means(nodes, text, paths):
     [
         ("99", "numbered 0 to"),
         ("secnd", "did you mean 'second'"),
-        ("third/knock", "'knock' stands at sequence/first/sequence/knock, sequence/second"),
+        ("third/knock", "'knock' is at sequence/first/sequence/knock, sequence/second"),
         ("first/knok", "did you mean 'knock'"),
         (":9", "nearest are 'second' in line 7"),
-        ("other.yaml:4", "did you mean|there are: mission.yaml"),
+        ("other.yaml:4", "did you mean|available: mission.yaml"),
     ],
 )
-def test_what_is_not_found_is_told_with_what_is_near(nodes, text, sentence):
+def test_an_unknown_address_gives_suggestions(nodes, text, sentence):
     with pytest.raises(InputError, match=sentence):
         find_nodes(nodes, text)

@@ -1,11 +1,11 @@
-"""Breakpoints hold a node before it starts, wherever it stands; forced nodes answer unrun."""
+"""Breakpoints hold a node before it starts; forced nodes return their outcome without a run."""
 
 import pytest
 
 from missions.trees.compiler import compile_mission
 from missions.trees.debugging import TreeDebugger
 from stack.errors import InputError
-from tests.missions.mission_fakes import FakeCatalogue, ran, read_text
+from tests.missions.mission_fakes import CATALOGUE, ran, read_text
 
 TWO = """
     run:
@@ -36,7 +36,7 @@ def test_a_node_is_held_before_anything_of_it_is_called(tmp_path):
     assert debugger.view().held == ()
 
 
-def test_what_was_done_before_in_the_same_tick_is_not_done_again(tmp_path):
+def test_earlier_nodes_of_the_same_tick_do_not_run_again(tmp_path):
     it, _ = debugged(tmp_path, """
         blackboard: {n: {type: int, initial: 0}}
         run:
@@ -86,7 +86,7 @@ def test_a_running_node_is_not_held_before_it_has_ended(tmp_path):
     assert debugger.take_stops() == ("'second' (mission.yaml:5)",)
 
 
-def test_what_is_pre_empted_while_it_is_held_is_held_again_when_it_comes_to_start(tmp_path):
+def test_a_node_pre_empted_while_held_is_held_again_at_its_next_start(tmp_path):
     it, debugger = debugged(tmp_path, """
         run:
           reactive_fallback:
@@ -142,7 +142,7 @@ def test_clearing_takes_the_gate_away(tmp_path):
     assert record.node.execute_tick != own
     with pytest.raises(InputError, match="no breakpoint at 'second'"):
         debugger.clear_breakpoint("second")
-    assert debugger.clear_breakpoint() == "there was none"
+    assert debugger.clear_breakpoint() == "there are no breakpoints"
     it.ticks()
     assert it.tree.outcome == "success"
 
@@ -184,7 +184,7 @@ def test_forcing_what_runs_halts_it_first_and_off_lets_it_run_again(tmp_path):
     assert it.robot.log == ["a starts", "a halted", "a starts", "a done", "a starts", "a done"]
 
 
-def test_an_event_can_be_let_come(tmp_path):
+def test_an_event_can_be_fired(tmp_path):
     it, debugger = debugged(tmp_path, """
         run: {wait: {time: 9}}
         events:
@@ -206,7 +206,7 @@ def test_an_event_can_be_let_come(tmp_path):
         (("secnd", "success"), "did you mean 'second'"),
     ],
 )
-def test_wrong_orders_are_refused(tmp_path, arguments, sentence):
+def test_invalid_debug_commands_are_refused(tmp_path, arguments, sentence):
     with pytest.raises(InputError, match=sentence):
         debugged(tmp_path, TWO)[1].force(*arguments)
 
@@ -215,23 +215,23 @@ def test_breakpoints_and_outcomes_move_to_another_tree_by_path(tmp_path):
     _, debugger = debugged(tmp_path, TWO, "second", "0")
     debugger.force("act", "success")
     text = TWO.replace("- act: {who: a}", "- say: new\n        - act: {who: a}")
-    other = compile_mission(read_text(tmp_path, text), FakeCatalogue())
+    other = compile_mission(read_text(tmp_path, text), CATALOGUE)
     assert debugger.move_to(other) == []
     assert debugger.view().breakpoints == (0, 3)
     assert sorted(debugger.view().forced) == ["2", "3"]
-    third = compile_mission(read_text(tmp_path, "run: {say: only}"), FakeCatalogue())
+    third = compile_mission(read_text(tmp_path, "run: {say: only}"), CATALOGUE)
     assert debugger.move_to(third) == ["sequence", "sequence/act", "sequence/second"]
 
 
-def test_what_has_another_path_is_found_by_the_name_or_line_that_was_given(tmp_path):
+def test_a_node_with_another_path_is_found_by_its_old_name_or_line(tmp_path):
     _, debugger = debugged(tmp_path, TWO, ":4", "2")
     renamed = TWO.replace("- act: {who: a}", "- drive: {who: a}").replace("second", "2nd")
-    other = compile_mission(read_text(tmp_path, renamed), FakeCatalogue())
+    other = compile_mission(read_text(tmp_path, renamed), CATALOGUE)
     assert debugger.move_to(other) == ["sequence/second"]
     assert debugger.view().breakpoints == (1,)
 
 
-def test_values_whose_declarations_survive_are_handed_over(tmp_path):
+def test_values_with_the_same_declaration_are_taken_over(tmp_path):
     old = ran(tmp_path, """
         blackboard:
           kept: {type: int, initial: 0}

@@ -103,7 +103,7 @@ def test_the_failure_of_an_event_is_the_missions(run):
     assert sum("starts" in entry for entry in it.robot.log) * 2 == len(it.robot.log)
 
 
-def test_hold_asks_for_the_condition_to_be_true_all_the_time(run):
+def test_hold_needs_a_condition_that_is_true_without_a_break(run):
     it = run("""
         events: [{low: {when: battery.charge < 0.3, hold: 300 ms, do: {act: dock}}}]
         run: {act: a}
@@ -120,7 +120,7 @@ def test_hold_asks_for_the_condition_to_be_true_all_the_time(run):
     assert it.robot.log[1:] == ["a halted", "dock starts", "dock done", "a starts"]
 
 
-def test_an_event_goes_on_to_its_end_whatever_becomes_of_its_condition(run):
+def test_an_event_runs_to_its_end_when_its_condition_becomes_false(run):
     it = run(patrol())
     it.robot.answers.update(c="r", dock="rrrs")
     low(it)
@@ -140,7 +140,7 @@ def test_an_event_whose_condition_still_holds_comes_again_after_its_hold(run):
     it.robot.answers.update(a="r")
     low(it)
     it.ticks(6)
-    # Due at 0.2 s, counted anew from there: due again at 0.4 s.
+    # Due at 0.2 s, the hold starts again there: due again at 0.4 s.
     starts = [entry for entry in it.robot.log if "starts" in entry]
     assert starts == ["a starts", "dock starts", "a starts", "dock starts", "a starts"]
 
@@ -153,7 +153,7 @@ TWO = """
     """
 
 
-def test_only_an_earlier_event_pre_empts_one_and_then_it_goes_on_where_it_was(run):
+def test_only_an_earlier_event_pre_empts_an_event_which_resumes_then(run):
     it = run(TWO)
     it.robot.answers.update(a="r", dock="rrs", look="rs")
     it.ticks()

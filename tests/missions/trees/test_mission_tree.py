@@ -27,7 +27,7 @@ def test_an_exception_is_that_nodes_failure_and_the_tree_stays_whole(run, where)
         ("error", f"broken: ValueError: burst in {where}")
     ]
     assert len(it.tracebacks) == 1
-    assert "mission_fakes.py" in it.tracebacks[0]
+    assert "scripted_leaves.py" in it.tracebacks[0]
 
 
 def test_an_exception_while_halting_does_not_keep_the_rest_from_being_halted(run):
@@ -46,14 +46,14 @@ def test_an_exception_is_the_first_cause_when_it_ends_the_mission(run):
     assert it.tree.reason == "test > shelf > camera: EXCEPTION ValueError: burst in update"
 
 
-def test_an_answer_that_is_no_status_is_a_failure(run):
+def test_a_result_that_is_no_status_is_a_failure(run):
     it = run("run: {broken: status}")
     it.ticks()
     assert it.tree.failure.code == "EXCEPTION"
     assert it.tree.failure.sentence.startswith("update returned a NoneType")
 
 
-def test_a_setup_that_raises_is_reported_where_the_node_stands(run):
+def test_a_failing_setup_is_reported_at_the_position_of_the_node(run):
     with pytest.raises(InputError) as caught:
         run("run: {sequence: [{act: a}, {broken: setup}]}")
     (finding,) = caught.value.findings
@@ -100,14 +100,14 @@ def test_only_changes_are_emitted_with_the_time_of_the_change_in_the_rows(run):
     assert [(row.id, row.parent) for row in it.tree.rows()] == [(0, -1), (1, 0), (2, 0)]
 
 
-def test_a_branch_that_ends_as_it_did_before_is_no_change(run):
+def test_a_branch_with_an_equal_outcome_is_no_change(run):
     it = run("run: {reactive: [{sequence: [{act: a}, {act: b}]}, {wait: 1 s}]}")
     it.ticks(5)
     assert [change for change in it.changes() if "act:" in change] == ["act: idle > success"] * 2
     assert it.robot.log.count("a starts") == 5
 
 
-def test_an_action_that_is_halted_and_starts_again_within_a_tick_tells_both(run):
+def test_an_action_halted_and_restarted_in_one_tick_emits_both(run):
     it = run("run: {wait: 100 ms, repeat: 3}")
     it.ticks(3)
     assert [change for change in it.changes() if "wait" in change] == [
@@ -117,7 +117,8 @@ def test_an_action_that_is_halted_and_starts_again_within_a_tick_tells_both(run)
 
 
 def test_rows_are_the_same_tuple_until_something_changes(run):
-    it = run("run: {sequence: [{act: a}, {wait: 1 s}]}")
+    it = run("run: {sequence: [{act: a}, {act: b}]}")
+    it.robot.answers["b"] = "r"
     before = it.tree.rows()
     assert it.tree.rows() is before
     it.ticks()
@@ -127,7 +128,7 @@ def test_rows_are_the_same_tuple_until_something_changes(run):
     assert it.tree.rows() is after
 
 
-def test_idle_rows_say_what_the_node_was_given(run):
+def test_idle_rows_show_the_ports(run):
     it = run("run: {navigate_to_pose: $lobby, out: {}}")
     assert it.tree.rows()[0].message == "goal $lobby"
 
@@ -172,7 +173,7 @@ def test_sequence_and_fallback_agree_with_py_trees(tmp_path_factory, mission, sc
     theirs = cls[mission](name="theirs", memory=True, children=children)
     for _ in range(8):
         it.ticks()
-        theirs.execute_tick()
+        theirs.tick_once()
         assert it.tree.status is theirs.status
         if theirs.status is not Status.RUNNING:
             break
@@ -214,7 +215,7 @@ def test_every_start_has_one_end_and_halting_leaves_nothing_running(
     try:
         it = ran(tmp_path_factory.mktemp("tree"), f"run: {node}")
     except InputError:
-        reject()  # two at the wheel
+        reject()  # two children of a parallel move the robot
     it.robot.answers.update(zip("abcdefghx", scripts, strict=True))
     for _ in range(6):
         it.ticks()

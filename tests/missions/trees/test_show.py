@@ -6,7 +6,7 @@ import pytest
 
 from missions.trees import show
 from missions.trees.compiler import compile_mission
-from tests.missions.mission_fakes import FakeCatalogue, ran, read_text
+from tests.missions.mission_fakes import CATALOGUE, ran, read_text
 
 MISSION = """
 mission: two desks
@@ -25,7 +25,7 @@ trees:
 
 @pytest.fixture
 def tree(tmp_path):
-    return compile_mission(read_text(tmp_path, MISSION), FakeCatalogue())
+    return compile_mission(read_text(tmp_path, MISSION), CATALOGUE)
 
 
 def test_text_draws_every_node_without_a_robot(tree):
@@ -50,13 +50,13 @@ def test_text_in_colours_shows_how_far_it_is(tmp_path):
     assert "\x1b[" not in show.text(it.tree)
 
 
-@pytest.mark.parametrize("draw", [show.dot, show.mermaid])
-def test_graphs_have_a_node_per_row_and_an_edge_per_child(tree, draw):
-    lines = draw(tree).splitlines()
-    edges = [line for line in lines if re.search(r"n\d+ --?> n\d+", line)]
-    nodes = [re.match(r"\s*n(\d+)\W", line) for line in lines if line not in edges]
-    assert len(edges) == len(tree.rows()) - 1
-    assert [int(node[1]) for node in nodes if node] == [row.id for row in tree.rows()]
+@pytest.mark.parametrize(("draw", "arrow"), [(show.dot, "->"), (show.mermaid, "-->")])
+def test_graphs_draw_every_node_and_lead_from_parent_to_child(tree, draw, arrow):
+    drawn = draw(tree)
+    nodes = re.findall(r"^  n(\d+)(?: \[label=|\(\[|\{\{|\[)", drawn, re.MULTILINE)
+    assert nodes == ["0", "1", "2", "3", "4", "5", "6"]  # depth first, as `text` lists them
+    edges = re.findall(rf"^  n(\d+) {arrow} n(\d+);?$", drawn, re.MULTILINE)
+    assert edges == [("0", "1"), ("1", "2"), ("0", "3"), ("3", "4"), ("4", "5"), ("4", "6")]
 
 
 def test_quotes_in_texts_do_not_break_the_graphs(tree):

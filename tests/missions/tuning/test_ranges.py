@@ -45,14 +45,14 @@ def test_whole_numbers_and_alternatives(plan):
          "--try planner.tolerance=0.1..9: 9 m must be at most 5 m; allowed: >= 0 and <= 5"),
         ("controller.cruise_sped", "1..2", "no parameter 'cruise_sped'; did you mean 'cruise_sp"),
         ("controler.cruise_speed", "1..2", "no 'controler'; did you mean 'controller'"),
-        ("cruise_speed", "1..2", "--try cruise_speed: expected controller.cruise_speed or"),
+        ("cruise_speed", "1..2", "--try cruise_speed: expected KIND.NAME, e.g. controller"),
         ("controller.cruise_speed", "fast..faster", "expected a number in m/s, got 'fast'"),
         ("controller.cruise_speed", "0.8..0.4", "0.8 is not below 0.4"),
         ("controller.cruise_speed", "1 kg..2 kg", "'1 kg' is in kg"),
         ("planner.max_expansions", "1.5..3", "expected a whole number, got 1.5"),
-        ("planner.smoother", "simple..none", "text has no range; name values, as in planner.smo"),
+        ("planner.smoother", "simple..none", "text has no range; list values, as in planner.smo"),
         ("planner.smoother", "simple,rough", "'rough' is not one of"),
-        ("planner.smoother", "none,none", "expected LOW..HIGH or different values"),
+        ("planner.smoother", "none,none", "expected LOW..HIGH or distinct values"),
         ("controller.use", "pure_pursuit,mpi", "did you mean 'mppi'"),
     ],
 )  # fmt: skip
@@ -66,5 +66,5 @@ def test_nothing_to_try_and_parameters_of_a_component_that_changes(plan):
     with pytest.raises(InputError, match="nothing to try"):
         read_ranges({}, plan)
     both = {"controller.use": "mppi,dwb", "controller.cruise_speed": "0.3..0.5"}
-    with pytest.raises(InputError, match="means something else to each of these"):
+    with pytest.raises(InputError, match="is not the same parameter for each controller"):
         read_ranges(both, plan)

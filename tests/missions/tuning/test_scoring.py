@@ -62,7 +62,7 @@ def test_only_what_has_weight_counts():
 @pytest.mark.parametrize(
     ("given", "sentence"),
     [
-        ({"tme": "1"}, "--weight tme: no such measure; did you mean 'time'"),
+        ({"tme": "1"}, "--weight tme: unknown measure; did you mean 'time'"),
         ({"time": "much"}, "--weight time=much: expected a number from 0"),
         ({"time": "-1"}, "--weight time=-1: expected a number from 0"),
         ({"time": "nan"}, "--weight time=nan: expected a number from 0"),

@@ -15,12 +15,13 @@ from missions.execution.prepare import RunOptions, prepare
 from missions.execution.resources import MISSIONS
 from missions.tuning.findings import parameter_file, table_lines, write_findings
 from missions.tuning.scoring import Score
-from missions.tuning.tuning import Tuned, TuneOptions, Tuning
+from missions.tuning.tuning import DEFAULT_WEIGHTS, TuneOptions, Tuning, TuningResult
 from stack.errors import InputError
 
 MISSION = "01_drive_to_a_point"
 RANGES = {"controller.cruise_speed": "0.3..0.6", "planner.smoother": "simple,none"}
 ENTRY = MissionEntry(MISSION, 0, 60.0)
+TIME_ALONE = {**dict.fromkeys(DEFAULT_WEIGHTS, 0.0), "time": 1.0}
 
 
 def tuned(out, tell=lambda line: None, **changes):
@@ -55,7 +56,7 @@ def test_a_tuning_goes_on_where_it_stopped_and_may_be_widened(finished, tmp_path
     table.write_text("".join(lines[:2]) + lines[2][:40], "utf-8")  # cut off while it was written
     told: list[str] = []
     again = tuned(out, told.append)
-    assert "2 of 3 runs are in" in told[0] and told[1].startswith("   3/3  controller.")
+    assert "2 of 3 runs are already in" in told[0] and told[1].startswith("   3/3  controller.")
     # equal but for the time that the machine took
     assert [score.costs for score in again.scores] == [score.costs for score in found.scores]
     assert table.read_text("utf-8").count("\n") == 3
@@ -77,7 +78,7 @@ def score(name="", cost=1.0, noise=0.01):
 @pytest.fixture(scope="module")
 def made_up(finished):
     _, found = finished
-    return Tuned(found.plan, found.ranges, [score(), score("0.5", 0.8), score("0.31", 1.4)])
+    return TuningResult(found.plan, found.ranges, [score(), score("0.5", 0.8), score("0.31", 1.4)])
 
 
 def test_the_table_has_the_best_first_and_marks_the_baseline(made_up):
@@ -86,10 +87,10 @@ def test_the_table_has_the_best_first_and_marks_the_baseline(made_up):
         ["1", "0.800"], ["2", "1.000"], ["3", "1.400"],
     ]  # fmt: skip
     assert "-0.200 ± 0.010  better" in lines[1] and "16 -20%" in lines[1]
-    assert "baseline" in lines[2] and "as it is" in lines[2]
-    assert "looks better than it is" in lines[-1]
+    assert "baseline" in lines[2] and "unchanged" in lines[2]
+    assert "partly better by chance" in lines[-1]
     noisy = replace(made_up, scores=[score(), score("0.5", 0.8, noise=0.1)])
-    assert "no more than the seeds differ among themselves" in list(table_lines(noisy))[-2]
+    assert "within the noise of the seeds" in list(table_lines(noisy))[-2]
 
 
 def test_the_best_is_a_parameter_file_that_a_mission_can_name(made_up, tmp_path):
@@ -109,7 +110,7 @@ def test_what_the_mission_sets_itself_is_said(made_up, tmp_path):
         text.replace("run:", "navigation: {controller: {cruise_speed: 40 cm/s}}\nrun:")
     )
     own = replace(made_up, plan=prepare(mission, RunOptions()))
-    assert " sets controller.cruise_speed itself; change it there" in list(table_lines(own))[-1]
+    assert " overrides controller.cruise_speed; change it there" in list(table_lines(own))[-1]
 
 
 def test_where_nothing_is_better_there_is_no_parameter_file(made_up, tmp_path):
@@ -118,28 +119,46 @@ def test_where_nothing_is_better_there_is_no_parameter_file(made_up, tmp_path):
     worse = replace(made_up, scores=[score(), score("0.5", 1.2)])
     names = [file.name for file in write_findings(worse, tmp_path)]
     assert names == ["table.txt", "scores.json"] and not (tmp_path / "best.yaml").exists()
-    assert "nothing that was tried (1) beats the mission" in (tmp_path / "table.txt").read_text(
-        "utf-8"
-    )
+    assert "none of the 1 settings beats the unchanged mission" in (
+        tmp_path / "table.txt"
+    ).read_text("utf-8")
     costs = [item["cost"] for item in json.loads((tmp_path / "scores.json").read_text())["scores"]]
     assert costs == [1.0, 1.2]
 
 
 @pytest.mark.slow
 def test_refining_and_confirming_add_runs(tmp_path):
+    """Only time counts and the mission drives at 0.2 m/s: the best is a sample, all are faster."""
+    text = (MISSIONS / f"{MISSION}.yaml").read_text("utf-8")
+    slow = tmp_path / "slow.yaml"
+    slow.write_text(
+        text.replace("run:", "navigation: {controller: {cruise_speed: 0.2}}\nrun:"), "utf-8"
+    )
     told: list[str] = []
-    found = tuned(tmp_path, told.append, refine=1, confirm=1, seeds=1)
-    assert len(found.scores) == 4  # half of two samples more
+    options = TuneOptions(tmp_path / "tune", samples=2, seeds=1, refine=1, confirm=1)
+    options = replace(options, weights=TIME_ALONE)
+    found = Tuning(MissionEntry(str(slow), 0, 60.0), RANGES, options, told.append).run()
+    assert len(found.scores) == 4  # baseline, two samples, half of two samples more
     assert any("refining, turn 1: controller.cruise_speed 0." in line for line in told)
-    if found.best.settings:
-        assert [set(item.costs) for item in found.confirmed] == [{1}, {1}]
+    assert found.best.settings and found.best.cost < 0.8  # 0.2 of at least 0.3 m/s, less its ends
+    assert [item.settings for item in found.confirmed] == [{}, found.best.settings]
+    assert [set(item.costs) for item in found.confirmed] == [{1}, {1}]  # the seed not used before
+    assert len(rows_in(options.out, MISSION_WORK)) == 6  # four settings, then two of them again
+
+
+def test_a_baseline_that_nothing_beats_is_not_confirmed(finished):
+    out, _ = finished  # whose runs are all in the table
+    told: list[str] = []
+    again = tuned(out, told.append, confirm=1, weights=TIME_ALONE)
+    assert again.best.settings == {}  # 0.8 m/s: the robot's own speed is the fastest there is
+    assert again.confirmed == () and not any("seeds not used before" in line for line in told)
 
 
 def test_a_run_out_of_time_has_failed(tmp_path):
     found = tuned(tmp_path, time_limit=2.0, samples=1)
     assert [item.cost for item in found.scores] == [10.0, 10.0]
     (row, _) = rows_in(tmp_path, MISSION_WORK).values()
-    assert (row.status, row.cause) == ("timeout", "still at it after 2 s")
+    assert (row.status, row.cause) == ("timeout", "not finished after 2 s")
 
 
 def test_an_interrupted_tuning_keeps_its_table(tmp_path, monkeypatch):
@@ -160,7 +179,7 @@ def test_an_interrupted_tuning_keeps_its_table(tmp_path, monkeypatch):
     [
         (["--try", "planner.tolerance=1..9"], "9 m must be at most 5 m; allowed: >= 0 and <= 5"),
         (["--try", "planner.tolerance"], "--try planner.tolerance: expected NAME=VALUE"),
-        (["--try", "planner.tolerance=1..2", "--weight", "x=1"], "--weight x: no such measure"),
+        (["--try", "planner.tolerance=1..2", "--weight", "x=1"], "--weight x: unknown measure"),
         (["--try", "planner.tolerance=1..2", "--time-limit", "1 m"], "--time-limit 1 m: '1 m' is"),
     ],
 )

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stack.components import ControlState
-from stack.control.cusp_splitter import LEG_END, cusps_of, legs_of, turned_about
+from stack.control.cusp_splitter import SEGMENT_END, cusps_of, facing_backward, segments_of
 from stack.control.path_progress import PathProgress
 from stack.errors import NavigationError
 from stack.types import STANDSTILL, FailureCode, Path, Pose2D, TaskStatus
@@ -24,7 +24,7 @@ from tests.stack.navigation.toy_world import (
 CONTROLLERS = ("pure_pursuit", "dwb", "graceful", "mppi")
 SMALLER = {"mppi": {"batch": 500}}
 RADIUS = 0.5
-"""Metres: of the tightest circle that the toy car drives."""
+"""Turning radius of the toy car, metres."""
 
 THREE_POINT_TURN = [
     (Pose2D(4.0, 3.0, 0.0), Pose2D(2.0, 3.0, pi)),
@@ -82,7 +82,7 @@ def test_a_car_reverses_where_its_path_does(name):
     world = ToyWorld(room(8, 6), moving("ackermann"), Pose2D(1.0, 3.0))
     trace = driven(name, world, there_and_back())
     assert world.pose.distance_to(Pose2D(1.5, 3.0)) < 0.08
-    assert max(pose.x for _, pose in trace) == pytest.approx(2.5, abs=LEG_END + 0.03)
+    assert max(pose.x for _, pose in trace) == pytest.approx(2.5, abs=SEGMENT_END + 0.03)
     backward = [twist.linear for twist, _ in trace if twist.linear < 0.0]
     assert min(backward) == pytest.approx(-world.robot.limits.reverse_speed, abs=0.02)
     signs = np.sign([twist.linear for twist, _ in trace if abs(twist.linear) > 0.02])
@@ -90,14 +90,14 @@ def test_a_car_reverses_where_its_path_does(name):
 
 
 def test_a_path_is_cut_at_its_cusps():
-    legs = legs_of(there_and_back())
+    legs = segments_of(there_and_back())
     assert [leg.backward for leg in legs] == [False, True]
     assert [round(leg.path.length, 6) for leg in legs] == [1.5, 1.0]
     assert legs[1].path.points[0] == pytest.approx([2.5, 3.0, 0.0])
     points = polyline((0, 0), (1, 0)).points.copy()
     points[0, 2] = points[-1, 2] = pi  # where the robot looks, and where it is to look at the goal
-    assert [leg.backward for leg in legs_of(Path(points))] == [False]
-    assert legs_of(Path(np.zeros((2, 3))))[0].path.length == 0.0
+    assert [leg.backward for leg in segments_of(Path(points))] == [False]
+    assert segments_of(Path(np.zeros((2, 3))))[0].path.length == 0.0
 
 
 @pytest.mark.parametrize("name", CONTROLLERS)
@@ -134,16 +134,16 @@ def test_a_car_does_not_spin():
 
 def test_progress_on_a_path_that_folds_back_is_made_in_order():
     path = there_and_back(1.5, 1.2)
-    track = PathProgress(path, cusps_of(path))
+    progress = PathProgress(path, cusps_of(path))
     for x in np.arange(1.0, 2.41, 0.05):
-        track.advance(Pose2D(float(x), 3.01))
-    assert track.travelled == pytest.approx(1.4, abs=0.01)
+        progress.advance(Pose2D(float(x), 3.01))
+    assert progress.travelled == pytest.approx(1.4, abs=0.01)
     for x in np.arange(2.4, 1.29, -0.05):
-        track.advance(Pose2D(float(x), 3.01))
-    assert track.remaining == pytest.approx(0.0, abs=0.06)
+        progress.advance(Pose2D(float(x), 3.01))
+    assert progress.remaining == pytest.approx(0.0, abs=0.06)
 
 
-def test_a_leg_backward_needs_a_robot_that_reverses():
+def test_a_backward_segment_needs_a_robot_that_reverses():
     world = ToyWorld(room(8, 6), moving("ackermann", reverse_speed=0.0), Pose2D(1.0, 3.0))
     with pytest.raises(NavigationError) as caught:
         driven("pure_pursuit", world, there_and_back())
@@ -152,7 +152,7 @@ def test_a_leg_backward_needs_a_robot_that_reverses():
 
 
 def test_a_robot_seen_from_behind_has_its_rear_ahead():
-    about = turned_about(moving("ackermann", linear_speed=0.8, reverse_speed=0.3))
+    about = facing_backward(moving("ackermann", linear_speed=0.8, reverse_speed=0.3))
     assert about.limits.linear_speed == 0.3
     assert about.turning_radius == pytest.approx(RADIUS)
 

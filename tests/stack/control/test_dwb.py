@@ -95,6 +95,6 @@ def test_the_sum_leaves_out_what_does_not_count_near_the_goal():
     cells = np.full((8, 60), 126, np.uint8)
     costs = CostGrid(cells, 0.05, (0.0, -0.1))
     far = sampling([(1.0, 0.1, 0.0)], costs=costs)
-    assert critics.judge(far, p) == pytest.approx([2 * 0.1 + 1.0 + 5 * 0.5])
+    assert critics.total_cost(far, p) == pytest.approx([2 * 0.1 + 1.0 + 5 * 0.5])
     near = sampling([(1.8, 0.0, 0.0)], costs=costs, near_goal=True)
-    assert critics.judge(near, p) == pytest.approx([0.2])
+    assert critics.total_cost(near, p) == pytest.approx([0.2])

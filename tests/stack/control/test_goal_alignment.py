@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from stack.components import ControlState
-from stack.control.goal_alignment import EndsParameters, GoalAlignment
+from stack.control.goal_alignment import GoalAlignment, GoalAlignmentParameters
 from stack.control.ramps import Ramp, stopping_speed
 from stack.control.swept import SweptFootprint
 from stack.drivetrain.description import Limits
@@ -24,7 +24,7 @@ def at(pose, twist=STANDSTILL, costs=EMPTY):
 
 def ends(path, **parameters):
     made = GoalAlignment(
-        replace(EndsParameters(), **parameters), robot(), SweptFootprint(RECTANGLE), 0.05
+        replace(GoalAlignmentParameters(), **parameters), robot(), SweptFootprint(RECTANGLE), 0.05
     )
     made.set_path(path)
     return made
@@ -85,7 +85,7 @@ def test_the_goal_is_kept_though_turning_shifts_the_robot():
     assert turn.linear == 0.0 and turn.angular > 0.0
 
 
-def test_a_robot_that_does_not_do_what_it_is_told_counts_as_held():
+def test_a_robot_that_does_not_follow_its_commands_counts_as_held():
     made = ends(polyline((1, 1), (3, 1)))
     for step in range(20):
         state = at(Pose2D(1, 1))

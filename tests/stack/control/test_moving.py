@@ -21,7 +21,7 @@ WALKS = {
     "head-on": ((7.5, 3.1), (-0.7, 0.0)),
     "same direction": ((0.6, 3.05), (1.1, 0.0)),
 }
-"""Where somebody begins, metres, and walks to, m/s, while the robot drives from x = 2 to 8."""
+"""Start (metres) and velocity (m/s) of a person, while the robot drives from x = 2 to 8."""
 
 
 def track(position, velocity, radius=RADIUS):
@@ -29,7 +29,7 @@ def track(position, velocity, radius=RADIUS):
 
 
 def passed(walk, *, follows):
-    """The least clearance of a drive past somebody who walks on whatever the robot does."""
+    """Minimum clearance of a drive past a person who does not yield."""
     (x, y), (speed_x, speed_y) = WALKS[walk]
     world = ToyWorld(room(10, 6), robot(), Pose2D(2.0, 3.0), [(x, y, RADIUS)])
     driver, costs = controller("mppi", world), ToyCostmap(world)
@@ -63,7 +63,9 @@ def near(poses, tracks, **parameters):
     costs = CostGrid(np.zeros((80, 80), np.uint8), 0.05, (-2.0, -2.0))
     around = Obstacles.of(costs, Pose2D(0.0, 0.0), np.zeros((1, 2)), tracks)
     outline = Outline.of(Footprint.circle(0.2), 0.05)
-    critics.look_around(critic_kernels, MppiParameters(**parameters), rollouts, around, outline)
+    critics.evaluate_obstacles(
+        critic_kernels, MppiParameters(**parameters), rollouts, around, outline
+    )
     return rollouts, outline.discs[0, 2]
 
 

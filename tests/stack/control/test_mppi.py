@@ -13,7 +13,7 @@ from stack.components import ControlState
 from stack.control.mppi import kernels
 from stack.control.mppi.critics import critics
 from stack.control.mppi.critics import kernels as critic_kernels
-from stack.control.mppi.critics.critics import Judgement, aim
+from stack.control.mppi.critics.critics import CriticData, aim
 from stack.control.mppi.noise import NoiseTable
 from stack.control.mppi.optimiser import bounds, savitzky_golay
 from stack.control.mppi.parameters import MppiParameters
@@ -77,12 +77,12 @@ def judged(critic, rollouts, path=None, furthest=0, heading=0.0, **parameters):
     drive = parameters.pop("drive", DriveKind.DIFFERENTIAL)
     moving = parameters.pop("moving", False)
     plan = np.zeros(rollouts.controls.shape[:2], np.float32)
-    judgement = Judgement(
+    critic_data = CriticData(
         critic_kernels, MppiParameters(**parameters), path, plan, plan, heading, furthest, drive,
         moving,
     )  # fmt: skip
     rollouts.costs[:] = 0.0
-    critic(judgement, rollouts)
+    critic(critic_data, rollouts)
     return float(rollouts.costs[0])
 
 
@@ -164,7 +164,7 @@ def scene(lethal, footprint=RECTANGLE, pose=Pose2D(1.025, 1.025), shape=(41, 41)
 
 def seen(rollouts, obstacles, footprint=RECTANGLE, **parameters):
     p = MppiParameters(**parameters)
-    critics.look_around(critic_kernels, p, rollouts, obstacles, Outline.of(footprint, 0.05))
+    critics.evaluate_obstacles(critic_kernels, p, rollouts, obstacles, Outline.of(footprint, 0.05))
     return rollouts
 
 
@@ -273,7 +273,7 @@ def test_path_follow_aims_beyond_what_is_reached_at_an_open_point():
     # aims at 0.5 + 0.3 = 0.8 m: sqrt(0.3² + 0.4²) = 0.5 m away
     assert judged(critics.path_follow, rollouts, furthest=5) == pytest.approx(5.0 * 0.5, rel=1e-5)
     path.open[8:10] = False
-    judgement = Judgement(
+    critic_data = CriticData(
         critic_kernels,
         MppiParameters(),
         path,
@@ -282,7 +282,7 @@ def test_path_follow_aims_beyond_what_is_reached_at_an_open_point():
         0,
         5,
     )
-    assert aim(judgement) == pytest.approx((1.0, 0.0))
+    assert aim(critic_data) == pytest.approx((1.0, 0.0))
 
 
 def test_only_rollouts_without_collision_say_how_far_the_path_is_reached():
@@ -357,12 +357,12 @@ def test_discs_cover_a_footprint_and_its_core_lies_within():
 
 
 def test_the_local_path_begins_at_the_robot_and_ends_at_the_goal():
-    track = PathProgress(polyline((0, 0), (2, 0)))
+    progress = PathProgress(polyline((0, 0), (2, 0)))
     pose = Pose2D(1.0, 0.1)
-    track.advance(pose)
+    progress.advance(pose)
     cells = np.zeros((10, 100), np.uint8)
     cells[2, 70] = 253
-    path = LocalPath.of(track, pose, CostGrid(cells, 0.05, (-2.025, -0.1)), 5.0, 0.05)
+    path = LocalPath.of(progress, pose, CostGrid(cells, 0.05, (-2.025, -0.1)), 5.0, 0.05)
     assert path.points[0] == pytest.approx([0.0, -0.1], abs=1e-6)
     assert path.points[-1] == pytest.approx([1.0, -0.1], abs=1e-6)
     assert path.remaining == pytest.approx(1.0)

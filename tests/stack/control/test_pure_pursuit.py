@@ -159,7 +159,7 @@ def test_it_waits_before_an_obstacle_and_goes_on_when_it_has_gone():
 
 def test_it_gives_up_when_patience_is_over():
     world = ToyWorld(room(9, 4), robot(), Pose2D(1.0, 2.0), circles=[(4.0, 2.0, 0.2)])
-    with pytest.raises(NavigationError, match="COLLISION_AHEAD: something stands in the way"):
+    with pytest.raises(NavigationError, match="COLLISION_AHEAD: an obstacle blocks the path"):
         follow(world, polyline((1, 2), (7, 2)))
     assert world.time < 12.0
 
@@ -184,12 +184,12 @@ def test_a_loop_is_driven_all_the_way_round():
     assert world.pose.distance_to(Pose2D(1, 1)) < 0.05
 
 
-def test_the_track_counts_what_is_left():
-    track = PathProgress(polyline((0, 0), (2, 0), (2, 1)))
-    track.advance(Pose2D(1.5, 0.1))
-    assert (track.length, track.remaining) == (pytest.approx(3.0), pytest.approx(1.5))
-    assert track.offset == pytest.approx(0.1)
-    x, y = track.lookahead_point(Pose2D(1.5, 0.0), 1.0)
+def test_progress_counts_the_remaining_length():
+    progress = PathProgress(polyline((0, 0), (2, 0), (2, 1)))
+    progress.advance(Pose2D(1.5, 0.1))
+    assert (progress.length, progress.remaining) == (pytest.approx(3.0), pytest.approx(1.5))
+    assert progress.offset == pytest.approx(0.1)
+    x, y = progress.lookahead_point(Pose2D(1.5, 0.0), 1.0)
     assert (x, y) == (pytest.approx(2.0), pytest.approx(0.75**0.5))  # 0.5² + y² = 1
 
 
@@ -215,9 +215,9 @@ def test_padding_tuned_live_is_kept_from_the_next_command_on():
     for padding, passes in ((0.02, True), (0.1, False), (0.02, True)):
         Tunable.of(controller).apply(replace(controller.parameters, padding=padding))
         state = ControlState(world.time, world.pose, world.twist, costs.grid, points=beside)
-        track = PathProgress(polyline((1, 2), (7, 2)))
+        progress = PathProgress(polyline((1, 2), (7, 2)))
         controller.command(state)
-        arc = controller._arc(track, state, (2.0, 2.0))
+        arc = controller._arc(progress, state, (2.0, 2.0))
         assert (arc.free == np.inf) == passes
 
 
@@ -228,7 +228,7 @@ def test_a_motion_begun_long_ago_is_not_gone_on_with():
     costs.update()
     controller.set_path(polyline((4, 2), (7, 2)))
     controller.command(ControlState(0.0, world.pose, STANDSTILL, costs.grid))
-    controller._legs = (ArcPrimitive.of(Pose2D(4.5, 2.0, 0.0), Twist(-1.0), 0.25),)
+    controller._primitives = (ArcPrimitive.of(Pose2D(4.5, 2.0, 0.0), Twist(-1.0), 0.25),)
     controller.set_path(polyline((6, 2), (8, 2)))
     later = ControlState(30.0, Pose2D(6.0, 2.0), STANDSTILL, costs.grid)
     assert controller.command(later).linear > 0.0  # not 1.75 m back to where that was to end

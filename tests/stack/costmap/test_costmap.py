@@ -68,7 +68,7 @@ def test_a_090_door_stays_comfortably_open_for_a_022_robot():
     assert np.count_nonzero(row < INSCRIBED_COST) >= 9
 
 
-def test_a_turning_cost_makes_dear_what_an_oblong_robot_cannot_turn_in():
+def test_a_turning_cost_raises_the_cost_where_a_long_robot_cannot_turn():
     oblong = Footprint(np.array([[0.3, -0.2], [0.3, 0.2], [-0.3, 0.2], [-0.3, -0.2]]))  # R 0.361 m
     parameters = CostmapParameters(turning_cost=140.0, cost_scaling=5.0)
     table = inflation_costs(parameters, oblong, 0.01)
@@ -200,7 +200,7 @@ def test_the_robots_own_footprint_is_clear():
     assert not sensed(costmap).any() and at(costmap, 1.0, 0.1) == FREE_COST
 
 
-def test_updates_give_the_same_cells_as_starting_anew():
+def test_updates_give_the_same_cells_as_a_new_costmap():
     random = np.random.default_rng(4)
     static = room()
     static.cells[random.integers(0, 100, 30), random.integers(0, 120, 30)] = OCCUPIED
@@ -271,7 +271,7 @@ def test_a_new_map_keeps_the_sensed_obstacles_where_they_are():
     assert at(costmap, 0.525, 0.525) == UNKNOWN_COST
 
 
-def test_what_cannot_be_is_refused_with_both_numbers():
+def test_invalid_sizes_are_refused_with_both_numbers():
     with pytest.raises(ParameterError, match="needs a window"):
         Costmap(CostmapParameters(), ROUND, None)
     with pytest.raises(ParameterError, match=r"0\.1 m is less than three cells of 0\.05 m"):

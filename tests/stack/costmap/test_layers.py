@@ -1,4 +1,4 @@
-"""Layers by hand: what each paints, which says why, clearing, and patches against painting anew."""
+"""Layers by hand: painting, provenance, clearing, and partial against complete repaints."""
 
 from dataclasses import replace
 from math import exp, inf, pi, sqrt, tanh
@@ -69,13 +69,14 @@ def test_every_named_layer_can_be_made_and_describes_itself():
         assert cls.__doc__ and cls(cls.Parameters(), ROUND).needs_tracks in (True, False)
 
 
-def test_the_usual_layers_are_what_a_costmap_has_that_names_none():
+def test_a_costmap_without_a_list_has_the_default_layers():
     assert [layer.name for layer in usual_layers()] == ["static", "obstacle", "inflation"]
 
 
 # Who marked it
 
 
+@pytest.mark.pain("n4043", "n3661", "n2915")
 def test_a_lethal_cell_says_which_layer_and_source_marked_it_and_when():
     static = room()
     static.cells[40, 60] = OCCUPIED  # middle (2.025, 0.025)
@@ -255,7 +256,7 @@ def test_a_mask_picture_is_a_zone(tmp_path):
     costmap = Costmap(ONLY_CELLS, TINY, room(), layers=[choice.located(tmp_path)])
     assert np.count_nonzero(costmap.grid.cells == LETHAL_COST) == 50
     assert costmap.explain(0.5, 0.3) == CellProvenance("keepout", "mask")
-    with pytest.raises(InputError, match=r"there is no mask keepout.yaml"):
+    with pytest.raises(InputError, match=r"mask file keepout.yaml does not exist"):
         choice.located(tmp_path / "elsewhere")
 
 
@@ -386,10 +387,10 @@ def test_edges_cover_what_came_into_sight(rows, columns, lead, trail):
     assert known.all()
 
 
-# How missions say it
+# Lists of layers in missions
 
 
-def test_a_layer_takes_what_it_does_not_say_from_the_costmap():
+def test_a_layer_inherits_missing_parameters_from_the_costmap():
     parameters = CostmapParameters(obstacle_range=1.2)
     near, far = {"use": "obstacle"}, {"use": "obstacle", "obstacle_range": "2 m", "name": "far"}
     costmap = made("static", near, "inflation", parameters=parameters)
@@ -411,11 +412,11 @@ def test_a_layer_takes_what_it_does_not_say_from_the_costmap():
         ({"use": "social", "only": "lokal"}, "'lokal' is not one of"),
         ({"use": "obstacle", "obstacle_range": 9}, "clearing_range"),
         ({"use": "speed_zones", "zones": [{"corners": SQUARE, "speed": "3 m"}]}, "expected"),
-        (7, "a layer is a name"),
-        ("static", "'static' is there twice"),
+        (7, "expected a layer name"),
+        ("static", "the name 'static' is used twice"),
     ],
 )
-def test_an_entry_that_will_not_do_is_named_with_its_number(entry, words):
+def test_an_invalid_entry_is_reported_with_its_number(entry, words):
     with pytest.raises(ParameterError, match="layer 2") as raised:
         read_layers(["static", entry], CostmapParameters())
     assert words in str(raised.value) and raised.value.name == "layers"

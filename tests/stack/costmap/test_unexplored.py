@@ -32,7 +32,7 @@ def test_the_ground_reaches_a_margin_beyond_every_pose(x1, y1, x2, y2, resolutio
 
 
 def test_places_too_far_apart_are_refused_with_the_figures():
-    with pytest.raises(ParameterError, match=r"without a map, places .* m apart"):
+    with pytest.raises(ParameterError, match=r"without a map, poses .* m apart"):
         unexplored([Pose2D(0.0, 0.0), Pose2D(1000.0, 0.0)], 0.01)
 
 

@@ -1,4 +1,4 @@
-"""YAML texts as nodes, and what is said about a text that is not YAML: plain words, each placed."""
+"""YAML texts as nodes, and the sentence and position of every syntax error."""
 
 import re
 from pathlib import Path
@@ -8,82 +8,82 @@ import yaml
 
 from missions.execution.resources import MISSIONS
 from stack.documents import Findings, read_text, yaml_nodes
-from stack.documents.yaml_problems import in_plain_words
+from stack.documents.yaml_problems import explain
 from stack.errors import InputError
 
 JARGON = re.compile(r"block end|flow|scalar|node content|stream|token|simple key|not YAML")
 
-TROUBLES = [
+PROBLEMS = [
     ("a: [", "1:4", "the `[` that opens here is not closed"),
     ("b: 1\na: {c: [1], \n\n", "2:4", "the `{` that opens here is not closed"),
-    ("run:\n  - a\n# x\n\n b: c\n", "5:2", "the indentation of this line fits none above"),
-    ("a: 1\n\tb: 2\n", "2:1", "a tab stands here"),
-    ("a:\n\t- b\n", "2:1", "a tab stands here"),
+    ("run:\n  - a\n# x\n\n b: c\n", "5:2", "the indentation of this line matches no line above"),
+    ("a: 1\n\tb: 2\n", "2:1", "a tab is not allowed here"),
+    ("a:\n\t- b\n", "2:1", "a tab is not allowed here"),
     ("a: @b\n", "1:4", "a value cannot begin with @"),
     ("a: `b\n", "1:4", "a value cannot begin with `"),
     ("a: %b\n", "1:4", "a value cannot begin with %"),
     ("%b: 1\n", "1:1", "a line cannot begin with %"),
-    ("run\nworld: office\n", "1:1", "this line is no `key: value`"),
-    ("mission: x\nworld office\nrun: y\n", "2:1", "this line is no `key: value`"),
+    ("run\nworld: office\n", "1:1", "this line is not `key: value`"),
+    ("mission: x\nworld office\nrun: y\n", "2:1", "this line is not `key: value`"),
     ("a: b: c\n", "1:5", "a second `: ` in one value"),
     (
         "mission: x\n  robot: y\n",
         "2:3",
-        "this line is indented deeper than the one above, which has its value already",
+        "this line is indented deeper than the line above, which already has a value",
     ),
-    ("a: - b\n", "1:4", "a list item `- ` cannot stand here"),
-    ("a: b\n- c\n", "2:1", "a list item `- ` stands among keys"),
-    ("run:\n  sequence:\n    - say: a\n    say: b\n", "4:5", "a key stands among list items"),
-    ("run:\n  - a\n b: c\n", "3:2", "the indentation of this line fits none above"),
-    ("a:\n    b: 1\n   c: 2\n", "3:4", "the indentation of this line fits none above"),
+    ("a: - b\n", "1:4", "a list item `- ` is not allowed here"),
+    ("a: b\n- c\n", "2:1", "unexpected list item `- ` among keys"),
+    ("run:\n  sequence:\n    - say: a\n    say: b\n", "4:5", "unexpected key among list items"),
+    ("run:\n  - a\n b: c\n", "3:2", "the indentation of this line matches no line above"),
+    ("a:\n    b: 1\n   c: 2\n", "3:4", "the indentation of this line matches no line above"),
     (
         "a:\n  b: 1\n    c: 2\n",
         "3:5",
-        "this line is indented deeper than the one above, which has its value already",
+        "this line is indented deeper than the line above, which already has a value",
     ),
-    ("a: 'b\nc: d\n", "1:4", "the quote ' that opens here is never closed"),
-    ('a: "b\nc: d\n', "1:4", 'the quote " that opens here is never closed'),
-    ('a: "x\\d"\n', "1:7", "\\d means nothing inside double quotes"),
+    ("a: 'b\nc: d\n", "1:4", "the quote ' that opens here is not closed"),
+    ('a: "b\nc: d\n', "1:4", 'the quote " that opens here is not closed'),
+    ('a: "x\\d"\n', "1:7", "\\d is not a valid escape in double quotes"),
     ('a: "\\x1"\n', "1:7", "this escape needs 2 hexadecimal digits"),
     ("a: [1, 2\nb: 3\n", "1:4", "the list that opens here with `[` is not closed"),
     ("a: [1, 2\n", "1:4", "the list that opens here with `[` is not closed"),
     ("a: {x: 1\nb: 3\n", "1:4", "the mapping that opens here with `{` is not closed"),
     ("a: {x: 1, y: [1, 2}\n", "1:19", "a `,` or the closing `]` is missing here"),
-    ("a: [1, 2]]\n", "1:10", "there is a `]` too many"),
-    ("a: {x: 1}}\n", "1:10", "there is a `}` too many"),
+    ("a: [1, 2]]\n", "1:10", "unmatched `]`"),
+    ("a: {x: 1}}\n", "1:10", "unmatched `}`"),
     ("a: [{x: 1} {y: 2}]\n", "1:12", "a `,` or the closing `]` is missing here"),
-    ("a: 'x' y\n", "1:8", "the value before this has ended"),
+    ("a: 'x' y\n", "1:8", "unexpected text after the value"),
     ("a: [b, , c]\n", "1:8", "a value is missing before `,`"),
-    ("a: *b\n", "1:4", "there is no `&b` before this `*b`"),
-    ("a: * b\n", "1:4", "* is followed by no name"),
-    ("a: & b\n", "1:4", "& is followed by no name"),
+    ("a: *b\n", "1:4", "`*b` has no `&b` before it"),
+    ("a: * b\n", "1:4", "a name is missing after *"),
+    ("a: & b\n", "1:4", "a name is missing after &"),
     ("a: !e!x b\n", "1:4", "a value cannot begin with !"),
-    ("a: | b\n  c\n", "1:6", "after `|` or `>` the text begins on the next line"),
-    ("a: >5x\n c\n", "1:6", "after `|` or `>` the text begins on the next line"),
-    ("  a: 1\nb: 2\n", "2:1", "the file's value has ended before this line"),
-    ("{a: 1} b\n", "1:8", "the file's value has ended before this line"),
-    ("a: 1\n? b\nc\n", "3:1", "this line is no `key: value`"),
+    ("a: | b\n  c\n", "1:6", "the text after `|` or `>` must begin on the next line"),
+    ("a: >5x\n c\n", "1:6", "the text after `|` or `>` must begin on the next line"),
+    ("  a: 1\nb: 2\n", "2:1", "unexpected text after the end of the document"),
+    ("{a: 1} b\n", "1:8", "unexpected text after the end of the document"),
+    ("a: 1\n? b\nc\n", "3:1", "this line is not `key: value`"),
     ("a: ? b\n", "1:4", "a value cannot begin with `? `"),
-    ("a: 1\nb\n", "2:1", "this line is no `key: value`"),
-    ("- a\nb: 1\n", "2:1", "a key stands among list items"),
+    ("a: 1\nb\n", "2:1", "this line is not `key: value`"),
+    ("- a\nb: 1\n", "2:1", "unexpected key among list items"),
     ("a: [x: 1: 2]\n", "1:9", "a `,` or the closing `]` is missing here"),
     ("a: {b c: d e: f}\n", "1:13", "a `,` or the closing `}` is missing here"),
-    ("a: 1\n}\n", "2:1", "there is a `}` too many"),
-    ("'a: 1\n", "1:1", "the quote ' that opens here is never closed"),
-    ("a: it's\nb: 'it's'\n", "2:8", "the value before this has ended"),
+    ("a: 1\n}\n", "2:1", "unmatched `}`"),
+    ("'a: 1\n", "1:1", "the quote ' that opens here is not closed"),
+    ("a: it's\nb: 'it's'\n", "2:8", "unexpected text after the value"),
     ("a: {b: 1,\nc: 2\n", "1:4", "the mapping that opens here with `{` is not closed"),
     (
         "a:\n- b\n  c: 1\n - d\n",
         "3:3",
-        "this line is indented deeper than the one above, which has its value already",
+        "this line is indented deeper than the line above, which already has a value",
     ),
     (
         "a: b\n c: d\n",
         "2:2",
-        "this line is indented deeper than the one above, which has its value already",
+        "this line is indented deeper than the line above, which already has a value",
     ),
-    ("a: 'b' c: d\n", "1:8", "the value before this has ended"),
-    ('say: "a" b\n', "1:10", "the value before this has ended"),
+    ("a: 'b' c: d\n", "1:8", "unexpected text after the value"),
+    ('say: "a" b\n', "1:10", "unexpected text after the value"),
     ('a: ["b" c]\n', "1:9", "a `,` or the closing `]` is missing here"),
     ("a: ,b\n", "1:4", "a value is missing before `,`"),
     ("a: ]\n", "1:4", "a value is missing before `]`"),
@@ -92,16 +92,16 @@ TROUBLES = [
     (
         "run:\n  sequence:\n  - wait: 1 s\n   - say: a\n",
         "4:4",
-        "the indentation of this line fits none above",
+        "the indentation of this line matches no line above",
     ),
     ("run: {wait: 1 s\n  say: b}\n", "1:6", "the mapping that opens here with `{` is not closed"),
-    ("a:1\nb: 2\n", "1:1", "this line is no `key: value`"),
-    ('a: "b\\\n', "1:4", 'the quote " that opens here is never closed'),
+    ("a:1\nb: 2\n", "1:1", "this line is not `key: value`"),
+    ('a: "b\\\n', "1:4", 'the quote " that opens here is not closed'),
     ("x: {a: b, c\nd: e\n", "1:4", "the mapping that opens here with `{` is not closed"),
     ("a: %b\n%b: c\n", "1:4", "a value cannot begin with %"),
     ("%YAML 3.0\n---\na: 1\n", "1:1", "a line cannot begin with %"),
     ("a: !<x y\n", "1:4", "a value cannot begin with !"),
-    ("a:\n- ? b\n ? c\n", "3:2", "the indentation of this line fits none above"),
+    ("a:\n- ? b\n ? c\n", "3:2", "the indentation of this line matches no line above"),
     ("a: " + "[" * 61 + "]" * 61, "1:64", "nested more than 60 deep"),
     ("[a]: {b\n", "1:6", "the mapping that opens here with `{` is not closed"),
 ]
@@ -114,8 +114,8 @@ def refusal(text):
     return finding
 
 
-@pytest.mark.parametrize(("text", "place", "sentence"), TROUBLES)
-def test_what_is_not_yaml_is_said_in_plain_words(text, place, sentence):
+@pytest.mark.parametrize(("text", "place", "sentence"), PROBLEMS)
+def test_a_syntax_error_is_explained_in_plain_words(text, place, sentence):
     finding = refusal(text)
     assert (finding.code, f"{finding.mark.line}:{finding.mark.column}") == ("E004", place)
     assert finding.sentence == sentence
@@ -124,15 +124,15 @@ def test_what_is_not_yaml_is_said_in_plain_words(text, place, sentence):
 
 
 @pytest.mark.skipif(not yaml.__with_libyaml__, reason="PyYAML alone takes it")
-def test_what_only_libyaml_refuses_is_said_in_plain_words_too():
+def test_an_error_of_libyaml_alone_is_explained_in_plain_words():
     finding = refusal("a: {b:, c}\n")
-    assert (finding.mark.column, finding.sentence) == (6, "a `:` stands inside a value")
+    assert (finding.mark.column, finding.sentence) == (6, "unexpected `:` inside a value")
 
 
 def test_an_error_that_is_not_in_the_table_still_has_its_place():
     mark = yaml.Mark("file", 0, 2, 4, None, 0)
-    trouble = in_plain_words(yaml.MarkedYAMLError(problem="new\nwords", problem_mark=mark), "a")
-    assert (trouble.line, trouble.column, trouble.sentence) == (3, 5, "not YAML: new words")
+    problem = explain(yaml.MarkedYAMLError(problem="new\nwords", problem_mark=mark), "a")
+    assert (problem.line, problem.column, problem.sentence) == (3, 5, "not YAML: new words")
 
 
 def test_an_alias_is_the_value_of_its_anchor():
@@ -159,12 +159,12 @@ def test_an_alias_is_the_value_of_its_anchor():
         ("a: b\x00\n", "1:5", "E003"),
     ],
 )
-def test_what_is_yaml_but_not_taken(text, place, code):
+def test_unsupported_yaml_is_refused(text, place, code):
     finding = refusal(text)
     assert (finding.code, f"{finding.mark.line}:{finding.mark.column}") == (code, place)
 
 
-def test_aliases_cannot_explode():
+def test_the_expansion_of_aliases_is_limited():
     lines = ["a0: &a0 [1, 1, 1, 1, 1, 1, 1, 1, 1, 1]"]
     lines += [f"a{n}: &a{n} [{', '.join([f'*a{n - 1}'] * 10)}]" for n in range(1, 9)]
     assert refusal("\n".join(lines)).code == "E008"

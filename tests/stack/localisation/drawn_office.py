@@ -1,4 +1,4 @@
-"""An office drawn as an array, finer than any map of it, and a lidar and wheels to drive in it."""
+"""Simulated office as a fine array, with a lidar and wheel odometry."""
 
 from __future__ import annotations
 
@@ -41,14 +41,14 @@ TWIN_FURNITURE = [(0.1, 0.1, 1.1, 0.7), (3.6, 2.2, 4.4, 3.4), (1.4, 5.3, 2.6, 5.
 
 @dataclass
 class Place:
-    """What really stands there, and the map made of it."""
+    """True obstacles of an office and its map."""
 
     solid: np.ndarray
     grid: OccupancyGrid
     people: list[tuple[float, float, float]] = field(default_factory=list)
 
     def scan(self, pose: Pose2D, stamp: float, generator: np.random.Generator) -> Scan:
-        """360 beams, 12 m, 1 cm noise, 0.5 % lost, people as circles (x, y, radius)."""
+        """Simulate 360 beams, 12 m, 1 cm noise, 0.5 % lost, people as circles (x, y, radius)."""
         angles = -pi + 2 * pi / 360 * np.arange(360)
         sensor = pose.compose(MOUNT)
         row = np.array([sensor.x, sensor.y, sensor.heading])
@@ -67,7 +67,7 @@ class Place:
         return Scan(stamp, ranges.astype(np.float32), -pi, 2 * pi / 360, 0.08, 12.0, MOUNT)
 
     def is_clear(self, x: float, y: float, radius: float = 0.3) -> bool:
-        """Whether nothing solid is within a square of this half width."""
+        """Return whether a square of this half width is free of obstacles."""
         low_row, low_column = int((y - radius) / FINE), int((x - radius) / FINE)
         high_row, high_column = int((y + radius) / FINE), int((x + radius) / FINE)
         if min(low_row, low_column) < 0:
@@ -77,7 +77,7 @@ class Place:
         return not self.solid[low_row:high_row, low_column:high_column].any()
 
     def free_pose(self, generator: np.random.Generator) -> Pose2D:
-        """A random pose with 0.3 m of room."""
+        """Return a random pose with 0.3 m of clearance."""
         while True:
             x = generator.uniform(0.0, self.solid.shape[1] * FINE)
             y = generator.uniform(0.0, self.solid.shape[0] * FINE)
@@ -94,13 +94,13 @@ def drawn(rectangles, width: float, depth: float) -> np.ndarray:
 
 
 def mapped(solid: np.ndarray) -> OccupancyGrid:
-    """A 5 cm map: a cell is occupied when the middle of it is."""
+    """Return a 5 cm map: a cell is occupied if its centre is."""
     cells = np.where(solid[2::5, 2::5] == 1, OCCUPIED, FREE).astype(np.int8)
     return OccupancyGrid(cells, 0.05)
 
 
 def uneven(rectangles):
-    """The rectangles with each side moved by up to 2.5 cm, so that none lies on the map's cells."""
+    """Move each side of the rectangles by up to 2.5 cm, so that none is aligned with the map."""
     generator = np.random.default_rng(5)
     return [
         tuple(side + generator.uniform(-0.025, 0.025) if side > 0.1 else side for side in rectangle)
@@ -109,7 +109,7 @@ def uneven(rectangles):
 
 
 def office(*, unmapped=()) -> Place:
-    """Five rooms on a corridor; `unmapped` rectangles stand there but not on the map."""
+    """Five rooms on a corridor; `unmapped` rectangles are not on the map."""
     known = uneven([*WALLS, *FURNITURE])
     return Place(drawn([*known, *unmapped], WIDTH, DEPTH), mapped(drawn(known, WIDTH, DEPTH)))
 
@@ -131,7 +131,7 @@ class Drifting:
         self.turn_rate = generator.normal(0.0, 0.002)
 
     def move(self, by: Pose2D, elapsed: float) -> Pose2D:
-        """The pose in the odom frame after truly moving by a small displacement."""
+        """Return the pose in the odom frame after a small true displacement."""
         slip = 1.0 + self.generator.normal(0.0, 0.02)
         self.pose = self.pose.compose(
             Pose2D(
@@ -144,7 +144,7 @@ class Drifting:
 
 
 def along(waypoints: list[tuple[float, float]], start_heading: float, speed: float, period: float):
-    """True displacements per period of a robot that turns on the spot and drives straight."""
+    """True displacements per period of a robot that turns in place and drives straight."""
     pose = Pose2D(*waypoints[0], start_heading)
     for x, y in waypoints[1:]:
         target = Pose2D(x, y)

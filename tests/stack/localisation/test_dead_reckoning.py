@@ -1,4 +1,4 @@
-"""Driving without a map: the pose is odometry laid where the robot began."""
+"""Driving without a map: the pose is odometry placed at the initial pose."""
 
 from math import pi, sqrt
 
@@ -12,7 +12,7 @@ from stack.types import Pose2D, Scan
 SCAN = Scan(0.0, np.full(4, np.inf, np.float32), 0.0, 0.1, 0.1, 10.0)
 
 
-def test_the_map_frame_is_the_odom_frame_laid_at_the_start():
+def test_the_map_frame_is_the_odom_frame_at_the_initial_pose():
     estimator = DeadReckoning(Pose2D(-2.25, 3.0, pi / 2))
     assert estimator.estimate.pose == Pose2D(-2.25, 3.0, pi / 2)
     estimator.update(Pose2D(5.0, 1.0, 0.0), None)  # wherever odometry begins to count
@@ -31,12 +31,12 @@ def deviation_after(steps: int) -> float:
     return float(sqrt(estimator.estimate.covariance[0, 0]))
 
 
-def test_the_deviation_along_a_straight_grows_with_the_root_of_the_way():
+def test_the_deviation_on_a_straight_grows_with_the_root_of_the_distance():
     assert deviation_after(1) == pytest.approx(sqrt(4.0 * DISTANCE_VARIANCE))
     assert deviation_after(100) == pytest.approx(deviation_after(1))
 
 
-def test_a_doubtful_heading_becomes_a_doubtful_place_across_the_way():
+def test_heading_uncertainty_becomes_lateral_position_uncertainty():
     estimator = DeadReckoning(Pose2D(0.0, 0.0, pi / 2))
     estimator.update(Pose2D(0.0, 0.0), None)
     estimator.start(Pose2D(0.0, 0.0, pi / 2), 0.0, 0.1)
@@ -46,7 +46,7 @@ def test_a_doubtful_heading_becomes_a_doubtful_place_across_the_way():
     assert covariance[1, 1] == pytest.approx(2.0 * DISTANCE_VARIANCE)
 
 
-def test_standing_still_adds_no_doubt_and_a_set_pose_holds():
+def test_standstill_adds_no_uncertainty_and_a_set_pose_holds():
     estimator = DeadReckoning(Pose2D(0.0, 0.0))
     estimator.update(Pose2D(1.0, 2.0, 0.5), None)
     estimator.start(Pose2D(8.0, 9.0, 1.0), 0.3, 0.2)
@@ -55,8 +55,8 @@ def test_standing_still_adds_no_doubt_and_a_set_pose_holds():
     assert np.allclose(estimator.estimate.covariance, np.diag([0.09, 0.09, 0.04]))
 
 
-def test_there_is_nothing_to_relocalise_on():
+def test_global_relocalisation_fails_without_a_map():
     estimator = DeadReckoning(Pose2D(0.0, 0.0))
     assert estimator.fit_at(Pose2D(1.0, 1.0), SCAN) == 0.0
-    with pytest.raises(NavigationError, match=r"LOST: .*without a map.*give it a map"):
+    with pytest.raises(NavigationError, match=r"LOST: .*needs a map.*add a map"):
         estimator.relocalise_globally(SCAN)

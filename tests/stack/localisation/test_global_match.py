@@ -1,4 +1,4 @@
-"""Finding the place from lidar alone, and not guessing between places that look alike."""
+"""Global scan matching: finds the pose by lidar only, and reports ambiguous places."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ def crowd(pose: Pose2D, count: int, generator: np.random.Generator):
     return [(pose.x + d * np.cos(a), pose.y + d * np.sin(a), 0.2) for d, a in around]
 
 
-def test_the_place_is_found_among_people_and_never_a_wrong_one():
+def test_the_pose_is_found_among_people_and_is_never_wrong():
     place, generator = office(), np.random.default_rng(1)
     localiser = Localiser(place.grid, LocaliserParameters(), 0)
     found = 0
@@ -35,7 +35,7 @@ def test_the_place_is_found_among_people_and_never_a_wrong_one():
     assert found >= 20
 
 
-def test_twin_rooms_are_ambiguous_and_the_cloud_stays():
+def test_twin_rooms_are_ambiguous_and_the_particles_stay():
     place, generator = twin_rooms(), np.random.default_rng(2)
     localiser = Localiser(place.grid, LocaliserParameters(), 0)
     before = localiser.particles
@@ -47,7 +47,7 @@ def test_twin_rooms_are_ambiguous_and_the_cloud_stays():
     assert np.array_equal(localiser.particles, before)
 
 
-def test_both_twins_are_offered():
+def test_both_twin_rooms_are_candidates():
     place, generator = twin_rooms(), np.random.default_rng(4)
     localiser = Localiser(place.grid, LocaliserParameters(), 0)
     pose = Pose2D(2.4, 1.5, 0.3)
@@ -57,8 +57,8 @@ def test_both_twins_are_offered():
     assert first.fit >= second.fit > 0.9
 
 
-def test_a_second_view_settles_what_one_leaves_open():
-    """One room open to a corner that its twin has not; seen from both ends it is decided."""
+def test_a_second_view_resolves_an_ambiguity():
+    """One room has a corner that its twin has not; views from both ends resolve the pose."""
     place, generator = twin_rooms(), np.random.default_rng(4)
     place.solid[250:350, 900:1000] = 1
     grid = place.grid
@@ -71,7 +71,7 @@ def test_a_second_view_settles_what_one_leaves_open():
     assert best.pose.distance_to(open_view) < 0.1
 
 
-def test_a_scan_of_somewhere_else_altogether_is_lost():
+def test_a_scan_from_another_building_is_lost():
     place, generator = office(), np.random.default_rng(5)
     localiser = Localiser(twin_rooms().grid, LocaliserParameters(), 0)
     pose = Pose2D(6.5, 4.6, 0.3)
@@ -80,7 +80,7 @@ def test_a_scan_of_somewhere_else_altogether_is_lost():
     assert caught.value.failure.code == FailureCode.LOST
 
 
-def test_decisions_quote_what_they_rest_on():
+def test_failures_quote_the_fits():
     near, far = GlobalMatch(Pose2D(1.0, 2.0), 0.9), GlobalMatch(Pose2D(7.0, 2.0), 0.8)
     assert decide([near], 0.6, 0.85) is near
     assert decide([near, GlobalMatch(Pose2D(7.0, 2.0), 0.76)], 0.6, 0.85) is near
@@ -90,7 +90,7 @@ def test_decisions_quote_what_they_rest_on():
         decide([], 0.6, 0.85)
 
 
-def test_distinct_means_far_or_turned():
+def test_distinct_means_distant_or_rotated():
     here = Pose2D(0.0, 0.0, 3.1)
     assert not is_distinct(here, Pose2D(0.3, 0.3, -3.1))
     assert is_distinct(here, Pose2D(0.5, 0.0, 3.1))

@@ -1,4 +1,4 @@
-"""Health: silent while people pass, loud once carried off, and calibrated on each map."""
+"""Health: high while people pass, low after a kidnap, and calibrated on each map."""
 
 from math import cos, pi, sin
 
@@ -17,7 +17,7 @@ STEP = Pose2D(0.0, 0.0, 0.05)
 
 
 def settled(place: Place, pose: Pose2D, generator, localiser: Localiser | None = None) -> Localiser:
-    """A filter that has stood at its true pose for a second."""
+    """A filter after one second at its true pose."""
     localiser = localiser or Localiser(place.grid, LocaliserParameters(), 0)
     localiser.update(HERE, None)
     localiser.start(pose, 0.03, 0.03)
@@ -26,7 +26,7 @@ def settled(place: Place, pose: Pose2D, generator, localiser: Localiser | None =
 
 
 def stand(localiser, place, pose, begin, generator) -> list[float]:
-    """Qualities over the second from `begin` on."""
+    """Health values over the second from `begin` on."""
     qualities = []
     for step in range(10):
         localiser.update(HERE, place.scan(pose, begin + 0.1 * step, generator))
@@ -71,7 +71,7 @@ def is_kidnap(place: Place, before: Pose2D, after: Pose2D, twins: bool) -> bool:
 
 
 @pytest.mark.parametrize("twins", [False, True])
-def test_being_carried_off_is_noticed_within_two_seconds(twins):
+def test_a_kidnap_is_detected_within_two_seconds(twins):
     """At least 95 % of kidnaps; in the twin rooms also those into the other twin."""
     place = twin_rooms() if twins else office()
     generator = np.random.default_rng(3)
@@ -93,8 +93,8 @@ def test_being_carried_off_is_noticed_within_two_seconds(twins):
     assert caught >= 38
 
 
-def test_a_lost_filter_is_not_dragged_to_some_other_fit():
-    """Wandering 15 s after each of 12 kidnaps: it is hardly ever both wrong and confident."""
+def test_a_lost_filter_does_not_converge_to_a_wrong_pose():
+    """Drives of 15 s after each of 12 kidnaps: it is rarely both wrong and confident."""
     place, generator = twin_rooms(), np.random.default_rng(8)
     localiser, deceived, strayed = None, [], []
     for _ in range(12):
@@ -119,7 +119,7 @@ def test_a_lost_filter_is_not_dragged_to_some_other_fit():
 
 
 @pytest.mark.parametrize("bearing", [0.0, pi / 2, -2.5])
-def test_a_person_right_in_front_is_no_alarm(bearing):
+def test_a_person_right_in_front_does_not_lower_the_health(bearing):
     place, generator = office(), np.random.default_rng(0)
     pose = Pose2D(5.75, 2.0, 0.3)
     place.people = [beside(pose, 0.5, bearing)]
@@ -129,13 +129,13 @@ def test_a_person_right_in_front_is_no_alarm(bearing):
 @pytest.mark.parametrize(
     "pose", [Pose2D(2.05, 4.5, -pi / 2), Pose2D(5.75, 3.2, pi / 2), Pose2D(7.75, 4.6, pi / 2)]
 )
-def test_doors_closed_that_the_map_has_open_are_no_alarm(pose):
+def test_closed_doors_that_are_open_on_the_map_do_not_lower_the_health(pose):
     place, generator = office(unmapped=DOORS), np.random.default_rng(0)
     assert settled(place, pose, generator).estimate.health > 0.3
 
 
-def test_someone_hurrying_past_does_not_show():
-    """Three scans of ten with the lidar covered: the median over a second does not care."""
+def test_a_person_who_passes_quickly_does_not_lower_the_health():
+    """Three scans of ten with the lidar covered do not change the median over a second."""
     place, generator = office(), np.random.default_rng(0)
     pose = Pose2D(5.75, 2.0, 0.3)
     localiser = settled(place, pose, generator)
@@ -145,7 +145,7 @@ def test_someone_hurrying_past_does_not_show():
     assert localiser.estimate.health > 0.6
 
 
-def test_fit_at_judges_other_poses():
+def test_fit_at_evaluates_other_poses():
     place, generator = office(), np.random.default_rng(0)
     pose = Pose2D(5.75, 2.0, 0.3)
     localiser = settled(place, pose, generator)
@@ -154,7 +154,7 @@ def test_fit_at_judges_other_poses():
     assert localiser.fit_at(Pose2D(9.0, 2.8, 0.3), scan) < 0.3
 
 
-def test_a_start_is_believed_until_a_scan_says_otherwise():
+def test_an_initial_pose_has_high_health_until_the_first_scan():
     place, generator = office(), np.random.default_rng(0)
     localiser = Localiser(place.grid, LocaliserParameters(), 0)
     assert localiser.estimate.health == 0.0, "scattered"
@@ -165,7 +165,7 @@ def test_a_start_is_believed_until_a_scan_says_otherwise():
 
 
 @pytest.mark.parametrize("value", [np.inf, np.nan])
-def test_a_scan_without_a_single_return_moves_nothing(value):
+def test_a_scan_without_returns_does_not_move_the_pose(value):
     localiser = Localiser(office().grid, LocaliserParameters(), 0)
     pose = Pose2D(5.75, 2.0, 0.5)
     localiser.start(pose, 0.02, 0.02)

@@ -39,7 +39,7 @@ def test_rays_end_on_the_square(x, y, angle):
     assert found[0] == pytest.approx(to_wall(x, y, angle), abs=1e-6)
 
 
-def test_a_ray_that_meets_nothing_within_its_limit_is_infinite():
+def test_a_ray_without_a_hit_within_its_limit_is_infinite():
     field = surface_field(room())
     angles = np.array([0.0])
     found = kernels.cast_rays(field.occupancy, *field.placement, np.zeros(3), angles, 1.9)
@@ -68,13 +68,13 @@ def square_scan(x: float, y: float, heading: float) -> tuple[np.ndarray, np.ndar
 
 def judged(ranges: np.ndarray, angles: np.ndarray, sensor: tuple[float, float, float]):
     field = surface_field(room())
-    return kernels.judge_beams(
+    return kernels.classify_beams(
         field.occupancy, field.distances, *field.placement, np.array(sensor), angles, ranges, 12.0,
         0.08,
     )  # fmt: skip
 
 
-def test_beams_are_told_apart():
+def test_beams_are_classified():
     angles, ranges = square_scan(0.5, 0.3, 0.2)
     ranges[:6] = [0.5, inf, nan, ranges[3] + 1.0, ranges[4] + 0.05, ranges[5]]
     kinds, credits = judged(ranges, angles, (0.5, 0.3, 0.2))

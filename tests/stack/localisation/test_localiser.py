@@ -18,7 +18,7 @@ TOUR = [
 
 
 class Drive:
-    """A tour with the filter running; what came out, step by step."""
+    """Run the filter on a drive; return its results step by step."""
 
     def __init__(self, seed: int, *, crowd: bool = False) -> None:
         self.generator = np.random.default_rng(seed)
@@ -71,7 +71,7 @@ def test_the_same_seed_gives_the_same_pose_bit_by_bit():
     assert np.array_equal(one.localiser.particles, other.localiser.particles)
 
 
-def test_between_scans_the_pose_is_carried_on_by_odometry():
+def test_between_scans_the_pose_is_propagated_by_odometry():
     localiser = Localiser(office().grid, LocaliserParameters(), 0)
     localiser.update(Pose2D(5.0, 5.0, pi / 2), None)
     localiser.start(Pose2D(1.0, 2.0, 0.0), 0.0, 0.0)
@@ -89,7 +89,7 @@ def test_started_before_the_first_odometry():
     assert localiser.estimate.pose.heading == pytest.approx(0.5)
 
 
-def test_start_spreads_the_particles_as_asked():
+def test_start_spreads_the_particles_by_the_deviations():
     localiser = Localiser(office().grid, LocaliserParameters(), 0)
     localiser.start(Pose2D(6.0, 4.5, 1.0), 0.3, 0.2)
     estimate = localiser.estimate
@@ -99,7 +99,7 @@ def test_start_spreads_the_particles_as_asked():
 
 
 def test_one_scan_aligns_a_rough_start():
-    """Started 10 cm off: the cloud alone is 2 cm off after one scan, aligned to the map 1 cm."""
+    """Started 10 cm off: the particles are 2 cm off after one scan, after alignment 1 cm."""
     place, generator = office(), np.random.default_rng(6)
     localiser, errors = Localiser(place.grid, LocaliserParameters(), 6), []
     for step in range(40):
@@ -123,8 +123,8 @@ def test_scattered_particles_find_the_robot():
     assert localiser.particles.shape[0] < 600, "fewer particles once it is sure"
 
 
-def test_standing_in_one_of_two_equal_rooms_is_not_decided_by_chance():
-    """Nothing tells the twins apart: both keep their share of the cloud."""
+def test_equal_rooms_are_not_resolved_by_chance():
+    """Nothing distinguishes the twin rooms: both keep their share of the particles."""
     place, generator = twin_rooms(), np.random.default_rng(2)
     localiser = Localiser(place.grid, LocaliserParameters(), 2)
     pose = Pose2D(2.4, 1.5, 0.3)

@@ -1,4 +1,4 @@
-"""How the particles spread with what odometry says, for robots that turn and that go any way."""
+"""Spread of the particles by odometry, for differential and omnidirectional robots."""
 
 from math import pi
 
@@ -29,14 +29,14 @@ def spread(noise, moved):
 def test_a_step_sideways_does_not_blur_the_heading():
     sideways = Pose2D(0.0, 0.1)
     x, y, heading = spread(OmniMotionNoise(*ALPHAS, 0.03), sideways)
-    assert y == pytest.approx(0.02**0.5 * 0.1, rel=0.03)  # along the way
+    assert y == pytest.approx(0.02**0.5 * 0.1, rel=0.03)  # along the motion
     assert x == pytest.approx(0.03**0.5 * 0.1, rel=0.03)  # across it
     assert heading == pytest.approx(0.01**0.5 * 0.1, rel=0.03)
     # Turn, go, turn: two quarter turns of deviation 0.1 * pi / 2 each.
     assert spread(MotionNoise(*ALPHAS), sideways)[2] > 0.2
 
 
-def test_a_step_ahead_and_a_turn_in_place_are_as_with_other_robots():
+def test_a_step_ahead_and_a_turn_in_place_are_as_for_differential_robots():
     for moved in (Pose2D(0.1, 0.0), Pose2D(0.0, 0.0, pi / 6)):
         x, _, heading = spread(OmniMotionNoise(*ALPHAS, 0.02), moved)
         usual_x, _, usual = spread(MotionNoise(*ALPHAS), moved)
@@ -44,7 +44,7 @@ def test_a_step_ahead_and_a_turn_in_place_are_as_with_other_robots():
         assert heading <= usual * 1.03
 
 
-def test_the_particles_mean_goes_where_odometry_says():
+def test_the_mean_of_the_particles_follows_odometry():
     moved = Pose2D(0.05, -0.08, 0.1)
     after = OmniMotionNoise(*ALPHAS, 0.02).sample(START, moved, np.random.default_rng(2))
     assert after.mean(axis=0) == pytest.approx(move(START[:1], moved)[0], abs=1e-3)

@@ -51,7 +51,7 @@ def test_a_constant_twist_is_integrated_exactly(linear, angular, period):
     assert fused.twist.angular == pytest.approx(angular, abs=1e-9)
 
 
-def test_without_a_gyro_the_wheels_are_passed_on():
+def test_without_a_gyro_the_wheel_odometry_is_used():
     fusion = OdometryFusion()
     twist = Twist(0.5, 0.4)
     for step in range(21):
@@ -82,7 +82,7 @@ def drive(bias: float, stand: float, seed: int = 3) -> tuple[OdometryFusion, flo
     return fusion, abs(wrap_angle(fused.pose.heading - heading))
 
 
-def test_the_bias_is_learnt_while_standing():
+def test_the_bias_is_calibrated_at_standstill():
     """2 s at 100 Hz of 0.004 rad/s noise leave a bias error of 0.004/sqrt(175) = 0.3 mrad/s."""
     fusion, error = drive(bias=0.02, stand=2.0)
     assert fusion.gyro_bias == pytest.approx(0.02, abs=1e-3)
@@ -90,13 +90,13 @@ def test_the_bias_is_learnt_while_standing():
     assert error < 0.05
 
 
-def test_a_bias_that_was_never_learnt_shows():
+def test_an_uncalibrated_bias_turns_the_heading():
     """40 s of 0.02 rad/s: 0.8 rad. Guards the test above against a gyro that is ignored."""
     _, error = drive(bias=0.02, stand=0.0)
     assert error == pytest.approx(0.8, abs=0.1)
 
 
-def test_turned_by_hand_is_not_taken_for_bias():
+def test_a_rotation_by_hand_does_not_change_the_bias():
     fusion, still = OdometryFusion(), Odometry(0.0, Pose2D(0.0, 0.0), Twist())
     for step in range(61):
         now = 0.05 * step

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stack.mapping.passages import clearance_of, passages_of, way_to, widest_ways
+from stack.mapping.passages import clearance_of, passages_of, widest_path_to, widest_paths
 from stack.types import OccupancyGrid
 
 
@@ -26,26 +26,26 @@ def test_a_gap_of_n_cells_is_a_passage_of_that_width(gap):
     assert passage.y == pytest.approx((30 + gap / 2) * 0.05, abs=0.06)
 
 
-def test_without_a_gap_there_is_no_passage_and_no_way():
+def test_without_a_gap_there_is_no_passage_and_no_path():
     grid = two_rooms(0)
     clearance = clearance_of(grid)
     assert passages_of(grid, clearance) == []
-    ways = widest_ways(grid, clearance, (1.0, 1.5))
-    assert way_to(grid, ways, 3.0, 1.5).width == 0.0
+    paths = widest_paths(grid, clearance, (1.0, 1.5))
+    assert widest_path_to(grid, paths, 3.0, 1.5).width == 0.0
 
 
-def test_the_widest_way_names_its_narrowest_point():
+def test_the_widest_path_names_its_narrowest_point():
     grid = two_rooms(10)
     clearance = clearance_of(grid)
-    way = way_to(grid, widest_ways(grid, clearance, (1.0, 1.5)), 3.0, 1.5)
-    assert way.width == pytest.approx(0.5, abs=0.051)
-    assert (way.x, way.y) == pytest.approx((2.075, 1.75), abs=0.06)
+    path = widest_path_to(grid, widest_paths(grid, clearance, (1.0, 1.5)), 3.0, 1.5)
+    assert path.width == pytest.approx(0.5, abs=0.051)
+    assert (path.x, path.y) == pytest.approx((2.075, 1.75), abs=0.06)
 
 
-def test_a_start_inside_a_wall_leads_nowhere():
+def test_no_cell_is_reached_from_a_start_inside_a_wall():
     grid = two_rooms(10)
-    ways = widest_ways(grid, clearance_of(grid), (0.0, 0.0))
-    assert not ways[0].any()
+    paths = widest_paths(grid, clearance_of(grid), (0.0, 0.0))
+    assert not paths[0].any()
 
 
 def test_clearance_in_the_middle_of_a_room_is_half_its_narrow_side():

@@ -40,7 +40,7 @@ def rewrite(folder, old, new):
     return folder / "map.yaml"
 
 
-def test_the_picture_s_bottom_row_is_the_grid_s_first(folder):
+def test_the_bottom_row_of_the_image_is_the_first_row_of_the_grid(folder):
     grid = read_ros_map(folder / "map.yaml")
     # occ = 1 - shade/255: 90 -> 0.647 and 206 -> 0.192 lie either side of the thresholds, as do
     # 89 -> 0.651 and map_saver's 205 -> 0.19608.
@@ -58,7 +58,7 @@ def test_negate_makes_white_occupied(folder):
     ]
 
 
-def test_scale_spreads_what_lies_between_the_thresholds(folder):
+def test_scale_interpolates_between_the_thresholds(folder):
     grid = read_ros_map(rewrite(folder, "mode: trinary", "mode: scale"))
     # 205: (0.19608 - 0.196) / 0.454 = 0.02 % -> 0; 90: (0.64706 - 0.196) / 0.454 = 99.4 % -> 99.
     assert grid.cells.tolist() == [[99, 100, 0], [100, 0, 0]]
@@ -67,7 +67,7 @@ def test_scale_spreads_what_lies_between_the_thresholds(folder):
     assert occupancies(grey, Shading("scale", False, 0.65, 0.196)).tolist() == [[48]]
 
 
-def test_raw_takes_bytes_up_to_100_as_they_are(folder):
+def test_raw_uses_bytes_up_to_100_as_occupancy(folder):
     grid = read_ros_map(rewrite(folder, "mode: trinary", "mode: raw"))
     assert grid.cells.tolist() == [[90, 89, UNKNOWN], [0, UNKNOWN, UNKNOWN]]
 
@@ -84,7 +84,7 @@ def test_alpha_is_a_fourth_colour_in_trinary_and_unknown_in_scale():
 
 
 @pytest.mark.parametrize("channels", [1, 3, 4])
-def test_png_pictures_can_be_grey_coloured_or_transparent(folder, channels):
+def test_png_images_can_be_grey_coloured_or_transparent(folder, channels):
     pixels = np.array([[0, 255]], np.uint8)
     image = pixels if channels == 1 else np.repeat(pixels[:, :, None], channels, axis=2)
     if channels == 4:
@@ -95,7 +95,7 @@ def test_png_pictures_can_be_grey_coloured_or_transparent(folder, channels):
     assert grid.cells.tolist() == [[OCCUPIED, FREE]]
 
 
-def test_plain_and_16_bit_pgm_pictures(folder):
+def test_plain_and_16_bit_pgm_images(folder):
     (folder / "map.pgm").write_bytes(b"P2 # plain\n2 1\n15\n0 15\n")
     assert read_ros_map(folder / "map.yaml").cells.tolist() == [[OCCUPIED, FREE]]
     (folder / "map.pgm").write_bytes(b"P5 2 1 65535\n" + b"\x00\x10\xff\xf0")
@@ -104,14 +104,14 @@ def test_plain_and_16_bit_pgm_pictures(folder):
 
 WRONG = [
     ("image: map.pgm\n", "", "1:1 E401 a map file needs the key 'image'"),
-    ("map.pgm", "mop.pgm", "1:8 E402 image: there is no file 'mop.pgm' beside this one; did you m"),
-    ("map.pgm", "map.yaml", "1:8 E402 image: 'map.yaml' is no PGM or PNG picture, it begins with"),
-    ("map.pgm", "cut.pgm", "1:8 E402 image: 'cut.pgm' is a damaged PGM: 3 of 6 pixels are there"),
-    ("map.pgm", "cut.png", "1:8 E402 image: 'cut.png' is a damaged PNG: its end is cut off"),
-    ("map.pgm", "huge.pgm", "1:8 E402 image: 'huge.pgm' is 9000 x 9000 pixels; a map has 1 to 81"),
+    ("map.pgm", "mop.pgm", "1:8 E402 image: there is no file 'mop.pgm' in the folder of this file"),
+    ("map.pgm", "map.yaml", "1:8 E402 image: 'map.yaml' is not a PGM or PNG image; it begins with"),
+    ("map.pgm", "cut.pgm", "1:8 E402 image: 'cut.pgm' is a damaged PGM: it has 3 of 6 pixels"),
+    ("map.pgm", "cut.png", "1:8 E402 image: 'cut.png' is a damaged PNG: its end is missing"),
+    ("map.pgm", "huge.pgm", "1:8 E402 image: 'huge.pgm' has 9000 x 9000 pixels; a map image has 1"),
     ("map.pgm", ".", "1:8 E402 image: '.' cannot be read: Is a directory"),
     ("0.05", "-1", "3:13 E401 resolution: -1 m must be above 0 m"),
-    ("2.5, 0.0]", "2.5, 0.5]", "4:21 E401 origin: a map turned by a yaw of 0.5 rad cannot be used"),
+    ("2.5, 0.0]", "2.5, 0.5]", "4:21 E401 origin: a yaw of 0.5 rad is not supported, expected 0"),
     ("2.5, 0.0]", "2.5]", "4:9 E401 origin: expected [x, y, yaw], got a list of 2"),
     ("negate: 0", "negate: 2", "5:9 E401 negate: expected 0 or 1, got 2"),
     ("trinary", "trinery", "2:7 E401 mode: 'trinery' is not one of trinary, scale, raw; did you"),
@@ -121,7 +121,7 @@ WRONG = [
 
 
 @pytest.mark.parametrize(("old", "new", "expected"), WRONG)
-def test_a_mistake_is_reported_where_it_stands(folder, old, new, expected):
+def test_a_mistake_is_reported_with_its_position(folder, old, new, expected):
     (folder / "cut.pgm").write_bytes(b"P5 3 2 255\nabc")
     (folder / "huge.pgm").write_bytes(b"P5 9000 9000 255\nabc")
     encoded = cv2.imencode(".png", np.zeros((9, 9), np.uint8))[1].tobytes()
@@ -155,7 +155,7 @@ def test_what_is_written_reads_back_the_same(tmp_path_factory, cells, resolution
     assert grid.resolution == resolution and grid.origin == (x, y)
 
 
-def test_writing_leaves_the_old_map_alone_when_it_fails(folder, monkeypatch):
+def test_a_failed_write_keeps_the_old_map(folder, monkeypatch):
     before = (folder / "map.pgm").read_bytes()
 
     def no_space(*_):

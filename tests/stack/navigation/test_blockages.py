@@ -6,7 +6,7 @@ THROUGH = np.column_stack([np.linspace(0, 8, 100), np.full(100, 3.0)])
 AROUND = np.column_stack([np.linspace(0, 8, 100), np.full(100, 1.0)])
 
 
-def test_a_blockage_bars_ways_through_it_for_a_while():
+def test_a_blockage_rejects_paths_through_it_for_a_while():
     blockages = Blockages()
     blockages.note((4.0, 3.0), 100.0)
     assert blockages.bar(THROUGH, 100.0)
@@ -15,7 +15,7 @@ def test_a_blockage_bars_ways_through_it_for_a_while():
     assert not blockages.bar(THROUGH, 100.0 + FIRST_HOLD)
 
 
-def test_one_that_proves_true_again_is_believed_twice_as_long():
+def test_a_repeated_blockage_is_remembered_twice_as_long():
     blockages = Blockages()
     blockages.note((4.0, 3.0), 0.0)
     blockages.note((4.3, 3.2), 20.0)  # 0.36 m away: the same
@@ -23,7 +23,7 @@ def test_one_that_proves_true_again_is_believed_twice_as_long():
     assert not blockages.bar(THROUGH, 20.0 + 2 * FIRST_HOLD)
 
 
-def test_one_seen_again_while_believed_is_only_prolonged():
+def test_a_blockage_seen_again_in_time_is_only_extended():
     blockages = Blockages()
     blockages.note((4.0, 3.0), 0.0)
     blockages.note((4.0, 3.0), 5.0)

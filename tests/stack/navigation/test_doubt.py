@@ -1,4 +1,4 @@
-"""A robot that doubts its pose stands: a path from a wrong pose leads anywhere."""
+"""A robot with an uncertain pose stands: a path from a wrong pose is useless."""
 
 import pytest
 

@@ -36,7 +36,7 @@ def test_goals_are_reached_from_anywhere_without_a_touch(make, batch):
         assert world.nearest > 0.0
 
 
-def test_a_drive_tells_what_happens(make):
+def test_a_drive_emits_events(make):
     toy = make()
     task = toy.navigator.navigate_to(Pose2D(5.0, 3.0, 0.0))
     assert toy.navigator.goal == Pose2D(5.0, 3.0, 0.0)
@@ -50,7 +50,9 @@ def test_a_drive_tells_what_happens(make):
     assert toy.finish(task) is TaskStatus.SUCCEEDED
     assert toy.kinds() == ["goal", "plan", "task"]
     assert toy.events[1][1] == "plan found, 4.0 m"
-    assert toy.events[2][1].startswith("drive to (5.00, 3.00, 0 deg) succeeded: there, 0.0")
+    assert toy.events[2][1].startswith(
+        "drive to (5.00, 3.00, 0 deg) succeeded: reached the goal, 0.0"
+    )
     assert (toy.navigator.goal, toy.navigator.path, toy.navigator.local_plan) == (None,) * 3
     assert toy.navigator.counters["distance"] == pytest.approx(4.0, abs=0.05)
 
@@ -74,13 +76,13 @@ def test_a_person_in_the_way_is_waited_for(make):
     toy.run(10.0)
     assert world.twist.linear < 1e-3
     assert 3.0 < world.pose.x < 4.1
-    assert task.feedback.startswith("waiting, something is in the way")
+    assert task.feedback.startswith("waiting, an obstacle is in the way")
     world.circles.clear()
     assert toy.finish(task) is TaskStatus.SUCCEEDED
     assert world.nearest > 0.0
 
 
-def test_a_blocked_path_is_planned_anew(make):
+def test_a_blocked_path_is_replanned(make):
     world = ToyWorld(TWO_DOORS, robot(), Pose2D(1.0, 3.8))
     toy = make(world)
     task = toy.navigator.navigate_to(Pose2D(7.0, 3.8, 0.0))
@@ -94,7 +96,7 @@ def test_a_blocked_path_is_planned_anew(make):
     assert toy.navigator.counters["replans"] >= 1
 
 
-def test_what_the_costmaps_do_not_see_is_not_touched_either(make):
+def test_obstacles_missing_in_the_costmaps_are_not_hit(make):
     world = ToyWorld(room(8, 6), robot(), Pose2D(1.0, 3.0))
     toy = make(world)
     toy.follow_changes = False
@@ -166,7 +168,7 @@ def test_a_given_path_is_followed_as_it_is(make):
     assert toy.finish(task) is TaskStatus.SUCCEEDED
     assert toy.planner.calls == 0
     assert toy.world.pose.distance_to(task.path.goal) < 0.05
-    with pytest.raises(ParameterError, match="1 points"):
+    with pytest.raises(ParameterError, match="expected at least 2 points, got 1"):
         toy.navigator.follow_path(Path(points[:1]))
 
 
@@ -214,7 +216,7 @@ def test_planning_failures_end_the_drive_when_patience_is_over(make, code, secon
     assert set(toy.commands) == {STANDSTILL}
 
 
-def test_a_way_that_opens_in_time_is_taken(make):
+def test_a_path_that_opens_in_time_is_driven(make):
     toy = make(planner=failing(FailureCode.NO_VALID_PATH))
     task = toy.navigator.navigate_to(Pose2D(5.0, 3.0))
     toy.run(1.5)
@@ -233,6 +235,7 @@ def test_something_that_stays_in_the_way_fails_the_drive(make):
     assert world.nearest > 0.0
 
 
+@pytest.mark.pain("s334", "s769", "s285", "s771")
 def test_a_lost_robot_stops_and_says_so(make):
     toy = make()
     task = toy.navigator.navigate_to(Pose2D(7.0, 3.0))
@@ -250,6 +253,7 @@ def test_a_lost_robot_stops_and_says_so(make):
     assert abs(toy.world.twist.linear) < 1e-3
 
 
+@pytest.mark.pain("n3090")
 def test_a_cancelled_drive_leaves_the_robot_standing(make):
     toy = make()
     task = toy.navigator.navigate_to(Pose2D(7.0, 3.0))
@@ -307,7 +311,7 @@ def test_a_plugin_that_breaks_fails_the_task_not_the_loop(make):
 
 
 def test_no_goals_are_refused(make):
-    with pytest.raises(ParameterError, match="no pose to drive to"):
+    with pytest.raises(ParameterError, match="expected at least one pose"):
         make().navigator.navigate_through([])
 
 
@@ -322,7 +326,7 @@ def test_a_path_that_ends_too_far_from_the_goal_is_none(make):
     task = strict.navigator.navigate_to(Pose2D(3.0, 3.0), tolerance=0.1)
     strict.finish(task)
     assert task.failure.code == FailureCode.GOAL_OCCUPIED
-    assert "0.19 m away from it, the tolerance 0.10 m" in task.failure.sentence
+    assert "0.19 m away from the goal, the tolerance is 0.10 m" in task.failure.sentence
 
 
 def test_it_stands_without_a_task(make):
@@ -332,7 +336,7 @@ def test_it_stands_without_a_task(make):
     assert Twist() == STANDSTILL
 
 
-def test_a_gap_that_is_blocked_only_when_seen_from_near_is_not_paced_to_for_ever(make):
+def test_a_gap_blocked_only_when_seen_from_near_is_not_tried_for_ever(make):
     world = ToyWorld(TWO_DOORS, robot(), Pose2D(1.0, 4.5))
     toy = make(world)
     task = toy.navigator.navigate_to(Pose2D(7.0, 4.8, 0.0))

@@ -116,12 +116,12 @@ def test_shut_in_it_fails_once_patience_is_over(make, who):
     task = toy.navigator.escape()
     toy.finish(task)
     assert task.failure.code == FailureCode.COLLISION_AHEAD
-    assert "on every side that the lidar has seen" in task.failure.sentence
+    assert "obstacles block every motion" in task.failure.sentence
     assert toy.world.time < 3.0  # recovery_patience is 2 s
     assert toy.world.pose == MIDDLE
 
 
-def test_who_steps_aside_in_time_lets_it_out(make):
+def test_it_leaves_when_a_person_steps_aside_in_time(make):
     world = ToyWorld(room(6, 6) + wedge(ROUND, 0.05, ["behind"]), ROUND, MIDDLE, beams=360)
     world.circles.append((2.55, 3.0, 0.2))
     toy = make(world)
@@ -131,12 +131,12 @@ def test_who_steps_aside_in_time_lets_it_out(make):
     assert toy.finish(task) is TaskStatus.SUCCEEDED
 
 
-def test_where_it_is_nowhere_roomier_it_says_so(make):
+def test_it_fails_when_no_pose_has_more_clearance(make):
     toy = make(ToyWorld(room(1.5, 1.5), ROUND, Pose2D(0.75, 0.75), beams=360))
     task = toy.navigator.escape(clearance=1.0)
     toy.finish(task)
     assert task.failure.code == FailureCode.NO_PROGRESS
-    assert "more room than the 0.5" in task.failure.sentence  # 0.75 m less the radius
+    assert "more clearance than the 0.5" in task.failure.sentence  # 0.75 m less the radius
 
 
 def test_it_goes_no_farther_than_allowed(make):
@@ -182,7 +182,7 @@ def test_without_a_lidar_it_says_what_is_missing(make):
     task = toy.navigator.escape()
     toy.finish(task)
     assert task.failure.code == FailureCode.FAILED
-    assert "no lidar scan came" in task.failure.sentence
+    assert "no lidar scan received" in task.failure.sentence
 
 
 def test_a_direction_never_seen_is_not_free(make):
@@ -225,7 +225,7 @@ def test_motions_keep_to_what_the_drive_can_do():
 
 
 @pytest.mark.parametrize("who", [DIFFERENTIAL, CAR, OMNI])
-def test_roll_outs_are_dense_and_end_where_the_legs_do(who):
+def test_rollouts_are_dense_and_end_where_the_segments_do(who):
     radius = who.footprint.circumscribed_radius
     for legs in motions(who, 0.8):
         rollout = roll_out(MIDDLE, legs, radius)

@@ -46,20 +46,20 @@ def test_a_task_that_ends_takes_its_plan_with_it(make, ask, end):
     assert future.result(inf).code == FailureCode.CANCELLED
 
 
-def test_what_is_set_aside_is_dropped_when_the_run_is_over(make):
+def test_a_suspended_drive_is_dropped_at_the_end_of_the_run(make):
     toy = make(planner=Endless(), wait_for_plan=False)
     task = toy.navigator.navigate_to(GOAL)
     toy.step()
-    toy.navigator.set_aside()
+    toy.navigator.suspend()
     toy.navigator.close()
     assert task.future.result(inf).code == FailureCode.CANCELLED
 
 
-def test_a_stop_is_seen_by_whoever_asks():
+def test_every_caller_sees_a_cancel_request():
     cancel = CancelToken()
     cancel.check()
     cancel.request()
-    with pytest.raises(Exception, match="CANCELLED: nobody wants the plan any more"):
+    with pytest.raises(Exception, match="CANCELLED: the plan was cancelled"):
         cancel.check()
 
 
@@ -78,7 +78,7 @@ def test_with_partial_it_comes_as_near_as_it_can_and_that_is_success(make):
     assert toy.world.pose.x == pytest.approx(3.68, abs=0.08)
     assert toy.world.pose.y == pytest.approx(3.0, abs=0.08)
     away = toy.world.pose.distance_to(GOAL)
-    assert task.feedback == f"as near as there is a way to, {away:.2f} m from the goal"
+    assert task.feedback == f"reached the nearest reachable pose, {away:.2f} m from the goal"
 
 
 def test_a_tolerance_does_not_forbid_what_partial_allows(make):
@@ -89,14 +89,14 @@ def test_a_tolerance_does_not_forbid_what_partial_allows(make):
     assert toy.world.nearest > 0.0
 
 
-def test_a_planner_of_partial_plans_comes_near_and_then_says_that_there_is_no_way(make):
+def test_a_partial_plan_is_driven_and_then_fails_with_no_valid_path(make):
     toy = shut(make, allow_partial=True)
     task = toy.navigator.navigate_to(GOAL)
     assert toy.finish(task) is TaskStatus.FAILED
     assert toy.world.pose.x == pytest.approx(3.68, abs=0.08)
     assert task.failure.code == FailureCode.NO_VALID_PATH
     assert task.failure.sentence.startswith(
-        "there is no way to the goal; came as near to it as there is one, to (3.6"
+        "there is no path to the goal; reached the nearest reachable pose (3.6"
     )
 
 
@@ -112,7 +112,7 @@ def test_a_goal_that_can_be_reached_is_reached_with_partial_as_well(make):
     toy = shut(make)
     task = toy.navigator.navigate_to(Pose2D(2.0, 1.0, 0.0), partial=True)
     assert toy.finish(task) is TaskStatus.SUCCEEDED
-    assert task.feedback.startswith("there, 0.0")
+    assert task.feedback.startswith("reached the goal, 0.0")
 
 
 def test_what_blocks_the_end_of_a_partial_path_does_not_send_it_round_to_the_other_side(make):

@@ -17,6 +17,7 @@ OMNI = replace(robot(lateral_speed=0.4), wheels=OmniWheels((), (), 0.05))
 LONG = Footprint(np.array([[-0.2, -0.15], [0.6, -0.15], [0.6, 0.15], [-0.2, 0.15]]))
 
 
+@pytest.mark.pain("n1655")
 @settings(deadline=None, max_examples=60)
 @given(st.floats(-20.0, 20.0), st.floats(-pi, pi), st.floats(0.2, 3.0))
 def test_every_spin_ends_after_its_angle(angle, heading, speed):
@@ -43,12 +44,13 @@ def test_every_backing_up_ends_after_its_distance(distance, heading, speed):
     assert toy.world.pose.distance_to(there) < 0.03
 
 
+@pytest.mark.pain("n2453")
 def test_backing_up_stops_before_a_wall_and_fails(make):
     toy = make(ToyWorld(room(6, 6), robot(), Pose2D(0.6, 3.0)))
     task = toy.navigator.back_up(1.0)
     toy.finish(task)
     assert task.failure.code == FailureCode.COLLISION_AHEAD
-    assert "is in the way; came 0." in task.failure.sentence
+    assert "is in the way; drove 0." in task.failure.sentence
     assert toy.world.nearest > 0.03
 
 
@@ -60,7 +62,7 @@ def test_a_long_robot_does_not_spin_into_a_wall(make):
     assert toy.world.nearest > 0.0
 
 
-def test_somebody_who_steps_aside_in_time_is_waited_for(make):
+def test_it_waits_for_a_person_who_steps_aside_in_time(make):
     world = ToyWorld(room(6, 6), robot(), Pose2D(3.0, 3.0), circles=[(2.3, 3.0, 0.2)])
     toy = make(world)
     task = toy.navigator.back_up(0.5)
@@ -109,7 +111,7 @@ def test_a_car_says_that_it_cannot_turn_in_place(make):
     task = toy.navigator.spin(1.0)
     assert (task.status, task.failure.code) == (TaskStatus.FAILED, FailureCode.UNSUPPORTED)
     # 0.3 m / tan(0.6 rad)
-    assert "cannot turn in place: its tightest circle has a radius of 0.44 m" in str(task.failure)
+    assert "cannot turn in place: its turning radius is 0.44 m" in str(task.failure)
     toy.run(1.0)
     assert toy.world.pose == Pose2D(3.0, 3.0)
 

@@ -70,13 +70,13 @@ def test_a_lane_that_is_closed_on_the_way_is_left_at_once(drive):
     toy.navigator.set_edge("bc", closed=True)
     rows = driven(toy, task)
     assert task.status is TaskStatus.SUCCEEDED
-    assert ("route", "edge bc is closed now", {"edge": "bc"}) in toy.events
+    assert ("route", "edge bc is now closed", {"edge": "bc"}) in toy.events
     assert any("the routes have changed" in text for kind, text, _ in toy.events)
     assert not ((rows[:, 0] > 6.5) & (rows[:, 1] > 1.5) & (rows[:, 1] < 4.4)).any()
     assert ((rows[:, 0] < 1.5) & (rows[:, 1] > 2.0)).any()  # it went by d
 
 
-def test_with_every_way_closed_it_stops_and_says_why(drive):
+def test_with_every_route_closed_it_stops_with_the_reason(drive):
     toy = drive(cd={"closed": True})
     task = toy.navigator.navigate_to(Pose2D(*C))
     toy.run(3.0)
@@ -87,7 +87,7 @@ def test_with_every_way_closed_it_stops_and_says_why(drive):
     assert rows[-1, 0] < 4.0  # it did not drive on to b, 7 m
 
 
-def test_a_lane_opened_while_it_waits_is_taken(drive):
+def test_a_lane_opened_while_it_waits_is_used(drive):
     toy = drive(cd={"closed": True}, bc={"closed": True})
     task = toy.navigator.navigate_to(Pose2D(*C))
     toy.run(1.0)

@@ -47,7 +47,7 @@ def test_it_fails_when_its_time_is_over(make):
     assert toy.world.time == pytest.approx(5.0, abs=0.11)
 
 
-def test_it_fails_when_nobody_is_there(make):
+def test_it_fails_without_velocity_commands(make):
     toy = make()
     task = toy.navigator.assisted_teleop(60.0, silence=3.0)
     toy.run(2.0)
@@ -58,7 +58,7 @@ def test_it_fails_when_nobody_is_there(make):
     assert toy.world.time == pytest.approx(5.0, abs=0.11)
 
 
-def test_a_pause_takes_nothing_of_its_time(make):
+def test_a_pause_does_not_count_as_time(make):
     toy = make()
     task = toy.navigator.assisted_teleop(5.0)
     toy.run(2.0)
@@ -77,7 +77,7 @@ def test_another_task_ends_it(make):
 
 
 @pytest.mark.parametrize("twist", [Twist(2.0), Twist(-2.0), Twist(1.0, 1.0), Twist(0.5, -2.0)])
-def test_whatever_the_operator_does_nothing_is_touched(make, twist):
+def test_the_operator_cannot_cause_a_contact(make, twist):
     circles = [(2.0, 2.0, 0.2), (1.0, 3.0, 0.15), (3.0, 1.2, 0.2)]
     toy = make(ToyWorld(room(4, 4), robot(), Pose2D(2.0, 3.0, 0.7), circles=circles, beams=360))
     toy.navigator.assisted_teleop(60.0)
@@ -94,7 +94,7 @@ def test_a_velocity_from_before_a_pause_is_not_driven_after_it(make):
     toy.run(1.0)
     toy.navigator.teleoperation.steer(Twist(0.3))
     toy.run(0.1)
-    toy.navigator.teleoperation.let_go()
+    toy.navigator.teleoperation.discard_velocity()
     toy.world.time += 100.0
     toy.run(0.3)
     assert toy.commands[-6:] == [STANDSTILL] * 6

@@ -51,7 +51,7 @@ def robot(footprint: Footprint = RECTANGLE, *, lidar: bool = True, **limits) -> 
 
 
 def moving(kind: str, footprint: Footprint = RECTANGLE, **limits) -> RobotDescription:
-    """A robot by its kind of drive; a car's tightest circle has a radius of 0.5 m."""
+    """A robot by its kind of drive; a car's turning radius is 0.5 m."""
     made = robot(footprint, **limits)
     if kind == "omni":
         mounts = tuple(Pose2D(0.2 * cos(a), 0.2 * sin(a), a + pi / 2) for a in (0.0, 2.1, 4.2))

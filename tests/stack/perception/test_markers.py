@@ -106,7 +106,7 @@ def test_median_error_at_one_and_a_half_metres(aliased, metres, angle):
     assert np.median(turns) <= angle
 
 
-def test_a_sighting_tells_marker_time_and_distance():
+def test_a_sighting_has_marker_stamp_and_distance():
     pose = facing(1.0, 0.4, 0.0)
     image = rendered(pose, [WALL_MARKER], CAMERA, np.random.default_rng(1))
     (sighting,) = MarkerDetector([WALL_MARKER]).sightings(image)
@@ -120,7 +120,7 @@ def test_a_sighting_tells_marker_time_and_distance():
 
 
 def test_both_solutions_are_kept_where_only_a_prior_could_choose():
-    """Far and nearly head on, the mirrored pose stands on the floor just as well."""
+    """Far away and nearly frontal, the mirrored pose is on the floor as well."""
     generator = np.random.default_rng(2)
     detector = MarkerDetector([WALL_MARKER])
     counts = []
@@ -173,12 +173,12 @@ def test_refined_corners_are_good_to_a_tenth_of_a_pixel():
     assert np.sqrt(np.square(errors).sum(axis=-1).mean()) < 0.1
 
 
-def test_nothing_is_seen_on_an_empty_wall():
+def test_an_empty_wall_has_no_markers():
     image = rendered(facing(1.5, 0.0, 0.0), [], CAMERA, np.random.default_rng(5))
     assert MarkerDetector([WALL_MARKER]).sightings(image) == ()
     assert MarkerDetector([]).sightings(image) == ()
 
 
-def test_a_dictionary_that_does_not_exist_is_refused():
+def test_an_unknown_dictionary_is_an_error():
     with pytest.raises(InputError, match=r"no marker dictionary 'DICT_4X4_5O'.*DICT_4X4_50"):
         MarkerDetector([Marker(1, 0.2, (0.0, 0.0, 0.5), 0.0, "DICT_4X4_5O")])

@@ -1,4 +1,4 @@
-"""Tracks of circles whose ranges are exact: analytic rays, a Kalman step by hand, crossings."""
+"""Tracks of circles with exact ranges: analytic rays, a Kalman step by hand, crossings."""
 
 from math import cos, hypot, inf, pi, sin
 
@@ -17,7 +17,7 @@ MOUNT = Pose2D(0.1, 0.0, 0.0)
 
 
 def seen(pose, circles, time=0.0, noise=0.0, random=None, walls=()):
-    """A scan all round of circles (x, y, radius) and of walls at some y, by closed form."""
+    """A 360° scan of circles (x, y, radius) and of walls at some y, in closed form."""
     sensor = pose.compose(MOUNT)
     increment = 2 * pi / BEAMS
     angles = -pi + increment * np.arange(BEAMS) + sensor.heading
@@ -74,7 +74,7 @@ def test_runs_split_at_jumps_and_join_across_the_first_beam():
     assert clusters(ranges, 2 * pi / 8, 1.6, valid)[-1] == (5, 10)
 
 
-def test_no_valid_beam_gives_no_runs_and_all_alike_ones_a_single_one():
+def test_no_valid_beam_gives_no_run_and_equal_ranges_give_one_run():
     assert clusters(np.full(8, np.nan), 0.1, 0.3, np.zeros(8, dtype=bool)) == []
     assert clusters(np.ones(8), 0.01, 0.3, np.ones(8, dtype=bool)) == [(0, 8)]
 
@@ -118,7 +118,7 @@ def test_one_step_of_the_filter_by_hand():
     assert np.array_equal(track.covariance, track.covariance.T)
 
 
-def test_what_stands_still_is_no_track_however_the_robot_moves():
+def test_static_objects_are_not_tracks_while_the_robot_moves():
     random = np.random.default_rng(3)
     posts = [(2.0, 0.5, 0.2), (1.0, -1.5, 0.1), (4.0, 2.0, 0.3)]
     tracks = follow(
@@ -128,7 +128,7 @@ def test_what_stands_still_is_no_track_however_the_robot_moves():
     assert tracks == ()
 
 
-def test_walls_of_the_map_are_no_things_and_a_walker_before_them_is():
+def test_mapped_walls_are_not_tracks_and_a_walker_in_front_of_them_is():
     cells = np.full((120, 400), FREE, dtype=np.int8)
     cells[100] = cells[20] = OCCUPIED  # walls at y = 2.0..2.05 and y = -2.0..-1.95
     static = OccupancyGrid(cells, 0.05, (-10.0, -3.0))
@@ -143,7 +143,7 @@ def test_walls_of_the_map_are_no_things_and_a_walker_before_them_is():
     assert tracker.discs(Pose2D(0.0, 0.0), scan) == []
 
 
-def test_two_walkers_who_cross_keep_their_ids():
+def test_two_crossing_walkers_keep_their_ids():
     def crossing(time):
         return [(3.0, -2.0 + time, 0.25), (2.0, 2.0 - time, 0.25)]
 
@@ -156,7 +156,7 @@ def test_two_walkers_who_cross_keep_their_ids():
     assert {up.id, down.id} == {1, 2}
 
 
-def test_a_walker_who_is_hidden_for_a_moment_comes_out_as_the_same():
+def test_a_briefly_hidden_walker_keeps_its_id():
     def behind_a_post(time):
         return [(3.0, -1.5 + time, 0.25), (1.5, 0.0, 0.2)]
 
@@ -166,7 +166,7 @@ def test_a_walker_who_is_hidden_for_a_moment_comes_out_as_the_same():
     assert tracks[0].position == pytest.approx((3.0, 1.5), abs=0.05)
 
 
-def test_who_is_gone_is_forgotten_in_time_and_on_demand():
+def test_lost_tracks_are_removed_after_a_time_and_on_demand():
     tracker = Tracker(TrackerParameters(forget=0.5))
     follow(tracker, lambda time: [(2.0, time, 0.25)], 1.0)
     pose = Pose2D(0.0, 0.0)

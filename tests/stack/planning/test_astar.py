@@ -1,4 +1,4 @@
-"""A* against Dijkstra's algorithm written down anew, and all it says when it fails."""
+"""A* against an independent Dijkstra search, and its error messages."""
 
 import heapq
 from dataclasses import replace
@@ -96,15 +96,18 @@ def cost_arrays(draw):
 
 
 def two_cells(costs, data):
-    ways = [tuple(cell) for cell in np.argwhere((costs < INSCRIBED_COST) | (costs == 255)).tolist()]
-    if not ways:
+    passable = [
+        tuple(cell) for cell in np.argwhere((costs < INSCRIBED_COST) | (costs == 255)).tolist()
+    ]
+    if not passable:
         return None
-    return data.draw(st.sampled_from(ways)), data.draw(st.sampled_from(ways))
+    return data.draw(st.sampled_from(passable)), data.draw(st.sampled_from(passable))
 
 
+@pytest.mark.pain("n4655", "o18")
 @given(cost_arrays(), st.data())
 @settings(deadline=None, max_examples=300)
-def test_reachable_means_found_and_at_the_least_cost(costs, data):
+def test_every_reachable_goal_is_found_at_the_least_cost(costs, data):
     chosen = two_cells(costs, data)
     if chosen is None:
         return
@@ -124,7 +127,7 @@ def test_reachable_means_found_and_at_the_least_cost(costs, data):
 
 @given(cost_arrays(), st.data(), st.sampled_from(SMOOTHERS))
 @settings(deadline=None, max_examples=150)
-def test_plans_touch_nothing_and_join_start_and_goal(costs, data, smoother):
+def test_plans_are_collision_free_and_connect_start_and_goal(costs, data, smoother):
     chosen = two_cells(costs, data)
     if chosen is None:
         return
@@ -142,14 +145,15 @@ def test_plans_touch_nothing_and_join_start_and_goal(costs, data, smoother):
         assert is_way(costs[grid.cell_at(x, y)])
 
 
-def test_two_hundred_offices_and_not_one_failure():
+@pytest.mark.pain("n4655", "o18")
+def test_no_plan_fails_in_two_hundred_offices():
     planner = Astar(EXACT, ROBOT)
     lengths = []
     for seed in range(200):
         grid = office_costs(260, seed)
         random = np.random.default_rng(seed)
-        ways = np.argwhere(grid.cells < INSCRIBED_COST)
-        start, goal = (tuple(ways[index]) for index in random.integers(0, len(ways), 2))
+        passable = np.argwhere(grid.cells < INSCRIBED_COST)
+        start, goal = (tuple(passable[index]) for index in random.integers(0, len(passable), 2))
         here, there = (Pose2D(*grid.centre_of(*cell)) for cell in (start, goal))
         try:
             path = planner.plan(grid, here, there)
@@ -164,7 +168,7 @@ def test_two_hundred_offices_and_not_one_failure():
 
 
 def connected(costs, start, goal):
-    """Whether two cells are joined by straight steps, by flooding in whole-array strokes."""
+    """Whether two cells are connected by straight steps, by flood fill on whole arrays."""
     free = costs < INSCRIBED_COST
     reached = np.zeros_like(free)
     reached[start] = True
@@ -210,6 +214,7 @@ def test_a_door_that_closes_sends_the_plan_through_the_other_one():
     assert planner.plan(costmap.grid, start, goal).points[:, 0].max() < 2.5
 
 
+@pytest.mark.pain("n4808", "n6100")
 def test_paths_keep_to_the_middle_of_a_corridor_and_of_doors():
     cells = np.full((30, 200), FREE, dtype=np.int8)
     cells[:5] = cells[25:] = OCCUPIED  # 1 m wide, middle at y = 0.75
@@ -222,7 +227,7 @@ def test_paths_keep_to_the_middle_of_a_corridor_and_of_doors():
     assert crossing[0] == pytest.approx(1.95, abs=0.11)  # 0.9 m door, middle at x = 1.95
 
 
-def test_headings_follow_the_path_and_end_as_asked():
+def test_headings_follow_the_path_and_end_at_the_goal_heading():
     planner = Astar(AstarParameters(), ROBOT)
     costs = CostGrid(np.zeros((100, 100), dtype=np.uint8), 0.05)
     points = planner.plan(costs, Pose2D(1.0, 1.0, 3.0), Pose2D(3.0, 3.0, -2.0)).points
@@ -237,7 +242,7 @@ def test_start_and_goal_in_one_cell_give_two_poses():
     assert path.points == pytest.approx(np.array([[0.21, 0.21, 0.0], [0.24, 0.21, 2.0]]))
 
 
-def test_a_start_too_near_to_a_wall_is_left_the_short_way():
+def test_a_start_too_close_to_a_wall_is_left_by_the_shortest_path():
     costs = costs_of(two_rooms())
     start = Pose2D(5.0, 2.30)  # the wall begins at y = 2.45: inscribed
     assert costs.cells[costs.cell_at(5.0, 2.30)] == INSCRIBED_COST
@@ -248,7 +253,7 @@ def test_a_start_too_near_to_a_wall_is_left_the_short_way():
     assert blocked == list(range(len(blocked))) and len(blocked) <= 6
 
 
-def test_a_bad_start_is_no_way_through_the_wall_beside_it():
+def test_an_occupied_start_does_not_lead_through_the_adjacent_wall():
     costs = costs_of(two_rooms(doors=((150, 168),)))
     start, goal = Pose2D(2.0, 2.40), Pose2D(2.0, 2.85)  # on both sides of a wall of 0.1 m
     points = Astar(replace(EXACT, escape_distance=0.6), ROBOT).plan(costs, start, goal).points
@@ -256,7 +261,7 @@ def test_a_bad_start_is_no_way_through_the_wall_beside_it():
     assert points[:, 0].max() > 7.5  # through the door
 
 
-def test_a_start_in_an_occupied_cell_is_left_when_free_ground_is_near():
+def test_a_start_in_an_occupied_cell_is_left_if_free_space_is_close():
     costs = costs_of(two_rooms())
     costs.cells[costs.cell_at(2.0, 1.0)] = LETHAL_COST
     path = Astar(AstarParameters(), ROBOT).plan(costs, Pose2D(2.0, 1.0), Pose2D(8.0, 1.0))
@@ -272,7 +277,7 @@ def test_a_blocked_goal_moves_to_the_nearest_place_within_the_tolerance():
     assert path.goal.distance_to(goal) < 0.1 and path.goal.heading == 1.0
 
 
-def test_within_the_tolerance_the_nearest_place_that_can_be_reached_counts():
+def test_within_the_tolerance_the_nearest_reachable_place_is_used():
     grid = two_rooms(doors=())
     grid.cells[49:51, 100] = FREE  # a slit much too narrow
     goal = Pose2D(5.0, 2.76)  # just above the wall, nearest free ground is above as well
@@ -283,7 +288,7 @@ def test_within_the_tolerance_the_nearest_place_that_can_be_reached_counts():
         Astar(AstarParameters(tolerance=0.4), ROBOT).plan(costs_of(grid), start, goal)
 
 
-def test_unknown_cells_are_crossed_or_not_as_asked():
+def test_unknown_cells_are_crossed_only_if_allowed():
     costs = CostGrid(np.zeros((40, 100), dtype=np.uint8), 0.05)
     costs.cells[:, 50:60] = UNKNOWN_COST
     start, goal = Pose2D(1.0, 1.0), Pose2D(4.0, 1.0)
@@ -295,24 +300,24 @@ def test_unknown_cells_are_crossed_or_not_as_asked():
 INSIDE = Pose2D(2.0, 1.0)
 FAILURES = [
     (Pose2D(-1.0, 1.0), INSIDE, FailureCode.START_OUTSIDE_MAP,
-     "start (-1.00, 1.00) lies outside the map, which covers x 0.00 to 10.00 m and y 0.00 to 5.00"),
+     "start (-1.00, 1.00) is outside the map, which covers x 0.00 to 10.00 m and y 0.00 to 5.00"),
     (INSIDE, Pose2D(3.0, 5.01), FailureCode.GOAL_OUTSIDE_MAP,
-     "goal (3.00, 5.01) lies outside the map"),
+     "goal (3.00, 5.01) is outside the map"),
     (Pose2D(6.0, 0.02), INSIDE, FailureCode.START_OCCUPIED,
-     "start (6.00, 0.02) lies in an occupied cell and no cell within 0.30 m is free; "
-     "nearest free place (5.98, 0.43)"),
+     "start (6.00, 0.02) is in an occupied cell and no cell within 0.30 m is free; "
+     "the nearest free place is (5.98, 0.43)"),
     (INSIDE, Pose2D(6.01, 0.02), FailureCode.GOAL_OCCUPIED,
-     "goal (6.01, 0.02) lies in an occupied cell; nearest free place (6.03, 0.43)"),
+     "goal (6.01, 0.02) is in an occupied cell; the nearest free place is (6.03, 0.43)"),
     (INSIDE, Pose2D(6.01, 0.22), FailureCode.GOAL_OCCUPIED,
-     "goal (6.01, 0.22) lies in a too narrow cell; nearest free place (6.03, 0.43)"),
+     "goal (6.01, 0.22) is too close to an obstacle; the nearest free place is (6.03, 0.43)"),
     (INSIDE, Pose2D(2.0, 4.0), FailureCode.NO_VALID_PATH,
-     "no way from (2.00, 1.00) to (2.00, 4.00): the nearest place that can be reached is "
+     "no path from (2.00, 1.00) to (2.00, 4.00): the nearest reachable place is "
      "(1.98, 2.23), 1.78 m from the goal"),
 ]  # fmt: skip
 
 
 @pytest.mark.parametrize(("start", "goal", "code", "sentence"), FAILURES)
-def test_failures_say_which_pose_and_what_would_do(start, goal, code, sentence):
+def test_failures_name_the_pose_and_the_nearest_free_place(start, goal, code, sentence):
     grid = two_rooms(doors=())
     grid.cells[:4] = OCCUPIED  # thick: free ground begins 5 cells further, in row 8: y = 0.425
     with pytest.raises(NavigationError) as caught:
@@ -321,14 +326,14 @@ def test_failures_say_which_pose_and_what_would_do(start, goal, code, sentence):
     assert sentence in caught.value.failure.sentence
 
 
-def test_a_start_shut_in_is_no_valid_path():
+def test_an_enclosed_start_has_no_valid_path():
     costs = CostGrid(np.full((60, 60), INSCRIBED_COST, dtype=np.uint8), 0.05)
     costs.cells[:5] = 0
-    with pytest.raises(NavigationError, match=r"NO_VALID_PATH: start \(1\.50, 1\.50\) is shut in"):
+    with pytest.raises(NavigationError, match=r"NO_VALID_PATH: start \(1\.50, 1\.50\) is enclosed"):
         Astar(EXACT, ROBOT).plan(costs, Pose2D(1.5, 1.5), Pose2D(1.0, 0.1))
 
 
-def test_a_maze_longer_than_the_first_range_and_queue_is_solved_all_the_same():
+def test_a_maze_longer_than_the_first_range_and_queue_is_solved():
     # walls in every other row, gaps at alternating ends, so that costs overrun a small limit
     cells = np.zeros((201, 60), dtype=np.uint8)
     cells[1::2] = LETHAL_COST
@@ -341,7 +346,7 @@ def test_a_maze_longer_than_the_first_range_and_queue_is_solved_all_the_same():
     assert len(path) == 100 * 60 + 100 + 1  # hundred rows, the gaps between them, the goal
 
 
-def test_work_arrays_start_over_when_their_range_is_used_up():
+def test_work_arrays_are_reset_when_their_range_is_exhausted():
     costs = CostGrid(np.zeros((20, 20), dtype=np.uint8), 0.05)
     workspace = Workspace(20, 20, StepCosts.of(WEIGHT, True))
     workspace.limit = 2**30
@@ -350,8 +355,8 @@ def test_work_arrays_start_over_when_their_range_is_used_up():
         assert len(kernels.extract(workspace.parents, 20, 0, 399)) == 20
 
 
-def test_cheap_unknown_ground_is_explored_and_dear_is_gone_round():
-    """Straight on over 1 m of unknown ground, or a bow of 2 x 0.3 m round it over free floor."""
+def test_cheap_unknown_cells_are_crossed_and_expensive_ones_avoided():
+    """Straight over 1 m of unknown cells, or a detour of 2 x 0.3 m around them over free cells."""
     cells = np.zeros((60, 60), dtype=np.uint8)
     cells[10:50, 20:40] = UNKNOWN_COST
     costs = CostGrid(cells, 0.05)

@@ -1,4 +1,4 @@
-"""Curves of Dubins and of Reeds and Shepp: known lengths, and properties of shortest curves."""
+"""Dubins and Reeds-Shepp curves: known lengths, and properties of shortest curves."""
 
 from math import cos, pi, sin, sqrt
 
@@ -35,7 +35,7 @@ def test_lengths_known_from_drawings(both_ways, goal, expected):
     assert length(both_ways, *goal) == pytest.approx(expected, abs=1e-9)
 
 
-def test_a_step_aside_by_dubins_is_two_arcs_and_a_tangent():
+def test_a_lateral_offset_by_dubins_is_two_arcs_and_a_tangent():
     # LSR to (d, 2, 0): circles around (0, 1) and (d, 1): the inner tangent has length
     # sqrt(d² - 4), each arc the angle between it and the x axis, asin(2 / d)
     d = 5.0
@@ -48,13 +48,13 @@ def test_a_step_aside_by_dubins_is_two_arcs_and_a_tangent():
 @settings(deadline=None, max_examples=300)
 def test_a_curve_ends_where_it_should_and_bends_no_tighter_than_its_radius(goal, both_ways, radius):
     letters, lengths = kernels.curve(both_ways, goal[0] / radius, goal[1] / radius, goal[2])
-    along, ways = kernels.sample(0.0, 0.0, 0.0, letters, lengths, radius, 0.05)
+    along, directions = kernels.sample(0.0, 0.0, 0.0, letters, lengths, radius, 0.05)
     if not len(along):
         assert goal == pytest.approx((0.0, 0.0, 0.0), abs=1e-6)
         return
     assert along[-1, :2] == pytest.approx(goal[:2], abs=1e-6)
     assert cos(along[-1, 2] - goal[2]) == pytest.approx(1.0, abs=1e-9)
-    assert both_ways or np.all(ways == 1)
+    assert both_ways or np.all(directions == 1)
     assert both_ways or np.all(lengths >= 0.0)
     points = np.vstack([[0.0, 0.0, 0.0], along])
     turned = np.abs(np.angle(np.exp(1j * np.diff(points[:, 2]))))
@@ -64,7 +64,7 @@ def test_a_curve_ends_where_it_should_and_bends_no_tighter_than_its_radius(goal,
 
 @given(poses, poses, st.sampled_from([BOTH, FORWARD]))
 @settings(deadline=None, max_examples=500)
-def test_no_detour_by_a_third_pose_is_shorter(goal, way_point, both_ways):
+def test_no_path_over_a_third_pose_is_shorter(goal, way_point, both_ways):
     dx, dy = goal[0] - way_point[0], goal[1] - way_point[1]
     c, s = cos(way_point[2]), sin(way_point[2])
     rest = c * dx + s * dy, c * dy - s * dx, goal[2] - way_point[2]
@@ -74,7 +74,7 @@ def test_no_detour_by_a_third_pose_is_shorter(goal, way_point, both_ways):
 
 @given(poses)
 @settings(deadline=None, max_examples=200)
-def test_both_ways_is_never_longer_and_looks_the_same_mirrored_and_reversed(goal):
+def test_reeds_shepp_is_never_longer_and_is_symmetric(goal):
     x, y, heading = goal
     shortest = length(BOTH, x, y, heading)
     assert shortest <= length(FORWARD, x, y, heading) + 1e-5  # √ of rounding, next to 0
@@ -88,7 +88,7 @@ def test_both_ways_is_never_longer_and_looks_the_same_mirrored_and_reversed(goal
 
 def test_the_table_holds_lengths_to_the_origin():
     table = kernels.distance_table(FORWARD, 2, 1.0, 8)
-    # from (-2, 0) looking along x it is 2 straight on; from (2, 0) a long way round
+    # from (-2, 0) along x it is 2 straight on; from (2, 0) a long detour
     assert table[0, 2, 0] == pytest.approx(2.0)
     assert table[4, 2, 0] == pytest.approx(length(FORWARD, -2.0, 0.0, 0.0), abs=1e-5)
     # from (0, 2) looking back (4 of 8 turns): half a circle to the left ends at the origin

@@ -1,4 +1,4 @@
-"""What a flood of free ground says can be reached is planned, and in the middle of corridors."""
+"""Every goal that a flood fill reaches gets a plan, and plans keep to the middle of corridors."""
 
 import numpy as np
 import pytest
@@ -15,11 +15,11 @@ from tests.stack.planning.test_robots_and_planners import ROUND as ROBOT
 SIDE = 80
 RADIUS = 0.22
 MARGIN = {"astar": 0.0, "theta_star": 0.0, "hybrid_astar": 0.1, "lattice": 0.1}
-"""Metres of room on each side of a round robot beyond its radius with which it is never refused.
+"""Metres of clearance beyond a round robot's radius with which a plan never fails.
 
-The planners of poses drive arcs and sixteen headings: through the narrowest gaps they may know no
-way. Of 120 random places hybrid_astar refuses 8 % and the lattice 4 % without any room to spare,
-1 % and none with 5 cm, none with 10 cm.
+The pose planners use arcs and sixteen headings, which do not fit through the narrowest gaps. Of 120
+random maps hybrid_astar fails in 8 % and the lattice in 4 % without extra clearance, in 1 % and in
+none with 5 cm, and both in none with 10 cm.
 """
 
 
@@ -29,7 +29,7 @@ def planner(name, **values):
 
 
 def distances(cells):
-    """Metres from each cell's middle to the nearest occupied one's, by comparing with every one."""
+    """Metres from each cell's centre to the nearest occupied one's, by brute force."""
     rows, columns = np.indices(cells.shape)
     squares = np.full(cells.shape, 10**9)
     for row, column in np.argwhere(cells == OCCUPIED):
@@ -38,7 +38,7 @@ def distances(cells):
 
 
 def flooded(free, start):
-    """Cells that straight steps over free cells join to a start."""
+    """Cells connected to a start by straight steps over free cells."""
     seen, waiting = np.zeros_like(free), [start]
     seen[start] = True
     while waiting:
@@ -53,7 +53,7 @@ def flooded(free, start):
 
 @st.composite
 def places(draw):
-    """A walled place with boxes in it, and a generator of random numbers."""
+    """A walled map with boxes in it, and a random generator."""
     random = np.random.default_rng(draw(st.integers(0, 2**32)))
     cells = np.full((SIDE, SIDE), FREE, dtype=np.int8)
     cells[[0, -1]] = cells[:, [0, -1]] = OCCUPIED
@@ -67,13 +67,13 @@ def places(draw):
 @pytest.mark.parametrize("name", MARGIN)
 @given(places())
 @settings(deadline=None, max_examples=25)
-def test_what_can_be_reached_is_planned(name, place):
+def test_every_reachable_goal_gets_a_plan(name, place):
     cells, random = place
     free = distances(cells) > RADIUS + MARGIN[name]
     if not free.any():
         return
-    ways = np.argwhere(free)
-    start = tuple(int(number) for number in ways[random.integers(len(ways))])
+    passable = np.argwhere(free)
+    start = tuple(int(number) for number in passable[random.integers(len(passable))])
     reachable = np.argwhere(flooded(free, start))
     goal = tuple(int(number) for number in reachable[random.integers(len(reachable))])
     grid = Costmap(CostmapParameters(), ROBOT.footprint, OccupancyGrid(cells, 0.05)).grid
@@ -96,11 +96,11 @@ def corridor(width):
 @pytest.mark.parametrize("smoother", [name for name in SMOOTHERS if name != "none"])
 @pytest.mark.parametrize("name", MARGIN)
 def test_paths_keep_to_the_middle_of_corridors(name, smoother, width):
-    """Clearance as a share of the best there is, on the mean of the way between the ends: 85 %.
+    """Mean clearance between the ends as a share of the largest possible: 85 %.
 
-    The best is half the width, or the inflation radius where that is less: beyond it a wall costs
-    nothing. A path that goes straight on from where it starts would have 60 % where the corridor is
-    1 m wide, 55 % where it is 1.4 m wide.
+    The largest is half the width, or the inflation radius if that is less: beyond it a wall adds no
+    cost. A path straight on from its start would have 60 % in a corridor 1 m wide, 55 % in one
+    1.4 m wide.
     """
     cells, middle = corridor(width)
     grid = Costmap(CostmapParameters(), ROBOT.footprint, OccupancyGrid(cells, 0.05)).grid

@@ -1,4 +1,4 @@
-"""Hybrid A* and the lattice: paths that can be driven, clear for the footprint, to the goal."""
+"""Hybrid A* and the lattice: drivable, collision-free paths to the goal."""
 
 from dataclasses import replace
 from functools import lru_cache
@@ -65,7 +65,7 @@ def curvature(points):
     return turns / (chords * (0.5 * turns) / np.maximum(np.sin(0.5 * turns), 1e-12) + 1e-12)
 
 
-def ways(points):
+def directions_of(points):
     """+1 where a step goes along the mean heading, -1 against it, and how far off it points."""
     directions = np.arctan2(*np.diff(points[:, :2], axis=0).T[::-1])
     middle = points[:-1, 2] + 0.5 * wrapped(np.diff(points[:, 2]))
@@ -75,7 +75,7 @@ def ways(points):
 
 
 def assert_drivable(points, radius):
-    way, slip = ways(points)
+    way, slip = directions_of(points)
     assert slip.max() < 0.1  # no step goes sideways
     assert curvature(points).max() <= 1.1 / radius
     return way
@@ -83,7 +83,7 @@ def assert_drivable(points, radius):
 
 @given(st.integers(0, 3), st.integers(0, 2**32), st.booleans(), st.sampled_from(SMOOTHERS))
 @settings(deadline=None, max_examples=40)
-def test_hybrid_plans_can_be_driven_touch_nothing_and_end_at_the_goal(
+def test_hybrid_plans_are_drivable_collision_free_and_end_at_the_goal(
     office_seed, seed, both_ways, smoother
 ):
     grid, random = costs_of_office(office_seed), np.random.default_rng(seed)
@@ -111,7 +111,7 @@ def test_hybrid_plans_can_be_driven_touch_nothing_and_end_at_the_goal(
 
 
 @pytest.mark.parametrize("kind", ["hybrid_astar", "lattice"])
-def test_what_a_point_can_reach_with_room_around_it_is_found(kind):
+def test_every_goal_that_a_point_reaches_with_clearance_is_found(kind):
     planner_of = choose("planner", kind, {"tolerance": 0.0})
     planner = planner_of.component(planner_of.parameters, ROBOT)
     found = 0
@@ -159,7 +159,7 @@ def test_into_a_parking_space_it_backs_up():
         forward.plan(grid, Pose2D(2.0, 2.0, 0.0), goal)
 
 
-def test_a_long_robot_is_not_sent_round_a_corner_that_its_middle_could_take():
+def test_a_long_robot_is_not_planned_around_a_corner_that_only_its_centre_passes():
     cells = np.full((100, 100), OCCUPIED, dtype=np.int8)
     cells[40:52, 5:60] = FREE  # 0.6 m wide, then a right angle
     cells[40:95, 48:60] = FREE
@@ -173,7 +173,7 @@ def test_a_long_robot_is_not_sent_round_a_corner_that_its_middle_could_take():
             planner.plan(grid, start, goal)
 
 
-def test_lattice_moves_end_in_middles_of_cells_at_headings_of_the_lattice():
+def test_lattice_moves_end_at_cell_centres_and_lattice_headings():
     headings = lattice_headings()
     for turn, moves in enumerate(lattice_moves(0.5, 0.05, True)):
         c, s = np.cos(headings[turn]), np.sin(headings[turn])
@@ -188,7 +188,7 @@ def test_lattice_moves_end_in_middles_of_cells_at_headings_of_the_lattice():
 
 @given(st.integers(0, 3), st.integers(0, 2**32), st.sampled_from(SMOOTHERS))
 @settings(deadline=None, max_examples=25)
-def test_lattice_plans_touch_nothing_and_end_at_the_goal(office_seed, seed, smoother):
+def test_lattice_plans_are_collision_free_and_end_at_the_goal(office_seed, seed, smoother):
     grid, random = costs_of_office(office_seed), np.random.default_rng(seed)
     free = np.argwhere(grid.cells < 200)
     start, goal = (
@@ -222,9 +222,9 @@ def split_floor():
 
 
 @pytest.mark.parametrize("planner", PLANNERS)
-def test_an_unreachable_goal_is_refused_at_once_or_approached(planner):
+def test_an_unreachable_goal_fails_at_once_or_is_approached(planner):
     start, goal = Pose2D(1.0, 1.0, 0.0), Pose2D(3.0, 4.0, 0.0)
-    with pytest.raises(NavigationError, match="NO_VALID_PATH: no way from"):
+    with pytest.raises(NavigationError, match="NO_VALID_PATH: no path from"):
         planner().plan(split_floor(), start, goal)
     end = planner(allow_partial=True).plan(split_floor(), start, goal).goal
     # the wall begins at y = 2.45; lying along it the robot's half width of 0.2 m fits below
@@ -232,7 +232,7 @@ def test_an_unreachable_goal_is_refused_at_once_or_approached(planner):
 
 
 @pytest.mark.parametrize("planner", PLANNERS)
-def test_a_goal_too_near_to_a_wall_moves_away_from_it_within_the_tolerance(planner):
+def test_a_goal_too_close_to_a_wall_moves_away_from_it_within_the_tolerance(planner):
     start, goal = Pose2D(1.0, 1.0, 0.0), Pose2D(3.0, 2.32, 0.0)
     end = planner(tolerance=0.2).plan(split_floor(), start, goal).goal
     assert end.distance_to(goal) <= 0.2 and end.heading == pytest.approx(0.0)

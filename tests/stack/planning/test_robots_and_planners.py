@@ -1,4 +1,4 @@
-"""What a robot's turning circle and speed backward mean to the planners of poses."""
+"""Pose planners respect the robot's turning radius and reverse speed."""
 
 from dataclasses import replace
 from math import pi, tan
@@ -15,7 +15,7 @@ from stack.drivetrain.description import Limits, RobotDescription, SteeredWheels
 from stack.errors import InputError
 from stack.types import FREE, OCCUPIED, CostGrid, Footprint, OccupancyGrid, Pose2D
 from tests.stack.planning.footprint_check import first_blocked
-from tests.stack.planning.test_pose_planners import assert_drivable, ways
+from tests.stack.planning.test_pose_planners import assert_drivable, directions_of
 
 CAR_OUTLINE = Footprint(np.array([[0.5, -0.2], [0.5, 0.2], [-0.15, 0.2], [-0.15, -0.2]]))
 CAR = RobotDescription(
@@ -39,26 +39,26 @@ def open_floor():
     return CostGrid(np.zeros((120, 120), dtype=np.uint8), 0.05)
 
 
-def test_a_car_is_planned_for_with_its_own_turning_circle():
+def test_a_path_of_a_car_keeps_its_turning_radius():
     made = planner("hybrid_astar", CAR, smoother="none", non_straight_penalty=1.0, motion="dubins")
-    # half a circle to the left: the goal lies a diameter beside the start and faces back
+    # half a circle to the left: the goal is a diameter to the left of the start and faces back
     path = made.plan(open_floor(), Pose2D(3, 2, 0), Pose2D(3, 2 + 2 * RADIUS, pi))
     assert path.length == pytest.approx(pi * RADIUS, rel=0.01)
 
 
-def test_a_circle_tighter_than_the_robots_is_refused_with_both_numbers():
-    with pytest.raises(InputError, match=r"turning_radius: 0\.5 m is tighter .* 0\.641 m"):
+def test_a_radius_below_the_robots_is_an_error_with_both_numbers():
+    with pytest.raises(InputError, match=r"turning_radius: 0\.5 m is below .* 0\.641 m"):
         planner("hybrid_astar", CAR, turning_radius=0.5)
     planner("hybrid_astar", CAR, turning_radius=0.7)
-    planner("hybrid_astar", ROUND, turning_radius=0.1)  # turns in place: any circle will do
+    planner("hybrid_astar", ROUND, turning_radius=0.1)  # turns in place: any radius is possible
 
 
-def test_the_lattice_is_refused_to_a_robot_that_cannot_turn_in_place():
-    with pytest.raises(InputError, match=r"car cannot turn .* 0\.641 m; use hybrid_astar"):
+def test_the_lattice_needs_a_robot_that_turns_in_place():
+    with pytest.raises(InputError, match=r"turning radius of car is 0\.641 m; use hybrid_astar"):
         planner("lattice", CAR)
 
 
-def test_a_mission_with_such_a_choice_is_found_before_anything_moves(tmp_path, monkeypatch):
+def test_a_mission_with_such_a_choice_is_rejected_before_the_run(tmp_path, monkeypatch):
     monkeypatch.setattr(RobotDescription, "turning_radius", 0.9)
     file = tmp_path / "tight.yaml"
     file.write_text(
@@ -66,7 +66,7 @@ def test_a_mission_with_such_a_choice_is_found_before_anything_moves(tmp_path, m
         "navigation:\n  planner: {use: hybrid_astar, turning_radius: 60 cm}\n"
         "run: {say: hello}\n"
     )
-    with pytest.raises(InputError, match=r"tight.yaml:6:.*E111.* 0\.6 m is tighter .* 0\.9 m"):
+    with pytest.raises(InputError, match=r"tight.yaml:6:.*E111.* 0\.6 m is below .* 0\.9 m"):
         prepare(file, RunOptions())
 
 
@@ -75,11 +75,11 @@ def test_a_robot_without_reverse_is_never_sent_backward(name):
     forward_only = replace(ROUND, limits=Limits(reverse_speed=0.0))
     start, goal = Pose2D(3.0, 3.0, 0.0), Pose2D(2.5, 3.0, 0.0)  # half a metre behind
     back = planner(name, ROUND, reverse_penalty=1.0).plan(open_floor(), start, goal)
-    assert np.any(ways(back.points)[0] == -1)
+    assert np.any(directions_of(back.points)[0] == -1)
     made = planner(name, forward_only, reverse_penalty=1.0)
     path = made.plan(open_floor(), start, goal)
     if name == "hybrid_astar":
-        assert np.all(ways(path.points)[0] == 1) and path.length > 2.0  # all the way round
+        assert np.all(directions_of(path.points)[0] == 1) and path.length > 2.0  # all the way round
     method = made._planning.method(0.05)
     assert not [kind for kind in method.moves.kinds if kind in (2, 3, 4)]
     assert not any(getattr(shortcut, "both_ways", False) for shortcut in method.shortcuts)

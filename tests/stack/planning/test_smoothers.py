@@ -1,4 +1,4 @@
-"""Smoothers by name: what they do to a line, and that they never make it worse."""
+"""Smoothers by name: their effect on a polyline, and that they never cause a collision."""
 
 import numpy as np
 import pytest
@@ -35,7 +35,7 @@ def test_the_filter_has_the_published_coefficients():
     assert _coefficients(7, 3) * 21 == pytest.approx([-2, 3, 6, 7, 6, 3, -2])
 
 
-def test_the_filter_leaves_cubics_and_ends_alone_and_takes_noise_away():
+def test_the_filter_keeps_cubics_and_ends_and_removes_noise():
     x = np.linspace(0.0, 2.0, 41)
     cubic = np.column_stack([x, x**3 - x])
     smooth = savitzky_golay(cubic)
@@ -67,7 +67,7 @@ def test_the_constrained_smoother_moves_away_from_a_wall():
 
 
 @pytest.mark.parametrize("name", SMOOTHERS)
-def test_where_shaping_would_collide_the_raw_line_stays(name):
+def test_the_raw_line_stays_where_smoothing_would_collide(name):
     costs = open_floor()
     costs.cells[:] = LETHAL_COST
     costs.cells[64, 20:65] = costs.cells[20:65, 64] = 0  # an angle one cell wide

@@ -1,4 +1,4 @@
-"""Smoothing: even, gentle, and never into what the planner went round."""
+"""Smoothing: even spacing, small bends, and no collision with what the planner avoided."""
 
 import numpy as np
 import pytest
@@ -55,7 +55,7 @@ def test_a_right_angle_round_an_obstacle_is_rounded_and_evenly_spaced():
         assert grid.cells[grid.cell_at(x, y)] < INSCRIBED_COST
 
 
-def test_where_rounding_would_collide_the_path_keeps_out():
+def test_corners_are_not_rounded_into_obstacles():
     grid = open_floor()
     grid.cells[:] = LETHAL_COST
     grid.cells[64, 20:65] = grid.cells[20:65, 64] = 0  # an angle one cell wide
@@ -66,7 +66,7 @@ def test_where_rounding_would_collide_the_path_keeps_out():
     assert path.length == pytest.approx(4.4, abs=0.1)
 
 
-def test_a_path_does_not_leave_the_cheap_middle_for_a_shorter_dear_way():
+def test_a_path_does_not_leave_cheap_cells_for_a_shorter_expensive_line():
     grid = open_floor()
     grid.cells[:] = 252
     grid.cells[60, 20:61] = grid.cells[20:61, 60] = 0

@@ -1,4 +1,4 @@
-"""Plans that nobody wants any more, limits of expansions, and partial plans, of every planner."""
+"""Cancelled plans, limits of expansions, and partial plans, of every planner."""
 
 from itertools import product
 from pathlib import Path as FilePath
@@ -16,7 +16,7 @@ from stack.drivetrain.description import RobotDescription, Wheels
 from stack.errors import NavigationError
 from stack.navigation.planner_worker import PlannerWorker, PlanRequest
 from stack.planning import kernels
-from stack.planning.search import Effort, StepCosts, Workspace
+from stack.planning.search import SearchLimits, StepCosts, Workspace
 from stack.types import (
     FREE,
     INSCRIBED_COST,
@@ -52,7 +52,7 @@ def open_floor(side=400):
 
 
 @pytest.mark.parametrize("name", PLANNERS)
-def test_a_plan_that_nobody_wants_is_not_made_and_leaves_no_trace_in_the_next(name):
+def test_a_cancelled_plan_fails_and_does_not_affect_the_next(name):
     made, cancel = planner(name), CancelToken()
     fresh = planner(name).plan(open_floor(), START, GOAL)
     cancel.request()
@@ -62,29 +62,29 @@ def test_a_plan_that_nobody_wants_is_not_made_and_leaves_no_trace_in_the_next(na
 
 
 @pytest.mark.parametrize("name", PLANNERS)
-def test_out_of_expansions_is_a_failure_that_quotes_them(name):
+def test_the_limit_of_expansions_is_a_failure_that_quotes_it(name):
     grid = open_floor()
-    grid.cells[50:, 190:210] = INSCRIBED_COST  # a way round, so that no straight line will do
+    grid.cells[50:, 190:210] = INSCRIBED_COST  # a detour, so that no straight line is free
     grid.cells[:50, 190:210] = 200
     made = planner(name, max_expansions=25, tolerance=0.0)
     failure = plan_failure(made, grid, START, GOAL, PlanOptions())
     assert failure.code == FailureCode.TIMED_OUT
-    assert "no way from (1.00, 1.00) to (19.00, 19.00) found within 25 expansions" in (
+    assert "no path from (1.00, 1.00) to (19.00, 19.00) found within 25 expansions" in (
         failure.sentence
     )
     again = planner(name, max_expansions=25, tolerance=0.0)
     assert plan_failure(again, grid, START, GOAL, PlanOptions()) == failure
 
 
-def test_the_search_looks_at_the_wish_every_1024_expansions():
+def test_the_search_checks_the_cancel_flag_every_1024_expansions():
     class Wishing(CancelToken):
-        """A flag that is up from the start, as another thread would have put it there."""
+        """A flag that is set from the start, as by another thread."""
 
     cancel, grid = Wishing(), open_floor()
     cancel.request()
     workspace = Workspace(400, 400, StepCosts.of(3.0, True))
     with pytest.raises(NavigationError, match="CANCELLED"):
-        workspace.run(grid, 0, 399 * 400, 0, Effort(cancel=cancel))
+        workspace.run(grid, 0, 399 * 400, 0, SearchLimits(cancel=cancel))
     assert workspace.expanded == 0
     assert kernels.CHECKED == 1024  # 0.1 ms of work
 
@@ -98,7 +98,7 @@ def maze(side=2000):
 
 
 @pytest.mark.parametrize("name", ["astar", "theta_star"])
-def test_a_dropped_plan_stops_in_the_middle_and_the_next_one_does_not_wait_for_it(name):
+def test_a_cancelled_plan_stops_early_and_the_next_one_does_not_wait_for_it(name):
     """The flag is seen by compiled code that runs without the interpreter's lock."""
     begun = Event()
     made = planner(name, max_expansions=1_000_000_000)
@@ -123,7 +123,7 @@ def test_a_dropped_plan_stops_in_the_middle_and_the_next_one_does_not_wait_for_i
         worker.close()
 
 
-def test_a_desk_that_closes_drops_what_it_was_asked_for():
+def test_closing_the_worker_cancels_its_plans():
     worker = PlannerWorker(planner("theta_star"))
     tickets = [
         worker.ask(PlanRequest(maze(), Pose2D(1.0, 0.1), (Pose2D(99.0, 99.9),)), 0.0, wait=True)
@@ -133,7 +133,7 @@ def test_a_desk_that_closes_drops_what_it_was_asked_for():
     assert [ticket.result(0.0).code for ticket in tickets] == [FailureCode.CANCELLED] * 3
 
 
-def test_a_planner_that_knows_no_terms_is_asked_without():
+def test_a_planner_without_options_is_called_without_them():
     class Plain:
         def plan(self, costs, start, goal):
             return planner("astar").plan(costs, start, goal)
@@ -146,7 +146,7 @@ def test_a_planner_that_knows_no_terms_is_asked_without():
 
 @st.composite
 def shut_off_goals(draw):
-    """Random ground with the upper rows shut off, a start below and a goal above."""
+    """Random cells with unreachable upper rows, a start below and a goal above."""
     random = np.random.default_rng(draw(st.integers(0, 2**32)))
     cells = random.integers(0, 200, (30, 30)).astype(np.uint8)
     cells[random.random((30, 30)) < draw(st.sampled_from([0.1, 0.3, 0.45]))] = INSCRIBED_COST
@@ -158,7 +158,7 @@ def shut_off_goals(draw):
 
 
 def flooded(cells, start):
-    """(n, 2) cells that steps without a cut corner join to a start, itself included."""
+    """(n, 2) cells connected to a start by steps that cut no corner, the start included."""
     reached, waiting = {start}, [start]
 
     def passable(row, column):
@@ -178,7 +178,7 @@ def flooded(cells, start):
 @pytest.mark.parametrize("name", ["astar", "theta_star"])
 @given(shut_off_goals())
 @settings(deadline=None, max_examples=60)
-def test_a_partial_plan_ends_in_the_nearest_cell_that_can_be_reached(name, case):
+def test_a_partial_plan_ends_in_the_nearest_reachable_cell(name, case):
     cells, start, goal = case
     grid = CostGrid(cells, 0.05)
     ends = [Pose2D(*grid.centre_of(*cell), 0.4) for cell in (start, goal)]
@@ -191,7 +191,7 @@ def test_a_partial_plan_ends_in_the_nearest_cell_that_can_be_reached(name, case)
 
 
 @pytest.mark.parametrize("name", PLANNERS)
-def test_partial_plans_say_that_they_are_and_others_that_they_are_not(name):
+def test_only_partial_plans_are_marked_partial(name):
     cells = np.full((100, 100), FREE, dtype=np.int8)
     cells[49:51] = OCCUPIED
     grid = Costmap(CostmapParameters(), ROBOT.footprint, OccupancyGrid(cells, 0.05)).grid

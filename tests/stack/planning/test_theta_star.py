@@ -35,7 +35,7 @@ WEIGHTS = ThetaStar(EXACT, ROBOT)._weights
 
 
 def dijkstra(cells, start):
-    """Cheapest cost over steps between middles of cells, half a step in each of the two."""
+    """Cheapest cost over steps between cell centres, half a step in each of the two cells."""
     rows, columns = cells.shape
     cheapest, queue = {start: 0.0}, [(0.0, start)]
     while queue:
@@ -88,11 +88,11 @@ def cost_arrays(draw):
 
 @given(cost_arrays(), st.data())
 @settings(deadline=None, max_examples=200)
-def test_reachable_means_found_and_no_dearer_than_any_path_of_steps(cells, data):
-    ways = [tuple(cell) for cell in np.argwhere(WEIGHTS[cells] > 0.0).tolist()]
-    if not ways:
+def test_reachable_means_found_and_no_more_expensive_than_any_path_of_steps(cells, data):
+    passable = [tuple(cell) for cell in np.argwhere(WEIGHTS[cells] > 0.0).tolist()]
+    if not passable:
         return
-    start, goal = data.draw(st.sampled_from(ways)), data.draw(st.sampled_from(ways))
+    start, goal = data.draw(st.sampled_from(passable)), data.draw(st.sampled_from(passable))
     optimum = dijkstra(cells, start)
     found, cost, corners = search(cells, start, goal)
     assert found == (goal in optimum)
@@ -120,7 +120,7 @@ def test_a_line_counts_each_cell_by_the_length_in_it():
         assert exact == pytest.approx(sampled, abs=2e-3)
 
 
-def test_a_line_does_not_squeeze_between_two_cells_that_touch_at_a_corner():
+def test_a_line_does_not_pass_between_two_cells_that_touch_at_a_corner():
     cells = np.zeros((3, 3), dtype=np.uint8)
     cells[0, 1] = LETHAL_COST
     assert kernels.line_cost(cells, WEIGHTS, 0, 0, 2, 2, np.inf) == np.inf
@@ -149,10 +149,10 @@ def test_plans_in_an_office_touch_nothing_and_join_start_and_goal(smoother):
     grid = office_costs(260, 5)
     planner = ThetaStar(replace(EXACT, smoother=smoother), ROBOT)
     random = np.random.default_rng(5)
-    ways, planned = np.argwhere(grid.cells < INSCRIBED_COST), 0
+    passable, planned = np.argwhere(grid.cells < INSCRIBED_COST), 0
     for _ in range(10):
         start, goal = (
-            Pose2D(*grid.centre_of(*ways[n]), 0.3) for n in random.integers(0, len(ways), 2)
+            Pose2D(*grid.centre_of(*passable[n]), 0.3) for n in random.integers(0, len(passable), 2)
         )
         try:
             points = planner.plan(grid, start, goal).points
@@ -175,20 +175,18 @@ def split_floor():
     return CostGrid(cells, 0.05)
 
 
-def test_behind_a_wall_there_is_no_way_but_a_partial_plan_leads_up_to_it():
+def test_no_path_leads_behind_a_wall_but_a_partial_plan_ends_at_it():
     start, goal = Pose2D(1.0, 1.0), Pose2D(1.0, 4.0)
-    with pytest.raises(
-        NavigationError, match=r"the nearest place that can be reached is \(0.98, 2.27"
-    ):
+    with pytest.raises(NavigationError, match=r"the nearest reachable place is \(0.98, 2.27"):
         ThetaStar(EXACT, ROBOT).plan(split_floor(), start, goal)
     path = ThetaStar(replace(EXACT, allow_partial=True), ROBOT).plan(split_floor(), start, goal)
     assert path.goal.y == pytest.approx(2.275)  # row 45, the last below the inscribed ones
 
 
-def test_a_bad_start_is_left_on_its_own_side_of_the_wall():
+def test_an_occupied_start_is_left_on_its_own_side_of_the_wall():
     planner = ThetaStar(replace(EXACT, escape_distance=0.6), ROBOT)
     grid = split_floor()
-    grid.cells[46:54, 80:] = 0  # a way round, at x = 4
+    grid.cells[46:54, 80:] = 0  # a gap at x = 4
     start, goal = Pose2D(2.0, 2.42), Pose2D(2.0, 2.9)
     points = planner.plan(grid, start, goal).points
     assert points[:, 0].max() > 3.9

@@ -39,7 +39,7 @@ def run(world, wanted, seconds, safety=None):
         st.tuples(st.floats(0.5, 7.5), st.floats(0.5, 7.5), st.floats(0.1, 0.4)), max_size=5
     ),
 )  # fmt: skip
-def test_no_wish_ever_touches_anything(footprint, x, y, heading, linear, angular, circles):
+def test_no_command_causes_a_contact(footprint, x, y, heading, linear, angular, circles):
     world = ToyWorld(room(8, 8), robot(footprint), Pose2D(x, y, heading), circles, beams=720)
     assume(world.clearance() > 0.05)
     run(world, Twist(linear, angular), 12.0)
@@ -51,7 +51,7 @@ def test_no_wish_ever_touches_anything(footprint, x, y, heading, linear, angular
     st.floats(2.0, 6.0), st.floats(2.0, 6.0), st.floats(-pi, pi),
     st.lists(st.tuples(st.floats(-0.3, 0.8), st.floats(-1.8, 1.8)), min_size=12, max_size=12),
 )  # fmt: skip
-def test_changing_wishes_never_touch_anything(x, y, heading, wishes):
+def test_changing_commands_cause_no_contact(x, y, heading, wishes):
     world = ToyWorld(room(8, 8), robot(LONG), Pose2D(x, y, heading), beams=720)
     safety = Safety(world.robot, SafetyParameters(), world.period)
     for linear, angular in wishes:
@@ -64,15 +64,15 @@ def test_it_slows_in_proportion_and_stops_short_of_a_wall():
     safety = Safety(world.robot, SafetyParameters(), PERIOD)
     driven = run(world, Twist(0.8), 4.5, safety)
     assert max(twist.linear for twist in driven) == pytest.approx(0.8)
-    assert safety.reason.startswith("slower: something ")
+    assert safety.reason.startswith("slower: obstacle ")
     run(world, Twist(0.8), 6.0, safety)
-    assert safety.reason.startswith("stopped: something 0.")
+    assert safety.reason.startswith("stopped: obstacle 0.")
     assert "ahead" in safety.reason
     # the nose stops `padding` from the wall, plus what is too little to creep over: 0.02 m
     assert world.clearance() == pytest.approx(0.03 + 0.02, abs=0.015)
 
 
-def test_a_clear_way_is_let_through_without_a_word():
+def test_a_clear_twist_is_not_limited():
     world = ToyWorld(room(8, 1.0), robot(), Pose2D(1.0, 0.5))
     safety = Safety(world.robot, SafetyParameters(), PERIOD)
     driven = run(world, Twist(0.5), 3.0, safety)
@@ -128,6 +128,7 @@ def test_the_scan_is_moved_by_what_the_robot_has_driven_since():
     assert distance.max() < 1e-5
 
 
+@pytest.mark.pain("s720", "s543", "s465")
 def test_an_old_or_missing_scan_stops_the_robot_and_says_so():
     world = ToyWorld(room(8, 8), robot(), Pose2D(2.0, 4.0))
     safety = Safety(world.robot, SafetyParameters(), PERIOD)
@@ -181,7 +182,7 @@ def test_something_that_is_no_velocity_stops_the_robot():
     world = ToyWorld(room(8, 8), robot(), Pose2D(4.0, 4.0))
     safety = Safety(world.robot, SafetyParameters(), PERIOD)
     assert run(world, Twist(nan, 0.1), 0.1, safety)[-1] == STANDSTILL
-    assert "not a velocity" in safety.reason
+    assert "not a finite velocity" in safety.reason
 
 
 @pytest.mark.parametrize(

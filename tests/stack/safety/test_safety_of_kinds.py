@@ -111,7 +111,7 @@ def test_a_dead_band_keeps_a_cars_arc():
         st.tuples(st.floats(0.5, 7.5), st.floats(0.5, 7.5), st.floats(0.1, 0.4)), max_size=4
     ),
 )  # fmt: skip
-def test_no_wish_ever_touches_anything(kind, x, y, heading, wishes, circles):
+def test_no_command_causes_a_contact(kind, x, y, heading, wishes, circles):
     robot = moving(kind, linear_acceleration=2.0)
     world = ToyWorld(room(8, 8), robot, Pose2D(x, y, heading), circles, beams=720)
     assume(world.clearance() > 0.05)

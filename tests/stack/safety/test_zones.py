@@ -34,7 +34,7 @@ def limited(twist, things=SOMETHING, **values):
 def test_a_slow_down_zone_drives_at_its_share():
     twist, reason = limited(Twist(0.8, 0.2), action="slow_down", ratio="30 %", name="front")
     assert (twist.linear, twist.angular) == (pytest.approx(0.24), pytest.approx(0.06))
-    assert reason == "slower: something in the zone 'front', 30% of the speed"
+    assert reason == "slower: obstacle in the zone 'front', 30% of the speed"
 
 
 def test_a_limit_zone_keeps_the_arc_below_both_limits():
@@ -47,7 +47,7 @@ def test_a_limit_zone_keeps_the_arc_below_both_limits():
 
 def test_a_stop_zone_lets_the_robot_only_drive_away():
     assert limited(Twist(0.3), name="front") == (
-        STANDSTILL, "stopped: something in the zone 'front'",
+        STANDSTILL, "stopped: obstacle in the zone 'front'",
     )  # fmt: skip
     assert limited(Twist(angular=1.0))[0] == STANDSTILL
     assert limited(Twist(-0.2)) == (Twist(-0.2), "")
@@ -116,7 +116,7 @@ def test_a_stop_zone_stops_the_robot_at_its_edge_and_lets_it_back_off():
         )
     # the zone reaches 1.2 m; from 0.6 m/s at 1.5 m/s² it needs 0.12 m more, and the scan's age
     assert 8.0 - 1.2 - 0.01 < world.pose.x < 8.0 - 1.2 + 0.2
-    assert safety.reason == "stopped: something in the zone 'stop'"
+    assert safety.reason == "stopped: obstacle in the zone 'stop'"
     for _ in range(40):
         world.drive(
             safety.limit(Twist(-0.2), scan=world.scan, time=world.time, measured=world.twist)

@@ -87,7 +87,7 @@ def test_a_marker_is_found_where_the_camera_model_says(marker, model):
     assert np.abs(errors.mean(axis=0)).max() < 0.5  # no half-pixel shift of the whole picture
 
 
-def test_what_moves_is_drawn_where_it_is():
+def test_moving_objects_are_drawn_at_their_current_pose():
     empty = picture(replace(SHOT, people=np.array([[-5.0, 0.0, 0.2]])))
     with_person = picture()
     changed = np.argwhere((empty != with_person).any(axis=2))
@@ -99,7 +99,7 @@ def test_what_moves_is_drawn_where_it_is():
     assert columns.min() == pytest.approx(160 + 280 * 0.3 / 1.05, abs=3)
 
 
-def test_the_lens_goes_with_the_robot():
+def test_the_camera_moves_with_the_robot():
     turned = RenderRequest(0, (1.0, 0.0, 0.0), (0.0, 0.0, np.sin(pi / 2), np.cos(pi / 2)),
                   np.array([[4.0, 1.5, 0.2]]), {"gate": False})  # fmt: skip
     assert MARKER.number in corners_in(picture(), MARKER)
@@ -135,11 +135,11 @@ def test_another_process_renders_the_same_picture_and_delivers_on_time():
         camera.close()
 
 
-def test_an_unknown_marker_is_told_when_its_picture_is_due():
+def test_an_unknown_marker_raises_when_its_picture_is_due():
     camera = Camera(setup(world=replace(EMPTY, markers=(replace(MARKER, number=50),))))
     try:
         camera.expose(0.0, SHOT)
-        with pytest.raises(BodyError, match="DICT_4X4_50 holds markers 0 to 49, got 50"):
+        with pytest.raises(BodyError, match="DICT_4X4_50 has the markers 0 to 49, got 50"):
             camera.take(0.1)
     finally:
         camera.close()
@@ -181,7 +181,7 @@ def test_the_renderer_ends_with_its_parent():
 
 
 def test_importing_the_physics_prints_nothing():
-    code = "from stack.sim import bullet; print(bullet.load().DIRECT)"
+    code = "from stack.sim.physics import bullet; print(bullet.load().DIRECT)"
     answer = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True
     )

@@ -110,7 +110,7 @@ def rays(world, pose, scan, height):
 
 
 @pytest.mark.parametrize("turn", [2.0 * pi, 1.5 * pi])
-def test_it_sees_what_the_physics_touches(turn):
+def test_ranges_agree_with_the_collision_shapes(turn):
     random = stream(7, "places")
     poses = [Pose2D(*random.uniform(-8, 8, 2), random.uniform(0, 6)) for _ in range(60)]
     zigzag = Wall(random.uniform(-9, 9, (6, 2)), thickness=0.2)
@@ -133,6 +133,6 @@ def test_it_sees_what_the_physics_touches(turn):
         assert both.sum() > 50
 
 
-def test_inside_a_cylinder_nothing_is_valid():
+def test_all_ranges_inside_a_cylinder_are_invalid():
     world = replace(EMPTY, cylinders=(Cylinder(0.1, 0.0, 0.5),))
     assert np.isnan(take(LIDAR, world).ranges).all()

@@ -47,7 +47,7 @@ def test_slip_grows_with_the_root_of_the_distance():
     assert np.std(ends) == pytest.approx(0.1414, rel=0.15)
 
 
-def test_scale_errors_are_the_seeds_and_last():
+def test_scale_errors_depend_on_the_seed_and_stay_constant():
     noise = OdometryNoise(scale_error=0.02, slip=0.0, ticks_per_turn=1 << 20)
     first = roll(odometry_of(noise, 3), 50.0, 50.0)
     assert roll(odometry_of(noise, 3), 50.0, 50.0) == first
@@ -74,7 +74,7 @@ def steady(wheels, speeds, noise=PERFECT, steering=(), seed=1, seconds=2.0):
 
 
 @pytest.mark.parametrize("twist", [(0.3, 0.0, 0.0), (0.0, 0.3, 0.0), (0.3, -0.2, 0.0)])
-def test_perfect_omnidirectional_wheels_go_straight_any_way(twist):
+def test_perfect_omnidirectional_wheels_drive_straight_in_any_direction(twist):
     reading = steady(SQUARE, (SQUARE.jacobian @ twist / 0.05).tolist())
     assert (reading.pose.x, reading.pose.y) == pytest.approx((2 * twist[0], 2 * twist[1]), abs=1e-4)
     assert abs(reading.pose.heading) < 1e-4

@@ -55,7 +55,7 @@ def test_spinning_moves_the_centre_of_mass_and_not_the_base(build):
     assert np.hypot(*physics.truth().pose.transform(np.zeros((1, 2)))[0]) < 0.01
 
 
-def test_wheels_carry_the_robot_beside_its_casters(build):
+def test_wheels_and_casters_share_the_weight(build):
     physics = build()
     for _ in range(500):
         physics.step()
@@ -119,7 +119,7 @@ def test_touching_names_the_thing_and_the_place(build):
     physics = build(world=replace(EMPTY, boxes=(Box(Pose2D(0.42, 0.0), (0.5, 1.0, 0.5)),)))
     physics.step()
     body, x, _ = physics.touching()[0]
-    assert physics.scene.obstacles[body] == "something that stands there"
+    assert physics.scene.obstacles[body] == "a static obstacle"
     assert x == pytest.approx(0.17, abs=0.02)
 
 
@@ -133,14 +133,16 @@ def test_two_worlds_in_one_process_do_not_mix(build):
     assert other.truth().pose.x == pytest.approx(5.0, abs=1e-3)
 
 
-def test_a_wheel_that_is_not_there_is_refused():
+def test_an_unknown_wheel_joint_is_refused():
     wrong = replace(ROVER, wheels=Wheels(("left_wheel",), ("right_wheel_joint",), 0.08, 0.32))
-    with pytest.raises(BodyError, match=r"no wheel joint 'left_wheel'; it has .*left_wheel_joint"):
+    with pytest.raises(
+        BodyError, match=r"no wheel joint 'left_wheel'; its joints are .*left_wheel_joint"
+    ):
         Physics(wrong, EMPTY, Pose2D(0.0, 0.0), SETTINGS)
 
 
 def test_a_missing_or_broken_shape_is_refused(tmp_path):
-    with pytest.raises(BodyError, match=r"no robot shape nothing\.urdf"):
+    with pytest.raises(BodyError, match=r"robot's URDF nothing\.urdf does not exist"):
         Physics(replace(ROVER, urdf=tmp_path / "nothing.urdf"), EMPTY, Pose2D(0.0, 0.0), SETTINGS)
     broken = tmp_path / "broken.urdf"
     broken.write_text("<robot")

@@ -52,9 +52,9 @@ def test_a_quaternion_means_the_same_as_its_angles(tmp_path: Path, rotation: str
     assert box.pose.heading % pi == pytest.approx(angle)
 
 
-def test_a_quaternion_of_nothing_is_refused(tmp_path: Path) -> None:
+def test_a_zero_quaternion_is_refused(tmp_path: Path) -> None:
     pose = "<pose rotation_format='quat_xyzw'>1 2 0.3 0 0 0 0</pose>"
-    with pytest.raises(InputError, match="the quaternion 0 0 0 0 is no rotation"):
+    with pytest.raises(InputError, match="the quaternion 0 0 0 0 is not a rotation"):
         read(tmp_path, collision_model(BOX).replace("<pose>0 0 0 0 0 0</pose>", pose))
 
 
@@ -86,15 +86,17 @@ def test_poses_refer_to_frames_of_their_model_and_of_the_world(tmp_path: Path) -
 
 
 @pytest.mark.parametrize("frame", ["nowhere", "a"])
-def test_a_frame_that_is_not_there_or_is_itself_is_named(tmp_path: Path, frame: str) -> None:
+def test_an_unknown_or_cyclic_frame_is_reported(tmp_path: Path, frame: str) -> None:
     lost = collision_model(BOX, name="a").replace("<pose>", f"<pose relative_to='{frame}'>")
     world = read(tmp_path, lost + collision_model(BOX, name="b"))
     assert [box.name for box in world.boxes] == ["b"]
-    assert world.warnings[0].sentence == f"placed relative to {frame!r}, left out: a"
+    assert world.warnings[0].sentence == (
+        f"elements relative to the unknown frame {frame!r} are ignored: a"
+    )
 
 
 @pytest.mark.parametrize("name", ["house.stl", "house.obj", "house.dae"])
-def test_a_mesh_stands_as_boxes_round_its_convex_parts(tmp_path: Path, name: str) -> None:
+def test_a_mesh_becomes_boxes_around_its_convex_parts(tmp_path: Path, name: str) -> None:
     """The corner stays open: an L-shaped house is two walls, and not the block round both."""
     l_shape(tmp_path, name)
     world = read(tmp_path, collision_model(MESH.format(uri=f"model://{name}", scale="1 1 1")))
@@ -108,7 +110,7 @@ def test_a_mesh_stands_as_boxes_round_its_convex_parts(tmp_path: Path, name: str
         or abs(box.pose.y - inside[1]) > box.size[1] / 2
         for box in world.boxes
     )
-    assert "stand as boxes round their parts" in world.warnings[0].sentence
+    assert "<mesh> shapes are replaced by boxes" in world.warnings[0].sentence
 
 
 def test_a_mesh_is_scaled_and_placed(tmp_path: Path) -> None:
@@ -120,7 +122,7 @@ def test_a_mesh_is_scaled_and_placed(tmp_path: Path) -> None:
     assert abs(sin(box.pose.heading)) == pytest.approx(0.0 if box.size[0] > 0.7 else 1.0, abs=0.05)
 
 
-def test_a_broken_mesh_is_left_out_with_the_reason(tmp_path: Path) -> None:
+def test_a_broken_mesh_is_ignored_with_the_reason(tmp_path: Path) -> None:
     (tmp_path / "bad.stl").write_bytes(b"solid nonsense")
     world = read(tmp_path, collision_model(MESH.format(uri="bad.stl", scale="1 1 1"))
                  + collision_model(BOX, name="b"))  # fmt: skip

@@ -1,4 +1,4 @@
-"""Gazebo's files as worlds: what stands where, and what is said of the rest."""
+"""Gazebo files as worlds: the solids, and the warnings about the rest."""
 
 from __future__ import annotations
 
@@ -76,16 +76,16 @@ def test_boxes_on_their_sides_keep_their_shape(tmp_path):
     assert (box.pose.x, box.pose.y) == pytest.approx((3.0, 4.0))
 
 
-def test_a_tilted_box_becomes_the_upright_one_round_it_and_says_so(tmp_path):
+def test_a_tilted_box_becomes_its_upright_bounding_box_with_a_warning(tmp_path):
     text = gazebo_world(collision_model(BOX, "0 0 1 0 0.7853981633974483 0", "ramp"))
     world = read(tmp_path, text)
     (box,) = world.boxes
     # 2 x 0.6 turned by 45 degrees in the x-z plane: (2 + 0.6) / sqrt 2 in both
     assert box.size == pytest.approx((2.6 / sqrt(2), 1.0, 1.0 + 1.3 / sqrt(2)))
-    assert sentences(world) == ["tilted, an upright box round it stands for it: ramp"]
+    assert sentences(world) == ["tilted shapes are replaced by upright boxes: ramp"]
 
 
-def test_a_lying_cylinder_is_a_box_and_a_sphere_a_cylinder(tmp_path):
+def test_a_horizontal_cylinder_becomes_a_box_and_a_sphere_a_cylinder(tmp_path):
     lying = "<cylinder><radius>0.2</radius><length>3</length></cylinder>"
     ball = "<sphere><radius>0.4</radius></sphere>"
     text = gazebo_world(
@@ -100,7 +100,7 @@ def test_a_lying_cylinder_is_a_box_and_a_sphere_a_cylinder(tmp_path):
     assert world.warnings == ()
 
 
-def test_a_saved_state_says_where_models_are(tmp_path):
+def test_a_saved_state_sets_the_poses_of_models(tmp_path):
     text = gazebo_world(
         "<state world_name='default'><model name='crate'><pose>7 8 0.3 0 0 0</pose></model></state>"
         + collision_model(BOX, "0 0 0.3 0 0 0", "crate")
@@ -109,7 +109,7 @@ def test_a_saved_state_says_where_models_are(tmp_path):
     assert (box.pose.x, box.pose.y) == (7.0, 8.0)
 
 
-def test_includes_of_the_same_file_are_followed_and_others_named(tmp_path):
+def test_includes_of_the_same_file_are_read_and_others_reported(tmp_path):
     text = gazebo_world(
         """
         <include><uri>model://sun</uri></include>
@@ -123,7 +123,7 @@ def test_includes_of_the_same_file_are_followed_and_others_named(tmp_path):
     world = read(tmp_path, text)
     assert [box.pose.x for box in world.boxes] == [1.0, 2.0]
     assert sentences(world) == [
-        "includes of models from elsewhere are not followed: model://cafe_table"
+        "<include> of a model that this file does not define is ignored: model://cafe_table"
     ]
     assert world.warnings[0].mark.line == 8
 
@@ -136,7 +136,7 @@ def test_a_model_that_includes_itself_ends(tmp_path):
     assert len(read(tmp_path, text).boxes) == 1
 
 
-def test_what_is_not_understood_is_named_once_with_all_its_cases(tmp_path):
+def test_unsupported_elements_are_reported_once_per_kind(tmp_path):
     mesh = "<mesh><uri>model://house/{}.dae</uri></mesh>"
     models = [collision_model(mesh.format(n), name=f"house_{n}") for n in range(7)]
     text = gazebo_world(
@@ -151,15 +151,15 @@ def test_what_is_not_understood_is_named_once_with_all_its_cases(tmp_path):
     world = read(tmp_path, text)
     assert [box.name for box in world.boxes] == ["trolley"]
     assert sentences(world) == [
-        "<mesh> shapes whose file is not found beside the world, left out: "
+        "<mesh> shapes are ignored: file not found in the world's folder: "
         "house_0 (model://house/0.dae), "
         "house_1 (model://house/1.dae), house_2 (model://house/2.dae), "
         "house_3 (model://house/3.dae), house_4 (model://house/4.dae) and 2 more",
-        "a plane that is not the floor, left out: glass",
-        "begins 1 m or more over the floor, left out: lamp",
-        "not static in Gazebo, stands still here: trolley",
-        "<actor> is left out: walker",
-        "can be seen but not touched, left out: sign",
+        "<plane> shapes that are not horizontal are ignored: glass",
+        "shapes 1 m or more above the floor are ignored: lamp",
+        "not static in Gazebo, static here: trolley",
+        "<actor> is ignored: walker",
+        "links without collision shapes are ignored: sign",
     ]
     assert all(warning.severity == "warning" for warning in world.warnings)
 
@@ -203,7 +203,7 @@ def test_every_wrong_value_is_reported_in_one_go(tmp_path):
         ("<sdf>" * 200, "E207", 1),
     ],
 )
-def test_files_that_are_no_worlds(tmp_path, text, code, line):
+def test_files_that_are_not_worlds_are_refused(tmp_path, text, code, line):
     (finding,) = refusals(tmp_path, text)
     assert (finding.code, finding.mark.line) == (code, line)
 

@@ -32,7 +32,7 @@ def test_something_at_the_edge_of_the_cone_counts():
     assert hear(square_room(2.0), turned).distance == pytest.approx(2.0 / sin(1.25), abs=1e-6)
 
 
-def test_what_is_lower_than_the_sensor_is_not_heard_and_what_is_higher_is():
+def test_only_obstacles_that_reach_above_the_sensor_are_measured():
     ahead = Pose2D(1.5, 0.0)
     assert hear(replace(EMPTY, boxes=(Box(ahead, (0.2, 2.0, 0.05)),))).distance == inf
     heard = hear(replace(EMPTY, boxes=(Box(ahead, (0.2, 2.0, 0.14)),))).distance
@@ -44,7 +44,7 @@ def test_too_near_is_invalid_and_too_far_no_return():
     assert hear(square_room(3.0)).distance == inf
 
 
-def test_people_are_heard_and_noise_follows_from_seed_and_step():
+def test_people_are_measured_and_noise_depends_on_seed_and_step():
     noisy = replace(SONAR, noise=0.02)
     ada = np.array([[1.2, 0.0, 0.25]])
     first, again = (hear(EMPTY, noisy, people=ada, step=7).distance for _ in range(2))

@@ -45,7 +45,7 @@ def test_turning_back_stops_at_the_deceleration_first(drive):
     assert speeds[-1] == -0.2
 
 
-def test_commands_are_cut_to_the_limits(drive):
+def test_commands_are_limited(drive):
     assert run(drive, Twist(9.0, -9.0), 2000)[-1] == (0.8, -1.8)
     assert run(drive, Twist(-9.0), 2000)[-1][0] == -0.3
 
@@ -65,7 +65,7 @@ def test_without_commands_it_stops_after_the_dead_man_time(drive):
     assert sum(changes) == 125
 
 
-def test_steady_speed_asks_for_nothing(drive):
+def test_at_constant_speed_nothing_changes(drive):
     run(drive, Twist(0.5), 500)
     assert not drive.advance()
 
@@ -83,7 +83,7 @@ CAR = SteeredWheels(
 )  # fmt: skip
 
 
-def test_omnidirectional_wheels_push_along_their_headings():
+def test_omnidirectional_wheels_drive_along_their_headings():
     drive = OmniController(Limits(lateral_speed=0.5), STAR, 0.002)
     run(drive, Twist(0.3, 0.5, -0.2), 500)
     # Wheel a, 0.2 m ahead, pushes to the left: (-0.2 + 0.2 * 0.5) / 0.05.

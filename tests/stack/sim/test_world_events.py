@@ -39,7 +39,7 @@ def test_a_battery_drains_by_power_and_charges_on_the_dock():
     assert battery.charge == 1.0
 
 
-def test_who_does_not_yield_walks_on_into_the_robot():
+def test_a_person_who_does_not_yield_walks_into_the_robot():
     there_and_back = np.array([[0.0, 0.0], [4.0, 0.0]])
     robot = Pose2D(1.0, 0.0)
     polite, blunt = (
@@ -60,7 +60,7 @@ def touches(*entries):
     return counter.tally
 
 
-def test_contacts_are_told_apart_by_who_moved_before():
+def test_contacts_are_classified_by_the_speed_before_the_touch():
     assert touches((0.0, False, MOVING), (0.1, True, REST)) == ContactTally(1, 0)
     assert touches((0.0, False, REST), (0.1, True, MOVING)) == ContactTally(0, 1)
     assert touches((0.0, False, Twist(0.0, -0.5)), (0.1, True, REST)) == ContactTally(1, 0)
@@ -110,7 +110,7 @@ def test_a_person_stops_before_the_robot_and_goes_on():
 
 
 @pytest.mark.parametrize("place", [Pose2D(-0.4, 0.0), Pose2D(0.3, 0.6), Pose2D(1.6, 0.0)])
-def test_a_robot_behind_beside_or_far_ahead_is_not_in_the_way(place):
+def test_a_robot_behind_beside_or_far_ahead_does_not_block_a_person(place):
     walker = Walker(Person("p", SQUARE, speed=1.0, radius=0.2), 0.3)
     assert walker.walk(0.01, place)
 

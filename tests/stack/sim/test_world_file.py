@@ -64,7 +64,7 @@ def test_bounds_default_to_everything_and_half_a_metre(read):
     assert read(ROOM).bounds == (-0.6, -0.6, 4.6, 3.6)
 
 
-def test_everything_a_world_may_hold(read):
+def test_all_keys_of_a_world_file(read):
     world = read(
         ROOM
         + """\
@@ -105,22 +105,22 @@ WRONG = {  # `^` marks the place that must be reported
     "cylinders: [{at: [1, ^2000], radius: 1}]": "E201 y: 2000 m must be at most 1000 m",
     "cylinders: [^{at: [1, 2]}]": "E201 a cylinder needs the key 'radius'",
     "cylinders: [{at: [1, 2], radius: ^0}]": "E201 radius: 0 m must be above 0 m",
-    "cylinders: [^plant]": "E201 a cylinder is a mapping of keys, got 'plant'",
-    "cylinders: ^plant": "E201 cylinders is a list, got 'plant'",
+    "cylinders: [^plant]": "E201 a cylinder must be a mapping of keys, got 'plant'",
+    "cylinders: ^plant": "E201 cylinders: expected a list, got 'plant'",
     "boxes: [{at: ^[1], size: [1, 1, 1]}]": "E201 at: expected [x, y, heading], got a list of 1",
     "boxes: [{at: [3, 2], size: [1, 1, ^tall]}]": "E201 height: expected a length, got 'tall'",
     "boxes: [{at: [3, 2], size: [1, 1, 1], ^colr: 1}]": "E201 a box has no key 'colr'; did you me",
     "boxes: [{at: [3, 2], size: [1, 1, 1], colour: [1, ^2, 0]}]": "E201 green: 2 must be at most 1",
     "people: [{name: A, waypoints: ^[[1, 2]]}]": "E201 waypoints needs at least two points [x, y]",
-    "people: [{name: A, waypoints: [[1, 2], ^[1, 2]]}]": "E201 waypoints: the point [1.0, 2.0] sta",
+    "people: [{name: A, waypoints: [[1, 2], ^[1, 2]]}]": "E201 waypoints: the point [1.0, 2.0] is ",
     "people: [{name: A, waypoints: [[1, 2], [2, 2]]}, {name: ^A, waypoints: [[1, 2], [2, 2]]}]": (
-        "E202 a second person 'A'; the first is in line 5"
+        "E202 duplicate person 'A'; the first is in line 5"
     ),
-    "doors: [^{name: d, from: [1, 1], to: [1, 1]}]": "E201 the door goes from [1.0, 1.0] to the s",
-    "markers: [{id: ^50, at: [1, 1], facing: 0}]": "E203 DICT_4X4_50 has no marker 50; its ids go",
+    "doors: [^{name: d, from: [1, 1], to: [1, 1]}]": "E201 `from` and `to` of the door are the sa",
+    "markers: [{id: ^50, at: [1, 1], facing: 0}]": "E203 DICT_4X4_50 has no marker 50; its ids ar",
     "markers: [{id: 1, at: ^[4, 1], facing: 0}]": "E204 marker 1 at [4, 1] is 5.0 cm inside a wal",
     "markers: [{id: 1, at: [3, 1], facing: 0}, {id: ^1, at: [3, 1], facing: 0}]": (
-        "E202 a second DICT_4X4_50 marker 1; the first is in line 5"
+        "E202 duplicate DICT_4X4_50 marker 1; the first is in line 5"
     ),
     "bounds: ^[0, 0, -1, 2]": "E204 bounds [0.0, 0.0, -1.0, 2.0] enclose nothing",
     "places: {a: ^[3, 3.02]}": "E204 the place 'a' at [3, 3.02] is 3.0 cm inside a wall",
@@ -129,9 +129,9 @@ WRONG = {  # `^` marks the place that must be reported
     "timeline: [{when: {time: ^2 m}, battery: 1}]": "E201 time: '2 m' is in m, expected a duration",
     "timeline: [{when: ^{}, battery: 1}]": "E201 `when` needs `time: 20 s` or `near: [x, y, radi",
     "timeline: [^{battery: 1}]": "E201 a timeline entry needs the key 'when'",
-    "timeline: [^{when: {time: 1}}]": "E201 a timeline entry does exactly one thing, got none",
+    "timeline: [^{when: {time: 1}}]": "E201 a timeline entry has exactly one action, got none",
     "timeline: [^{when: {time: 1}, battery: 1, move_robot: [1, 1]}]": (
-        "E201 a timeline entry does exactly one thing, got move_robot and battery"
+        "E201 a timeline entry has exactly one action, got move_robot and battery"
     ),
     "timeline: [{when: {time: 1}, open_door: ^frnt}]": "E203 open_door: there is no door 'frnt'",
     "timeline: [{when: {time: 1}, move_robot: ^hom}]": "E203 move_robot: there is no place 'hom'",
@@ -166,12 +166,12 @@ def test_two_dictionaries_may_have_the_same_marker_id(read):
 
 
 def test_a_world_without_anything_solid_is_refused(findings):
-    assert findings("world: void\n")[0].startswith("1:1 E206 nothing stands in this world")
+    assert findings("world: void\n")[0].startswith("1:1 E206 this world is empty")
 
 
 def test_more_than_5000_things_are_refused(findings):
     many = ", ".join(["{at: [3, 2], radius: 0.01}"] * 4995)  # and a wall with its five points
-    assert "5001 things" in findings(f"{ROOM}cylinders: [{many}]\n")[0]
+    assert "5001 items" in findings(f"{ROOM}cylinders: [{many}]\n")[0]
 
 
 @settings(deadline=None, max_examples=150)
@@ -279,7 +279,7 @@ def test_the_twin_rooms_are_alike_on_the_map_and_differ_in_markers():
     assert lifted.move_robot.distance_to(Pose2D(x + 5.0, y)) - lifted.trigger.near[2] > 1.0
 
 
-def test_with_the_short_cut_shut_there_is_a_longer_way_round():
+def test_with_the_short_cut_closed_there_is_a_longer_path():
     world = read_world(WORLDS / "two_corridors.yaml")
     (door,) = world.doors
     shut = Wall(np.array([door.start, door.end]), door.thickness)

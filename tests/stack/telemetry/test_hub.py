@@ -129,20 +129,20 @@ def test_a_snapshot_is_built_once_and_only_when_wanted(info, snapshot_at):
 
 
 @pytest.mark.parametrize("where", ["open", "event", "wants_snapshot", "snapshot", "close"])
-def test_a_failing_sink_is_dropped_with_one_line(where, info, snapshot_at):
+def test_a_failing_sink_is_removed_with_one_line(where, info, snapshot_at):
     lines, healthy = [], Notes()
     telemetry = Telemetry(info, [Broken(where), healthy], lines.append)
     for _ in range(3):
         telemetry.emit("a", "", source="s")
         telemetry.publish(snapshot_at)
     telemetry.close({"result": "success"})
-    assert lines[0] == "Broken failed and is left out from now on: OSError: no space left"
+    assert lines[0] == "Broken failed and was removed: OSError: no space left"
     assert len(lines) == (2 if where == "close" else 1)
     assert len(healthy.events) == len(healthy.snapshots) == 3
     assert healthy.closed == [{"result": "success"}]
 
 
-def test_a_late_sink_hears_what_it_missed(info):
+def test_a_late_sink_receives_the_past_events(info):
     telemetry = Telemetry(info)
     telemetry.emit("a", "", source="s")
     late = Notes()
@@ -158,7 +158,7 @@ def test_close_brings_the_last_snapshot_and_works_twice(info, snapshot_at):
     assert idle.snapshots[0].time == 9.0 and idle.closed == [{"result": "x"}]
 
 
-def test_acks_find_their_way_back_even_if_ids_are_alike(info):
+def test_acks_reach_their_sender_even_with_equal_ids(info):
     first, second = Operator(Command("1", "pause")), Operator(Command("1", "resume"))
     telemetry = Telemetry(info, [Notes(), first, Broken("event"), second])
     telemetry.emit("a", "", source="s")

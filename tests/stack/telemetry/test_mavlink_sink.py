@@ -117,7 +117,7 @@ def test_battery_and_health(station, telemetry, clock, snapshot_at):
     assert present & laser and not healthy & laser and not present & gps
 
 
-def test_warnings_and_what_is_said_become_texts(station, telemetry):
+def test_warnings_and_texts_of_the_mission_are_sent(station, telemetry):
     telemetry.emit("node_status", "not for the station", source="tree")
     telemetry.emit("say", "hello", source="mission")
     long = "The way to the meeting room is blocked by something 1.2 m ahead: planning again"
@@ -152,12 +152,12 @@ def test_a_station_that_connects_is_served(info, clock, snapshot_at):
     telemetry.close(None)
 
 
-def test_a_device_that_is_not_there_costs_only_the_sink(info, clock):
+def test_a_missing_device_removes_only_the_sink(info, clock):
     dropped = []
     sink = MavlinkSink("serial:/dev/tty_of_nobody", clock)
     telemetry = Telemetry(info, [sink], dropped.append)
     telemetry.emit("say", "x", source="mission")
-    assert len(dropped) == 1 and dropped[0].startswith("MavlinkSink failed and is left out")
+    assert len(dropped) == 1 and dropped[0].startswith("MavlinkSink failed and was removed")
 
 
 @pytest.mark.parametrize(
@@ -184,26 +184,26 @@ def test_addresses(text, written):
         ("udpout:a b:1", "expected udpout"),
         ("udpout:127.0.0.1:0", "port '0' is not in 1..65535"),
         ("udpout:127.0.0.1:99999", "port '99999'"),
-        ("udp:0.0.0.0:14550", "would listen at 0.0.0.0, where anybody"),
+        ("udp:0.0.0.0:14550", "would listen on 0.0.0.0, where anyone"),
         ("tcp:192.168.1.2:5760", "send to one station with udpout:192.168.1.2:5760"),
         ("serial:/etc/passwd", "expected udpout"),
         ("serial:/dev/ttyUSB0:fast", "expected udpout"),
     ],
 )
-def test_addresses_that_will_not_do(text, why):
+def test_wrong_addresses_are_refused(text, why):
     with pytest.raises(InputError, match=why):
         MavlinkSink(text)
 
 
 @settings(deadline=None, max_examples=200)
 @given(st.text(st.characters(exclude_categories=["Cs"]), max_size=120))
-def test_pieces_of_a_text_make_it_whole(text):
+def test_chunks_of_a_text_join_to_the_text(text):
     pieces = list(text_chunks(text))
     assert b"".join(pieces).decode() == " ".join(text.split())
     assert all(len(piece) <= 50 for piece in pieces)
     assert len(pieces) == 1 or len(pieces[-1]) < 50
 
 
-def test_an_endless_text_is_cut():
+def test_a_long_text_is_truncated():
     pieces = list(text_chunks("ü" * 1000))
     assert len(pieces) == 8 and len(pieces[-1]) == 48

@@ -32,7 +32,7 @@ def test_a_run_leaves_its_folder(tmp_path, info):
 
 def test_a_folder_with_something_in_it_is_refused(tmp_path):
     (tmp_path / "old").touch()
-    with pytest.raises(InputError, match="is not empty; name another"):
+    with pytest.raises(InputError, match="is not empty; choose another"):
         RunFolder.create(tmp_path)
 
 
@@ -51,7 +51,7 @@ def test_pictures_stay_inside(tmp_path):
         folder.write("../elsewhere", b"")
 
 
-def test_a_torn_last_line_is_passed_over(tmp_path):
+def test_an_incomplete_last_line_is_skipped(tmp_path):
     event = Event(0, 1, 0.05, "info", "tree", "kind", "text", {"a": [1.5, None]})
     path = tmp_path / "events.jsonl"
     path.write_bytes(event_line(event) + event_line(event)[:20])
@@ -64,7 +64,10 @@ def test_a_torn_last_line_is_passed_over(tmp_path):
         (b"{\n", "not an event"),
         (b"[]\n", "expected the keys"),
         (b"{}\n", "expected the keys"),
-        (event_line(Event(0, 0, 0.0, "", "", "", "")).replace(b"0.0", b'"0"'), "time is '0'"),
+        (
+            event_line(Event(0, 0, 0.0, "", "", "", "")).replace(b"0.0", b'"0"'),
+            "time: expected float, got '0'",
+        ),
     ],
 )
 def test_what_is_not_an_event_is_named_with_its_line(tmp_path, line, what):

@@ -31,7 +31,7 @@ def test_a_folder_others_may_enter_is_refused(runtime_directory):
         live_runs()
 
 
-def test_a_link_or_file_in_its_place_is_refused(runtime_directory, tmp_path):
+def test_a_link_or_file_instead_of_the_folder_is_refused(runtime_directory, tmp_path):
     place = Path(runtime_directory) / "treepilot"
     place.symlink_to(tmp_path)
     with pytest.raises(TelemetryError, match="is not a folder"):
@@ -42,7 +42,7 @@ def test_a_link_or_file_in_its_place_is_refused(runtime_directory, tmp_path):
         run_directory()
 
 
-def test_somebody_elses_folder_is_refused(runtime_directory, monkeypatch):
+def test_a_folder_of_another_user_is_refused(runtime_directory, monkeypatch):
     run_directory()
     monkeypatch.setattr(os, "getuid", lambda: 4242)
     with pytest.raises(TelemetryError, match=r"belongs to user .*, not to 4242"):
@@ -78,7 +78,7 @@ def test_a_recycled_pid_is_not_taken_for_the_run(runtime_directory):
     assert live_runs() == []
 
 
-def test_descriptors_that_are_none_are_passed_over(runtime_directory):
+def test_invalid_descriptors_are_skipped(runtime_directory):
     (run_directory() / "1-0.json").write_text("{")
     (run_directory() / "2-0.json").write_text('{"pid": 1}')
     handle = announce("a", "b")

@@ -110,7 +110,7 @@ def test_pictures_come_to_those_who_want_them(run):
     assert run.until(client.poll).image.pixels.shape == (6, 8, 3)
 
 
-def test_nothing_is_built_for_nobody(run):
+def test_without_clients_no_snapshot_is_built(run):
     for _ in range(10):
         run.publish()
         run.clock.now += 0.05
@@ -131,7 +131,7 @@ def test_at_most_twenty_snapshots_a_wall_second(run):
 def test_a_stalled_client_costs_nothing_and_sees_the_newest_when_it_wakes(
     run, snapshot_at, monkeypatch
 ):
-    monkeypatch.setattr(client_module, "ASK_AGAIN_AFTER", 1e9)  # a slow machine is not a lost one
+    monkeypatch.setattr(client_module, "REQUEST_TIMEOUT", 1e9)  # a slow machine is not a lost one
     client = run.connect()
     run.until(client.poll)
     run.wait_for_request(client)
@@ -157,7 +157,7 @@ def test_a_layer_travels_once_for_each_version(run, snapshot_at, monkeypatch):
         return message
 
     monkeypatch.setattr(client_module, "decode_one_of", noting)
-    monkeypatch.setattr(client_module, "ASK_AGAIN_AFTER", 1e9)  # a slow machine is not a lost one
+    monkeypatch.setattr(client_module, "REQUEST_TIMEOUT", 1e9)  # a slow machine is not a lost one
     client = run.connect()
     for _ in range(5):
         run.until(client.poll)
@@ -198,7 +198,7 @@ def test_events_come_from_the_first_on_without_gaps(run, monkeypatch):
     assert late[-1].fields == {"n": 379} and client.missed_events == 0
 
 
-def test_an_event_that_comes_twice_is_told_once(run):
+def test_an_event_received_twice_is_returned_once(run):
     emit(run, 5)
     client = run.connect()
     collect(run, client, 5)
@@ -209,9 +209,7 @@ def test_an_event_that_comes_twice_is_told_once(run):
     assert [event.number for event in collect(run, client, 1)] == [5]
 
 
-def test_events_that_were_forgotten_are_counted(
-    runtime_directory, info, clock, monkeypatch, snapshot_at
-):
+def test_discarded_events_are_counted(runtime_directory, info, clock, monkeypatch, snapshot_at):
     monkeypatch.setattr(server, "KEPT_EVENTS", 50)
     run = Run(info, clock)
     run.make = snapshot_at
@@ -247,7 +245,7 @@ def test_a_paused_engine_still_answers(run):
     run.until(lambda: events.extend(client.events()) or len(events) == 3, run.telemetry.service)
 
 
-def test_the_end_reaches_everybody_with_all_that_was_missing(run, monkeypatch, snapshot_at):
+def test_at_the_end_every_client_receives_what_it_lacks(run, monkeypatch, snapshot_at):
     monkeypatch.setattr(server, "BATCH", 10)
     client = run.connect()
     run.until(client.poll)
@@ -296,10 +294,10 @@ def test_a_request_that_got_lost_is_repeated(run):
     client = run.connect()
     run.until(client.poll)
     run.wait_for_request(client).pending = None  # as if it had never come
-    asked = client._asked
-    run.clock.now += client_module.ASK_AGAIN_AFTER + 0.1
+    requested = client._requested
+    run.clock.now += client_module.REQUEST_TIMEOUT + 0.1
     run.until(client.poll)
-    assert client._asked > asked
+    assert client._requested > requested
 
 
 def test_another_version_is_answered_with_this_one(run):
@@ -313,7 +311,7 @@ def test_another_version_is_answered_with_this_one(run):
     context.term()
 
 
-def test_noise_from_a_client_is_survived(run):
+def test_random_bytes_of_a_client_do_no_harm(run):
     client = run.connect()
     run.until(client.poll)
     client._socket.send(b"\xff noise")
@@ -322,7 +320,7 @@ def test_noise_from_a_client_is_survived(run):
 
 
 def test_only_local_addresses(clock):
-    with pytest.raises(InputError, match=r"cannot listen at 'tcp://0.0.0.0:1': only local"):
+    with pytest.raises(InputError, match=r"cannot listen on 'tcp://0.0.0.0:1': only local"):
         TelemetryServer("tcp://0.0.0.0:1")
     with pytest.raises(TelemetryError, match="expected ipc://"):
         TelemetryClient("tcp://127.0.0.1:1")

@@ -1,1 +1,1 @@
-"""What makes one rollout better than another."""
+"""Critics of the MPPI controller: costs of the rollouts."""

@@ -1,4 +1,4 @@
-"""Compiled inner loops of the critics. Arrays are laid out as in the motion model's kernels."""
+"""Compiled loops of the critics. Arrays have the layout of the motion model's kernels."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ HIGHEST_PASSABLE, LETHAL = 252, 254
 
 @njit(cache=True, nogil=True)
 def _between(distance: Array32, column: float, row: float) -> Any:
-    """The distance field between the middles of four cells, bilinear; far away off the grid.
+    """Bilinear interpolation of the distance field between cell centres; FAR off the grid.
 
     Args:
-        distance: (rows, columns), at the middles of the cells.
+        distance: (rows, columns), at the centres of the cells.
         column: cells from the left edge, float32.
         row: cells from the bottom edge, float32.
     """
@@ -43,14 +43,14 @@ def _touches(
 ) -> bool:  # fmt: skip
     """Whether any point of an outline lies in a lethal cell.
 
-    Looks all of them up: without branches the loop compiles to vector instructions.
+    Checks all points: without branches the loop compiles to vector instructions.
 
     Args:
         lethal: (rows + 2, columns + 2) 1 or 0, with a free border.
         column: of the base, cells from the left edge of the grid, float32.
         row: cells from the bottom edge, float32.
         cosine: of the heading, in cells per metre, float32.
-        sine: likewise.
+        sine: of the heading, in cells per metre, float32.
         outline: (2, m) x and y of the points, base frame, metres.
     """
     width, right, top = np.int32(lethal.shape[1]), lethal.shape[1] - 1, lethal.shape[0] - 1
@@ -72,25 +72,26 @@ def near_obstacles(
     discs: Array32, core: Array32, outline: Array32, stride: int, margins: Array32,
     cost: Array32, repulsion: Array32, hits: NDArray[np.int64],
 ) -> None:  # fmt: skip
-    """What rollouts meet: costs under the base, clearance, and the first collision.
+    """Compute the costs under the base, the clearance and the first collision of rollouts.
 
-    The clearance is first bounded by discs that cover the footprint; only where they leave doubt
-    is the footprint's outline looked up point by point.
+    Discs that cover the footprint give a lower bound of the clearance. Only when it is too small
+    the outline is checked point by point.
 
     Args:
         poses: (5, steps, batch) x, y, heading, cosine, sine.
         cells: (rows, columns) costs, Nav2's values; off the grid is free.
-        distance: (rows, columns) metres from a cell's middle to that of the nearest lethal cell.
+        distance: (rows, columns) metres from a cell's centre to that of the nearest lethal cell.
         lethal: (rows + 2, columns + 2) 1 where the distance is 0, with a free border.
         geometry: (4,) x and y of the grid's outer corner, cells per metre, metres per cell.
         discs: (k, 3) x, y, radius in the base frame; together they cover the footprint.
-        core: (l, 3) x, y, radius of discs well within it: what a fast edge has jumped over.
-        outline: (2, m) points round the footprint's edge, base frame.
-        stride: steps from one look at the outline to the next.
-        margins: (3,) clearance wanted, critical clearance, critical weight over the usual one.
+        core: (l, 3) x, y, radius of discs inside it: they find cells that a fast edge has skipped.
+        outline: (2, m) points along the footprint's edge, base frame.
+        stride: number of steps between two checks of the outline.
+        margins: (3,) desired clearance, critical clearance, ratio of the critical weight to the
+            normal one.
         cost: (batch,), written: mean cost in 0..1 up to the end or a collision.
         repulsion: (batch,), written: mean violation of the margins.
-        hits: (batch,), written: step of the first collision; steps: none.
+        hits: (batch,), written: step of the first collision; the number of steps: none.
     """
     _, steps, batch = poses.shape
     rows, columns = cells.shape
@@ -156,16 +157,16 @@ def near_moving(
     poses: Array32, moving: Array32, discs: Array32, margin: float, step: float,
     closeness: Array32, hits: NDArray[np.int64],
 ) -> None:  # fmt: skip
-    """How near rollouts come to things that keep their velocities, and the first contact.
+    """Compute the clearance of rollouts to objects at constant velocity, and the first contact.
 
     Args:
         poses: (5, steps, batch) x, y, heading, cosine, sine.
-        moving: (k, 5) x, y, velocity along both axes, radius; seen from the robot.
+        moving: (k, 5) x, y, velocity along both axes, radius; relative to the robot.
         discs: (l, 3) x, y, radius in the base frame; together they cover the footprint.
-        margin: clearance wanted, metres.
-        step: seconds of a step.
+        margin: desired clearance, metres.
+        step: length of a step, seconds.
         closeness: (batch,), written: mean violation of the margin, metres.
-        hits: (batch,) step of the first collision; steps: none. Contacts are written into it.
+        hits: (batch,), updated: step of the first collision; the number of steps: none.
     """
     _, steps, batch = poses.shape
     wanted, seconds, reach = np.float32(margin), np.float32(step), ZERO
@@ -214,7 +215,7 @@ def add(costs: Array32, term: Array32, weight: float, power: int) -> None:
 
 
 @njit(cache=True, nogil=True)
-def price_of_noise(controls: Array32, plan: Array32, pull: Array32, term: Array32) -> None:
+def noise_cost(controls: Array32, plan: Array32, pull: Array32, term: Array32) -> None:
     """Sum over axes and steps of pull × (control - plan) (Williams et al. 2018, eq. 33).
 
     Args:
@@ -235,7 +236,7 @@ def price_of_noise(controls: Array32, plan: Array32, pull: Array32, term: Array3
 
 @njit(cache=True, nogil=True)
 def mean_distance(poses: Array32, x: float, y: float, term: Array32) -> None:
-    """Mean over the steps of the distance to a point, metres; into term (batch,)."""
+    """Write the mean distance to a point over the steps, metres, to term (batch,)."""
     _, steps, batch = poses.shape
     goal_x, goal_y, share = np.float32(x), np.float32(y), ONE / np.float32(steps)
     for b in range(batch):
@@ -248,7 +249,7 @@ def mean_distance(poses: Array32, x: float, y: float, term: Array32) -> None:
 
 @njit(cache=True, nogil=True)
 def mean_turn(poses: Array32, heading: float, term: Array32) -> None:
-    """Mean over the steps of the angle to a heading, radians; into term (batch,)."""
+    """Write the mean angle to a heading over the steps, radians, to term (batch,)."""
     _, steps, batch = poses.shape
     goal, share = np.float32(heading), ONE / np.float32(steps)
     for b in range(batch):
@@ -264,11 +265,11 @@ def mean_turn(poses: Array32, heading: float, term: Array32) -> None:
 def furthest_reached(
     poses: Array32, hits: NDArray[np.int64], path: Array32, nearest: NDArray[np.int64]
 ) -> int:  # fmt: skip
-    """Highest path index that is nearest to the end of a rollout; without collision if any is.
+    """Highest path index nearest to the end of a rollout, of collision-free rollouts if any.
 
     Args:
         poses: (5, steps, batch).
-        hits: (batch,) step of the first collision; steps: none.
+        hits: (batch,) step of the first collision; the number of steps: none.
         path: (n, 2) points.
         nearest: (batch,), written: index of the path point nearest to each rollout's end.
     """
@@ -295,16 +296,16 @@ def path_alignment(
     poses: Array32, velocities: Array32, path: Array32, spacing: float, step: float, last: int,
     stride: int, term: Array32,
 ) -> None:  # fmt: skip
-    """Mean distance between a rollout and the path where both have the same length.
+    """Mean distance between a rollout and the path at equal length driven.
 
     Args:
         poses: (5, steps, batch).
         velocities: (axes, steps, batch).
         path: (n, 2) points, evenly spaced, beginning at the robot.
         spacing: metres between them.
-        step: seconds of a step.
-        last: index of the path point up to which to compare.
-        stride: steps from one comparison to the next.
+        step: length of a step, seconds.
+        last: index of the last path point to compare.
+        stride: number of steps between two comparisons.
         term: (batch,), written, metres.
     """
     axes, steps, batch = velocities.shape
@@ -334,7 +335,7 @@ def path_alignment(
 
 @njit(cache=True, nogil=True)
 def end_distance(poses: Array32, x: float, y: float, term: Array32) -> None:
-    """Distance from a rollout's end to a point, metres; into term (batch,)."""
+    """Write the distance from a rollout's end to a point, metres, to term (batch,)."""
     _, steps, batch = poses.shape
     px, py = np.float32(x), np.float32(y)
     for b in range(batch):
@@ -344,7 +345,7 @@ def end_distance(poses: Array32, x: float, y: float, term: Array32) -> None:
 
 @njit(cache=True, nogil=True)
 def end_bearing(poses: Array32, x: float, y: float, term: Array32) -> None:
-    """Angle from a rollout's heading at its end to the direction of a point, into term (batch,)."""
+    """Write the angle from a rollout's final heading to a point, radians, to term (batch,)."""
     _, steps, batch = poses.shape
     px, py = np.float32(x), np.float32(y)
     for b in range(batch):
@@ -355,7 +356,7 @@ def end_bearing(poses: Array32, x: float, y: float, term: Array32) -> None:
 
 @njit(cache=True, nogil=True)
 def driven_backward(velocities: Array32, step: float, term: Array32) -> None:
-    """Metres driven backward, into term (batch,)."""
+    """Write the distance driven backward, metres, to term (batch,)."""
     _, steps, batch = velocities.shape
     seconds = np.float32(step)
     for b in range(batch):
@@ -367,12 +368,12 @@ def driven_backward(velocities: Array32, step: float, term: Array32) -> None:
 
 @njit(cache=True, nogil=True)
 def within_deadband(velocities: Array32, bands: Array32, step: float, term: Array32) -> None:
-    """How far speeds are within their dead bands, summed over axes and time, into term (batch,).
+    """Write the sum over axes and time of speeds' depth in the dead bands to term (batch,).
 
     Args:
         velocities: (axes, steps, batch).
         bands: (axes,) m/s and rad/s.
-        step: seconds of a step.
+        step: length of a step, seconds.
         term: (batch,), written.
     """
     axes, steps, batch = velocities.shape

@@ -1,4 +1,4 @@
-"""Route graphs from GeoJSON: what is read, what is refused and where, and never a traceback."""
+"""Route graphs from GeoJSON: valid files, findings with positions, and never a traceback."""
 
 import copy
 import json
@@ -70,12 +70,12 @@ def test_nodes_and_edges_with_their_rules():
     assert graph.warnings == ()
 
 
-def test_a_line_that_is_not_drawn_is_straight():
+def test_an_edge_without_geometry_is_straight():
     graph = parsed(changed("features", 3, "geometry", to=None))
     assert graph.edges["ab"].line.length == 4.0
 
 
-def test_an_edge_of_nav2_leads_one_way_and_the_rest_is_named():
+def test_a_nav2_edge_is_one_way_and_ignored_properties_are_named():
     data = changed("features", 4, "properties", to={
         "id": 7, "startid": "b", "endid": 3, "cost": 1.0, "metadata": {"speed_limit": 80},
     })  # fmt: skip
@@ -86,7 +86,7 @@ def test_an_edge_of_nav2_leads_one_way_and_the_rest_is_named():
     graph = parsed(data)
     assert graph.edges["7"].one_way
     assert [str(item) for item in graph.warnings] == [
-        "g.geojson:1:1 warning[W430] feature 4: cost, metadata mean nothing here"
+        "g.geojson:1:1 warning[W430] feature 4: ignored: cost, metadata"
     ]
 
 
@@ -109,13 +109,13 @@ def test_an_edge_is_closed_and_opened_in_a_copy():
         (changed("features", 0, "geometry", "type", to="Polygon"),
          "error[E431] feature 0: its geometry is 'Polygon'; a node is a Point, an edge a"),
         (changed("features", 1, "properties", "id", to="a"),
-         "error[E432] feature 1: feature 0 is a node 'a' too; rename one"),
+         "error[E432] feature 1: feature 0 is also a node 'a'; rename one"),
         (changed("features", 4, "properties", "id", to="ab"),
-         "error[E432] feature 4: feature 3 is an edge 'ab' too; rename one"),
+         "error[E432] feature 4: feature 3 is also an edge 'ab'; rename one"),
         (changed("features", 3, "properties", "to", to="bb"),
          "error[E432] feature 3: `to`: there is no node 'bb'; did you mean 'b'?"),
         (changed("features", 3, "properties", "to", to=True),
-         "error[E431] feature 3: `to` is a word or a whole number, got True"),
+         "error[E431] feature 3: `to`: expected a word or an integer, got True"),
         (changed("features", 3, "properties", "speed", to=-1),
          "error[E431] feature 3: speed: -1 m/s must be above 0 m/s"),
         (changed("features", 3, "properties", "speed", to="150 %"),
@@ -123,9 +123,9 @@ def test_an_edge_is_closed_and_opened_in_a_copy():
         (changed("features", 3, "properties", "oneway", to=True),
          "error[E431] feature 3: there is no property 'oneway'; did you mean 'one_way'?"),
         (changed("features", 3, "geometry", "coordinates", to=[[4, 0], [0, 0]]),
-         "error[E431] feature 3: it begins at (4, 0), but its node 'a' lies at (0, 0), 4.00 m"),
+         "error[E431] feature 3: the line begins at (4, 0), but its node 'a' is at (0, 0), 4.00 m"),
         (changed("features", 3, "geometry", "coordinates", to=[[0, 0], ["4", 0]]),
-         "error[E431] feature 3: [[0, 0], ['4', 0]] is not a line of positions"),
+         "error[E431] feature 3: [[0, 0], ['4', 0]] is not a list of positions"),
         (changed("features", 0, "geometry", "coordinates", to=[1e9, 0]),
          "error[E431] feature 0: [1000000000.0, 0] is not a position"),
     ],
@@ -135,7 +135,7 @@ def test_mistakes_are_found_with_their_feature(data, finding):
     assert any(finding in line for line in found), found
 
 
-def test_all_mistakes_are_told_at_once_with_their_lines():
+def test_all_mistakes_are_reported_at_once_with_their_lines():
     data = changed("features", 3, "properties", "speed", to="fast")
     data["features"][4]["properties"]["to"] = "c"
     text = json.dumps(data, indent=1)
@@ -150,9 +150,9 @@ def test_a_missing_file_names_its_neighbour(tmp_path):
         read_route_graph(tmp_path / "ofice.geojson")
 
 
-def test_a_lone_node_is_odd():
+def test_a_node_without_edges_is_a_warning():
     data = collection(*SOUND["features"], node("alone", 9, 9))
-    assert "no edge leads to the node 'alone'" in str(parsed(data).warnings[0])
+    assert "the node 'alone' has no edge" in str(parsed(data).warnings[0])
 
 
 def test_the_shipped_graphs_are_sound():
@@ -171,7 +171,7 @@ JUNK = st.recursive(
 @given(data=st.data())
 @settings(deadline=None, max_examples=150)
 def test_no_damage_to_a_file_makes_a_traceback(data):
-    """Any value in a sound graph replaced by anything: it is read, or refused with its findings."""
+    """Any value of a valid graph replaced by anything: it is read, or rejected with findings."""
     damaged = copy.deepcopy(SOUND)
     inner = damaged
     while True:

@@ -1,4 +1,4 @@
-"""Plans along lanes on an open floor of 12 x 8 m, and what they keep to."""
+"""Plans along lanes on an open floor of 12 x 8 m, and their rules."""
 
 import json
 from dataclasses import replace
@@ -65,30 +65,30 @@ def off_the_ring(path):
     return np.minimum(*sides)
 
 
-def test_the_way_leads_along_the_lanes_and_not_across(planner):
+def test_the_path_follows_the_lanes(planner):
     path = planner().plan(floor(), Pose2D(1.0, 1.2), Pose2D(11.0, 6.8, pi))
     # 0.2 m down to a, along, up to 0.2 m below c: 0.2 + 10 + 5.8, less the rounded corner at b
     assert 15.2 < path.length < 16.1
     assert passes(path, B) and not passes(path, (6.0, 4.0), within=2.0)
-    assert off_the_ring(path).max() < 0.25  # half the way from a corner to its parabola
+    assert off_the_ring(path).max() < 0.25  # half the distance from a corner to its parabola
     steps = np.hypot(*np.diff(path.points[:, :2], axis=0).T)
     assert steps.max() < 0.08
     assert (path.points[0, 0], path.points[0, 1]) == (1.0, 1.2)
     assert path.points[-1] == pytest.approx([11.0, 6.8, pi])
 
 
-def test_from_the_middle_of_the_floor_it_gets_on_and_off_by_short_ways(planner):
+def test_entries_and_exits_from_the_middle_of_the_floor_are_short(planner):
     path = planner().plan(floor(), Pose2D(3.0, 3.0), Pose2D(10.0, 5.0))
     assert off_the_ring(path).max() == pytest.approx(2.0, abs=0.1)  # where it begins
     assert passes(path, (8.0, 1.0)) and passes(path, (11.0, 3.0))
 
 
-def test_near_goals_are_driven_to_straight(planner):
+def test_close_goals_are_reached_without_lanes(planner):
     path = planner().plan(floor(), Pose2D(5.0, 4.0), Pose2D(6.0, 4.0))
     assert path.length == pytest.approx(1.0, abs=0.05)
 
 
-def test_one_ways_are_kept(planner):
+def test_one_way_lanes_are_respected(planner):
     back = planner(rules={"ab": {"one_way": True}}).plan(
         floor(), Pose2D(9.0, 1.0), Pose2D(3.0, 1.0)
     )
@@ -98,7 +98,7 @@ def test_one_ways_are_kept(planner):
     assert on.length == pytest.approx(6.0, abs=0.05)
 
 
-def test_closures_are_kept_and_change_in_a_copy(planner):
+def test_closures_are_respected_and_change_in_a_copy(planner):
     open_, ends = planner(), (Pose2D(*A), Pose2D(*B))
     closed = open_.with_edge("ab", closed=True)
     assert open_.plan(floor(), *ends).length == pytest.approx(10.0, abs=0.05)
@@ -107,15 +107,15 @@ def test_closures_are_kept_and_change_in_a_copy(planner):
     assert again.plan(floor(), *ends).length == pytest.approx(10.0, abs=0.05)
 
 
-def test_no_way_through_free_space_takes_the_place_of_a_closed_lane(planner):
+def test_no_connection_replaces_a_closed_lane(planner):
     ring = planner(rules={"ab": {"closed": True}, "cd": {"closed": True}})
     with pytest.raises(NavigationError) as raised:
         ring.plan(floor(), Pose2D(1.0, 4.0), Pose2D(11.0, 4.0))
     failure = raised.value.failure
     assert failure.code == FailureCode.NO_VALID_PATH
     assert failure.sentence == (
-        "the route graph does not lead from (1.00, 4.00) to (11.00, 4.00): the node a, 3.00 m "
-        "away, is nearest to the start, the node b, 3.00 m away, to the goal; closed: ab, cd"
+        "no path on the route graph from (1.00, 4.00) to (11.00, 4.00): nearest to the start is "
+        "node a, 3.00 m away; nearest to the goal is node b, 3.00 m away; closed: ab, cd"
     )
 
 
@@ -126,7 +126,7 @@ def test_time_prefers_the_long_way_round_a_slow_lane_and_distance_does_not(plann
     assert planner(rules=slow, cost="distance").plan(floor(), *ends).length < 10.1
 
 
-def test_a_weight_makes_a_lane_dear(planner):
+def test_a_weight_makes_a_lane_expensive(planner):
     heavy = {"ab": {"weight": 3.0}}  # counts as 30 m, against 22 m
     ends = (Pose2D(*A), Pose2D(*B))
     assert planner(rules=heavy, cost="distance").plan(floor(), *ends).length > 20.0
@@ -134,17 +134,17 @@ def test_a_weight_makes_a_lane_dear(planner):
     assert planner(rules=light, cost="distance").plan(floor(), *ends).length < 10.1
 
 
-def test_speed_limits_stand_where_their_lane_is(planner):
+def test_speed_limits_apply_on_their_lane(planner):
     slow = {"bc": {"speed": "30 %"}}
     path = planner(rules=slow).plan(floor(), Pose2D(6.0, 1.0), Pose2D(11.0, 4.0))
     limited = np.isfinite(path.speed_limits)
     assert set(path.speed_limits[limited]) == {0.3}  # 30 % of 1 m/s
-    assert limited[-1] and not limited[0]  # also where it is left, beside it
+    assert limited[-1] and not limited[0]  # also where the path leaves it
     assert (path.points[~limited, 1] < 1.3).all()
     assert planner().plan(floor(), Pose2D(6.0, 1.0), Pose2D(11.0, 4.0)).speed_limits is None
 
 
-def test_a_goal_on_a_closed_lane_is_not_driven_to_from_the_next_open_one(planner):
+def test_a_goal_on_a_closed_lane_is_not_reached_from_the_next_open_lane(planner):
     ring = planner(rules={"bc": {"closed": True}})
     with pytest.raises(NavigationError, match="closed: bc"):
         ring.plan(floor(), Pose2D(6.0, 1.0), Pose2D(11.0, 4.5))  # 2.5 m from c, 3.5 m from b
@@ -156,7 +156,7 @@ def test_a_start_on_a_closed_lane_may_leave_it(planner):
     assert path.length < 12.0
 
 
-def test_what_stands_on_a_lane_is_gone_round_near_by(planner):
+def test_an_obstacle_on_a_lane_is_avoided_by_a_short_detour(planner):
     path = planner().plan(floor((6.0, 1.0, 0.3)), Pose2D(2.0, 1.0), Pose2D(10.0, 1.0))
     assert path.length < 9.5
     away = np.hypot(path.points[:, 0] - 6.0, path.points[:, 1] - 1.0)
@@ -165,34 +165,34 @@ def test_what_stands_on_a_lane_is_gone_round_near_by(planner):
     assert off_the_ring(path)[beyond].max() < 0.05  # back on the lane
 
 
-def test_without_detours_it_is_avoided_by_other_lanes(planner):
+def test_without_detours_an_obstacle_is_avoided_by_other_lanes(planner):
     path = planner(detour=0.0).plan(floor((6.0, 1.0, 0.3)), Pose2D(2.0, 1.0), Pose2D(10.0, 1.0))
     assert path.length > 20.0
     assert passes(path, (6.0, 7.0))
 
 
-def test_what_stands_on_a_node_is_gone_round(planner):
+def test_an_obstacle_on_a_node_is_avoided(planner):
     box = floor((11.0, 1.0, 0.3))
     path = planner().plan(box, Pose2D(6.0, 1.0), Pose2D(11.0, 6.0))
     assert path.length < 12.0
     assert np.hypot(*(path.points[:, :2] - B).T).min() > 0.45
 
 
-def test_a_wall_across_a_lane_leads_over_the_others(planner):
+def test_a_wall_across_a_lane_is_avoided_by_other_lanes(planner):
     wall = floor(*[(6.0, y, 0.1) for y in np.arange(0.1, 5.0, 0.1)])
     path = planner().plan(wall, Pose2D(2.0, 1.0), Pose2D(10.0, 1.0))
     assert passes(path, (6.0, 7.0)) and path.length > 20.0
 
 
 def test_a_robot_on_a_lane_drives_on_along_it(planner):
-    """Replanning on the way must not turn it round or send it aside."""
+    """Replanning during the drive must neither turn the robot around nor leave the lane."""
     path = planner().plan(floor(), Pose2D(5.02, 1.06), Pose2D(10.0, 1.0))
     headings = path.points[:-1, 2]
     assert np.abs(headings).max() < 0.35
     assert path.length == pytest.approx(5.0, abs=0.05)
 
 
-def test_corners_of_cars_are_as_wide_as_they_turn(planner):
+def test_corners_of_cars_have_their_turning_radius(planner):
     wheels = SteeredWheels(("l", "r"), ("a", "b"), 0.1, 0.5, 0.4, 0.5, 1.0)
     car = replace(ROBOT, wheels=wheels)
     path = planner(robot=car).plan(floor(), Pose2D(5.0, 1.0, 0.0), Pose2D(11.0, 5.0, pi / 2))
@@ -204,7 +204,7 @@ def test_corners_of_cars_are_as_wide_as_they_turn(planner):
     assert radius > 0.95 * car.turning_radius
 
 
-def test_goals_and_starts_that_cannot_be_are_told_by_their_own_codes(planner):
+def test_invalid_goals_and_starts_have_their_own_codes(planner):
     box = floor((3.0, 3.0, 0.8))
     for ends, code in (
         ((Pose2D(2.0, 1.0), Pose2D(3.0, 3.0)), FailureCode.GOAL_OCCUPIED),
@@ -216,7 +216,7 @@ def test_goals_and_starts_that_cannot_be_are_told_by_their_own_codes(planner):
         assert raised.value.failure.code == code
 
 
-def test_a_plan_that_nobody_wants_is_given_up(planner):
+def test_a_cancelled_plan_stops(planner):
     cancel = CancelToken()
     cancel.request()
     with pytest.raises(NavigationError) as error:
@@ -224,15 +224,15 @@ def test_a_plan_that_nobody_wants_is_given_up(planner):
     assert error.value.failure.code == FailureCode.CANCELLED
 
 
-def test_it_needs_a_graph_and_a_planner_that_is_not_itself(planner):
-    with pytest.raises(ParameterError, match="route needs a graph"):
+def test_it_needs_a_graph_and_another_planner(planner):
+    with pytest.raises(ParameterError, match="route needs a route graph"):
         Route(RouteParameters(), ROBOT)
-    with pytest.raises(ParameterError, match="cannot plan the ways on to its own lanes"):
+    with pytest.raises(ParameterError, match="cannot connect to its own lanes"):
         planner(connect="route")
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_plans_between_random_places_are_whole_and_free(planner, seed):
+def test_plans_between_random_places_are_complete_and_collision_free(planner, seed):
     random = np.random.default_rng(seed)
     boxes = [(*random.uniform((2, 2), (10, 6)), 0.4) for _ in range(3)]
     boxes.append((random.uniform(3, 9), 1.0, 0.2))

@@ -1,4 +1,4 @@
-"""Shortest paths over arcs, held against trying every way there is."""
+"""Shortest paths over arcs, compared with exhaustive search."""
 
 from itertools import pairwise, permutations
 from math import inf
@@ -6,7 +6,7 @@ from math import inf
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stack.planning.routes.search import Arc, cheapest, cheapest_looked_at
+from stack.planning.routes.search import Arc, cheapest, cheapest_evaluated
 
 VERTICES = 6
 
@@ -31,7 +31,7 @@ def least_by_trying(costs):
 
 @given(ARCS)
 @settings(deadline=None, max_examples=100)
-def test_the_cheapest_way_is_as_cheap_as_any(given_arcs):
+def test_the_cheapest_path_costs_the_least_of_all(given_arcs):
     found = cheapest([Arc(a, b, float(c)) for a, b, c in given_arcs], 0, 1)
     least = least_by_trying(given_arcs)
     assert (found is None) == (least == inf)
@@ -43,35 +43,35 @@ def test_the_cheapest_way_is_as_cheap_as_any(given_arcs):
 @given(ARCS, st.lists(st.integers(0, 5) | st.just(inf), min_size=18, max_size=18),
        st.lists(st.booleans(), min_size=18, max_size=18))  # fmt: skip
 @settings(deadline=None, max_examples=100)
-def test_looking_late_finds_what_looking_at_everything_finds(given_arcs, extra, unsure):
-    """Costs are a lower bound until they are looked at; the truth is that and `extra`."""
+def test_lazy_evaluation_finds_the_same_cost_as_full_evaluation(given_arcs, extra, unsure):
+    """Costs are a lower bound until evaluated; the true cost adds `extra`."""
     arcs = [
-        Arc(a, b, float(c), looked_at=not doubt)
+        Arc(a, b, float(c), evaluated=not doubt)
         for (a, b, c), doubt in zip(given_arcs, unsure, strict=False)
     ]
     more = {id(arc): add for arc, add in zip(arcs, extra, strict=False)}
     truth = [
-        (arc.start, arc.end, arc.cost + (0 if arc.looked_at else more[id(arc)])) for arc in arcs
+        (arc.start, arc.end, arc.cost + (0 if arc.evaluated else more[id(arc)])) for arc in arcs
     ]
 
-    def look(arc):
-        assert not arc.looked_at
-        arc.looked_at, arc.cost = True, arc.cost + more[id(arc)]
+    def evaluate(arc):
+        assert not arc.evaluated
+        arc.evaluated, arc.cost = True, arc.cost + more[id(arc)]
 
-    found = cheapest_looked_at(lambda: arcs, 0, 1, look)
+    found = cheapest_evaluated(lambda: arcs, 0, 1, evaluate)
     least = least_by_trying(truth)
     assert (found is None) == (least == inf)
     if found is not None:
         assert sum(arc.cost for arc in found) == least
 
 
-def test_what_is_not_on_the_way_is_not_looked_at():
-    near, far = Arc(0, 1, 1.0, looked_at=False), Arc(0, 1, 5.0, looked_at=False)
-    looked = []
+def test_arcs_off_the_best_path_are_not_evaluated():
+    near, far = Arc(0, 1, 1.0, evaluated=False), Arc(0, 1, 5.0, evaluated=False)
+    evaluated = []
 
-    def look(arc):
-        looked.append(arc)
-        arc.looked_at = True
+    def evaluate(arc):
+        evaluated.append(arc)
+        arc.evaluated = True
 
-    assert cheapest_looked_at(lambda: [far, near], 0, 1, look) == [near]
-    assert looked == [near]
+    assert cheapest_evaluated(lambda: [far, near], 0, 1, evaluate) == [near]
+    assert evaluated == [near]

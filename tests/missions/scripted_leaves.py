@@ -1,0 +1,72 @@
+"""A plugin for mission tests: leaves that do what the test has written for them.
+
+The other leaves of these tests are the shipped behaviours.
+"""
+
+from py_trees.common import Status
+
+from behaviours.base import RobotBehaviour, port
+from stack.types import Pose2D
+
+
+class Act(RobotBehaviour):
+    """Do what the robot's script says: `answers[who]` is a list of s, f, r; the last one stays."""
+
+    who: str = port("its name in the log")
+
+    def initialise(self):
+        self.robot.log.append(f"{self.who} starts")
+
+    def update(self):
+        script = self.robot.answers.get(self.who, "s")
+        self.robot.answers[self.who] = script[1:] or script
+        if script[0] == "f":
+            return self.fail("NO_WALL", f"{self.who} found no wall")
+        return Status.SUCCESS if script[0] == "s" else Status.RUNNING
+
+    def terminate(self, new_status):
+        words = {Status.SUCCESS: "done", Status.FAILURE: "failed", Status.INVALID: "halted"}
+        self.robot.log.append(f"{self.who} {words[new_status]}")
+
+
+class Drive(Act):
+    """Act that moves the robot."""
+
+    uses_wheels = True
+
+
+class Visit(RobotBehaviour):
+    """Log lists of poses and numbers, as no shipped behaviour takes them both."""
+
+    goals: list[Pose2D] = port("where to go")
+    speeds: list[float] = port("how fast", unit="m/s", default=[])
+
+    def update(self):
+        self.robot.log.append(list(self.goals))
+        return Status.SUCCESS
+
+
+class Broken(RobotBehaviour):
+    """Raise in the method that is named."""
+
+    where: str = port("initialise, update, terminate, halt, setup or status")
+
+    def setup(self, **resources):
+        super().setup(**resources)
+        self.burst("setup")
+
+    def initialise(self):
+        self.burst("initialise")
+
+    def update(self):
+        self.burst("update")
+        if self.where == "status":
+            return None
+        return Status.RUNNING if self.where == "halt" else Status.SUCCESS
+
+    def terminate(self, new_status):
+        self.burst("halt" if new_status is Status.INVALID else "terminate")
+
+    def burst(self, place):
+        if self.where == place:
+            raise ValueError(f"burst in {place}")
