@@ -1,0 +1,412 @@
+"""Every fenced block, command and link of README.md and docs/*.md works.
+
+A test follows one page from top to bottom in a folder of its own, as a reader would:
+
+* `python` with `file=NAME` is saved as NAME. Tests among these files pass; the others load as
+  plugins. Other `python` blocks are executed.
+* `yaml` is read by its first key: `mission`, `world` or `robot` is a whole file and has no
+  findings. A comment names a JSON Schema; the page's mission is valid under it. Anything else is a
+  snippet: its keys complete the page's mission, a list of nodes is a `run`. A snippet without `run`
+  stays in force for the rest of the page. Cases under `tests` pass.
+* `sh` lines are executed. OPTIONS and PARSED_ONLY say which `treepilot` lines are shortened. The
+  targets of `make` exist.
+* `json` is a route graph, `toml` and `lua` name entry points and commands that exist.
+* `text` is output, compared by a function of its own in OUTPUTS.
+
+The page's mission is `my_mission.yaml`: the first whole mission of the page, otherwise a shipped
+one.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import shlex
+import subprocess
+import sys
+import tomllib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from shutil import copytree
+from textwrap import indent
+from xml.etree import ElementTree
+
+import jsonschema
+import pytest
+import typer
+import yaml
+from py_trees.common import Status
+from typer.main import get_command
+from typer.testing import CliRunner
+
+from behaviours.catalogue import GROUP, build, find_behaviours
+from behaviours.testing import ScriptedRobot, tick
+from missions.cli.app import app
+from missions.execution.resources import MISSIONS, find_mission
+from missions.inspection.check import check_files
+from missions.testing.session import run_files
+from robots.load import read_robot
+from stack.components import GROUPS
+from stack.documents import read_text
+from stack.planning.routes.geojson import read_route_graph
+
+ROOT = Path(__file__).parents[1]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+COMMAND = get_command(app)
+SHORT = "01_drive_to_a_point"
+"""A shipped mission of ten simulated seconds."""
+
+LONG = ("README", "benchmarks", "tuning")
+"""Pages whose commands take more than five seconds."""
+
+SHIPPED = {"routes.md": "12_route_graph"}
+"""The shipped mission that a page's snippets complete; SHORT on other pages."""
+
+DRAWINGS = {"architecture.md"}
+"""Pages whose fences without a language are drawings."""
+
+OPTIONS = {
+    "run": ["--headless", "--speed", "max", "--no-rerun"],
+    "tune": ["--samples", "2", "--seeds", "1", "--refine", "0", "--confirm", "0", "--jobs", "1"],
+    "bench missions": [SHORT, "--seeds", "1"],
+    "bench courses": ["--course", "door", "--robots", "scout", "--trials", "1"],
+    "bench dyna": ["--worlds", "1", "--controllers", "pure_pursuit"],
+}
+"""What is added to a command: the last of two equal options counts. `run` and `tune` also get SHORT
+in place of a mission that would take minutes."""
+
+PARSED_ONLY = {
+    "watch": "needs a terminal and a mission that runs",
+    "lsp": "serves until its input ends",
+    "bench barn": "needs the downloaded BARN worlds",
+}
+"""Commands whose words and options are checked but not carried out."""
+
+PLACEHOLDERS = {"COMMAND": "run", "TICKS": "5", "OUTCOME": "success"}
+"""What stands for a word in capitals where any word would not do."""
+
+UNUSED = ("W102", "W103")
+"""Warnings of unused names: the rest of a completed mission may use less than before."""
+
+USAGE_ERROR = typer.BadParameter.__mro__[1]
+
+
+@dataclass(frozen=True)
+class Block:
+    """One fenced block: where it stands, its language and the file that it is."""
+
+    page: Path
+    line: int
+    language: str
+    file: str
+    text: str
+
+
+def blocks_of(page: Path) -> list[Block]:
+    text = page.read_text("utf-8")
+    return [
+        Block(page, text[: found.start()].count("\n") + 1, found[1], found[2] or "", found[3])
+        for found in re.finditer(
+            r"^```(\w*)(?: file=(\S+))?\n(.*?)^```$", text, re.MULTILINE | re.DOTALL
+        )
+    ]
+
+
+def prose_of(page: Path) -> str:
+    """The page without its fenced blocks, on one line."""
+    text = re.sub(r"^```.*?^```$", "", page.read_text("utf-8"), flags=re.MULTILINE | re.DOTALL)
+    return " ".join(text.split())
+
+
+class Follower:
+    """Carries out the blocks of a page in a folder."""
+
+    def __init__(self, page: Path, folder: Path) -> None:
+        self.blocks, self.folder = blocks_of(page), folder
+        copytree(MISSIONS / "routes", folder / "routes")
+        shipped = find_mission(SHIPPED.get(page.name, SHORT))
+        whole = [block.text for block in self.blocks if first_key(block) == "mission"]
+        self.mission_file = folder / "my_mission.yaml"
+        self.mission_file.write_text(whole[0] if whole else shipped.read_text("utf-8"), "utf-8")
+        self.mission = plain(self.mission_file.read_text("utf-8"))
+        for block in self.blocks:
+            if block.file:
+                (folder / block.file).parent.mkdir(parents=True, exist_ok=True)
+                (folder / block.file).write_text(block.text, "utf-8")
+
+    def follow(self, block: Block) -> None:
+        drawing = block.page.name in DRAWINGS and block.language in ("", "text")
+        if not drawing:
+            known = {
+                "python": self.python, "yaml": self.yaml, "sh": self.sh, "json": self.json,
+                "toml": self.toml, "lua": self.lua, "text": self.text,
+            }  # fmt: skip
+            assert block.language in known, f"nothing checks the language {block.language!r}"
+            known[block.language](block)
+
+    def python(self, block: Block) -> None:
+        if not block.file:
+            exec(compile(block.text, f"{block.page.name}:{block.line}", "exec"), {"__name__": "x"})
+        elif Path(block.file).name.startswith("test_"):
+            self.pytest(block.file)
+        else:
+            folder = Path(block.file).parent
+            assert find_behaviours([f"./{folder}"], self.folder).problems == ()
+
+    def yaml(self, block: Block) -> None:
+        key = first_key(block)
+        if key == "mission":
+            assert findings(self.mission_file) == []
+        elif key == "world":
+            (self.folder / "my_world.yaml").write_text(block.text, "utf-8")
+            assert findings(self.folder / "my_world.yaml") == []
+        elif key == "robot":
+            self.robot(block)
+        elif key:
+            self.snippet(block)
+        else:
+            schema = re.fullmatch(r"# yaml-language-server: \$schema=(\S+)\n", block.text)[1]
+            validator = jsonschema.Draft202012Validator(
+                json.loads((self.folder / schema).read_text("utf-8"))
+            )
+            validator.validate(self.mission)
+
+    def robot(self, block: Block) -> None:
+        """The robot file beside a URDF with the joints that it names."""
+        robot = plain(block.text)
+        tree = ElementTree.Element("robot", name=robot["robot"])
+        ElementTree.SubElement(tree, "link", name="base")
+        for mount in robot["wheels"]["mounts"]:
+            ElementTree.SubElement(tree, "link", name=f"{mount['joint']}_wheel")
+            joint = ElementTree.SubElement(tree, "joint", name=mount["joint"], type="continuous")
+            ElementTree.SubElement(joint, "parent", link="base")
+            ElementTree.SubElement(joint, "child", link=f"{mount['joint']}_wheel")
+        ElementTree.ElementTree(tree).write(self.folder / robot["urdf"])
+        (self.folder / "robot.yaml").write_text(block.text, "utf-8")
+        assert read_robot(self.folder / "robot.yaml").name == robot["robot"]
+
+    def snippet(self, block: Block) -> None:
+        given = plain(block.text)
+        mission = dict(self.mission)
+        for key, value in given.items():
+            both = isinstance(value, dict) and isinstance(mission.get(key), dict) and key != "run"
+            mission[key] = {**mission[key], **value} if both else value
+        if "run" not in given:
+            self.mission = mission
+        file = self.folder / "completed.yaml"
+        file.write_text(yaml.safe_dump(mission, allow_unicode=True, sort_keys=False), "utf-8")
+        assert findings(file, but=UNUSED) == []
+        if "tests" in given:
+            session = run_files([str(file)])
+            assert session.exit_code == 0, session.text
+
+    def sh(self, block: Block) -> None:
+        for line in block.text.replace("\\\n", " ").splitlines():
+            words = shlex.split(line, comments=True)
+            if words[:1] == ["treepilot"]:
+                self.treepilot(words[1:])
+            elif words[:1] == ["make"]:
+                assert words[1] in make_targets(), line
+            elif words[:3] == ["python", "-m", "pytest"]:
+                self.pytest(*words[3:])
+            elif words[:2] == ["pip", "install"]:
+                name, extra = re.fullmatch(r"(\w+)\[(\w+)\]", words[2]).groups()
+                project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+                assert name == project["name"] and extra in project["optional-dependencies"]
+            else:
+                assert not words, f"nothing carries out {line!r}"
+
+    def treepilot(self, words: list[str]) -> None:
+        parse(words)
+        name = " ".join(words[: 2 if words[0] == "bench" else 1])
+        if name in PARSED_ONLY:
+            return
+        if name in ("run", "tune"):
+            find_mission(words[1])  # in the folder or shipped
+            words = [name, SHORT, *words[2:]]
+        done = CliRunner().invoke(app, [*words, *OPTIONS.get(name, [])], catch_exceptions=False)
+        assert done.exit_code == 0, done.output
+        self.output = done.stdout
+
+    def pytest(self, *words: str) -> None:
+        done = subprocess.run(
+            [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *words],
+            cwd=self.folder, capture_output=True, text=True, check=False,
+            env={"PYTHONPATH": str(ROOT), "PATH": "/usr/bin:/bin"},
+        )  # fmt: skip
+        assert done.returncode == 0, done.stdout + done.stderr
+
+    def json(self, block: Block) -> None:
+        file = self.folder / "lanes.geojson"
+        file.write_text(block.text, "utf-8")
+        assert read_route_graph(file).warnings == ()
+
+    def toml(self, block: Block) -> None:
+        content = tomllib.loads(block.text)
+        groups = content.get("project", {}).get("entry-points", {})
+        servers = content.get("language-server", {})
+        assert groups or servers, "neither entry points nor a language server"
+        assert set(groups) <= {GROUP, *GROUPS.values()}
+        for server in servers.values():
+            assert server["command"] == "treepilot"
+            parse(server["args"])
+
+    def lua(self, block: Block) -> None:
+        command = re.search(r"cmd = \{(.*?)\}", block.text)[1]
+        name, *words = re.findall(r'"(.*?)"', command)
+        assert name == "treepilot"
+        parse(words)
+
+    def text(self, block: Block) -> None:
+        OUTPUTS[block.page.name](self, block)
+
+
+def plugin_problems(follower: Follower, block: Block) -> None:
+    """Three faulty plugins, and what is said of each; … stands for any words."""
+    folder = follower.folder / "faulty"
+    folder.mkdir()
+    head = "from behaviours.base import RobotBehaviour, port\n\n\nclass "
+    body = "    def update(self):\n        return self.fail('NO', 'no')\n"
+    (folder / "look_around.py").write_text("\n\nimport maths\n")
+    (folder / "spin.py").write_text(f"{head}Spin(RobotBehaviour):\n{body}")
+    (folder / "fetch.py").write_text(
+        f"{head}Fetch(RobotBehaviour):\n    what: dict = port('what')\n\n{body}"
+    )
+    said = [
+        f"{Path(problem.file).name}: {problem.sentence}"
+        for problem in find_behaviours(["./faulty"], follower.folder).problems
+    ]
+    shown = [re.escape(line.removeprefix("my_behaviours/")) for line in block.text.splitlines()]
+    assert len(said) == len(shown)
+    for line in shown:
+        pattern = line.replace("…", ".*")
+        assert any(re.fullmatch(pattern, one) for one in said), (line, said)
+
+
+def tuning_table(follower: Follower, block: Block) -> None:
+    """The header has the columns of the real table, the verdict its words; the figures differ."""
+    shown, real = block.text.splitlines()[0].split(), follower.output.splitlines()[0].split()
+    assert shown[-1] == "…"
+    assert shown[:-1] == real[: len(shown) - 1]
+    verdict = r"^best of \d+ settings on \w+ seeds?: cost [-+]\d"
+    assert re.search(verdict, block.text, re.MULTILINE)
+    assert re.search(verdict, follower.output, re.MULTILINE)
+
+
+OUTPUTS = {"behaviours.md": plugin_problems, "tuning.md": tuning_table}
+
+
+def first_key(block: Block) -> str:
+    """The first top-level key of a YAML block; '-' of a list, '' of a comment."""
+    found = re.search(r"^(\w+|-)", block.text, re.MULTILINE) if block.language == "yaml" else None
+    return found[1] if found else ""
+
+
+def plain(text: str):
+    """The content of a YAML block; a list becomes the children of `run`."""
+    if text.startswith("- "):
+        text = "run:\n  sequence:\n" + indent(text, "    ")
+    return read_text(text, "block.yaml").plain()
+
+
+def findings(file: Path, but: tuple[str, ...] = ()) -> list[str]:
+    lines = check_files([str(file)])
+    return [line.text for line in lines if not (line.finding and line.finding.code in but)]
+
+
+def make_targets() -> set[str]:
+    makefile = (ROOT / "Makefile").read_text("utf-8")
+    return set(re.findall(r"^([a-z-]+):", makefile, re.MULTILINE))
+
+
+def parse(words: list[str], *, partial: bool = False) -> None:
+    """Parse words as the command line does, without carrying them out.
+
+    Args:
+        words: behind `treepilot`.
+        partial: whether required arguments and options may be missing.
+    """
+    command, context = COMMAND, None
+    words = list(words)
+    name = "treepilot"
+    while words:
+        try:
+            context = command.make_context(name, words, parent=context)
+        except typer.Exit:  # --help
+            return
+        except USAGE_ERROR as error:
+            if partial and type(error).__name__ == "MissingParameter":
+                return
+            raise AssertionError(f"{name}: {error.format_message()}") from None
+        if not hasattr(command, "commands"):
+            return
+        rest = [*context._protected_args, *context.args]
+        if not rest:
+            return
+        assert rest[0] in command.commands, f"{name} has no command {rest[0]!r}"
+        name, command, words = rest[0], command.commands[rest[0]], rest[1:]
+
+
+def every_option(command=COMMAND) -> Iterator[str]:
+    for parameter in command.params:
+        yield from parameter.opts
+    for inner in getattr(command, "commands", {}).values():
+        yield from every_option(inner)
+
+
+@pytest.mark.parametrize(
+    "page",
+    [pytest.param(page, marks=[pytest.mark.slow] * (page.stem in LONG)) for page in PAGES],
+    ids=lambda page: page.stem,
+)
+def test_every_block_of_the_page_works(page, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    follower = Follower(page, tmp_path)
+    for block in follower.blocks:
+        try:
+            follower.follow(block)
+        except BaseException as error:
+            error.add_note(f"in the block at {page.name}:{block.line}")
+            raise
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_every_fence_is_found(page):
+    fences = re.findall(r"^\s*```", page.read_text("utf-8"), re.MULTILINE)
+    assert len(fences) == 2 * len(blocks_of(page))
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_every_command_in_the_prose_exists(page):
+    options = {*every_option(), "-h", "--help"}
+    for code in re.findall(r"`([^`]+)`", prose_of(page)):
+        words = [PLACEHOLDERS.get(word, word) for word in code.replace("\\|", "|").split()]
+        if words[0] == "treepilot":
+            parse(words[1:], partial=True)
+        elif words[0] in COMMAND.commands and words[1:2] and words[1].startswith("--"):
+            parse(words, partial=True)
+        elif words[0] == "make" and len(words) > 1:
+            assert words[1] in make_targets(), code
+        elif words[0].startswith("--"):
+            assert words[0] in options, code
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_every_link_leads_somewhere(page):
+    for target in re.findall(r"\]\(([^)#]+)(?:#[^)]*)?\)", prose_of(page)):
+        if not target.startswith("http"):
+            assert (page.parent / target).exists(), target
+
+
+def test_the_behaviour_of_the_readme_beeps_once_per_second(tmp_path):
+    text = next(block.text for block in blocks_of(PAGES[0]) if "class Honk" in block.text)
+    (tmp_path / "my_behaviours").mkdir()
+    (tmp_path / "my_behaviours" / "honk.py").write_text(text, "utf-8")
+    catalogue = find_behaviours(["./my_behaviours"], tmp_path)
+    honk, robot = build(catalogue.get("honk"), "honk", {"times": 3}), ScriptedRobot()
+    assert tick(honk, robot, 1.5) is Status.RUNNING
+    assert robot.said == ["beep", "beep"]  # at 0 s and 1 s
+    assert tick(honk, robot, 1.0) is Status.SUCCESS
+    assert robot.said == ["beep", "beep", "beep"]
+    assert honk.honked == 3
