@@ -162,6 +162,10 @@ def test_a_start_is_believed_until_a_scan_says_otherwise():
     assert localiser.estimate.quality == 0.8
     localiser.update(HERE, place.scan(Pose2D(9.0, 6.3, 2.0), 0.0, generator))
     assert localiser.estimate.quality < 0.3
+    localiser.start(Pose2D(9.0, 6.3, 2.0), 0.1, 0.1)
+    assert localiser.estimate.quality == 0.8, "the scan before says nothing of the new pose"
+    localiser.scatter()
+    assert localiser.estimate.quality == 0.0
 
 
 @pytest.mark.parametrize("value", [np.inf, np.nan])
