@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from stack.costmap import kernels
 from stack.costmap.costmap import Costmap
 from stack.costmap.inflation_layer import inflation_costs
 from stack.costmap.parameters import CostmapParameters
@@ -243,6 +244,26 @@ def test_a_rolling_window_does_not_smear_what_it_saw(places):
         assert grid.cells[grid.cell_at(0.525, 0.025)] == FREE_COST  # the beam went through
         middle = Pose2D(grid.origin[0] + 4.5, grid.origin[1] + 4.5)
         assert middle.distance_to(Pose2D(x, y)) <= 0.05
+
+
+@pytest.mark.parametrize("turn", [0, 1, 2, 3])
+def test_a_polygon_clears_the_cells_whose_middles_it_holds(turn):
+    """A triangle between (0, 0), (a, 0) and (0, b), turned by quarters: x / a + y / b < 1."""
+    a, b = 1.01, 0.53
+    c, s = [(1, 0), (0, 1), (-1, 0), (0, -1)][turn]
+    corners = np.array([(0.0, 0.0), (a, 0.0), (0.0, b)]) @ np.array([[c, s], [-s, c]])
+    marked = np.zeros((60, 60), np.float32)
+    seen = np.zeros((60, 60), np.uint8)
+    box = kernels.clear_polygon(marked, seen, -1.5, -1.5, 0.05, corners)
+    rows, columns = np.mgrid[:60, :60]
+    x, y = -1.5 + 0.05 * (columns + 0.5), -1.5 + 0.05 * (rows + 0.5)
+    back_x, back_y = c * x + s * y, c * y - s * x
+    held = (back_x > 0.0) & (back_y > 0.0) & (back_x / a + back_y / b < 1.0)
+    assert held.sum() == pytest.approx(0.5 * a * b / 0.05**2, abs=8)
+    assert np.array_equal(marked == -np.inf, held)
+    assert np.array_equal(seen == 1, held)
+    top, bottom, left, right = box
+    assert held[top:bottom, left:right].sum() == held.sum()
 
 
 @pytest.mark.parametrize(("dx", "dy"), [(0.05, 0.0), (-0.05, 0.0), (0.0, 0.05), (0.0, -0.05)])

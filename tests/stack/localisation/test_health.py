@@ -162,6 +162,10 @@ def test_an_initial_pose_has_high_health_until_the_first_scan():
     assert localiser.estimate.health == 0.8
     localiser.update(HERE, place.scan(Pose2D(9.0, 6.3, 2.0), 0.0, generator))
     assert localiser.estimate.health < 0.3
+    localiser.start(Pose2D(9.0, 6.3, 2.0), 0.1, 0.1)
+    assert localiser.estimate.health == 0.8, "the scan before says nothing of the new pose"
+    localiser.scatter()
+    assert localiser.estimate.health == 0.0
 
 
 @pytest.mark.parametrize("value", [np.inf, np.nan])
