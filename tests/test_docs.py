@@ -136,7 +136,7 @@ class Follower:
                 (folder / block.file).write_text(block.text, "utf-8")
 
     def follow(self, block: Block) -> None:
-        drawing = block.page.name in DRAWINGS and block.language in ("", "text")
+        drawing = block.page.name in DRAWINGS and block.language == "text"
         if not drawing:
             known = {
                 "python": self.python, "yaml": self.yaml, "sh": self.sh, "json": self.json,

@@ -9,7 +9,7 @@ from pathlib import Path
 from statistics import mean, median
 
 from missions.bench.barn import barn_entries
-from missions.bench.barn_score import EASIEST, HARDEST, RULES, score_of
+from missions.bench.barn_score import K_BEFORE, K_SINCE_2024, RULES, score_of
 from missions.bench.course_bench import CourseOptions, course_entries
 from missions.bench.dyna_bench import dyna_entries, dyna_setups
 from missions.bench.runs import Entry, Run, Setup
@@ -64,8 +64,8 @@ def _by_controller(driven: Sequence[tuple[Entry, Run]]) -> Rows:
         rows.append({
             "controller": controller_of(first), "worlds": len({run.world for run in runs}),
             "success %": 100 * mean(run.success for run in runs),
-            "score k=2": mean(score_of(run, EASIEST) for run in runs),
-            "score k=4": mean(score_of(run, HARDEST) for run in runs),
+            "score k=2": mean(score_of(run, K_SINCE_2024) for run in runs),
+            "score k=4": mean(score_of(run, K_BEFORE) for run in runs),
             **_row(runs),
         })  # fmt: skip
     return rows
