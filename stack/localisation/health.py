@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from bisect import insort
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import pi
 
 import numpy as np
@@ -130,10 +130,7 @@ def calibrate(
         )  # fmt: skip
         ranges += generator.normal(0.0, deviation, ranges.size)
         ranges = _blocked(ranges, like, generator)
-        scan = Scan(
-            0.0, ranges.astype(np.float32), like.angle_min, like.angle_increment,
-            like.range_min, like.range_max, like.mount,
-        )  # fmt: skip
+        scan = replace(like, stamp=0.0, ranges=ranges.astype(np.float32))
         fits.append(evaluator.fit(pose.compose(Pose2D(*map(float, shift))), scan))
     low, middle = np.percentile(fits, [5.0, 50.0])
     return FitScale(float(min(max(low, 0.05), 0.9)), float(min(max(middle, low + 0.02, 0.1), 0.98)))

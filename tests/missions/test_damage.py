@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from missions.cli.app import app as cli
+from missions.cli import app as cli
 from missions.execution.resources import MISSIONS, mission_files, world_files
 
 POSITION = re.compile(r"\S+\.yaml:\d+:\d+ error\[E\d{3}\] \S")
