@@ -9,7 +9,7 @@ from stack.types import FailureCode
 
 
 class AssistedTeleop(RobotBehaviour):
-    """Let the operator drive for a limited time; the safety layer prevents collisions.
+    """Let the operator drive for a limited time; the safety stage prevents collisions.
 
     The arrow keys of the dashboard drive the robot; enter ends the behaviour with success. Fails
     with TIMED_OUT, or with NO_PROGRESS when no velocity arrives for `silence` seconds.

@@ -14,7 +14,7 @@ ROUNDING = 1e-9
 
 
 class DriveFor(RobotBehaviour):
-    """Drive at a velocity for a time; the safety layer may slow the robot down."""
+    """Drive at a velocity for a time; the safety stage may slow the robot down."""
 
     time: float = port("duration", unit="s", above=0.0)
     linear: float = port("forward speed; negative: backward", unit="m/s", default=0.0)

@@ -12,7 +12,7 @@ from stack.types import Pose2D
 class NavigateToPose(RobotBehaviour):
     """Drive to a pose in the map frame; replans when the world changes.
 
-    Fails with the reason of the navigation: NO_VALID_PATH, GOAL_OCCUPIED, NO_PROGRESS and others.
+    Fails with the failure code of the drive: NO_VALID_PATH, GOAL_OCCUPIED, NO_PROGRESS and others.
     If the goal cannot be reached, the robot stays where it is. With `partial`, or with
     `allow_partial` of the planner, it drives to the nearest reachable pose instead. With `partial`
     this is a success, and `remaining` is the distance left to the goal; without, it fails with

@@ -91,7 +91,7 @@ class Report:
         ]
         if self.relocalised_by:
             lines.append(f"  relocalised by {self.relocalised_by}")
-        lines.append(f"  log {self.log_sha256[:16]}")
+        lines.append(f"  event log {self.log_sha256[:16]}")
         if self.folder:
             lines.append(f"  records in {self.folder}")
         return "\n".join(lines)

@@ -1,4 +1,4 @@
-"""Events as lines of JSON: the encoding that is written to events.jsonl and hashed.
+"""Events as lines of JSON: the encoding that is written to events.jsonl and hashed (hub.py).
 
 The hash of a run's events is the SHA-256 of the bytes of its events.jsonl.
 """
