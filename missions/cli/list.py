@@ -23,7 +23,7 @@ class Kind(StrEnum):
 
 
 def list_(
-    kind: Annotated[Kind, typer.Argument(help="kind to list")],
+    kind: Annotated[Kind, typer.Argument(metavar="KIND", help="kind to list")],
     mission: PluginsOf = None,
 ) -> None:
     """List behaviours, robots, worlds, missions or components."""

@@ -74,7 +74,8 @@ def run(  # noqa: PLR0913 - each is an option of the command
     force: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="NODE=OUTCOME", help="skip a node and return success or failure instead"
+            metavar="NODE=OUTCOME",
+            help="NODE=success or NODE=failure: do not run the node, return this",
         ),
     ] = None,
     json: Annotated[bool, typer.Option("--json", help="print only the report, as JSON")] = (False),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import inf
 from pathlib import Path
 from typing import Annotated
 
@@ -14,8 +15,10 @@ def trace(
         str,
         typer.Option(help="show only this node and its children: name, kind, path or file:line"),
     ] = "",
-    since: Annotated[float, typer.Option(help="robot time, seconds")] = 0.0,
-    until: Annotated[float, typer.Option(help="robot time, seconds")] = 1e18,
+    since: Annotated[float, typer.Option(help="first time shown, seconds")] = 0.0,
+    until: Annotated[
+        float, typer.Option(help="last time shown, seconds", show_default="the end")
+    ] = inf,
     summary: Annotated[bool, typer.Option("--summary", help="print one line per node")] = False,
 ) -> None:
     """Show the history of a finished run, node by node.

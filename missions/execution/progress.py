@@ -42,10 +42,9 @@ class ProgressLines:
             return
         running = [row for row in snapshot.tree if row.status == "running"]
         doing = f"{running[-1].name} {running[-1].message}".strip() if running else snapshot.state
-        self._write(
-            f"{snapshot.time:7.1f} s  at ({snapshot.pose.x:.1f}, {snapshot.pose.y:.1f}),"
-            f" {snapshot.speed:.0f} x real time: {doing}"
-        )
+        place = f"at ({snapshot.pose.x:.1f}, {snapshot.pose.y:.1f})"
+        speed = f", {snapshot.speed:.1f} x real time" if snapshot.speed else ""
+        self._write(f"{snapshot.time:7.1f} s  {place}{speed}: {doing}")
 
     def close(self, report: Mapping[str, Any] | None) -> None:
         """Do nothing."""

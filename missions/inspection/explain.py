@@ -77,6 +77,10 @@ def every_code() -> dict[str, Code]:
     return dict(sorted({**FILE_CODES, **CODES}.items()))
 
 
+WARNINGS = {"E208"}
+"""Codes of warnings whose number predates the letter W; codes do not change."""
+
+
 def explanation(code: str) -> str:
     """Return cause, example and fix of a code as text.
 
@@ -88,7 +92,7 @@ def explanation(code: str) -> str:
         similar = [other for other in known if other[:2] == name[:2]] or list(known)
         raise InputError(f"unknown code {code!r}; {suggestion(name, similar)}")
     found = known[name]
-    kind = "warning" if name.startswith("W") else "error"
+    kind = "warning" if name.startswith("W") or name in WARNINGS else "error"
     lines = [f"{name} ({kind}): {found.title}", "", f"cause    {found.cause}"]
     for number, line in enumerate(found.example.splitlines()):
         lines.append(f"{'example' if not number else '':<9}{line}")

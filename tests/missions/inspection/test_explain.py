@@ -32,6 +32,7 @@ def test_an_explanation_has_cause_example_and_fix():
         "fix      add `when` and `do`; `then` is resume, restart or abort",
     ]
     assert explanation("W107").startswith("W107 (warning): ")
+    assert explanation("E208").startswith("E208 (warning): ")  # as `check` reports it
 
 
 def test_an_unknown_code_names_the_nearest():
