@@ -66,4 +66,4 @@ def test_old_parameters_are_errors_with_the_new_word():
         "'lost_quality' was renamed to 'lost_health'"
     )
     # without the new word among the known ones the usual hint stands
-    assert suggestion("lost_quality", ["lost_time"]).startswith(("did you mean", "there are"))
+    assert suggestion("lost_quality", ["lost_time"]).startswith(("did you mean", "available"))

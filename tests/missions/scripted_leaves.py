@@ -3,6 +3,7 @@
 The other leaves of these tests are the shipped behaviours.
 """
 
+from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from behaviours.base import RobotBehaviour, port
@@ -70,3 +71,13 @@ class Broken(RobotBehaviour):
     def burst(self, place):
         if self.where == place:
             raise ValueError(f"burst in {place}")
+
+
+class FailsTwice(RobotBehaviour):
+    """Fails with a reason, then without one; it has nothing but `update`."""
+
+    terminate = Behaviour.terminate
+
+    def update(self):
+        self.robot.log.append(self.failure)
+        return self.fail("NO_WALL", "no wall") if len(self.robot.log) == 1 else Status.FAILURE

@@ -176,7 +176,7 @@ def test_precedence_is_pythons(source):
 def test_comparisons_do_not_chain(first, second):
     checked, (problem,) = check_expression(f"$n {first} $m {second} 3", AROUND)
     assert checked is None
-    assert "comparisons do not chain" in problem.sentence
+    assert "comparisons cannot be chained" in problem.sentence
     assert problem.at == len(f"$n {first} $m ")
 
 

@@ -4,13 +4,11 @@ import py_trees
 import pytest
 from hypothesis import given, reject, settings
 from hypothesis import strategies as st
-from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from behaviours.base import RobotBehaviour
 from stack.errors import InputError
 from stack.types import Failure
-from tests.missions.mission_fakes import CLASSES, ran
+from tests.missions.mission_fakes import ran
 
 
 @pytest.fixture
@@ -48,18 +46,7 @@ def test_an_exception_is_the_first_cause_when_it_ends_the_mission(run):
     assert it.tree.reason == "test > shelf > camera: EXCEPTION ValueError: burst in update"
 
 
-class FailsTwice(RobotBehaviour):
-    """Fails with a reason, then without one; it has nothing but `update`."""
-
-    terminate = Behaviour.terminate
-
-    def update(self):
-        self.robot.log.append(self.failure)
-        return self.fail("NO_WALL", "no wall") if len(self.robot.log) == 1 else Status.FAILURE
-
-
-def test_a_failure_of_an_earlier_attempt_is_no_reason_for_a_later_one(run, monkeypatch):
-    monkeypatch.setitem(CLASSES, "fails_twice", FailsTwice)
+def test_a_failure_of_an_earlier_attempt_is_no_reason_for_a_later_one(run):
     it = run("run: {fails_twice: , retry: 2}")
     it.ticks(3)
     assert it.robot.log == [None, None]

@@ -91,7 +91,7 @@ def test_beams_are_classified():
 def test_a_wall_in_the_last_half_metre_need_not_return_a_beam(limit, kind):
     """From the middle the wall stands 2.0 m away: within 0.5 m of 2.3 m, not of 2.6 m."""
     field = surface_field(room())
-    kinds, _ = kernels.judge_beams(
+    kinds, _ = kernels.classify_beams(
         field.occupancy, field.distances, *field.placement, np.zeros(3), np.zeros(1),
         np.array([inf]), limit, 0.08,
     )  # fmt: skip

@@ -14,7 +14,7 @@ from stack.types import LETHAL_COST, CostGrid, Pose2D, TaskStatus, wrap_angle
 from tests.stack.navigation.toy_world import ToyWorld, robot, room
 from tests.stack.planning.footprint_check import first_blocked, footprint_cost
 from tests.stack.planning.office_maps import office
-from tests.stack.planning.test_pose_planners import ways
+from tests.stack.planning.test_pose_planners import directions_of
 
 ROBOT = robot()
 PLANNERS = ("astar", "theta_star", "hybrid_astar", "lattice")
@@ -88,9 +88,9 @@ def test_a_leg_goes_on_in_the_direction_in_which_the_one_before_ends():
     start, via, end = Pose2D(4.0, 3.0, 0.0), Pose2D(3.0, 3.0, 0.0), Pose2D(3.0, 5.0, pi)
     made = planner("hybrid_astar", reverse_penalty=1.05, change_penalty=3.0)
     alone = made.plan(costs, via, end).points
-    assert np.all(ways(alone)[0] == 1)
+    assert np.all(directions_of(alone)[0] == 1)
     plan = plan_through(made, PlanRequest(costs, start, (via, end)))
-    assert np.all(ways(plan.path.points)[0] == -1)  # a metre straight back, and on backward
+    assert np.all(directions_of(plan.path.points)[0] == -1)  # a metre back, then on backward
 
 
 @pytest.mark.parametrize("name", PLANNERS)
