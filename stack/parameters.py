@@ -172,9 +172,9 @@ def build(parameters: type[T], values: Mapping[str, Any]) -> T:
     checked = {}
     for name, raw in values.items():
         if name not in known:
-            raise ParameterError(
-                name, f"there is no parameter {name!r} here", suggestion(name, known)
-            )
+            # YAML keys inside a component's value may be null or a number.
+            hint = suggestion(str(name), known)
+            raise ParameterError(str(name), f"there is no parameter {name!r} here", hint)
         checked[name] = known[name].read(raw)
     return parameters(**checked)
 

@@ -7,7 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stack.errors import ParameterError
-from stack.parameters import Declaration, read_quantity
+from stack.parameters import Declaration, build, read_quantity
+from stack.planning.astar import AstarParameters
 from stack.types import Pose2D
 
 
@@ -60,3 +61,9 @@ def test_any_pose_reads_back(x, y, heading):
     pose = POSE.read([x, y, heading])
     assert (pose.x, pose.y) == (x, y)
     assert pose.heading == pytest.approx(heading, abs=1e-9)
+
+
+@pytest.mark.parametrize("name", [None, 30, True, 2.5])
+def test_a_key_that_is_no_text_is_an_unknown_parameter(name):
+    with pytest.raises(ParameterError, match=f"there is no parameter {name!r} here"):
+        build(AstarParameters, {name: 1})
