@@ -54,6 +54,11 @@ def engine(tmp_path):
         process.communicate()
 
 
+def stands(client):
+    """Return once a snapshot says that the robot stands."""
+    until(lambda: (s := client.poll()) and abs(s.measured.linear) + abs(s.measured.angular) < 0.02)
+
+
 @pytest.mark.slow
 def test_break_step_force_and_reload_over_telemetry(engine):
     process, folder, mission, run = engine
@@ -67,6 +72,7 @@ def test_break_step_force_and_reload_over_telemetry(engine):
     stepped = state_becomes(client, MissionState.PAUSED)
     assert 0.3 <= stepped.time - paused.time < 1.5  # three ticks and coming to a stand
     assert stepped.tree[2].status == "running"
+    stands(client)  # only then do orders find the robot held, as the log says below
     assert not order(client, "step", ticks=0).done
 
     assert tell(folder.name, "break", {"node": "lively.yaml:11"}) == (
