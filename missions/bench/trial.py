@@ -185,9 +185,9 @@ def _row(entry: Entry, monitor: GoalMonitor, engine: Engine, notes: FailureNotes
 
 
 def _cause(monitor: GoalMonitor, engine: Engine, notes: FailureNotes) -> str:
-    end, speed = monitor.trace[-1], engine.runtime.odometry.twist
+    end, speed = monitor.trace[-1], engine.runtime.parts.state.motion.twist
     if monitor.status in ("contact", "struck"):
-        contacts = [text for kind, text in engine.body.news() if kind == "contact"]
+        contacts = [text for kind, text in engine.body.take_events() if kind == "contact"]
         return (
             f"{(contacts or [notes.contact])[0]} after {monitor.time:.1f} s, at"
             f" {speed.linear:.2f} m/s"

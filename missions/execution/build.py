@@ -21,14 +21,20 @@ from stack.costmap.costmap import Costmap
 from stack.costmap.unexplored import Ground, unexplored
 from stack.drivetrain.description import DriveKind
 from stack.errors import InputError
+from stack.frames.buffer import TransformBuffer
 from stack.localisation.dead_reckoning import DeadReckoning
+from stack.localisation.estimator import Estimator
 from stack.localisation.localiser import Localiser
 from stack.localisation.odometry import OdometryFusion
 from stack.localisation.parameters import LocaliserParameters
+from stack.navigation.loop_state import LoopState
 from stack.navigation.navigator import Navigator
 from stack.navigation.robot_facade import FacadeParts, RobotFacade
 from stack.navigation.tuning import Tunable
+from stack.navigation.world_model import WorldModel
+from stack.perception.camera_lease import CameraLease
 from stack.perception.markers import MarkerDetector
+from stack.perception.obstacle_memory import ObstacleMemory
 from stack.perception.tracker import Tracker
 from stack.runtime.interfaces import Parts, Rates
 from stack.runtime.loop import Runtime
@@ -40,6 +46,9 @@ from stack.types import OccupancyGrid, Pose2D
 
 IDLE_SECONDS = 0.02
 """Wall seconds between two checks for commands while the robot is held."""
+
+MAIN_LIDAR = "lidar"
+"""Name of the lidar that localisation and tracker use."""
 
 LOCAL_WINDOW = 5.0
 """Side of the rolling local costmap, metres."""
@@ -98,27 +107,35 @@ def build(
     period = 1.0 / rates.control
     grid = _map_of(plan)
     local_costmap, global_costmap = _costmaps(plan, _costmap_grid(plan, grid))
+    world_model = WorldModel(
+        local_costmap, global_costmap, _tracker(plan, grid, local_costmap, global_costmap),
+        lidar=MAIN_LIDAR, deceleration=robot.limits.linear_deceleration,
+        cover=_ignore if plan.is_mapped else Ground(grid, [global_costmap]).cover,
+    )  # fmt: skip
     safety_choice = plan.choices["safety"]
     safety = Safety(robot, safety_choice.parameters, period, safety_choice.parts)
     navigator = _navigator(plan, period, local_costmap, global_costmap, telemetry)
-    localiser = _localiser(plan, grid, seed)
-    controller = navigator.controller
-    tracker = _tracker(plan, grid, local_costmap, global_costmap)
+    estimator = _estimator(plan, grid, seed)
+    state, camera = LoopState(), CameraLease(always=options.camera == "on")
     facade = RobotFacade(
         FacadeParts(
-            body=body,
+            robot=robot,
+            state=state,
+            clock=lambda: body.time,
+            camera=camera,
             navigator=navigator,
-            estimator=localiser,
+            estimator=estimator,
             local_costmap=local_costmap,
             global_costmap=global_costmap,
             store=PictureStore(folder),
             emit=_emitter(telemetry, "navigation"),
             markers=plan.world.markers,
             detector=MarkerDetector(plan.world.markers) if robot.camera else None,
-            cover=_ignore if plan.is_mapped else Ground(grid, [global_costmap]).cover,
-            forget_tracks=_ignore if tracker is None else tracker.clear,
+            cover=world_model.cover,
+            forget_tracks=world_model.forget_tracks,
+            lidar=MAIN_LIDAR,
             tunables={
-                "controller": Tunable.of(controller),
+                "controller": Tunable.of(navigator.controller),
                 "navigator": Tunable.of(navigator),
                 "safety": Tunable.of(safety),
                 "local_costmap": Tunable.of(local_costmap),
@@ -132,11 +149,10 @@ def build(
     announce_tree(telemetry, tree)
     scorer = SimulationScorer(body, plan.world)
     parts = Parts(
-        body=body, fusion=OdometryFusion(), localiser=localiser, local_costmap=local_costmap,
-        global_costmap=global_costmap, navigator=navigator, facade=facade, safety=safety,
-        tree=tree, telemetry=telemetry, map_layer=Layer(1, grid), scorer=scorer,
-        tracker=tracker, debugger=debugger,
-        keep_camera_on=options.camera == "on",
+        body=body, odometry=OdometryFusion(), frames=TransformBuffer(), estimator=estimator,
+        obstacle_memory=ObstacleMemory(robot), world_model=world_model, tree=tree, facade=facade,
+        navigator=navigator, safety=safety, camera=camera, telemetry=telemetry, state=state,
+        map_layer=Layer(1, grid), scorer=scorer, debugger=debugger,
     )  # fmt: skip
     runtime = Runtime(parts, rates, _idle)
     for command in options.first_commands():
@@ -250,7 +266,7 @@ def _ignore(poses: Iterable[Pose2D] = ()) -> None:
     """Do nothing: a known map does not grow, and without a tracker there are no tracks."""
 
 
-def _localiser(plan: PreparedMission, grid: OccupancyGrid, seed: int) -> Localiser | DeadReckoning:
+def _estimator(plan: PreparedMission, grid: OccupancyGrid, seed: int) -> Estimator:
     if not plan.is_mapped:
         return DeadReckoning(plan.belief or MAP_ORIGIN)
     sideways = plan.robot.drive is DriveKind.OMNI
@@ -258,5 +274,5 @@ def _localiser(plan: PreparedMission, grid: OccupancyGrid, seed: int) -> Localis
     if plan.belief is None:
         localiser.scatter()
     else:
-        localiser.start(plan.belief, position_deviation=0.1, heading_deviation=0.05)
+        localiser.set_pose(plan.belief, position_deviation=0.1, heading_deviation=0.05)
     return localiser

@@ -32,7 +32,6 @@ def compose_report(  # noqa: PLR0913 - the measured figures, by keyword
     """
     runtime, scorer = engine.runtime, engine.scorer
     counters = runtime.counters()
-    facade = runtime.parts.facade
     simulated = engine.body.time
     return Report(
         mission=plan.mission.name,
@@ -58,12 +57,12 @@ def compose_report(  # noqa: PLR0913 - the measured figures, by keyword
             "mean": scorer.mean_error,
             "max": counters["localisation_error_max"],
         },
-        relocalised_by=_confirmed(relocalisations, runtime.parts.localiser.estimate.health),
+        relocalised_by=_confirmed(relocalisations, runtime.parts.estimator.estimate.health),
         relocalisations=relocalisations,
-        battery=facade.battery.charge,
+        battery=runtime.parts.state.battery.charge,
         stages={name: _timing(stage) for name, stage in runtime.stages.timings().items()},
         final_pose={
-            "estimate": _pose(runtime.parts.localiser.estimate.pose),
+            "estimate": _pose(runtime.parts.estimator.estimate.pose),
             "truth": _pose(scorer.truth),
         },
         blackboard=engine.tree.blackboard(),
