@@ -79,6 +79,11 @@ class Body(ABC):
         return HEALTHY
 
     @property
+    def is_real_time(self) -> bool:
+        """Whether time passes by itself, as on hardware; then nothing may block the loop."""
+        return False
+
+    @property
     def has_ended(self) -> bool:
         """Whether there is nothing more to sense, as after the end of a recording."""
         return False

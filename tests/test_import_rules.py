@@ -92,6 +92,7 @@ ONE_PLACE = {
     "pymavlink": {"stack/telemetry", "robots"},
     "zmq": {"stack/telemetry"},
     "msgpack": {"stack/telemetry"},
+    "mcap": {"stack/telemetry"},
     "textual": {"tui"},
     "typer": {"missions/cli"},
     "pygls": {"missions/editor"},

@@ -15,7 +15,8 @@ from missions.execution.resources import load_map, versions
 from missions.trees.compiler import compile_mission
 from missions.trees.debugging import TreeDebugger, addresses
 from missions.trees.mission_tree import MissionTree
-from robots.simulated import SimulatedBody
+from robots.bodies import BodySetup, MakeBody, find_body
+from stack.body import Body, SimulatedWorld
 from stack.control.cusp_splitter import controller_for
 from stack.costmap.costmap import Costmap
 from stack.costmap.unexplored import Ground, unexplored
@@ -42,7 +43,8 @@ from stack.safety.safety import Safety
 from stack.telemetry.hub import Telemetry
 from stack.telemetry.recorder import RunFolder
 from stack.telemetry.records import Layer, RunInfo
-from stack.types import OccupancyGrid, Pose2D
+from stack.telemetry.sensor_log import SensorLog, read_observations
+from stack.types import Observation, OccupancyGrid, Pose2D
 
 IDLE_SECONDS = 0.02
 """Wall seconds between two checks for commands while the robot is held."""
@@ -59,15 +61,19 @@ class Engine:
     """A runtime ready to step, with the parts that are closed after the run.
 
     Attributes:
+        simulation: the body as a simulated world; None for other bodies.
+        scorer: compares with the ground truth; only in a simulation.
         between_steps: called before each step.
     """
 
     runtime: Runtime
-    body: SimulatedBody
+    body: Body
     tree: MissionTree
     telemetry: Telemetry
-    scorer: SimulationScorer
     debugger: TreeDebugger
+    simulation: SimulatedWorld | None = None
+    scorer: SimulationScorer | None = None
+    sensor_log: SensorLog | None = None
     between_steps: Callable[[], None] = lambda: None
 
 
@@ -89,17 +95,24 @@ def run_info(plan: PreparedMission, run_id: str, seed: int) -> RunInfo:
 
 
 def build(
-    plan: PreparedMission, options: RunOptions, telemetry: Telemetry, folder: RunFolder | None
-) -> Engine:
+    plan: PreparedMission, options: RunOptions, telemetry: Telemetry, folder: RunFolder | None,
+    make_body: MakeBody | None = None,
+) -> Engine:  # fmt: skip
     """Build and connect all parts; the engine is then ready for its first step.
+
+    Args:
+        plan: the checked mission.
+        options: of the run.
+        telemetry: receives events and snapshots.
+        folder: of the run; None writes no records.
+        make_body: makes the body; None: the choice of the options or of the robot file.
 
     Raises:
         InputError: a breakpoint or a forced outcome of the options is refused.
     """
     seed, robot = options.seed, plan.robot
     log = folder.log if folder is not None else _discard
-    body = SimulatedBody(robot, plan.world, start=plan.start, seed=seed)
-    body.pace = options.speed
+    body = _body(plan, options, make_body)
     for warning in (*plan.world.warnings, *plan.warnings):
         where = f"{Path(warning.mark.file).name}:{warning.mark.line}"
         telemetry.emit("world", f"{where} {warning.sentence}", source="world", level="warning")
@@ -115,6 +128,8 @@ def build(
     safety_choice = plan.choices["safety"]
     safety = Safety(robot, safety_choice.parameters, period, safety_choice.parts)
     navigator = _navigator(plan, period, local_costmap, global_costmap, telemetry)
+    if body.is_real_time:
+        navigator.parameters = replace(navigator.parameters, wait_for_plan=False)
     estimator = _estimator(plan, grid, seed)
     state, camera = LoopState(), CameraLease(always=options.camera == "on")
     facade = RobotFacade(
@@ -147,19 +162,43 @@ def build(
     tree.setup(facade, tree_emitter(telemetry), log)
     debugger = TreeDebugger(tree)
     announce_tree(telemetry, tree)
-    scorer = SimulationScorer(body, plan.world)
+    simulation = body if isinstance(body, SimulatedWorld) else None
+    scorer = None if simulation is None else SimulationScorer(simulation, plan.world)
+    sensor_log = None
+    if "sensors" in options.record and folder is not None:
+        sensor_log = SensorLog(folder.sensors, _about(plan, options))
     parts = Parts(
         body=body, odometry=OdometryFusion(), frames=TransformBuffer(), estimator=estimator,
         obstacle_memory=ObstacleMemory(robot), world_model=world_model, tree=tree, facade=facade,
         navigator=navigator, safety=safety, camera=camera, telemetry=telemetry, state=state,
-        map_layer=Layer(1, grid), scorer=scorer, debugger=debugger,
+        map_layer=Layer(1, grid), scorer=scorer, debugger=debugger, sensor_log=sensor_log,
     )  # fmt: skip
     runtime = Runtime(parts, rates, _idle)
     for command in options.first_commands():
         ack = runtime.apply(command)
         if not ack.done:
             raise InputError(ack.reason)
-    return Engine(runtime, body, tree, telemetry, scorer, debugger)
+    return Engine(runtime, body, tree, telemetry, debugger, simulation, scorer, sensor_log)
+
+
+def _body(plan: PreparedMission, options: RunOptions, make_body: MakeBody | None) -> Body:
+    recording: Iterable[Observation] = ()
+    if options.replay is not None:
+        make_body, recording = find_body("replayed"), read_observations(options.replay)
+    make = make_body or find_body(options.body or plan.robot.body)
+    return make(
+        BodySetup(plan.robot, plan.world, plan.start, options.seed, options.speed, recording)
+    )
+
+
+def _about(plan: PreparedMission, options: RunOptions) -> dict[str, str]:
+    """Return the metadata of a sensor log."""
+    return {
+        "mission": plan.mission.source.stem,
+        "robot": plan.robot.name,
+        "world": plan.world.name,
+        "seed": str(options.seed),
+    }
 
 
 def announce_tree(telemetry: Telemetry, tree: MissionTree) -> None:

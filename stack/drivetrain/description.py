@@ -224,6 +224,7 @@ class RobotDescription:
         source: the robot.yaml.
         lidars: additional lidars by name.
         sonars: by name.
+        body: which body drives it unless the command line says otherwise: simulated | scripted.
     """
 
     name: str
@@ -241,6 +242,7 @@ class RobotDescription:
     source: FilePath | None = None
     lidars: Mapping[str, LidarDescription] = field(default_factory=dict)
     sonars: Mapping[str, SonarDescription] = field(default_factory=dict)
+    body: str = "simulated"
 
     @property
     def all_lidars(self) -> dict[str, LidarDescription]:

@@ -20,7 +20,7 @@ from stack.perception.obstacle_memory import ObstacleMemory
 from stack.safety.safety import Safety
 from stack.telemetry.hub import Telemetry
 from stack.telemetry.records import Debugging, Layer, TreeRow
-from stack.types import FloatArray, Pose2D, PoseEstimate
+from stack.types import FloatArray, Observation, Pose2D, PoseEstimate
 
 
 class MissionTree(Protocol):
@@ -120,6 +120,14 @@ class GroundTruthScorer(Protocol):
         ...
 
 
+class ObservationLog(Protocol):
+    """Records every observation."""
+
+    def write(self, observation: Observation) -> None:
+        """Append an observation."""
+        ...
+
+
 @dataclass(frozen=True)
 class Rates:
     """Rates of the loop's stages. Slower rates must divide the control rate."""
@@ -166,3 +174,4 @@ class Parts:
     map_layer: Layer
     scorer: GroundTruthScorer | None = None
     debugger: Debugger | None = None
+    sensor_log: ObservationLog | None = None

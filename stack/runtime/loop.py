@@ -143,7 +143,7 @@ class Runtime:
     def stand_still(self, patience: float = 3.0) -> None:
         """Step with a zero command until the robot stands, at most `patience` seconds."""
         for _ in range(round(patience / self.period)):
-            if self._standing():
+            if self._standing() or self.parts.body.has_ended:
                 return
             self.step()
 
@@ -203,6 +203,8 @@ class Runtime:
             self.parts.telemetry.emit("body", text, source="body", level=level)
             if health.problem:
                 self.mission.send(MissionEvent.PAUSE, health.problem)
+        if self.parts.sensor_log is not None:
+            self.parts.sensor_log.write(observation)
         self._image = next(iter(observation.of(Image).values()), self._image)
         return observation
 
