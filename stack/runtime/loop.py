@@ -35,7 +35,7 @@ class Runtime:
         self.parts, self._idle = parts, idle
         self.period = 1.0 / rates.control
         self.steps = 0
-        self.state = MissionState.STARTING
+        self._state = MissionState.STARTING
         self.reason = ""
         self.stages = Stages(self.period)
         self.odometry = Odometry(0.0, Pose2D(0.0, 0.0), STANDSTILL)
@@ -85,9 +85,20 @@ class Runtime:
             if self.parts.facade.camera_wanted or self.parts.keep_camera_on:
                 self.parts.body.ask_for_image()
             self.parts.body.wait(self.period)
-        if not self._ticking():
-            self.parts.tree.leave_out(self.period)
         self.steps += 1
+
+    @property
+    def state(self) -> MissionState:
+        """State of the mission. Time limits of the tree stand still while it is not ticked."""
+        return self._state
+
+    @state.setter
+    def state(self, state: MissionState) -> None:
+        self._state = state
+        if self._ticking():
+            self.parts.tree.resume(self.parts.body.time)
+        elif not state.is_over:
+            self.parts.tree.pause(self.parts.body.time)
 
     def apply(self, command: Command) -> Ack:
         """Apply a command now, between two steps, as if an operator had sent it."""
