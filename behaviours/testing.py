@@ -241,7 +241,7 @@ def tick(behaviour: Behaviour, robot: ScriptedRobot, seconds: float = 0.0) -> St
 
     Sets the behaviour up with the robot if necessary. Returns the status after the last tick.
     """
-    if getattr(behaviour, "robot", None) is not robot:
+    if vars(behaviour).get("robot") is not robot:
         behaviour.setup(robot=robot)
     behaviour.tick_once()
     for _ in range(round(seconds / TICK_PERIOD)):
