@@ -144,9 +144,9 @@ def test_keys_that_may_have_been_written_can_be_read(tmp_path, guard):
 
 
 def test_a_finding_is_rendered_with_its_line_and_a_caret():
-    finding = Finding(Mark("a.yaml", 2, 8), "E140", "there is no $dok", "did you mean 'dock'?")
+    finding = Finding(Mark("a.yaml", 2, 8), "E140", "there is no $dok", "did you mean '$dock'?")
     assert render([finding], {"a.yaml": "run:\n  wait: $dok\n"}) == (
-        "a.yaml:2:8 error[E140] there is no $dok; did you mean 'dock'?\n"
+        "a.yaml:2:8 error[E140] there is no $dok; did you mean '$dock'?\n"
         "    2 |   wait: $dok\n"
         "      |        ^"
     )
