@@ -18,7 +18,7 @@ def check_ports(ports: Mapping[str, Declaration]) -> None:
     """Raise ParameterError if a port has an unsupported type or an invalid default."""
     for declared in ports.values():
         if not _writable(declared.type):
-            kind = getattr(declared.type, "__name__", declared.type)
+            kind = declared.type.__name__ if isinstance(declared.type, type) else declared.type
             raise ParameterError(
                 f"port {declared.name}",
                 f"a mission file cannot write a value of type {kind}; use float, int, bool, str, "

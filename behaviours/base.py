@@ -20,10 +20,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import lru_cache
 from typing import Any, TypeVar, dataclass_transform, overload
+from weakref import WeakSet
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from behaviours.timer import Timer
 from stack.errors import ParameterError
 from stack.parameters import REQUIRED, Declaration, suggestion
 from stack.robot import Robot, Task
@@ -33,7 +35,8 @@ T = TypeVar("T")
 
 _RESERVED = frozenset(dir(Behaviour)) | {
     "name", "status", "id", "parent", "children", "robot", "logger", "feedback_message",
-    "blackboards", "qualified_name", "iterator", "black_box_level", "failure",
+    "blackboards", "qualified_name", "iterator", "black_box_level", "failure", "start_timer",
+    "pause", "resume",
 }  # fmt: skip
 
 
@@ -109,6 +112,7 @@ class RobotBehaviour(Behaviour):
         super().__init__(name or type(self).__name__)
         self.failure = None
         self._followed: Task | None = None
+        self._timers: WeakSet[Timer] = WeakSet()
         self._values: dict[str, Any] = {}
         self._readers: dict[str, Callable[[], Any]] = {}
         self._writers: dict[str, Callable[[Any], None]] = {}
@@ -151,6 +155,29 @@ class RobotBehaviour(Behaviour):
         self.failure = Failure(code, sentence)
         self.feedback_message = sentence
         return Status.FAILURE
+
+    def start_timer(self) -> Timer:
+        """Start a timer for this run; it stands still while the mission is paused."""
+        timer = Timer(self.robot)
+        timer.restart()
+        self._timers.add(timer)
+        return timer
+
+    def pause(self, now: float) -> None:
+        """Stop the timers; called while the node runs, when the operator pauses the mission.
+
+        An override must call `super().pause(now)`. `update` is not called until `resume`.
+
+        Args:
+            now: time on the robot's clock, seconds.
+        """
+        for timer in self._timers:
+            timer.pause(now)
+
+    def resume(self, now: float) -> None:
+        """Continue after a pause. An override must call `super().resume(now)`."""
+        for timer in self._timers:
+            timer.resume(now)
 
     def follow(self, task: Task) -> Status:
         """Return the task's status as this node's status, with its feedback and failure.

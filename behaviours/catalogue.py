@@ -55,6 +55,8 @@ class BehaviourKind:
         summary: first line of the docstring.
         source: file that defines it.
         uses_wheels: whether it moves the robot.
+        takes_time: whether it never succeeds in its first tick.
+        can_fail: whether it can fail.
     """
 
     name: str
@@ -65,6 +67,8 @@ class BehaviourKind:
     summary: str
     source: str
     uses_wheels: bool
+    takes_time: bool
+    can_fail: bool
 
     @property
     def bindable(self) -> bool:
@@ -317,6 +321,7 @@ def _kind_of(name: str, cls: type) -> BehaviourKind:
     except (ParameterError, TypeError, NameError) as error:
         raise _Unusable(str(error)) from error
     doc = inspect.cleandoc(cls.__doc__ or "")
+    declared = cls if issubclass(cls, RobotBehaviour) else RobotBehaviour
     return BehaviourKind(
         name=name,
         cls=cls,
@@ -325,7 +330,9 @@ def _kind_of(name: str, cls: type) -> BehaviourKind:
         doc=doc,
         summary=doc.partition("\n")[0],
         source=inspect.getfile(cls),
-        uses_wheels=bool(getattr(cls, "uses_wheels", False)),
+        uses_wheels=declared.uses_wheels,
+        takes_time=declared.uses_wheels or declared.takes_time,
+        can_fail=declared.can_fail,
     )
 
 

@@ -9,8 +9,6 @@ from stack.types import STANDSTILL, Twist
 
 TIME_TO_LIVE = 0.3
 """Seconds that a command is valid: three ticks, so that a late tick does not stop the robot."""
-ROUNDING = 1e-9
-"""Seconds; a clock summed from periods has rounding errors."""
 
 
 class DriveFor(RobotBehaviour):
@@ -23,14 +21,14 @@ class DriveFor(RobotBehaviour):
     uses_wheels = True
 
     def initialise(self) -> None:
-        """Store the end time."""
-        self._end = self.robot.time + self.time
+        """Start the timer."""
+        self._timer = self.start_timer()
 
     def update(self) -> Status:
         """Command the velocity on every tick until the time is over."""
-        left = self._end - self.robot.time
-        if left <= ROUNDING:
+        if self._timer.is_over(self.time):
             return Status.SUCCESS
+        left = self._timer.left(self.time)
         self.robot.drive_for(Twist(self.linear, self.angular), min(left, TIME_TO_LIVE))
         self.feedback_message = f"{left:.1f} s left"
         return Status.RUNNING

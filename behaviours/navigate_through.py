@@ -32,7 +32,7 @@ class NavigateThrough(RobotBehaviour):
         """Start the drive, unless the list is empty."""
         goals = list(self.goals)
         self._task = self.robot.navigate_through(goals, tolerance=self.tolerance) if goals else None
-        self._started = self.robot.time
+        self._timer = self.start_timer()
         self._trail = OdometryTrail()
 
     def update(self) -> Status:
@@ -43,5 +43,5 @@ class NavigateThrough(RobotBehaviour):
         status = self.follow(self._task)
         if status is not Status.RUNNING:
             self.path_length = self._trail.distance
-            self.time_taken = self.robot.time - self._started
+            self.time_taken = self._timer.elapsed
         return status

@@ -38,7 +38,7 @@ class NavigateToPose(RobotBehaviour):
         self._task = self.robot.navigate_to(
             self.goal, tolerance=self.tolerance, partial=self.partial
         )
-        self._started = self.robot.time
+        self._timer = self.start_timer()
         self._trail = OdometryTrail()
 
     def update(self) -> Status:
@@ -48,5 +48,5 @@ class NavigateToPose(RobotBehaviour):
         if status is not Status.RUNNING:
             self.path_length = self._trail.distance
             self.remaining = self.robot.pose.distance_to(self.goal)
-            self.time_taken = self.robot.time - self._started
+            self.time_taken = self._timer.elapsed
         return status

@@ -110,9 +110,9 @@ class Relocalise(RobotBehaviour):
         return self.use_camera and bool(self.robot.markers)
 
     def _is_fine(self) -> Steps:
-        start = self.robot.time
+        timer = self.start_timer()
         while self.robot.localisation_health >= FINE_HEALTH:
-            if self.robot.time - start >= FINE_TIME:
+            if timer.is_over(FINE_TIME):
                 return True
             yield
         return False
@@ -153,8 +153,8 @@ class Relocalise(RobotBehaviour):
 
     def _new_picture(self, patience: float) -> Generator[None, None, Image | None]:
         """Return the next picture that was exposed after the last one; None after `patience` s."""
-        start = self.robot.time
-        while self.robot.time - start < patience:
+        timer = self.start_timer()
+        while not timer.is_over(patience):
             picture = self.robot.image()
             if picture is not None and picture.stamp > self._looked_until:
                 self._looked_until = picture.stamp
@@ -195,11 +195,11 @@ class Relocalise(RobotBehaviour):
         return False
 
     def _is_confirmed(self) -> Steps:
-        start = self.robot.time
-        while self.robot.time - start < CONFIRM_WITHIN:
+        timer = self.start_timer()
+        while not timer.is_over(CONFIRM_WITHIN):
             self.feedback_message = f"health {self.robot.localisation_health:.2f}"
             good = self.robot.localisation_health >= self.min_health
-            if good and self.robot.time - start >= CONFIRM_AFTER:
+            if good and timer.is_over(CONFIRM_AFTER):
                 return True
             yield
         return False
@@ -226,9 +226,11 @@ class Relocalise(RobotBehaviour):
         direction = wrap_angle(float(scan.angles[int(np.argmax(room))]) + scan.mount.heading)
         if not (yield from self._done(self.robot.spin(direction))):
             return False
-        end, deadline = self._trail.distance + MOVE_DISTANCE, self.robot.time + MOVE_TIME
+        end, timer = self._trail.distance + MOVE_DISTANCE, self.start_timer()
         while (
-            self._trail.distance < end and self.robot.time < deadline and self._room() > MOVE_SPARE
+            self._trail.distance < end
+            and not timer.is_over(MOVE_TIME)
+            and self._room() > MOVE_SPARE
         ):
             self.feedback_message = "moving for another view"
             self.robot.drive_for(Twist(MOVE_SPEED), TIME_TO_LIVE)

@@ -39,19 +39,18 @@ class {Class}(RobotBehaviour):
 
     def initialise(self) -> None:
         """Called when the node starts: reset the state."""
-        self._started = self._moved = self.robot.time
+        self._since_start, self._since_motion = self.start_timer(), self.start_timer()
 
     def update(self) -> Status:
         """Called on every tick: read, command, and return at once."""
-        now = self.robot.time
         if abs(self.robot.speed.linear) > 0.01 or abs(self.robot.speed.angular) > 0.01:
-            self._moved = now
-        self.waited = now - self._started
-        if now - self._moved >= self.still_for:
+            self._since_motion.restart()
+        self.waited = self._since_start.elapsed
+        if self._since_motion.is_over(self.still_for):
             return Status.SUCCESS
-        if self.waited >= self.patience:
+        if self._since_start.is_over(self.patience):
             return self.fail(FailureCode.TIMED_OUT, f"no standstill within {{self.patience:g}} s")
-        self.feedback_message = f"no motion for {{now - self._moved:.1f}} s"
+        self.feedback_message = f"no motion for {{self._since_motion.elapsed:.1f}} s"
         return Status.RUNNING
 '''
 

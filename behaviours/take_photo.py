@@ -20,8 +20,9 @@ class TakePhoto(RobotBehaviour):
     image: str = output("path of the picture, relative to the folder of the run")
 
     def initialise(self) -> None:
-        """Store the start time; older pictures do not count."""
+        """Start the timer; pictures from before the start do not count."""
         self._started = self.robot.time
+        self._timer = self.start_timer()
 
     def update(self) -> Status:
         """Ask for a new picture; every request keeps the camera on."""
@@ -31,8 +32,7 @@ class TakePhoto(RobotBehaviour):
             self.image = self.robot.save_image(picture, f"{label}_{picture.stamp:07.2f}s")
             self.feedback_message = self.image
             return Status.SUCCESS
-        waited = self.robot.time - self._started
-        if waited >= self.patience:
+        if self._timer.is_over(self.patience):
             return self.fail(
                 FailureCode.NO_IMAGE, f"the camera gave no new picture within {self.patience:g} s"
             )

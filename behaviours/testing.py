@@ -17,6 +17,7 @@ import numpy as np
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from behaviours.base import RobotBehaviour
 from stack.errors import ParameterError
 from stack.robot import Robot
 from stack.types import (
@@ -114,7 +115,7 @@ class ScriptedRobot:
         """Advance the clock. A subclass can override this to move the robot."""
         self.time = round(self.time + seconds, 9)
 
-    def asked(self, name: str) -> list[dict[str, Any]]:
+    def calls_of(self, name: str) -> list[dict[str, Any]]:
         """Return the arguments of every call with this name, in order."""
         return [arguments for called, arguments in self.calls if called == name]
 
@@ -153,7 +154,7 @@ class ScriptedRobot:
 
     def plan(self, goal: Pose2D, start: Pose2D | None = None) -> ScriptedTask:
         """Return a new task; the test ends it with `robot.task.succeed(path)`."""
-        return self._ask("plan", goal=goal, start=start)
+        return self._request("plan", goal=goal, start=start)
 
     def spin(self, angle: float, *, speed: float | None = None) -> ScriptedTask:
         """Return a new motion task."""
@@ -201,7 +202,7 @@ class ScriptedRobot:
 
     def relocalise(self) -> ScriptedTask:
         """Return a new task."""
-        return self._ask("relocalise")
+        return self._request("relocalise")
 
     def set_pose(
         self, pose: Pose2D, *, position_deviation: float, heading_deviation: float, source: str
@@ -226,10 +227,10 @@ class ScriptedRobot:
 
     def _move(self, name: str, **arguments: Any) -> ScriptedTask:
         self.motion.cancel()
-        self.motion = self._ask(name, **arguments)
+        self.motion = self._request(name, **arguments)
         return self.motion
 
-    def _ask(self, name: str, **arguments: Any) -> ScriptedTask:
+    def _request(self, name: str, **arguments: Any) -> ScriptedTask:
         self.calls.append((name, arguments))
         self.task = ScriptedTask()
         return self.task
@@ -240,7 +241,7 @@ def tick(behaviour: Behaviour, robot: ScriptedRobot, seconds: float = 0.0) -> St
 
     Sets the behaviour up with the robot if necessary. Returns the status after the last tick.
     """
-    if getattr(behaviour, "robot", None) is not robot:
+    if vars(behaviour).get("robot") is not robot:
         behaviour.setup(robot=robot)
     behaviour.tick_once()
     for _ in range(round(seconds / TICK_PERIOD)):
@@ -249,6 +250,13 @@ def tick(behaviour: Behaviour, robot: ScriptedRobot, seconds: float = 0.0) -> St
         robot.advance(TICK_PERIOD)
         behaviour.tick_once()
     return behaviour.status
+
+
+def pause(behaviour: RobotBehaviour, robot: ScriptedRobot, seconds: float) -> None:
+    """Pause and resume the behaviour, as a tree does when the operator pauses the mission."""
+    behaviour.pause(robot.time)
+    robot.advance(seconds)
+    behaviour.resume(robot.time)
 
 
 def halt(behaviour: Behaviour) -> None:

@@ -6,9 +6,6 @@ from py_trees.common import Status
 
 from behaviours.base import RobotBehaviour, port
 
-ROUNDING = 1e-9
-"""Seconds; a clock summed from periods has rounding errors."""
-
 
 class Wait(RobotBehaviour):
     """Succeed after a time on the robot's clock."""
@@ -19,13 +16,12 @@ class Wait(RobotBehaviour):
     time: float = port("duration", unit="s", at_least=0.0)
 
     def initialise(self) -> None:
-        """Store the end time."""
-        self._end = self.robot.time + self.time
+        """Start the timer."""
+        self._timer = self.start_timer()
 
     def update(self) -> Status:
-        """Compare the end time with the robot's clock."""
-        left = self._end - self.robot.time
-        if left <= ROUNDING:
+        """Succeed when the time is over."""
+        if self._timer.is_over(self.time):
             return Status.SUCCESS
-        self.feedback_message = f"{left:.1f} s left"
+        self.feedback_message = f"{self._timer.left(self.time):.1f} s left"
         return Status.RUNNING

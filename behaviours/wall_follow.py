@@ -11,6 +11,7 @@ from py_trees.common import Status
 from behaviours import _wall_geometry as geometry
 from behaviours._odometry_trail import OdometryTrail
 from behaviours.base import RobotBehaviour, output, port
+from behaviours.timer import Timer
 from stack.types import STANDSTILL, FailureCode, FloatArray, Pose2D, Twist, wrap_angle
 
 TIME_TO_LIVE = 0.3
@@ -33,7 +34,7 @@ BLIND_TIME = 2.0
 class _FollowStart:
     """Start of wall following at the wanted distance; the `until_…` ports count from it."""
 
-    time: float
+    timer: Timer
     travelled: float
     pose: Pose2D
 
@@ -87,7 +88,7 @@ class WallFollow(RobotBehaviour):
         """Start to search for the wall."""
         self._radius = self.robot.footprint.circumscribed_radius
         self._trail = OdometryTrail()
-        self._moved_at = self._seen_at = self.robot.time
+        self._since_moved, self._since_seen = self.start_timer(), self.start_timer()
         self._rest = self.robot.odometry
         self._course = self.robot.odometry.heading
         self._record = _Record()
@@ -112,7 +113,7 @@ class WallFollow(RobotBehaviour):
         points = self._points()
         if points is None:
             return self._wait_for_scan()
-        self._seen_at = self.robot.time
+        self._since_seen.restart()
         self.robot.drive_for(self._command(points), TIME_TO_LIVE)
         return Status.RUNNING
 
@@ -131,7 +132,7 @@ class WallFollow(RobotBehaviour):
 
     def _wait_for_scan(self) -> Status:
         self.robot.drive_for(STANDSTILL, TIME_TO_LIVE)
-        if self.robot.time - self._seen_at > BLIND_TIME:
+        if self._since_seen.is_over(BLIND_TIME):
             return self.fail(FailureCode.NO_WALL, f"no lidar scan for {BLIND_TIME:g} s")
         self.feedback_message = "waiting for the lidar"
         return Status.RUNNING
@@ -172,7 +173,7 @@ class WallFollow(RobotBehaviour):
         off_course = abs(atan2(curve.tangent[1], curve.tangent[0]))
         record, distance = self._record, self._trail.distance
         if record.start is None and abs(curve.error) < 0.1 and off_course < 0.35:
-            record.start = _FollowStart(self.robot.time, distance, self.robot.pose)
+            record.start = _FollowStart(self.start_timer(), distance, self.robot.pose)
         if record.start is None or _bend(curve.points) > STRAIGHT:
             record.bent_at = distance
         elif distance - record.bent_at > SETTLING:
@@ -184,14 +185,14 @@ class WallFollow(RobotBehaviour):
         start, here = self._record.start, self.robot.pose
         if start is None:
             return False
-        travelled, time = self._trail.distance - start.travelled, self.robot.time - start.time
+        travelled = self._trail.distance - start.travelled
         back = here.distance_to(start.pose) <= LOOP_DISTANCE and (
             abs(wrap_angle(here.heading - start.pose.heading)) <= LOOP_TURN
         )
         place = self.until_place
         return (
             (self.until_travelled is not None and travelled >= self.until_travelled)
-            or (self.until_time is not None and time >= self.until_time - 1e-9)
+            or (self.until_time is not None and start.timer.is_over(self.until_time))
             or (place is not None and here.distance_to(place) <= self.place_radius)
             or (self.until_loop and travelled >= LOOP_LENGTH and back)
         )
@@ -199,8 +200,9 @@ class WallFollow(RobotBehaviour):
     def _is_stuck(self) -> bool:
         here = self.robot.odometry
         if here.distance_to(self._rest) > STUCK_DISTANCE:
-            self._rest, self._moved_at = here, self.robot.time
-        return self.robot.time - self._moved_at > STUCK_TIME
+            self._rest = here
+            self._since_moved.restart()
+        return self._since_moved.is_over(STUCK_TIME)
 
     def _write_outputs(self) -> None:
         start = self._record.start

@@ -188,9 +188,13 @@ def _files_of(plan: PreparedMission) -> list[Path]:
 def _for_next_run(former: PreparedMission, plan: PreparedMission) -> Iterator[str]:
     """Yield changed settings of the mission that apply to the next run only."""
     old, new = former.mission, plan.mission
-    for word in ("world", "robot", "map", "initial_pose"):
-        if getattr(old, word) != getattr(new, word):
-            yield f"{word} {getattr(new, word)}"
+    settings = {
+        "world": (old.world, new.world), "robot": (old.robot, new.robot), "map": (old.map, new.map),
+        "initial_pose": (old.initial_pose, new.initial_pose),
+    }  # fmt: skip
+    for word, (before, after) in settings.items():
+        if before != after:
+            yield f"{word} {after}"
     if former.start != plan.start:
         yield "start"
 

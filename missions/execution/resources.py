@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import lru_cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -14,7 +15,7 @@ from robots.load import find_robot, read_robot
 from stack.documents import Finding, Findings, Mark, Node
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError
-from stack.parameters import suggestion
+from stack.parameters import nearest
 from stack.sim.import_world import read_any_world
 from stack.sim.worlds.world import World
 from stack.sim.worlds.world_file import find_world
@@ -49,9 +50,24 @@ def find_mission(name_or_path: str | Path) -> Path:
     stem = path.name.removesuffix(".yaml")
     if stem in shipped and path.parent.name in ("", "missions"):
         return shipped[stem]
-    known = [file.name for file in (*shipped.values(), *path.parent.glob("*.yaml"))]
-    hint = suggestion(path.name, known)
+    hint = _near(path, shipped)
     raise InputError([Finding(Mark(str(path)), "E001", "no such mission file", hint)])
+
+
+def _near(path: Path, shipped: Mapping[str, Path]) -> str:
+    """Return a hint with the most similar file in the same folder, or shipped mission.
+
+    Only stems are compared: a common suffix makes any two file names similar.
+    """
+    if not path.parent.is_dir():
+        return f"there is no folder {str(path.parent)!r}"
+    known = {name: name for name in shipped} | {
+        file.stem: str(file) for file in sorted(path.parent.glob("*.yaml"))
+    }
+    close = nearest(path.stem, list(known))
+    if close is not None:
+        return f"did you mean {known[close]!r}?"
+    return "give the path of a mission file, or a name from `treepilot list missions`"
 
 
 @lru_cache(maxsize=16)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from math import degrees
 from pathlib import Path
@@ -93,7 +93,7 @@ def description_of(name: str, known: Installed) -> str:
     kind = known.catalogue.get(name)
     if kind is not None:
         parts = [f"{name}: {kind.doc}", _table("ports", kind.ports.values())]
-        return "\n".join(filter(None, [*parts, _table("outputs", kind.outputs.values())]))
+        return "\n".join(filter(None, [*parts, _outputs(kind.outputs.values())]))
     for component_kind, found in known.components.items():
         if name in found:
             cls = component(component_kind, found[name])
@@ -122,9 +122,18 @@ def _table(title: str, declared: Iterable[Declaration]) -> str:
         )
         for item in declared
     ]
+    return _aligned(title, rows)
+
+
+def _outputs(declared: Iterable[Declaration]) -> str:
+    """Return the table of outputs, which have neither default nor range."""
+    return _aligned("outputs", [(item.name, item.type_name(), item.help) for item in declared])
+
+
+def _aligned(title: str, rows: Sequence[Sequence[str]]) -> str:
     if not rows:
         return ""
-    widths = [max(len(row[column]) for row in rows) for column in range(4)]
+    widths = [max(map(len, column)) for column in list(zip(*rows, strict=True))[:-1]]
     lines = [
         "  " + "  ".join(f"{cell:<{width}}" for cell, width in zip(row, [*widths, 0], strict=True))
         for row in rows

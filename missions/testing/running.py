@@ -8,6 +8,7 @@ from math import inf
 from typing import Any
 
 from behaviours.testing import TICK_PERIOD, ScriptedRobot
+from behaviours.timer import ROUNDING
 from missions.language.case_model import Case, Change, Expectation
 from missions.language.expressions.scope import UNSET
 from missions.language.model import Mission
@@ -15,7 +16,6 @@ from missions.testing.scripted_values import set_value
 from missions.testing.stand_ins import StandIns, shown
 from missions.trees.compiler import compile_mission
 from missions.trees.context import Record
-from missions.trees.decorators import TOLERANCE
 from missions.trees.mission_tree import MissionTree
 from stack.documents import Mark
 
@@ -93,9 +93,9 @@ class _Run:
 
     def _tick_to_the_end(self) -> None:
         changes, count, done = self.case.changes, 0, 0
-        end = (self.case.expect.within or DEFAULT_TIME_LIMIT) + TOLERANCE
+        end = (self.case.expect.within or DEFAULT_TIME_LIMIT) + ROUNDING
         while self.robot.time <= end:
-            while done < len(changes) and changes[done].at <= self.robot.time + TOLERANCE:
+            while done < len(changes) and changes[done].at <= self.robot.time + ROUNDING:
                 self._change(changes[done])
                 done += 1
             self.tree.tick()
@@ -145,7 +145,7 @@ class _Run:
         yield from self._order(expect)
         for name, limit in expect.within_each.items():
             longest = self.longest.get(name, 0.0)
-            if longest > limit + TOLERANCE:
+            if longest > limit + ROUNDING:
                 yield self._problem(f"within {name}", f"{limit:g} s", f"{longest:g} s")
 
     def _counts(self, expect: Expectation) -> Iterator[Problem]:

@@ -10,7 +10,6 @@ from py_trees.common import Status
 from behaviours.base import RobotBehaviour
 from missions.language.case_model import FAILURE, RUNNING, SUCCESS, Mock
 from missions.language.model import Leaf, Use
-from missions.trees.decorators import TOLERANCE
 from stack.types import FailureCode
 
 REAL = ("check", "set", "say", "wait", "wait_until")
@@ -36,16 +35,16 @@ class StandIn(RobotBehaviour):
     def __init__(self, name: str, runs: MockedRuns) -> None:
         super().__init__(name)
         self.runs = runs
-        self.outcome, self.until = SUCCESS, 0.0
+        self.outcome, self.seconds = SUCCESS, 0.0
 
     def initialise(self) -> None:
         """Start the next run of the mock."""
-        self.outcome, seconds = self.runs.next_run()
-        self.until = self.robot.time + seconds
+        self.outcome, self.seconds = self.runs.next_run()
+        self._timer = self.start_timer()
 
     def update(self) -> Status:
         """Return the outcome of the mock after its duration."""
-        if self.outcome == RUNNING or self.robot.time < self.until - TOLERANCE:
+        if self.outcome == RUNNING or not self._timer.is_over(self.seconds):
             return Status.RUNNING
         if self.outcome == SUCCESS:
             for name, value in self.runs.mock.sets.items():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from collections.abc import Sequence as Items
 from dataclasses import dataclass
 
@@ -10,9 +10,9 @@ from py_trees import composites
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from behaviours.timer import Timer
 from missions.trees.context import Execution, halt
-from missions.trees.decorators import TOLERANCE
-from missions.trees.node import Decorator, Node, run
+from missions.trees.node import Decorator, InnerNode, run
 from stack.types import Expression
 
 
@@ -32,14 +32,15 @@ class Retry(Decorator):
         delay: Callable[[], float],
     ) -> None:  # fmt: skip
         super().__init__("retry", child, execution)
-        self.attempts, self.delay, self.resume_at = attempts, delay, 0.0
+        self.attempts, self.delay, self.seconds = attempts, delay, 0.0
+        self.timer = Timer(execution)
 
     def advance(self, fresh: bool) -> Status:
-        now = self.execution.time
         if fresh:
-            self.attempts.number, self.resume_at = 1, now
+            self.attempts.number, self.seconds = 1, 0.0
+            self.timer.restart()
         if self.child.status is not Status.RUNNING:
-            if now < self.resume_at - TOLERANCE:
+            if not self.timer.is_over(self.seconds):
                 return Status.RUNNING
             halt(self.child)
         run(self.child)
@@ -49,15 +50,16 @@ class Retry(Decorator):
         if self.attempts.number >= most:
             return self.execution.propagate_failure(self, self.child)
         self.attempts.number += 1
-        self.resume_at = now + self.delay()
+        self.seconds = self.delay()
+        self.timer.restart()
         self.feedback_message = f"attempt {self.attempts.number} of {most}"
         return Status.RUNNING
 
-    def postpone(self, seconds: float) -> None:
-        self.resume_at += seconds
+    def timers(self) -> Iterable[Timer]:
+        return (self.timer,)
 
 
-class Recover(Node, composites.Composite):
+class Recover(InnerNode, composites.Composite):
     """Runs the first child; after a failure runs the next recovery, then the first child again.
 
     A recovery starts in the tick of the failure, the next attempt in the tick after the recovery.

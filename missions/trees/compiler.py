@@ -16,10 +16,10 @@ from py_trees.common import Status
 
 from behaviours.base import RobotBehaviour
 from behaviours.catalogue import build
+from behaviours.timer import Timer
 from missions.language.expressions.scope import Symbol
 from missions.language.model import (
     AssignmentList,
-    Catalogue,
     Composite,
     Constant,
     ExpressionValue,
@@ -39,6 +39,7 @@ from missions.trees.events import Event, Events, Trigger
 from missions.trees.labels import detail_of, names_of, value_text
 from missions.trees.leaves import LeafNode
 from missions.trees.mission_tree import MissionTree
+from missions.trees.node import Node
 from missions.trees.slots import Frame, Read, Slot, Write
 from stack.documents import Finding, Mark
 from stack.errors import InputError
@@ -58,14 +59,11 @@ StandIn = Callable[[Leaf | Use], RobotBehaviour | None]
 """Returns the mock of a behaviour or tree in mission tests; None keeps the original."""
 
 
-def compile_mission(
-    mission: Mission, catalogue: Catalogue | None = None, stand_in: StandIn = lambda step: None
-) -> MissionTree:
+def compile_mission(mission: Mission, stand_in: StandIn = lambda step: None) -> MissionTree:
     """Compile a mission into a tree, ready for `setup`.
 
     Args:
         mission: read and checked; its nodes contain the classes of the behaviours.
-        catalogue: not used; reading and compiling have the same interface.
         stand_in: called for every behaviour and every used tree.
 
     Raises:
@@ -94,10 +92,12 @@ class _Compiler:
             root = self._events(root, frame)
         return MissionTree(self.mission.name, root, self.execution, self.slots)
 
-    def _events(self, root: Behaviour, frame: Frame) -> Behaviour:
+    def _events(self, root: Node, frame: Frame) -> Node:
         made = []
         for event in self.mission.events:
-            trigger = Trigger(event.when.bind(frame), frame.checked(event.hold, HOLD))
+            trigger = Trigger(
+                event.when.bind(frame), frame.checked(event.hold, HOLD), Timer(self.execution)
+            )
             node = Event(event.name, self.step(event.step, frame), self.execution, trigger,
                          event.then)  # fmt: skip
             held = f", held for {value_text(event.hold)}" if event.hold != NO_HOLD else ""
@@ -109,7 +109,7 @@ class _Compiler:
             Events(made, root, self.execution), "events", self.mission.events[0].mark
         )
 
-    def step(self, step: Step, frame: Frame) -> Behaviour:
+    def step(self, step: Step, frame: Frame) -> Node:
         """Compile a node with its decorators, from the inside out."""
         modifiers = step.modifiers
         base = replace(frame, skipped_fails=False)
@@ -133,7 +133,7 @@ class _Compiler:
     def _attempts(self, value: Any, frame: Frame) -> Attempts:
         return Attempts(frame.checked(value, ATTEMPTS))
 
-    def _periodic(self, step: Step, node: Behaviour, frame: Frame) -> Behaviour:
+    def _periodic(self, step: Step, node: Node, frame: Frame) -> Node:
         period = step.modifiers.every
         if period is None:
             return node
@@ -141,7 +141,7 @@ class _Compiler:
         every = decorators.Every(name, node, self.execution, frame.checked(period, PERIOD))
         return self._record(every, "every", step.mark)
 
-    def _timed(self, step: Step, node: Behaviour, frame: Frame) -> Behaviour:
+    def _timed(self, step: Step, node: Node, frame: Frame) -> Node:
         limit = step.modifiers.timeout
         if limit is None:
             return node
@@ -149,7 +149,7 @@ class _Compiler:
         timed = decorators.Timeout(name, node, self.execution, frame.checked(limit, LIMIT))
         return self._record(timed, "timeout", step.mark)
 
-    def _recovering(self, step: Step, node: Behaviour, frame: Frame) -> Behaviour:
+    def _recovering(self, step: Step, node: Node, frame: Frame) -> Node:
         recover = step.modifiers.recover
         if recover is None or frame.attempts is None:
             return node
@@ -160,7 +160,7 @@ class _Compiler:
         wrapped.name = f"recover, {value_text(recover.attempts)} attempts"
         return self._record(wrapped, "recover", step.mark, detail=detail)
 
-    def _repeated(self, step: Step, node: Behaviour, frame: Frame) -> Behaviour:
+    def _repeated(self, step: Step, node: Node, frame: Frame) -> Node:
         modifiers = step.modifiers
         if modifiers.repeat is not None:
             name = f"repeat {value_text(modifiers.repeat)}"
@@ -175,7 +175,7 @@ class _Compiler:
             node = self._record(going, "on_failure", step.mark)
         return node
 
-    def _conditional(self, step: Step, node: Behaviour, frame: Frame) -> Behaviour:
+    def _conditional(self, step: Step, node: Node, frame: Frame) -> Node:
         modifiers = step.modifiers
         if modifiers.while_ is not None:
             held = decorators.While(node, self.execution, modifiers.while_.bind(frame))
@@ -188,14 +188,14 @@ class _Compiler:
 
     # Nodes without their modifiers
 
-    def body(self, step: Step, frame: Frame) -> Behaviour:
+    def body(self, step: Step, frame: Frame) -> Node:
         """Compile a node without its decorators."""
         detail = detail_of(step)
         if isinstance(step, Leaf | Use) and (other := self.stand_in(step)) is not None:
             for name, symbol in step.outputs.items():
                 other.bind_output(name, frame.writers[symbol])
-            LeafNode(other, self.execution)
-            return self._record(other, step.kind, step.mark, label=other.name, detail=detail)
+            mocked = LeafNode(other, self.execution)
+            return self._record(mocked, step.kind, step.mark, label=other.name, detail=detail)
         if isinstance(step, Leaf):
             node = self._leaf(step, frame)
             return self._record(node, step.kind, step.mark, label=node.name, detail=detail)
@@ -210,12 +210,12 @@ class _Compiler:
         children = [self.step(child, inside) for child in step.children]
         name = step.name or step.kind
         if step.kind == "parallel":
-            made: Behaviour = composites.Parallel(name, children, self.execution, step.needed)
+            made: Node = composites.Parallel(name, children, self.execution, step.needed)
         else:
             made = _COMPOSITES[step.kind](name, children, self.execution)
         return self._record(made, step.kind, step.mark, label=step.name, detail=detail)
 
-    def _for_each(self, step: ForEach, frame: Frame) -> Behaviour:
+    def _for_each(self, step: ForEach, frame: Frame) -> Node:
         inside, slot = frame.with_slot(step.variable)
         loop = decorators.Loop(
             step.variable.name, frame.value(step.items), slot.write, step.skip_failures
@@ -230,7 +230,7 @@ class _Compiler:
         child = self.step(step.child, inside)
         return waypoints.FollowWaypoints(name, child, self.execution, loop, counters)
 
-    def _use(self, step: Use, frame: Frame) -> Behaviour:
+    def _use(self, step: Use, frame: Frame) -> Node:
         tree = self.mission.trees[step.tree]
         assert tree.root is not None
         readers, writers = dict(self.readers), dict(self.writers)
@@ -246,7 +246,7 @@ class _Compiler:
             step.name or step.tree, self.step(tree.root, inside), self.execution
         )
 
-    def _leaf(self, step: Leaf, frame: Frame) -> Behaviour:
+    def _leaf(self, step: Leaf, frame: Frame) -> Node:
         arguments: dict[str, Any] = {}
         for name, value in step.ports.items():
             if isinstance(value, ExpressionValue):
@@ -263,8 +263,7 @@ class _Compiler:
                     node.bind_input(name, frame.checked(value, declared))
             for name, symbol in step.outputs.items():
                 node.bind_output(name, frame.writers[symbol])
-        LeafNode(node, self.execution)
-        return node
+        return LeafNode(node, self.execution)
 
     def _built(self, step: Leaf, arguments: dict[str, Any]) -> Behaviour:
         label = step.name or step.kind.rpartition(".")[2]
@@ -278,9 +277,7 @@ class _Compiler:
             raise InputError([Finding(step.mark, "E127", sentence)])
         return node
 
-    def _record(
-        self, node: Behaviour, kind: str, mark: Mark, label: str = "", detail: str = ""
-    ) -> Behaviour:
+    def _record(self, node: Node, kind: str, mark: Mark, label: str = "", detail: str = "") -> Node:
         self.execution.records[id(node)] = Record(node, kind, label, detail, mark)
         return node
 

@@ -17,12 +17,12 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import ParallelPolicy, Status
 
 from missions.trees.context import Execution, halt
-from missions.trees.node import Node, run
+from missions.trees.node import InnerNode, run
 
 _RUNNING, _SUCCESS, _FAILURE = Status.RUNNING, Status.SUCCESS, Status.FAILURE
 
 
-class MemoryComposite(Node):
+class MemoryComposite(InnerNode):
     """Ticks children in order while they end with `continue_on`; resumes at the running child."""
 
     continue_on: ClassVar[Status]
@@ -48,7 +48,7 @@ class MemoryComposite(Node):
         return self.execution.propagate_failure(self, child) if status is _FAILURE else status
 
 
-class ReactiveComposite(Node):
+class ReactiveComposite(InnerNode):
     """Ticks children from the first one, on every tick, while they end with `continue_on`.
 
     `position` is the last child that was ticked in the previous tick; later ones are idle.
@@ -120,7 +120,7 @@ class ReactiveFallback(ReactiveComposite, composites.Selector):
         self.execution = execution
 
 
-class Parallel(Node, composites.Parallel):
+class Parallel(InnerNode, composites.Parallel):
     """Ticks all children until each has ended; ends as early as possible.
 
     Succeeds at the `needed`-th success; fails when that number can no longer be reached. Running
@@ -166,7 +166,7 @@ class Parallel(Node, composites.Parallel):
         return self.execution.propagate_failure(self, first)
 
 
-class RoundRobin(Node, composites.Composite):
+class RoundRobin(InnerNode, composites.Composite):
     """One child per run, the next one in the next run; after a failure tries the others.
 
     Like Nav2's RoundRobin, it keeps its position after success, failure and halts.

@@ -41,6 +41,7 @@ class Record:
         detail: its ports as written, for drawings.
         mark: position in the mission file.
         since: time of the last change of `status`, robot's clock, seconds.
+        message: message of the node when its row was built.
         shown: its row is up to date.
         names: names for mission tests: its own, its behaviour or tree, its event.
     """
@@ -54,6 +55,7 @@ class Record:
     parent: int = -1
     status: Status = Status.INVALID
     since: float = 0.0
+    message: str = ""
     shown: bool = True
     names: tuple[str, ...] = ()
 
@@ -81,7 +83,6 @@ class Execution:
         log: receives tracebacks, which are not part of the hashed event log.
         error: code of the last failure that a recover or a fallback handled.
         recoveries: number of recoveries started.
-        paused_time: total time of pauses, seconds.
         preemptible: running children of reactive composites while an earlier child is ticked; they
             are halted before a behaviour that moves the robot starts.
         place_names: pose -> name of the place, to show poses by name.
@@ -96,7 +97,6 @@ class Execution:
     log: Callable[[str], None] = _ignore
     error: str = ""
     recoveries: int = 0
-    paused_time: float = 0.0
     preemptible: list[Behaviour] = field(default_factory=list)
     place_names: dict[Pose2D, str] = field(default_factory=dict)
     records: dict[int, Record] = field(default_factory=dict)
@@ -152,13 +152,18 @@ class Execution:
         if record is not None and record.status is not status:
             self.change_status(record, status)
 
+    def update_record(self, record: Record, status: Status) -> None:
+        """Record the status and the message of a node after its tick; one of them has changed."""
+        if record.status is not status:
+            self.change_status(record, status)
+        else:
+            self.mark_stale(record)
+
     def change_status(self, record: Record, status: Status) -> None:
         """Record and emit a change of status; `status` must differ from the recorded one."""
         previous, record.status = record.status, status
         record.since = self.robot.time
-        if record.shown:
-            record.shown = False
-            self.stale.append(record)
+        self.mark_stale(record)
         if self.emit is _ignore:
             return
         before, node = WORDS[previous], record.node
@@ -170,10 +175,16 @@ class Execution:
             },
         )  # fmt: skip
 
+    def mark_stale(self, record: Record) -> None:
+        """Let the next `rows` of the tree build this row again."""
+        if record.shown:
+            record.shown = False
+            self.stale.append(record)
+
     @property
     def time(self) -> float:
-        """Robot time without pauses, seconds; timeouts, delays and holds use it."""
-        return self.robot.time - self.paused_time
+        """Seconds on the robot's clock."""
+        return self.robot.time
 
     def halt_preemptible(self) -> None:
         """Halt pre-emptible nodes before a behaviour that moves the robot starts."""

@@ -15,7 +15,6 @@ are halted first.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 from py_trees.common import Status
 
@@ -49,14 +48,13 @@ class Gate:
         forced: the outcome to return; None lets the node run.
     """
 
-    def __init__(self, record: Record, execution: Execution, stops: list[Record]) -> None:
+    def __init__(self, record: Record, execution: Execution, hits: list[Record]) -> None:
         self.record, self.node, self.execution = record, record.node, execution
         self.named, self.breaks = "", False
         self.forced: Forced | None = None
-        self._stops, self._held, self._before = stops, False, Status.INVALID
-        self._own = "execute_tick" in vars(self.node)
+        self._hits, self._held, self._before = hits, False, Status.INVALID
         self._inner = self.node.execute_tick  # type: ignore[attr-defined] # as in `node.run`
-        self._install(self.execute_tick)
+        self.node.execute_tick = self.execute_tick  # type: ignore[attr-defined] # as above
 
     @property
     def is_holding(self) -> bool:
@@ -70,7 +68,7 @@ class Gate:
             node.status = self._before
         elif self.breaks and node.status is not Status.RUNNING:
             self._held, self._before = True, node.status
-            self._stops.append(self.record)
+            self._hits.append(self.record)
             node.status = Status.RUNNING
             return Status.RUNNING
         if self.forced is not None:
@@ -82,13 +80,7 @@ class Gate:
         """Remove the gate; the node ticks as usual again."""
         if self.is_holding:
             self.node.status = self._before
-        if self._own:
-            self._install(self._inner)
-        else:
-            del vars(self.node)["execute_tick"]
-
-    def _install(self, execute_tick: Any) -> None:
-        self.node.execute_tick = execute_tick  # type: ignore[attr-defined] # as above
+        del vars(self.node)["execute_tick"]
 
     def _return_forced(self, forced: Forced) -> Status:
         node, status = self.node, forced.status
@@ -99,6 +91,7 @@ class Gate:
             self.execution.fail(node, Failure(forced.code, FORCED))
         node.status = status
         self.execution.set_status(node, status)
+        self.execution.mark_stale(self.record)
         return status
 
 
@@ -114,7 +107,7 @@ class TreeDebugger:
         self.generation, self.faults = 0, tuple[str, ...]()
         self._tree = tree
         self._gates: dict[int, Gate] = {}
-        self._stops: list[Record] = []
+        self._hits: list[Record] = []
         self._nodes = addresses(tree)
 
     def set_breakpoint(self, node: str) -> str:
@@ -173,11 +166,11 @@ class TreeDebugger:
         self._remove_idle_gates()
         return self._names(found)
 
-    def take_stops(self) -> tuple[str, ...]:
+    def pop_breakpoint_hits(self) -> tuple[str, ...]:
         """Return the nodes held since the last call, each with its position in the file."""
-        stops = tuple(self._shown(record) for record in self._stops)
-        self._stops.clear()
-        return stops
+        hits = tuple(self._shown(record) for record in self._hits)
+        self._hits.clear()
+        return hits
 
     def view(self) -> Debugging:
         """Return breakpoints and forced outcomes, for the dashboard."""
@@ -199,7 +192,7 @@ class TreeDebugger:
         for gate in gates.values():
             gate.remove()
         self._gates = {}
-        self._stops.clear()
+        self._hits.clear()
         self._tree, self._nodes = tree, addresses(tree)
         by_id = {node.id: node for node in self._nodes}
         places: dict[str, list[int]] = {}
@@ -230,7 +223,7 @@ class TreeDebugger:
 
     def _gate(self, record: Record) -> Gate:
         if record.id not in self._gates:
-            self._gates[record.id] = Gate(record, self._tree.execution, self._stops)
+            self._gates[record.id] = Gate(record, self._tree.execution, self._hits)
         return self._gates[record.id]
 
     def _remove_idle_gates(self) -> None:

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from behaviours.timer import Timer
 from missions.trees.context import Execution, halt
 from missions.trees.node import Decorator, run
 from stack.types import Expression, Failure, FailureCode
-
-TOLERANCE = 1e-9
-"""Seconds; a clock summed from periods has rounding errors."""
 
 
 class Subtree(Decorator):
@@ -62,7 +60,7 @@ class While(Decorator):
 
     def advance(self, fresh: bool) -> Status:
         if not self.condition():
-            halt(self.child)
+            self.reset_finished_child()
             why = Failure(FailureCode.CHECK_FAILED, self.condition.explain())
             return self.execution.fail(self, why)
         run(self.child)
@@ -113,24 +111,24 @@ class Timeout(Decorator):
         self, name: str, child: Behaviour, execution: Execution, limit: Callable[[], float]
     ) -> None:
         super().__init__(name, child, execution)
-        self.limit, self.seconds, self.began = limit, 0.0, 0.0
+        self.limit, self.seconds, self.timer = limit, 0.0, Timer(execution)
 
     def advance(self, fresh: bool) -> Status:
         if fresh:
-            self.seconds, self.began = self.limit(), self.execution.time
+            self.seconds = self.limit()
+            self.timer.restart()
         run(self.child)
         if self.child.status is Status.FAILURE:
             return self.execution.propagate_failure(self, self.child)
         if self.child.status is Status.SUCCESS:
             return Status.SUCCESS
-        if self.execution.time - self.began >= self.seconds - TOLERANCE:
-            halt(self.child)
+        if self.timer.is_over(self.seconds):
             why = Failure(FailureCode.TIMED_OUT, f"not finished after {self.seconds:g} s")
             return self.execution.fail(self, why, self.child.name)
         return Status.RUNNING
 
-    def postpone(self, seconds: float) -> None:
-        self.began += seconds
+    def timers(self) -> Iterable[Timer]:
+        return (self.timer,)
 
 
 class Every(Decorator):
@@ -144,20 +142,23 @@ class Every(Decorator):
         self, name: str, child: Behaviour, execution: Execution, period: Callable[[], float]
     ) -> None:
         super().__init__(name, child, execution)
-        self.period, self.began = period, 0.0
+        self.period, self.timer = period, Timer(execution)
         self.result: Status | None = None
 
     def advance(self, fresh: bool) -> Status:
-        now = self.execution.time
         if self.child.status is not Status.RUNNING:
-            if self.result is not None and now < self.began + self.period() - TOLERANCE:
-                self.feedback_message = f"result of {now - self.began:.1f} s ago"
+            if self.result is not None and not self.timer.is_over(self.period()):
+                self.feedback_message = f"result of {self.timer.elapsed:.1f} s ago"
                 return self._outcome(self.result)
             halt(self.child)
-            self.began, self.result = now, None
+            self.timer.restart()
+            self.result = None
         status = run(self.child)
         self.result = None if status is Status.RUNNING else status
         return self._outcome(status)
+
+    def timers(self) -> Iterable[Timer]:
+        return (self.timer,)
 
     def _outcome(self, status: Status) -> Status:
         if status is Status.FAILURE:

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from collections.abc import Sequence as Items
 from dataclasses import dataclass
+from typing import Any
 
 from py_trees import composites
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from behaviours.timer import Timer
 from missions.trees.context import Execution, halt
-from missions.trees.decorators import TOLERANCE
-from missions.trees.node import Decorator, Node, run
+from missions.trees.node import Decorator, InnerNode, Node, run
 from stack.types import Expression, Failure, FailureCode
 
 
@@ -21,27 +22,28 @@ class Trigger:
     """The trigger of an event: it is due when its condition has been true for `hold` seconds.
 
     Attributes:
-        since: time at which the condition became true or the event last ended; None if it is false.
+        timer: started when the condition became true or the event last ended.
+        counts: the timer runs: the condition is true.
         forced: due regardless of the condition, for mission tests.
     """
 
     condition: Expression
     hold: Callable[[], float]
-    since: float | None = None
+    timer: Timer
+    counts: bool = False
     forced: bool = False
 
-    def evaluate(self, now: float) -> None:
+    def evaluate(self) -> None:
         """Evaluate the condition."""
         if not self.condition():
-            self.since = None
-        elif self.since is None:
-            self.since = now
+            self.counts = False
+        elif not self.counts:
+            self.counts = True
+            self.timer.restart()
 
-    def is_due(self, now: float) -> bool:
+    def is_due(self) -> bool:
         """Return whether the event is due."""
-        if self.forced:
-            return True
-        return self.since is not None and now >= self.since + self.hold() - TOLERANCE
+        return self.forced or (self.counts and self.timer.is_over(self.hold()))
 
 
 class Event(Decorator):
@@ -60,7 +62,7 @@ class Event(Decorator):
         return status
 
 
-class Events(Node, composites.Composite):
+class Events(InnerNode, composites.Composite):
     """Evaluates all events on every tick, then ticks the active event or the mission.
 
     The first event that is due starts. An active event runs until it ends; only an event listed
@@ -73,17 +75,16 @@ class Events(Node, composites.Composite):
         super().__init__("events", [*events, mission])
         self.execution, self.events, self.mission = execution, list(events), mission
         self.stack: list[Behaviour] = []
-        self.suspended_at: dict[int, float] = {}
+        self.suspensions: dict[int, Timer] = {}
 
     def advance(self, fresh: bool) -> Status:
-        now = self.execution.time
         if fresh:
             self.reset()
             self.stack = [self.mission]
-            self.suspended_at.clear()
+            self.suspensions.clear()
             for event in self.events:
-                event.trigger.since = None
-        self._start_due_event(now)
+                event.trigger.counts = False
+        self._start_due_event()
         while True:
             top = self.current_child = self.stack[-1]
             status = run(top)
@@ -91,15 +92,18 @@ class Events(Node, composites.Composite):
                 return self._finish(self.execution.propagate_failure(self, top))
             if status is Status.RUNNING or not isinstance(top, Event):
                 return status
-            if self._done(top, now) is Status.FAILURE:
+            if self._done(top) is Status.FAILURE:
                 return self._finish(Status.FAILURE)
 
-    def _start_due_event(self, now: float) -> None:
+    def timers(self) -> Iterable[Timer]:
+        return (*(event.trigger.timer for event in self.events), *self.suspensions.values())
+
+    def _start_due_event(self) -> None:
         """Start the first event that is due, unless it or an earlier event is active."""
         due = None
         for event in self.events:
-            event.trigger.evaluate(now)
-            if due is None and event.trigger.is_due(now):
+            event.trigger.evaluate()
+            if due is None and event.trigger.is_due():
                 due = event
         active = [node for node in self.stack if isinstance(node, Event)]
         limit = min((self.events.index(node) for node in active), default=len(self.events))
@@ -108,16 +112,16 @@ class Events(Node, composites.Composite):
         due.trigger.forced = False
         interrupted = self.stack[-1]
         if interrupted.status is Status.RUNNING:
-            self._suspend(interrupted, now)
+            self._suspend(interrupted)
         halt(due)
         self.stack.append(due)
         why = due.trigger.condition.explain()
         self._emit(due, "event", f"{due.name}: {why}; interrupts {interrupted.name}")
 
-    def _done(self, event: Event, now: float) -> Status:
+    def _done(self, event: Event) -> Status:
         """Continue after the success of an event, as its `then` says."""
-        event.trigger.since = None
-        event.trigger.evaluate(now)
+        event.trigger.counts = False
+        event.trigger.evaluate()
         self._emit(event, "event_done", f"{event.name} is done: {event.then}")
         if event.then == "abort":
             sentence = f"the event {event.name!r} ends the mission"
@@ -127,16 +131,16 @@ class Events(Node, composites.Composite):
             for node in self.stack:
                 halt(node)
             self.stack = [self.mission]
-        suspended = self.suspended_at.pop(id(self.stack[-1]), None)
-        if suspended is not None and self.stack[-1].status is Status.RUNNING:
+        suspension = self.suspensions.pop(id(self.stack[-1]), None)
+        if suspension is not None:
             for node in _running(self.stack[-1]):
-                if isinstance(node, Node):
-                    node.postpone(now - suspended)
+                node.postpone(suspension.elapsed)
         return Status.SUCCESS
 
-    def _suspend(self, node: Behaviour, now: float) -> None:
+    def _suspend(self, node: Behaviour) -> None:
         """Halt the running leaves of a branch; keep the state of the other nodes."""
-        self.suspended_at[id(node)] = now
+        self.suspensions[id(node)] = suspension = Timer(self.execution)
+        suspension.restart()
         for item in list(_running(node)):
             if item.children:
                 self.execution.set_status(item, Status.INVALID)
@@ -156,7 +160,7 @@ class Events(Node, composites.Composite):
         )  # fmt: skip
 
 
-def _running(node: Behaviour) -> Iterator[Behaviour]:
+def _running(node: Any) -> Iterator[Node]:
     """Yield the running nodes of a branch, the deepest first."""
     for child in node.children:
         if child.status is Status.RUNNING:

@@ -1,4 +1,4 @@
-"""Wrapper of leaves: converts exceptions to failures, pairs each start with one end."""
+"""Leaf nodes: wrap a behaviour, convert exceptions to failures, pair each start with one end."""
 
 from __future__ import annotations
 
@@ -9,8 +9,10 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from behaviours.base import RobotBehaviour
 from missions.language.expressions.scope import NotSet
-from missions.trees.context import Execution, Record
+from missions.trees.context import Execution
+from missions.trees.node import Node
 from stack.types import Failure, FailureCode
 
 # Module globals are faster than attributes of the enum; leaves are ticked often.
@@ -19,36 +21,54 @@ _RUNNING, _SUCCESS, _FAILURE, _INVALID = (
 )  # fmt: skip
 
 
-class LeafNode:
-    """Wraps a leaf's initialise, update, terminate and stop, and adds `execute_tick`.
+class LeafNode(Node):
+    """A leaf of the tree, with the behaviour that it runs.
 
-    An exception in one of them becomes FAILURE of the leaf with code EXCEPTION; the traceback goes
-    to the log and the rest of the tree is not affected. The leaf's own `terminate` is called
-    exactly once after each `initialise`; py_trees alone would call it again when a finished parent
-    is reset. `execute_tick` ticks the leaf by a direct call; methods that the leaf does not
-    override are not called. The tree of the leaf sets `record`.
+    An exception in a method of the behaviour becomes FAILURE of the leaf with code EXCEPTION; the
+    traceback goes to the log and the rest of the tree is not affected. The behaviour's `terminate`
+    is called exactly once after each `initialise`; py_trees alone would call it again when a
+    finished parent is reset. Methods that the behaviour does not override are not called.
+
+    Attributes:
+        leaf: the behaviour; it has the same status and the same feedback message.
+        active: the behaviour is between `initialise` and `terminate`.
+        broken: a method raised an exception, so that the leaf fails.
     """
 
-    record: Record
-
     def __init__(self, leaf: Behaviour, execution: Execution) -> None:
+        message = leaf.feedback_message
         self.leaf, self.execution = leaf, execution
-        self.moves = bool(getattr(leaf, "uses_wheels", False))
-        self.active, self.broken = False, False
-        self.has_failure = hasattr(leaf, "failure")
-        self._initialise = _own(leaf, "initialise")
+        super().__init__(leaf.name)
+        self.feedback_message, self.blackboards = message, leaf.blackboards
+        self.robot_leaf = leaf if isinstance(leaf, RobotBehaviour) else None
+        self.active = self.broken = self._paused = False
+        own = type(leaf)
+        self._initialise = leaf.initialise if own.initialise is not Behaviour.initialise else None
         self._update = leaf.update
-        self._terminate = _own(leaf, "terminate")
-        self._just_updates = not (
-            self.moves or self.has_failure or self._initialise or self._terminate
-        )
-        for name in ("initialise", "update", "terminate", "stop", "execute_tick"):
-            setattr(leaf, name, getattr(self, name))
+        self._terminate = leaf.terminate if own.terminate is not Behaviour.terminate else None
+        self._just_updates = not (self.robot_leaf or self._initialise or self._terminate)
+
+    @property
+    def feedback_message(self) -> str:
+        """The message of the behaviour."""
+        return self.leaf.feedback_message
+
+    @feedback_message.setter
+    def feedback_message(self, message: str) -> None:
+        self.leaf.feedback_message = message
+
+    def setup(self, **resources: Any) -> None:
+        """Set the behaviour up."""
+        self.leaf.setup(**resources)
+
+    def shutdown(self) -> None:
+        """Shut the behaviour down, as py_trees' tools do."""
+        self.leaf.shutdown()
 
     def execute_tick(self) -> Status:
         """Tick the leaf as py_trees' Behaviour.tick does, without its generator."""
         leaf, execution = self.leaf, self.execution
-        before = leaf.status
+        before = self.status
         if before is not _RUNNING:
             if self._just_updates and execution.starts is None:
                 self.broken = False
@@ -67,25 +87,25 @@ class LeafNode:
             if status is not _RUNNING and not (status is _SUCCESS and self._just_updates):
                 status = self._handle_result(status)
         if status is not before:
-            leaf.status = status
+            self.status = leaf.status = status
         record = self.record
-        if record.status is not status:
-            execution.change_status(record, status)
+        if record.status is not status or leaf.feedback_message != record.message:
+            execution.update_record(record, status)
         if execution.visited is not None:
-            execution.visited.append((leaf, status))
+            execution.visited.append((self, status))
         return status
 
     def initialise(self) -> None:
         """Start the leaf; before a leaf that moves the robot, halt pre-emptible nodes."""
-        leaf, execution = self.leaf, self.execution
-        if self.moves:
+        execution, robot_leaf = self.execution, self.robot_leaf
+        if robot_leaf is not None and robot_leaf.uses_wheels:
             execution.halt_preemptible()
-        self.active, self.broken = True, False
+        self.active, self.broken, self._paused = True, False, False
         if execution.starts is not None:
-            execution.starts(leaf)
-        leaf.feedback_message = ""
-        if self.has_failure:
-            leaf.failure = None  # type: ignore[attr-defined] # as `has_failure` says
+            execution.starts(self)
+        self.leaf.feedback_message = ""
+        if robot_leaf is not None:
+            robot_leaf.failure = None
         if self._initialise is not None:
             self._safely(self._initialise)
 
@@ -108,10 +128,22 @@ class LeafNode:
         if new_status is _INVALID and self.record.status is not _INVALID:
             self.execution.change_status(self.record, new_status)
 
-    def stop(self, new_status: Status) -> None:
+    def stop(self, new_status: Status = _INVALID) -> None:
         """Stop the leaf, as py_trees' Behaviour.stop does."""
         self.terminate(new_status)
-        self.leaf.status = new_status
+        self.status = self.leaf.status = new_status
+
+    def pause(self, now: float) -> None:
+        """Begin a pause of the behaviour if it is running."""
+        if self.active and self.robot_leaf is not None:
+            self._paused = True
+            self._safely(self.robot_leaf.pause, now)
+
+    def resume(self, now: float) -> None:
+        """End its pause."""
+        if self.active and self._paused and self.robot_leaf is not None:
+            self._paused = False
+            self._safely(self.robot_leaf.resume, now)
 
     def _handle_exception(self, error: BaseException) -> Status:
         self._report(error)
@@ -136,12 +168,12 @@ class LeafNode:
         if self._terminate is not None and not self._safely(self._terminate, status):
             status = _FAILURE
         if status is _FAILURE and not self.broken:
-            failure = getattr(self.leaf, "failure", None)
+            failure = self.robot_leaf.failure if self.robot_leaf is not None else None
             sentence = self.leaf.feedback_message or "failed"
-            self.execution.fail(self.leaf, failure or Failure(FailureCode.FAILED, sentence))
+            self.execution.fail(self, failure or Failure(FailureCode.FAILED, sentence))
         return status
 
-    def _safely(self, call: Callable[..., Any], *arguments: Status) -> bool:
+    def _safely(self, call: Callable[..., Any], *arguments: Any) -> bool:
         try:
             call(*arguments)
         except (Exception, SystemExit) as error:
@@ -155,25 +187,19 @@ class LeafNode:
             self._fail(FailureCode.FAILED, str(error))
             return
         sentence = f"{type(error).__name__}: {error}"
-        self.execution.log(f"{self.leaf.name}\n{format_exc()}")
+        self.execution.log(f"{self.name}\n{format_exc()}")
         self._fail(FailureCode.EXCEPTION, sentence)
         self._emit(sentence)
 
     def _fail(self, code: FailureCode, sentence: str) -> None:
         self.broken = True
         failure = Failure(code, sentence)
-        if self.has_failure:
-            self.leaf.failure = failure  # type: ignore[attr-defined] # as `has_failure` says
-        self.execution.fail(self.leaf, failure)
+        if self.robot_leaf is not None:
+            self.robot_leaf.failure = failure
+        self.execution.fail(self, failure)
 
     def _emit(self, sentence: str) -> None:
         self.execution.emit(
-            level="error", kind="exception", text=f"{self.leaf.name}: {sentence}",
-            fields={"node": self.execution.record(self.leaf).id, "name": self.leaf.name},
+            level="error", kind="exception", text=f"{self.name}: {sentence}",
+            fields={"node": self.record.id, "name": self.name},
         )  # fmt: skip
-
-
-def _own(leaf: Behaviour, method: str) -> Callable[..., Any] | None:
-    """Return a method of the leaf; None if it is the empty one of py_trees' Behaviour."""
-    inherited = getattr(type(leaf), method) is getattr(Behaviour, method)
-    return None if inherited else getattr(leaf, method)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
-from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from missions.language.expressions.scope import UNSET
@@ -29,22 +28,20 @@ class MissionTree:
     """
 
     def __init__(
-        self, name: str, root: Behaviour, execution: Execution, slots: Mapping[str, Slot]
+        self, name: str, root: Node, execution: Execution, slots: Mapping[str, Slot]
     ) -> None:
         self.name, self.root, self.ticks = name, root, 0
         self._execution, self._slots = execution, slots
+        self._nodes: list[Node] = []
         self._records: list[Record] = []
         for number, (node, parent) in enumerate(_depth_first(root, None)):
             record = execution.record(node)
             record.id = number
             record.parent = -1 if parent is None else execution.record(parent).id
+            self._nodes.append(node)
             self._records.append(record)
-            if isinstance(node, Node):
-                node.record = record
-            else:
-                node.update.__self__.record = record  # type: ignore[attr-defined] # its LeafNode
-        self._nodes = [record.node for record in self._records]
-        self._messages = [node.feedback_message for node in self._nodes]
+            node.record = record
+        self._is_paused = False
         self._table = [record.as_row() for record in self._records]
         self._rows = tuple(self._table)
 
@@ -64,11 +61,12 @@ class MissionTree:
         Raises:
             InputError: the setup of a behaviour raises an exception; nothing has moved.
         """
-        self._execution.robot = robot
+        execution = self._execution
+        execution.robot = robot
         if emit is not None:
-            self._execution.emit = emit
+            execution.emit = emit
         if log is not None:
-            self._execution.log = log
+            execution.log = log
         findings = []
         for record in self._records:
             try:
@@ -76,6 +74,7 @@ class MissionTree:
             except Exception as error:
                 sentence = f"{record.kind}: setup failed: {type(error).__name__}: {error}"
                 findings.append(Finding(record.mark, "E127", sentence))
+            execution.mark_stale(record)
         if findings:
             raise InputError(findings)
 
@@ -93,9 +92,22 @@ class MissionTree:
         """RUNNING, SUCCESS or FAILURE; INVALID before the first tick and after a halt."""
         return self.root.status
 
-    def leave_out(self, seconds: float) -> None:
-        """Exclude time of a pause, seconds, from timeouts, delays and holds."""
-        self._execution.paused_time += seconds
+    def pause(self, now: float) -> None:
+        """Begin a pause at `now` on the robot's clock: time limits, delays and holds stand still.
+
+        The tree is not ticked until `resume`. No effect while paused.
+        """
+        if not self._is_paused:
+            self._is_paused = True
+            for node in self._nodes:
+                node.pause(now)
+
+    def resume(self, now: float) -> None:
+        """End a pause; no effect while not paused."""
+        if self._is_paused:
+            self._is_paused = False
+            for node in self._nodes:
+                node.resume(now)
 
     @property
     def outcome(self) -> str:
@@ -180,28 +192,23 @@ class MissionTree:
     def rows(self) -> tuple[TreeRow, ...]:
         """Return a row per node in drawing order; the same tuple while nothing changes.
 
-        Only changed rows are rebuilt: status changes are recorded in `stale`, messages are
-        compared.
+        Only rows of nodes whose status or message has changed are rebuilt; the nodes report these
+        changes when they are ticked or halted.
         """
-        messages = [node.feedback_message for node in self._nodes]
         stale = self._execution.stale
-        if messages != self._messages:
-            pairs = zip(self._records, messages, self._messages, strict=True)
-            stale.extend(record for record, new, old in pairs if new != old)
         if stale:
             for record in stale:
                 self._table[record.id], record.shown = record.as_row(), True
+                record.message = record.node.feedback_message
             stale.clear()
-            self._messages, self._rows = messages, tuple(self._table)
+            self._rows = tuple(self._table)
         return self._rows
 
 
 _SUCCESS, _FAILURE = Status.SUCCESS, Status.FAILURE
 
 
-def _depth_first(
-    node: Behaviour, parent: Behaviour | None
-) -> Iterator[tuple[Behaviour, Behaviour | None]]:
+def _depth_first(node: Any, parent: Node | None) -> Iterator[tuple[Node, Node | None]]:
     yield node, parent
     for child in node.children:
         yield from _depth_first(child, node)

@@ -1,4 +1,4 @@
-"""Base classes of inner nodes. They tick by direct calls.
+"""Base classes of nodes. They tick by direct calls.
 
 py_trees ticks with nested generators, and every visited node passes through all nodes above it.
 Here a node calls `execute_tick` of its child, which returns the status. `tick`, the generator for
@@ -7,12 +7,13 @@ py_trees' own tools, is built on it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 from py_trees.decorators import Decorator as PyTreesDecorator
 
+from behaviours.timer import Timer
 from missions.language.expressions.scope import NotSet
 from missions.trees.context import Execution, Record, halt
 from stack.errors import ParameterError
@@ -23,17 +24,53 @@ _RUNNING, _INVALID = Status.RUNNING, Status.INVALID
 
 def run(node: Behaviour) -> Status:
     """Tick a node of a compiled tree and return its status."""
-    return node.execute_tick()  # type: ignore[attr-defined, no-any-return] # LeafNode adds it to leaves
+    return node.execute_tick()  # type: ignore[attr-defined, no-any-return] # every one is a Node
 
 
 class Node(Behaviour):
-    """An inner node: subclasses define one tick in `advance`.
+    """A node of a compiled tree. The tree sets `record`.
 
-    The tree of the node sets `record`.
+    A held mission is not ticked: `pause` and `resume` are called on all nodes, with the time on the
+    robot's clock.
     """
 
     execution: Execution
     record: Record
+
+    def execute_tick(self) -> Status:
+        """Tick the node and return its status."""
+        raise NotImplementedError
+
+    def tick(self) -> Iterator[Behaviour]:
+        """Tick the node and yield the ticked nodes, as py_trees does."""
+        visited: list[tuple[Behaviour, Status]] = []
+        self.execution.visited = visited
+        self.execute_tick()
+        self.execution.visited = None
+        yield from (node for node, _ in visited)
+
+    def timers(self) -> Iterable[Timer]:
+        """Return the timers that stand still during a pause."""
+        return ()
+
+    def pause(self, now: float) -> None:
+        """Begin a pause of the mission."""
+        for timer in self.timers():
+            timer.pause(now)
+
+    def resume(self, now: float) -> None:
+        """End a pause of the mission."""
+        for timer in self.timers():
+            timer.resume(now)
+
+    def postpone(self, seconds: float) -> None:
+        """Leave out an interruption of this node by an event."""
+        for timer in self.timers():
+            timer.shift(seconds)
+
+
+class InnerNode(Node):
+    """A node with children: subclasses define one tick in `advance`."""
 
     def advance(self, fresh: bool) -> Status:
         """Run one tick; `fresh` if the node was not running before."""
@@ -58,8 +95,8 @@ class Node(Behaviour):
         elif fresh:
             self.status = status
         record = self.record
-        if record.status is not status:
-            execution.change_status(record, status)
+        if record.status is not status or self.feedback_message != record.message:
+            execution.update_record(record, status)
         if execution.visited is not None:
             execution.visited.append((self, status))
         return status
@@ -70,14 +107,6 @@ class Node(Behaviour):
             self.reset()
         self.terminate(new_status)
         self.status = new_status
-
-    def tick(self) -> Iterator[Behaviour]:
-        """Tick the node and yield the ticked nodes, as py_trees does."""
-        visited: list[tuple[Behaviour, Status]] = []
-        self.execution.visited = visited
-        self.execute_tick()
-        self.execution.visited = None
-        yield from (node for node, _ in visited)
 
     def update(self) -> Status:
         """Return the status; `advance` does the work."""
@@ -94,11 +123,8 @@ class Node(Behaviour):
             if child.status is not _INVALID:
                 child.stop(_INVALID)
 
-    def postpone(self, seconds: float) -> None:
-        """Shift the node's deadlines after an interruption of `seconds`."""
 
-
-class Decorator(Node, PyTreesDecorator):
+class Decorator(InnerNode, PyTreesDecorator):
     """An inner node with one child; the child is halted before the node."""
 
     def __init__(self, name: str, child: Behaviour, execution: Execution) -> None:

@@ -108,11 +108,6 @@ class CommandHandler:
         except (InputError, ParameterError, TypeError, ValueError) as error:
             return str(error), ""
 
-    def left_out(self, seconds: float) -> None:
-        """Exclude the period of a step in which the mission was held from its time limits."""
-        if not self._mission.ticks:
-            self._parts.tree.leave_out(seconds)
-
     def _pause(self, _: Arguments) -> str:
         refusal = self._mission.send(MissionEvent.PAUSE)
         if not refusal:

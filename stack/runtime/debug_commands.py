@@ -65,11 +65,12 @@ class DebugCommands:
 
     def after_tick(self) -> None:
         """Pause when the tick reached a breakpoint."""
-        stops = self._parts.debugger.take_stops() if self._parts.debugger is not None else ()
-        if not stops or self._mission.state is not MissionState.RUNNING:
+        debugger = self._parts.debugger
+        hits = debugger.pop_breakpoint_hits() if debugger is not None else ()
+        if not hits or self._mission.state is not MissionState.RUNNING:
             return
         self._ticks_left = None
-        where = ", ".join(stops)
+        where = ", ".join(hits)
         self._pause(f"stopped at breakpoint: before {where}")
         self._parts.telemetry.emit(
             "breakpoint", f"stopped before the start of {where}; step or continue", source="tree",

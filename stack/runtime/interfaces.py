@@ -30,8 +30,12 @@ class MissionTree(Protocol):
         """Tick the tree once."""
         ...
 
-    def leave_out(self, seconds: float) -> None:
-        """Exclude the seconds of a pause from all time limits and delays of the tree."""
+    def pause(self, now: float) -> None:
+        """Begin a pause: all time limits and delays of the tree stand still until `resume`."""
+        ...
+
+    def resume(self, now: float) -> None:
+        """End a pause; no effect while not paused."""
         ...
 
     def halt(self) -> None:
@@ -81,7 +85,7 @@ class Debugger(Protocol):
         """Force a node to success or failure until `off`, or trigger an event once with `due`."""
         ...
 
-    def take_stops(self) -> tuple[str, ...]:
+    def pop_breakpoint_hits(self) -> tuple[str, ...]:
         """Descriptions of the nodes at which ticks stopped since the last call."""
         ...
 

@@ -17,7 +17,7 @@ from stack.navigation.tasks import NavigationState
 from stack.navigation.world_model import WorldView
 from stack.runtime.commands import CommandHandler
 from stack.runtime.interfaces import MissionTree, Parts, Rates
-from stack.runtime.mission_state import MissionEvent, MissionStateMachine
+from stack.runtime.mission_state import HELD, MissionEvent, MissionStateMachine
 from stack.runtime.snapshots import compose_snapshot
 from stack.runtime.stage_times import Stages
 from stack.telemetry.records import Ack, Command, Layer, MissionState
@@ -49,7 +49,7 @@ class Runtime:
         self.parts, self._idle = parts, idle
         self.period = 1.0 / rates.control
         self.steps = 0
-        self.mission = MissionStateMachine()
+        self.mission = MissionStateMachine(self._state_changed)
         self.stages = Stages(self.period)
         self.distance = 0.0
         self._began = perf_counter()
@@ -100,7 +100,6 @@ class Runtime:
         with measure("body", self._slept):
             p.body.wait(self.period)
         self.stages.end_step()
-        self._commands.left_out(self.period)
         self.steps += 1
 
     @property
@@ -176,6 +175,14 @@ class Runtime:
             "local_costmap": Layer(local.version, local.grid),
             **(parts.scorer.layers() if parts.scorer is not None else {}),
         }
+
+    def _state_changed(self, before: MissionState, after: MissionState) -> None:
+        """Time limits of the tree stand still while the mission is held."""
+        now, held = self.parts.body.time, HELD
+        if after in held and before not in held:
+            self.parts.tree.pause(now)
+        elif before in held and after not in held:
+            self.parts.tree.resume(now)
 
     def _is_frozen(self) -> bool:
         """Whether the world stands still: the robot is held and stands, in a simulation."""
@@ -260,6 +267,8 @@ class Runtime:
     def _install_next_tree(self) -> None:
         if self._next_tree is not None and self._standing() and not self.state.is_over:
             self.parts.tree, self._next_tree = self._next_tree(), None
+            if self.mission.is_held:
+                self.parts.tree.pause(self.parts.body.time)
 
     def _standing(self) -> bool:
         twist = self.parts.state.motion.twist

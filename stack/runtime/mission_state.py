@@ -10,11 +10,15 @@ and the robot is held all the same.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from enum import StrEnum
 
 from stack.telemetry.records import MissionState
 
 S = MissionState
+
+HELD = frozenset({S.PAUSED, S.EMERGENCY_STOP})
+"""States in which the robot is held and the mission may continue."""
 
 
 class MissionEvent(StrEnum):
@@ -66,9 +70,16 @@ TRANSITIONS: dict[MissionState, dict[MissionEvent, MissionState]] = {
 
 
 class MissionStateMachine:
-    """State of the mission, why it is in it, and whether the emergency stop is engaged."""
+    """State of the mission, why it is in it, and whether the emergency stop is engaged.
 
-    def __init__(self) -> None:
+    Args:
+        changed: called with the old and the new state after each change.
+    """
+
+    def __init__(
+        self, changed: Callable[[MissionState, MissionState], None] = lambda before, after: None
+    ) -> None:
+        self._changed = changed
         self._state, self._reason = MissionState.STARTING, ""
         self._emergency_stop = ""
 
@@ -95,7 +106,7 @@ class MissionStateMachine:
     @property
     def is_held(self) -> bool:
         """Whether the robot is held: paused or stopped, but not over."""
-        return self._state in (MissionState.PAUSED, MissionState.EMERGENCY_STOP)
+        return self._state in HELD
 
     def refusal(self, event: MissionEvent) -> str:
         """Return why the current state refuses an event; empty if it accepts it."""
@@ -124,6 +135,8 @@ class MissionStateMachine:
         elif event is MissionEvent.RELEASE:
             self._emergency_stop = ""
         if not self._state.is_over:
-            self._state = TRANSITIONS[self._state][event]
+            before, self._state = self._state, TRANSITIONS[self._state][event]
             self._reason = "" if event is MissionEvent.EMERGENCY_STOP else reason
+            if self._state is not before:
+                self._changed(before, self._state)
         return ""

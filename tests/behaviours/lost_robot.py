@@ -110,7 +110,7 @@ class LostRobot(KinematicRobot):
 
     def _step(self) -> None:
         before = self.odometry
-        if self.motion.status.name == "RUNNING" and self.asked("spin"):
+        if self.motion.status.name == "RUNNING" and self.calls_of("spin"):
             self._turn()
         super()._step()
         self.belief = self.belief.compose(self.odometry.relative_to(before))

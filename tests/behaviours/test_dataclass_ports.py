@@ -7,7 +7,7 @@ import pytest
 from py_trees.common import Status
 
 from behaviours.catalogue import find_behaviours
-from behaviours.testing import ScriptedRobot, tick
+from behaviours.testing import ScriptedRobot
 from missions.editor.mission_schema import mission_schema
 from missions.execution.prepare import RunOptions, prepare
 from missions.trees.compiler import compile_mission
@@ -65,8 +65,9 @@ def read(tmp_path):
 def test_a_mission_writes_it_as_a_mapping(read):
     tree = compile_mission(read(NODE))
     robot = ScriptedRobot()
-    leaf = next(node for node in tree.root.iterate() if node.name == "grasp")
-    assert tick(leaf, robot) is Status.SUCCESS
+    tree.setup(robot)
+    tree.tick()
+    assert tree.status is Status.SUCCESS
     assert robot.said == ["10 N, both, 2 more"]
 
 

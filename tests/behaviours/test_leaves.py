@@ -107,13 +107,13 @@ def test_say_writes_one_message(robot):
 
 def test_clears_the_selected_costmap(robot):
     assert tick(ClearCostmap(which="local"), robot) is Status.SUCCESS
-    assert robot.asked("clear_costmap") == [{"which": "local"}]
+    assert robot.calls_of("clear_costmap") == [{"which": "local"}]
 
 
 def test_clears_around_the_robot_in_one_layer_or_all(robot):
     assert tick(ClearCostmapAroundRobot(radius=1.5, layer="obstacle"), robot) is Status.SUCCESS
     assert tick(ClearCostmapAroundRobot(radius=2.0, which="local"), robot) is Status.SUCCESS
-    assert robot.asked("clear_costmap") == [
+    assert robot.calls_of("clear_costmap") == [
         {"which": "both", "radius": 1.5, "layer": "obstacle"},
         {"which": "local", "radius": 2.0},
     ]
@@ -126,7 +126,7 @@ def test_keeps_a_picture_newer_than_the_start(robot):
     robot.picture = picture(10.2)
     assert tick(photo, robot) is Status.SUCCESS
     assert photo.image == "images/shelf_a_x_0010.20s.png"
-    assert robot.asked("save_image")[0]["image"].stamp == 10.2
+    assert robot.calls_of("save_image")[0]["image"].stamp == 10.2
 
 
 @pytest.mark.parametrize("old", [None, picture(9.9)])
@@ -137,14 +137,14 @@ def test_no_picture_within_the_patience_is_a_failure(robot, old):
     assert tick(photo, robot, 0.1) is Status.FAILURE
     assert photo.failure.code == "NO_IMAGE"
     assert photo.failure.sentence == "the camera gave no new picture within 0.5 s"
-    assert robot.asked("save_image") == []
+    assert robot.calls_of("save_image") == []
 
 
 def test_an_edge_is_closed_and_opened(robot):
     robot.edges = ("middle",)
     assert tick(SetEdge(edge="middle"), robot) is Status.SUCCESS
     assert tick(SetEdge(edge="middle", closed=False), robot) is Status.SUCCESS
-    assert robot.asked("set_edge") == [
+    assert robot.calls_of("set_edge") == [
         {"edge": "middle", "closed": True}, {"edge": "middle", "closed": False},
     ]  # fmt: skip
 

@@ -101,7 +101,7 @@ def test_a_goal_given_by_key_is_read_when_the_drive_begins(robot):
     drive = NavigateToPose(goal=None)
     drive.bind_input("goal", lambda: Pose2D(9.0, 9.0))
     tick(drive, robot)
-    assert robot.asked("navigate_to")[0]["goal"] == Pose2D(9.0, 9.0)
+    assert robot.calls_of("navigate_to")[0]["goal"] == Pose2D(9.0, 9.0)
 
 
 def test_no_goals_is_a_failure_with_a_sentence(robot):
@@ -114,9 +114,9 @@ def test_drives_for_a_time_and_stands(robot):
     drive = DriveFor(time=1.0, linear=0.2, angular=0.1)
     assert tick(drive, robot, 0.9) is Status.RUNNING
     assert robot.twist == Twist(0.2, 0.1)
-    assert all(call["seconds"] <= 0.3 for call in robot.asked("drive_for"))
+    assert all(call["seconds"] <= 0.3 for call in robot.calls_of("drive_for"))
     # What is left at 0.9 s: nothing may go on driving after the second is over.
-    assert robot.asked("drive_for")[-1]["seconds"] == pytest.approx(0.1)
+    assert robot.calls_of("drive_for")[-1]["seconds"] == pytest.approx(0.1)
     robot.advance(0.1)
     assert tick(drive, robot) is Status.SUCCESS
     assert robot.twist == STANDSTILL
@@ -146,7 +146,7 @@ class TestAssistedTeleop:
     def test_hands_over_and_says_so(self, robot):
         behaviour = AssistedTeleop(time=20.0, silence=5.0)
         assert tick(behaviour, robot, 3.0) is Status.RUNNING
-        assert robot.asked("assisted_teleop") == [{"seconds": 20.0, "silence": 5.0}]
+        assert robot.calls_of("assisted_teleop") == [{"seconds": 20.0, "silence": 5.0}]
         assert robot.said == ["the operator may drive: arrow keys, enter when done"]
         robot.task.succeed()
         assert tick(behaviour, robot) is Status.SUCCESS

@@ -49,10 +49,10 @@ def test_finds_itself_by_a_marker(heading, wrong_first):
     assert tick(behaviour, robot, 30.0) is Status.SUCCESS
     assert behaviour.method == "marker"
     assert near(robot.belief, robot.pose)
-    assert robot.asked("set_pose")[-1]["source"] == "marker"
+    assert robot.calls_of("set_pose")[-1]["source"] == "marker"
     assert robot.time < 20.0
     assert robot.blurred == 0
-    assert robot.asked("relocalise") == []
+    assert robot.calls_of("relocalise") == []
 
 
 @pytest.mark.parametrize(
@@ -63,7 +63,7 @@ def test_asks_the_lidar_when_there_is_nothing_to_see(settings):
     behaviour = Relocalise()
     assert tick(behaviour, robot, 5.0) is Status.SUCCESS
     assert behaviour.method == "lidar"
-    assert robot.asked("spin") == []
+    assert robot.calls_of("spin") == []
 
 
 def test_asks_the_lidar_when_no_marker_is_seen_all_round():
@@ -72,14 +72,14 @@ def test_asks_the_lidar_when_no_marker_is_seen_all_round():
     behaviour = Relocalise()
     assert tick(behaviour, robot, 30.0) is Status.SUCCESS
     assert behaviour.method == "lidar"
-    turned = sum(call["angle"] for call in robot.asked("spin"))
+    turned = sum(call["angle"] for call in robot.calls_of("spin"))
     assert 2 * pi - 1e-6 <= turned <= 2 * pi + radians(60.0)
 
 
 def test_the_camera_can_be_disabled():
     robot = lost(global_answer=["truth"])
     assert tick(Relocalise(use_camera=False), robot, 5.0) is Status.SUCCESS
-    assert robot.asked("spin") == []
+    assert robot.calls_of("spin") == []
     assert robot.asked_at < 0.0  # never asked for a picture
 
 
@@ -88,7 +88,7 @@ def test_moves_on_before_it_asks_the_lidar_again():
     start = robot.pose
     behaviour = Relocalise()
     assert tick(behaviour, robot, 30.0) is Status.FAILURE
-    assert len(robot.asked("relocalise")) == 2
+    assert len(robot.calls_of("relocalise")) == 2
     assert 0.8 <= robot.pose.distance_to(start) <= 1.2
     assert behaviour.failure.code == "AMBIGUOUS"
     assert behaviour.failure.sentence == "two places fit alike"
@@ -129,13 +129,15 @@ def test_a_robot_that_is_not_lost_may_be_left_alone():
     assert tick(behaviour, robot, 0.9) is Status.RUNNING
     assert tick(behaviour, robot, 0.2) is Status.SUCCESS
     assert behaviour.method == "kept"
-    assert robot.asked("spin") == robot.asked("relocalise") == robot.asked("set_pose") == []
+    assert (
+        robot.calls_of("spin") == robot.calls_of("relocalise") == robot.calls_of("set_pose") == []
+    )
 
 
 def test_stands_when_pre_empted_in_a_turn():
     robot = lost()
     behaviour = Relocalise()
-    while not robot.asked("spin"):
+    while not robot.calls_of("spin"):
         assert tick(behaviour, robot, 0.1) is Status.RUNNING
     halt(behaviour)
     assert robot.motion.status is TaskStatus.CANCELLED
@@ -146,7 +148,7 @@ def test_pre_emption_cancels_the_search_by_lidar():
     robot = ScriptedRobot()
     behaviour = Relocalise()
     tick(behaviour, robot, 1.0)
-    assert robot.asked("relocalise") == [{}]
+    assert robot.calls_of("relocalise") == [{}]
     halt(behaviour)
     assert robot.task.status is TaskStatus.CANCELLED
 

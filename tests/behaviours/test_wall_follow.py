@@ -164,17 +164,17 @@ def test_a_robot_that_is_held_gives_up():
     robot = KinematicRobot(segments=ROOM, pose=Pose2D(2.5, 0.5))
     robot._step = lambda: setattr(robot, "time", round(robot.time + 0.05, 9)) or robot._scan()
     behaviour = WallFollow(side="right")
-    assert tick(behaviour, robot, 10.0) is Status.RUNNING
-    assert tick(behaviour, robot, 0.2) is Status.FAILURE
+    assert tick(behaviour, robot, 9.9) is Status.RUNNING
+    assert tick(behaviour, robot, 0.1) is Status.FAILURE
     assert behaviour.failure.code == "NO_PROGRESS"
 
 
 def test_without_a_lidar_it_stands_and_gives_up():
     robot = ScriptedRobot()
     behaviour = WallFollow()
-    assert tick(behaviour, robot, 2.0) is Status.RUNNING
+    assert tick(behaviour, robot, 1.9) is Status.RUNNING
     assert robot.twist == STANDSTILL
-    assert tick(behaviour, robot, 0.2) is Status.FAILURE
+    assert tick(behaviour, robot, 0.1) is Status.FAILURE
     assert behaviour.failure.sentence == "no lidar scan for 2 s"
 
 

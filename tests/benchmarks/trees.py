@@ -80,8 +80,7 @@ def ours(shape: Shape) -> MissionTree:
 def _ours(shape: Shape, execution: Execution) -> Behaviour:
     kind = shape if isinstance(shape, str) else shape[0]
     if isinstance(shape, str):
-        node: Any = Leaf(shape, Status[shape.upper()])
-        LeafNode(node, execution)
+        node: Any = LeafNode(Leaf(shape, Status[shape.upper()]), execution)
     else:
         children = [_ours(child, execution) for child in shape[1]]
         if kind == "parallel":

@@ -39,8 +39,8 @@ class ScriptedRobot(testing.ScriptedRobot):
         super().say(text)
         self.log.append(text)
 
-    def _ask(self, name, **arguments):
-        task = super()._ask(name, **arguments)
+    def _request(self, name, **arguments):
+        task = super()._request(name, **arguments)
         if name == "navigate_to":
             self.log.append(arguments["goal"])
         if not self.lasting:

@@ -36,6 +36,25 @@ class Drive(Act):
     uses_wheels = True
 
 
+class Pausable(RobotBehaviour):
+    """Answer as Act does; log pauses only."""
+
+    who: str = port("its name in the log")
+
+    def update(self):
+        script = self.robot.answers.get(self.who, "s")
+        self.robot.answers[self.who] = script[1:] or script
+        return Status.SUCCESS if script[0] == "s" else Status.RUNNING
+
+    def pause(self, now):
+        super().pause(now)
+        self.robot.log.append(("pause", self.who, now))
+
+    def resume(self, now):
+        super().resume(now)
+        self.robot.log.append(("resume", self.who, now))
+
+
 class Visit(RobotBehaviour):
     """Log lists of poses and numbers, as no shipped behaviour takes them both."""
 
@@ -50,7 +69,7 @@ class Visit(RobotBehaviour):
 class Broken(RobotBehaviour):
     """Raise in the method that is named."""
 
-    where: str = port("initialise, update, terminate, halt, setup or status")
+    where: str = port("initialise, update, terminate, halt, pause, setup or status")
 
     def setup(self, **resources):
         super().setup(**resources)
@@ -63,7 +82,10 @@ class Broken(RobotBehaviour):
         self.burst("update")
         if self.where == "status":
             return None
-        return Status.RUNNING if self.where == "halt" else Status.SUCCESS
+        return Status.RUNNING if self.where in ("halt", "pause") else Status.SUCCESS
+
+    def pause(self, now):
+        self.burst("pause")
 
     def terminate(self, new_status):
         self.burst("halt" if new_status is Status.INVALID else "terminate")

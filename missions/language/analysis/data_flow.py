@@ -224,7 +224,7 @@ def _has_value(symbol: Symbol, written: Written) -> bool:
 def moves(step: Step, trees: Mapping[str, Tree]) -> bool:
     """Return whether a step, with the trees it uses, may move the robot."""
     if isinstance(step, Leaf):
-        return bool(getattr(step.behaviour.cls, "uses_wheels", False))
+        return step.behaviour.uses_wheels
     if isinstance(step, Use):
         root = trees[step.tree].root
         if root is not None and moves(root, trees):

@@ -208,10 +208,7 @@ class OutcomeCheck:
         if modifiers.when is not None or modifiers.every is not None:
             return False
         if isinstance(step, Leaf):
-            return bool(
-                getattr(step.behaviour.cls, "uses_wheels", False)
-                or getattr(step.behaviour.cls, "takes_time", False)
-            )
+            return step.behaviour.takes_time
         if isinstance(step, Use):
             root = self.trees[step.tree].root
             return root is not None and self.takes_time(root)
@@ -260,7 +257,7 @@ def _leaf_outcomes(step: Leaf) -> Outcomes:
         item.expression for item in step.ports.values() if isinstance(item, ExpressionValue)
     ]
     outcomes = [truth_values(item.term) for item in conditions if item.type.of is bool]
-    can_fail = bool(getattr(step.behaviour.cls, "can_fail", True))
+    can_fail = step.behaviour.can_fail
     if not can_fail:
         expressions = [item for value in step.ports.values() for item in _expressions(value)]
         can_fail = any(map(_can_fail_to_evaluate, expressions)) or any(

@@ -9,6 +9,7 @@ from typing import Any
 
 from missions.language.expressions.value_types import ValueType
 from stack.documents import Mark
+from stack.parameters import nearest
 
 
 class Role(StrEnum):
@@ -79,6 +80,14 @@ class Scope:
     def names(self) -> list[str]:
         """Return every name in scope, for suggestions."""
         return [name for layer in self.layers for name in layer]
+
+    def hint(self, name: str) -> str:
+        """Return a hint for an unknown `$name`, with names as they are written: `$dock`."""
+        names = sorted(set(self.names()))
+        close = nearest(name, names)
+        if close is not None:
+            return f"did you mean '${close}'?"
+        return f"available: {', '.join(f'${known}' for known in names)}" if names else ""
 
     def symbols(self) -> Iterator[Symbol]:
         """Yield every symbol, innermost layer first; hidden ones are included."""

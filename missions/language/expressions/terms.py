@@ -54,7 +54,7 @@ class Check:
         """Return the symbol of a `$name`; record a problem if there is none."""
         found = self.scope.lookup(name)
         if found is None:
-            self.problem("E140", at, f"there is no ${name}", suggestion(name, self.scope.names()))
+            self.problem("E140", at, f"there is no ${name}", self.scope.hint(name))
         return found
 
 

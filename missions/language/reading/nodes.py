@@ -22,6 +22,7 @@ from missions.language.model import (
     Constant,
     ForEach,
     Leaf,
+    Reference,
     Step,
     Tree,
     Use,
@@ -351,9 +352,8 @@ def _value(raw: RawModifiers, word: str) -> Node | None:
 
 def _item_type(items: Value | None) -> ValueType:
     """Return the type of a loop variable from its list."""
-    symbol = getattr(items, "symbol", None)
-    if isinstance(symbol, Symbol):
-        return symbol.type.item or ANYTHING
+    if isinstance(items, Reference):
+        return items.symbol.type.item or ANYTHING
     if isinstance(items, Constant) and items.value:
         kinds = [_literal_type(value) for value in items.value]
         if all(kind == kinds[0] for kind in kinds):

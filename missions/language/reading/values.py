@@ -35,7 +35,7 @@ from missions.language.model import (
 )
 from stack.documents import Findings, Mark, Node, iter_scalars
 from stack.errors import ParameterError
-from stack.parameters import Declaration, suggestion
+from stack.parameters import Declaration
 
 _REFERENCE = re.compile(r"\$([A-Za-z_]\w*)")
 IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
@@ -156,8 +156,7 @@ class ValueReader:
     def _symbol(self, name: str, mark: Mark, context: NameContext) -> Symbol | None:
         symbol = context.scope.lookup(name)
         if symbol is None:
-            hint = suggestion(name, context.scope.names())
-            self.findings.error("E140", mark, f"there is no ${name}", hint)
+            self.findings.error("E140", mark, f"there is no ${name}", context.scope.hint(name))
             return None
         self.used[symbol] = None
         return symbol

@@ -65,6 +65,21 @@ def test_time_at_a_breakpoint_does_not_count_for_the_mission(run):
     assert statuses["waits"] == "success"
 
 
+def test_a_behaviours_own_time_stands_still_while_the_robot_brakes(run):
+    """The first node waits 1 s; the robot needs more than 0.3 s of its clock to stop."""
+    run.order("unbreak")
+    run.steps(11)  # 0.55 s
+    paused = run.engine.body.time
+    assert run.order("pause").done
+    run.steps(40)
+    pause = run.engine.body.time - paused
+    assert pause > 0.3
+    assert run.order("resume").done
+    ended = run.until("node_status")
+    assert ended.text == "wait: running > success"
+    assert 1.0 - 1e-6 < ended.time - pause < 1.1  # at the first tick, one each 0.1 s
+
+
 def test_a_running_mission_pauses_after_the_steps(run):
     run.order("unbreak")
     assert run.order("step", ticks=2).done

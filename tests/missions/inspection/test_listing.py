@@ -4,7 +4,7 @@ import shutil
 
 import pytest
 
-from missions.execution.resources import MISSIONS
+from missions.execution.resources import MISSIONS, find_mission
 from missions.inspection.listing import description_of, installed, rows_of
 from missions.inspection.scaffold import new_component
 from stack.errors import InputError
@@ -48,3 +48,27 @@ def test_a_broken_plugin_is_named_with_its_file_and_the_others_remain(mission, t
 def test_a_mission_that_is_not_there_is_said(tmp_path):
     with pytest.raises(InputError, match="no such mission file"):
         installed(str(tmp_path / "nowhere.yaml"))
+
+
+@pytest.mark.parametrize(
+    ("name", "hint"),
+    [
+        ("patol.yaml", "did you mean '{folder}/patrol.yaml'?"),
+        ("02_ofice_patrol.yaml", "did you mean '02_office_patrol'?"),
+        # `.yaml` makes any two names similar; only the rest counts
+        ("map.yaml", "give the path of a mission file, or a name from `treepilot list missions`"),
+        ("sub/patrol.yaml", "there is no folder '{folder}/sub'"),
+    ],
+)
+def test_only_missions_with_similar_names_are_suggested(tmp_path, name, hint):
+    (tmp_path / "patrol.yaml").write_text("")
+    with pytest.raises(InputError) as caught:
+        find_mission(tmp_path / name)
+    (finding,) = caught.value.findings
+    assert finding.hint == hint.format(folder=tmp_path)
+
+
+def test_outputs_have_no_default():
+    text = description_of("take_photo", installed())
+    _, _, outputs = text.partition("outputs:\n")
+    assert outputs == "  image  text  path of the picture, relative to the folder of the run"

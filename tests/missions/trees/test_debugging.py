@@ -5,7 +5,7 @@ import pytest
 from missions.trees.compiler import compile_mission
 from missions.trees.debugging import TreeDebugger
 from stack.errors import InputError
-from tests.missions.mission_fakes import CATALOGUE, ran, read_text
+from tests.missions.mission_fakes import ran, read_text
 
 TWO = """
     run:
@@ -27,8 +27,8 @@ def debugged(folder, text, *breakpoints):
 def test_a_node_is_held_before_anything_of_it_is_called(tmp_path):
     it, debugger = debugged(tmp_path, TWO, "second")
     assert it.ticks() == ["a starts", "a done"]
-    assert debugger.take_stops() == ("'second' (mission.yaml:5)",)
-    assert debugger.take_stops() == ()
+    assert debugger.pop_breakpoint_hits() == ("'second' (mission.yaml:5)",)
+    assert debugger.pop_breakpoint_hits() == ()
     assert it.tree.outcome == "running"
     assert debugger.view().held == (2,)
     assert it.ticks() == ["a starts", "a done", "b starts", "b done"]
@@ -69,7 +69,7 @@ def test_breakpoints_hold_under_every_modifier(tmp_path, wrapped, stops):
     counted = 0
     for _ in range(20):
         it.ticks()
-        counted += len(debugger.take_stops())
+        counted += len(debugger.pop_breakpoint_hits())
         if it.tree.outcome != "running":
             break
     assert it.tree.outcome == "success"
@@ -83,7 +83,7 @@ def test_a_running_node_is_not_held_before_it_has_ended(tmp_path):
     debugger.set_breakpoint("act")
     it.ticks(2)
     assert it.robot.log == ["a starts", "a done"]
-    assert debugger.take_stops() == ("'second' (mission.yaml:5)",)
+    assert debugger.pop_breakpoint_hits() == ("'second' (mission.yaml:5)",)
 
 
 def test_a_node_pre_empted_while_held_is_held_again_at_its_next_start(tmp_path):
@@ -95,7 +95,7 @@ def test_a_node_pre_empted_while_held_is_held_again_at_its_next_start(tmp_path):
               name: second
     """, "second")  # fmt: skip
     it.ticks()
-    assert len(debugger.take_stops()) == 1
+    assert len(debugger.pop_breakpoint_hits()) == 1
     it.robot.battery = type(it.robot.battery)(0.1)
     it.ticks()
     assert it.tree.outcome == "success"
@@ -112,7 +112,7 @@ def test_parallel_branches_go_on_in_the_tick_that_reaches_a_breakpoint(tmp_path)
             - act: {who: b}
     """, "first")  # fmt: skip
     assert it.ticks() == ["b starts", "b done"]
-    assert len(debugger.take_stops()) == 1
+    assert len(debugger.pop_breakpoint_hits()) == 1
     it.ticks()
     assert it.tree.outcome == "success"
 
@@ -215,18 +215,18 @@ def test_breakpoints_and_outcomes_move_to_another_tree_by_path(tmp_path):
     _, debugger = debugged(tmp_path, TWO, "second", "0")
     debugger.force("act", "success")
     text = TWO.replace("- act: {who: a}", "- say: new\n        - act: {who: a}")
-    other = compile_mission(read_text(tmp_path, text), CATALOGUE)
+    other = compile_mission(read_text(tmp_path, text))
     assert debugger.move_to(other) == []
     assert debugger.view().breakpoints == (0, 3)
     assert sorted(debugger.view().forced) == ["2", "3"]
-    third = compile_mission(read_text(tmp_path, "run: {say: only}"), CATALOGUE)
+    third = compile_mission(read_text(tmp_path, "run: {say: only}"))
     assert debugger.move_to(third) == ["sequence", "sequence/act", "sequence/second"]
 
 
 def test_a_node_with_another_path_is_found_by_its_old_name_or_line(tmp_path):
     _, debugger = debugged(tmp_path, TWO, ":4", "2")
     renamed = TWO.replace("- act: {who: a}", "- drive: {who: a}").replace("second", "2nd")
-    other = compile_mission(read_text(tmp_path, renamed), CATALOGUE)
+    other = compile_mission(read_text(tmp_path, renamed))
     assert debugger.move_to(other) == ["sequence/second"]
     assert debugger.view().breakpoints == (1,)
 

@@ -25,7 +25,10 @@ TREES, TICKS = 5000, 25
 
 
 class Scripted(Behaviour):
-    """Answers as its script says, over and over, and notes what is called."""
+    """Answers as its script says, over and over, and notes what is called.
+
+    Its message changes every second turn, also when its status does not.
+    """
 
     def __init__(self, name, script, log):
         super().__init__(name)
@@ -37,6 +40,7 @@ class Scripted(Behaviour):
 
     def update(self):
         self.turn += 1
+        self.feedback_message = f"turn {self.turn // 2}"
         return WORDS[self.script[self.turn % len(self.script)]]
 
     def terminate(self, new_status):
@@ -95,7 +99,7 @@ class Builder:
         if isinstance(shape, str):
             node = Scripted(name, shape, self.log)
             if self.execution is not None:
-                LeafNode(node, self.execution)
+                node = LeafNode(node, self.execution)
         else:
             children = [self.build(child) for child in shape[1]]
             make = self.theirs if self.execution is None else self.ours

@@ -415,8 +415,9 @@ def test_a_value_outside_a_ports_range_is_that_nodes_failure(run):
         blackboard: {far: {type: length, initial: -1 m}}
         run: {back_up: {distance: $far}}
         """)
-    with pytest.raises(Exception, match=r"-1 m must be above 0 m"):
-        _ = it.tree.root.distance
+    it.ticks()
+    sentence = "ParameterError: distance: -1 m must be above 0 m"
+    assert it.tree.failure == Failure("EXCEPTION", sentence)
 
 
 def test_plain_py_trees_classes_take_part(run):

@@ -6,7 +6,7 @@ import pytest
 
 from missions.trees import show
 from missions.trees.compiler import compile_mission
-from tests.missions.mission_fakes import CATALOGUE, ran, read_text
+from tests.missions.mission_fakes import ran, read_text
 
 MISSION = """
 mission: two desks
@@ -25,7 +25,7 @@ trees:
 
 @pytest.fixture
 def tree(tmp_path):
-    return compile_mission(read_text(tmp_path, MISSION), CATALOGUE)
+    return compile_mission(read_text(tmp_path, MISSION))
 
 
 def test_text_draws_every_node_without_a_robot(tree):

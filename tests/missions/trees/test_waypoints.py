@@ -19,7 +19,7 @@ class DrivingRobot(ScriptedRobot):
 
     def advance(self, seconds):
         super().advance(seconds)
-        drives = self.asked("navigate_to")
+        drives = self.calls_of("navigate_to")
         if drives and self.motion.status is TaskStatus.RUNNING and not self.stuck:
             self.odometry = Pose2D(self.odometry.x + 2.5, 0.0)
             self.end(self.motion, drives[-1]["goal"])
