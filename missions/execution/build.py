@@ -18,6 +18,7 @@ from missions.trees.mission_tree import MissionTree
 from robots.simulated import SimulatedBody
 from stack.control.cusp_splitter import controller_for
 from stack.costmap.costmap import Costmap
+from stack.costmap.speed_limits import SpeedLimits
 from stack.costmap.unexplored import Ground, unexplored
 from stack.drivetrain.description import DriveKind
 from stack.errors import InputError
@@ -136,6 +137,7 @@ def build(
         global_costmap=global_costmap, navigator=navigator, facade=facade, safety=safety,
         tree=tree, telemetry=telemetry, map_layer=Layer(1, grid), scorer=scorer,
         tracker=tracker, debugger=debugger,
+        speed_limits=SpeedLimits(plan.choices["speed_limits"].parameters),
         keep_camera_on=options.camera == "on",
     )  # fmt: skip
     runtime = Runtime(parts, rates, _idle)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from stack.costmap.layer import NO_BOX, Box, Frame, edges, is_some, part, shifted
 from stack.costmap.sampling import sampled
-from stack.errors import ParameterError
+from stack.errors import InputError, ParameterError
 from stack.geometry.polygons import points_inside
 from stack.parameters import Declaration, build, parameter
 from stack.types import FREE, OCCUPIED, FloatArray, OccupancyGrid
@@ -72,6 +72,25 @@ def read_zones(kind: type[ZoneKind], raw: Iterable[Any]) -> tuple[ZoneKind, ...]
         except ParameterError as error:
             raise ParameterError("zones", f"zone {number}: {error}", error.hint) from None
     return tuple(zones)
+
+
+def located_mask(name: str, folder: Path, user: str) -> str:
+    """Return the path of a mask file named in a mission.
+
+    Args:
+        name: as written, relative to the folder.
+        folder: of the mission file.
+        user: what has the mask, for the message.
+
+    Raises:
+        InputError: the file does not exist.
+    """
+    file = folder / name
+    if not file.is_file():
+        raise InputError(
+            f"{user}: mask file {name} does not exist; paths are relative to the mission file"
+        )
+    return str(file)
 
 
 def read_mask(file: str) -> OccupancyGrid | None:

@@ -7,6 +7,7 @@ from typing import Protocol
 
 from stack.body import Body
 from stack.costmap.costmap import Costmap
+from stack.costmap.speed_limits import SpeedLimits
 from stack.errors import InputError
 from stack.localisation.dead_reckoning import DeadReckoning
 from stack.localisation.localiser import Localiser
@@ -153,6 +154,7 @@ class Parts:
     localiser: Localiser | DeadReckoning
     local_costmap: Costmap
     global_costmap: Costmap
+    speed_limits: SpeedLimits
     navigator: Navigator
     facade: RobotFacade
     safety: Safety

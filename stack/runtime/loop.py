@@ -10,6 +10,7 @@ from collections.abc import Callable
 from math import hypot
 from time import perf_counter
 
+from stack.costmap.layer import LayerUpdate, PosedScan
 from stack.runtime.commands import CommandHandler
 from stack.runtime.interfaces import MissionTree, Parts, Rates
 from stack.runtime.snapshots import compose_snapshot
@@ -197,8 +198,9 @@ class Runtime:
     def _update_costmaps(self, observation: Observation) -> None:
         pose = self.parts.localiser.estimate.pose
         for name, more in observation.scans.items():
-            self.parts.local_costmap.update_from(name, pose, more, observation.time)
-            self.parts.global_costmap.update_from(name, pose, more, observation.time)
+            update = LayerUpdate(pose, observation.time, {name: PosedScan(more, pose)})
+            self.parts.local_costmap.update(update)
+            self.parts.global_costmap.update(update)
         self._waiting_readings += observation.readings
         if observation.scan is None:
             return
@@ -206,8 +208,9 @@ class Runtime:
         scan, time, tracker = observation.scan, observation.time, self.parts.tracker
         tracks = None if tracker is None else tracker.update(pose, scan, time)
         self.parts.facade.tracks = tracks or ()
-        self.parts.local_costmap.update(pose, scan, time, readings=readings, tracks=tracks)
-        self.parts.global_costmap.update(pose, scan, time, readings=readings, tracks=tracks)
+        update = LayerUpdate(pose, time, {"lidar": PosedScan(scan, pose)}, readings, tracks)
+        self.parts.local_costmap.update(update)
+        self.parts.global_costmap.update(update)
 
     def _limit(self, wanted: Twist) -> Twist:
         parts, pose = self.parts, self.parts.localiser.estimate.pose
@@ -215,7 +218,7 @@ class Runtime:
         return parts.safety.limit(
             wanted, scan=parts.facade.scan, time=parts.body.time, measured=self.odometry.twist,
             more=parts.facade.scans,
-            speed_limit=parts.global_costmap.speed_limit(pose, deceleration),
+            speed_limit=parts.speed_limits.at_pose(pose, deceleration),
         )  # fmt: skip
 
     def _note_trajectory(self) -> None:

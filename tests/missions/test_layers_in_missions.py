@@ -30,10 +30,10 @@ navigation:
 RULES = """      - use: keepout
         zones: [{name: stairs, corners: [[6, 4.3], [7, 4.3], [7, 5.2], [6, 5.2]]}]
       - {use: keepout, name: painted, mask: house/keepout.yaml}
-      - inflation
       - {use: preferred_lanes, only: global, zones: [[[0, 3.8], [14, 3.8], [14, 6], [0, 6]]]}
-      - {use: speed_zones, zones: [{corners: [[2, 3], [4, 3], [4, 7], [2, 7]], speed: 0.25 m/s}]}
       - social
+  speed_limits:
+    zones: [{corners: [[2, 3], [4, 3], [4, 7], [2, 7]], speed: 0.25 m/s}]
   safety:
     zones:
       - {name: near, action: slow_down, radius: 0.5, ratio: 70 %}
@@ -82,7 +82,7 @@ def test_without_the_social_layer_nobody_follows_people():
     plan = prepare("01_drive_to_a_point", RunOptions(serve=False))
     engine = wired(plan)
     assert engine.runtime.parts.tracker is None
-    assert engine.runtime.parts.local_costmap.layers == ("static", "obstacle", "inflation")
+    assert engine.runtime.parts.local_costmap.layers == ("static", "obstacle")
     engine.body.close()
 
 
