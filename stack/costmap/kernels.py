@@ -39,6 +39,30 @@ def _clear_line(marked_at, seen, row, column, end_row, end_column, clearable):
 
 
 @njit(cache=True, nogil=True)
+def _clear_distance(ranges, beam, range_max, clearing_range, closed):
+    """Distance up to which a beam shows free space; see ObstacleLayer.
+
+    A beam without return shows no more than each of its neighbours: a neighbour with a return shows
+    free space up to the return, an invalid one none. In a closed scan the first and the last beam
+    are neighbours; otherwise they have one neighbour each.
+    """
+    distance = np.float64(ranges[beam])
+    if distance < range_max:
+        return min(distance, clearing_range)
+    for near in (beam - 1, beam + 1):
+        if closed:
+            near %= ranges.size
+        elif near < 0 or near >= ranges.size:
+            continue
+        beside = np.float64(ranges[near])
+        if not beside > 0.0:
+            return 0.0
+        if beside < range_max:
+            clearing_range = min(beside, clearing_range)
+    return clearing_range
+
+
+@njit(cache=True, nogil=True)
 def sense(
     marked_at, seen, origin_x, origin_y, resolution, sensor_x, sensor_y, sensor_heading,
     ranges, angle_min, angle_increment, range_max, obstacle_range, clearing_range, time,
@@ -52,6 +76,7 @@ def sense(
     rows, columns = marked_at.shape
     row = int(np.floor((sensor_y - origin_y) / resolution))
     column = int(np.floor((sensor_x - origin_x) / resolution))
+    closed = ranges.size > 1 and abs(angle_increment) * (ranges.size + 0.5) > 2.0 * np.pi
     marks = np.empty((ranges.size, 2), np.int64)
     count = 0
     top, bottom, left, right = row, row, column, column
@@ -59,15 +84,14 @@ def sense(
         distance = np.float64(ranges[beam])
         if not distance > 0.0:
             continue
-        returned = distance < range_max
-        reach = min(distance, clearing_range) if returned else clearing_range
+        reach = _clear_distance(ranges, beam, range_max, clearing_range, closed)
         angle = sensor_heading + angle_min + angle_increment * beam
         end_row = int(np.floor((sensor_y + reach * np.sin(angle) - origin_y) / resolution))
         end_column = int(np.floor((sensor_x + reach * np.cos(angle) - origin_x) / resolution))
         top, bottom = min(top, end_row), max(bottom, end_row)
         left, right = min(left, end_column), max(right, end_column)
         _clear_line(marked_at, seen, row, column, end_row, end_column, clearable)
-        if returned and distance <= obstacle_range:
+        if distance < range_max and distance <= obstacle_range:
             marks[count, 0], marks[count, 1] = end_row, end_column
             count += 1
     for mark in range(count):

@@ -31,11 +31,12 @@ _EXPIRY_PERIOD = 0.5  # s; the search for old marks reads every cell, which is s
 class ObstacleLayer(Layer):
     """Obstacles seen by one lidar: returns mark cells, beams clear the cells that they pass.
 
-    Returns mark cells within `obstacle_range`; beams clear up to `clearing_range` (no return, +inf,
-    clears the full range; NaN does nothing). Cells under the robot's footprint are always cleared,
-    and marks that were not seen for `decay` seconds expire. Use one layer per lidar, each with its
-    own `source`: lidars scan different planes, so the beams of one must not clear the marks of
-    another.
+    Returns mark cells within `obstacle_range`; beams clear up to `clearing_range`. A beam without
+    return (+inf) may be one that was lost: it clears a cell only if both neighbouring beams reach
+    beyond that distance or have no return either. An invalid beam (NaN) does nothing and confirms
+    nothing. Cells under the robot's footprint are always cleared, and marks that were not seen for
+    `decay` seconds expire. Use one layer per lidar, each with its own `source`: lidars scan
+    different planes, so the beams of one must not clear the marks of another.
     """
 
     @dataclass(frozen=True)
