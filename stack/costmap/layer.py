@@ -223,6 +223,16 @@ def joined(boxes: Iterable[Box]) -> Box:
     return min(tops), max(bottoms), min(lefts), max(rights)
 
 
+def moved(box: Box, shape: tuple[int, int], shift: tuple[int, int]) -> Box:
+    """The part of a box that stays inside a grid of this shape after a shift, in its new cells."""
+    (rows, columns), (down, right) = shape, shift
+    inside = (
+        max(box[0] - down, 0), min(box[1] - down, rows),
+        max(box[2] - right, 0), min(box[3] - right, columns),
+    )  # fmt: skip
+    return inside if is_some(inside) else NO_BOX
+
+
 def part(cells: NDArray[Any], box: Box) -> NDArray[Any]:
     """A view of the cells of a box."""
     top, bottom, left, right = box

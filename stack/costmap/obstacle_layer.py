@@ -18,6 +18,7 @@ from stack.costmap.layer import (
     Region,
     is_some,
     joined,
+    moved,
     part,
     shifted,
 )
@@ -25,7 +26,8 @@ from stack.costmap.parameters import ObstacleParameters
 from stack.parameters import parameter
 from stack.types import Footprint, Pose2D, Scan
 
-_EXPIRY_PERIOD = 0.5  # s; the search for old marks reads every cell, which is slow on large maps
+_EXPIRY_PERIOD = 0.5
+"""Seconds between two searches for old marks."""
 
 
 class ObstacleLayer(Layer):
@@ -53,6 +55,7 @@ class ObstacleLayer(Layer):
 
         self._kernels: Any = kernels
         self._next_expiry = 0.0
+        self._marks = NO_BOX  # contains all marks
         self._marked_at = np.empty((0, 0), dtype=np.float32)
         self._seen = np.empty((0, 0), dtype=np.uint8)
 
@@ -65,6 +68,7 @@ class ObstacleLayer(Layer):
     def lay_out(self, frame: Frame, shift: tuple[int, int] | None) -> None:
         """Move the grid; marks keep their positions in the map frame."""
         self.frame = frame
+        self._marks = NO_BOX if shift is None else moved(self._marks, frame.shape, shift)
         if shift is None:
             self._marked_at = np.full(frame.shape, -np.inf, dtype=np.float32)
             self._seen = np.zeros(frame.shape, dtype=np.uint8)
@@ -90,6 +94,7 @@ class ObstacleLayer(Layer):
         if region is None:
             self._marked_at[:] = -np.inf
             self._seen[:] = 0
+            self._marks = NO_BOX
             return self.frame.everywhere
         if not is_some(region.box):
             return NO_BOX
@@ -107,8 +112,9 @@ class ObstacleLayer(Layer):
             return NO_BOX
         self._next_expiry = time + _EXPIRY_PERIOD
         oldest = time - self.parameters.decay
-        box: Box = self._kernels.expire(self._marked_at, oldest, *self.frame.everywhere)
-        return box
+        cleared: Box
+        cleared, self._marks = self._kernels.expire(self._marked_at, oldest, *self._marks)
+        return cleared
 
     def _sense(self, pose: Pose2D, scan: Scan, time: float) -> Box:
         sensor, settings = pose.compose(scan.mount), self.parameters
@@ -119,6 +125,7 @@ class ObstacleLayer(Layer):
             scan.ranges, scan.angle_min, scan.angle_increment, scan.range_max,
             settings.obstacle_range, settings.clearing_range, time, clearable,
         )  # fmt: skip
+        self._marks = joined([self._marks, box])
         return box
 
     def _clear_footprint(self, pose: Pose2D) -> Box:

@@ -19,6 +19,7 @@ from stack.costmap.layer import (
     Region,
     is_some,
     joined,
+    moved,
     part,
     shifted,
 )
@@ -35,6 +36,7 @@ from stack.types import (
 
 _PRIOR = 0.5
 _EXPIRY_PERIOD = 0.5
+"""Seconds between two searches for old cells."""
 
 
 class RangeLayer(Layer):
@@ -84,6 +86,7 @@ class RangeLayer(Layer):
         self._probability = np.empty((0, 0), dtype=np.float32)
         self._heard_at = np.empty((0, 0), dtype=np.float32)
         self._source, self._next_expiry = "sonar", 0.0
+        self._heard = NO_BOX  # contains all updated cells
 
     @property
     def marked(self) -> NDArray[np.bool_]:
@@ -94,6 +97,7 @@ class RangeLayer(Layer):
     def lay_out(self, frame: Frame, shift: tuple[int, int] | None) -> None:
         """Move the grid; probabilities keep their positions in the map frame."""
         self.frame = frame
+        self._heard = NO_BOX if shift is None else moved(self._heard, frame.shape, shift)
         if shift is None:
             self._probability = np.full(frame.shape, _PRIOR, dtype=np.float32)
             self._heard_at = np.full(frame.shape, -np.inf, dtype=np.float32)
@@ -119,6 +123,7 @@ class RangeLayer(Layer):
         """Reset the probabilities."""
         if region is None:
             self._probability[:], self._heard_at[:] = _PRIOR, -np.inf
+            self._heard = NO_BOX
             return self.frame.everywhere
         if not is_some(region.box):
             return NO_BOX
@@ -146,6 +151,7 @@ class RangeLayer(Layer):
             (sensor.x - end, sensor.y - end), (sensor.x + end, sensor.y + end)
         )
         self._source = reading.source
+        self._heard = joined([self._heard, box])
         self._kernels.hear(
             self._probability, self._heard_at, *self.frame.origin, self.frame.resolution,
             sensor.x, sensor.y, sensor.heading, distance if returned else inf, end,
@@ -158,11 +164,12 @@ class RangeLayer(Layer):
             return NO_BOX
         self._next_expiry = time + _EXPIRY_PERIOD
         oldest = time - self.parameters.decay
-        box: Box = self._kernels.expire(self._heard_at, oldest, *self.frame.everywhere)
-        if is_some(box):
-            faded = part(self._heard_at, box) == -np.inf
-            part(self._probability, box)[faded] = _PRIOR
-        return box
+        cleared: Box
+        cleared, self._heard = self._kernels.expire(self._heard_at, oldest, *self._heard)
+        if is_some(cleared):
+            faded = part(self._heard_at, cleared) == -np.inf
+            part(self._probability, cleared)[faded] = _PRIOR
+        return cleared
 
     def _clear_footprint(self, pose: Pose2D) -> Box:
         from stack.costmap.zones import cells_inside

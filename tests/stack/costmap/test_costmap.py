@@ -322,3 +322,28 @@ def test_scans_from_outside_the_map_are_harmless():
     costmap.update(seen(Pose2D(-1.5, -2.4), scan(ranges, angle_increment=0.1), 0.0))
     costmap.update(seen(Pose2D(50.0, 50.0), scan(ranges, angle_increment=0.1), 0.1))
     assert sensed(costmap).any()
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_the_lower_envelope_gives_the_nearest_lethal_cell_in_any_box(seed):
+    """Against the definition: the smallest squared distance to a lethal cell, by brute force."""
+    random = np.random.default_rng(seed)
+    rows, columns = random.integers(1, 30, 2)
+    shares = [0.97, 0.02, 0.01] if random.random() < 0.5 else [0.5, 0.4, 0.1]
+    base = random.choice([0, 254, 255], size=(rows, columns), p=shares).astype(np.uint8)
+    limit = int(random.integers(0, 12))
+    costs = np.sort(random.integers(0, 254, limit * limit + 1)).astype(np.uint8)[::-1].copy()
+    costs[0] = 254
+    (top, bottom), (left, right) = (np.sort(random.integers(0, n + 1, 2)) for n in (rows, columns))
+    cells = np.full_like(base, 7)
+    kernels.inflate(cells, base, costs, limit, top, bottom, left, right)
+    expected = np.full_like(base, 7)
+    lethal = np.argwhere(base == 254)
+    for row in range(top, bottom):
+        for column in range(left, right):
+            value = base[row, column]
+            squared = ((lethal - (row, column)) ** 2).sum(axis=1).min(initial=10**6)
+            cost = costs[squared] if squared <= limit * limit else 0
+            raised = cost >= 253 if value == 255 else cost > value
+            expected[row, column] = cost if raised else value
+    assert np.array_equal(cells, expected)
