@@ -9,7 +9,6 @@ from stack.costmap.sampling import sampled
 from stack.types import (
     FREE_COST,
     LETHAL_COST,
-    OCCUPIED,
     UNKNOWN,
     UNKNOWN_COST,
     Footprint,
@@ -59,7 +58,7 @@ class StaticLayer(Layer):
         if self.map is None:
             return np.full((box[1] - box[0], box[3] - box[2]), UNKNOWN_COST, dtype=np.uint8)
         values = sampled(self.map, self.frame, box, UNKNOWN)
-        costs = np.full(values.shape, FREE_COST, dtype=np.uint8)
-        costs[values == OCCUPIED] = LETHAL_COST
-        costs[values == UNKNOWN] = UNKNOWN_COST
+        costs = np.full(values.shape, UNKNOWN_COST, dtype=np.uint8)
+        costs[self.map.are_free(values)] = FREE_COST
+        costs[self.map.are_occupied(values)] = LETHAL_COST
         return costs

@@ -15,7 +15,7 @@ from stack.costmap.sampling import sampled
 from stack.errors import InputError, ParameterError
 from stack.geometry.polygons import points_inside
 from stack.parameters import Declaration, build, parameter
-from stack.types import FREE, OCCUPIED, FloatArray, OccupancyGrid
+from stack.types import FREE, FloatArray, OccupancyGrid
 
 Corners = tuple[tuple[float, float], ...]
 _METRES = Declaration("corners", float, unit="m")
@@ -144,7 +144,8 @@ class ZoneCells:
         target = part(self.cells, box)
         target[:] = 0
         if self._mask is not None:
-            target[sampled(self._mask, self.frame, box, FREE) == OCCUPIED] = IN_MASK
+            values = sampled(self._mask, self.frame, box, FREE)
+            target[self._mask.are_occupied(values)] = IN_MASK
         for number, zone in enumerate(self._zones, start=1):
             region = cells_inside(self.frame, zone.points, box)
             part(self.cells, region[0])[region[1]] = number
