@@ -19,6 +19,7 @@ from robots.bodies import BodySetup, MakeBody, find_body
 from stack.body import Body, SimulatedWorld
 from stack.control.cusp_splitter import controller_for
 from stack.costmap.costmap import Costmap
+from stack.costmap.speed_limits import SpeedLimits
 from stack.costmap.unexplored import Ground, unexplored
 from stack.drivetrain.description import DriveKind
 from stack.errors import InputError
@@ -122,7 +123,8 @@ def build(
     local_costmap, global_costmap = _costmaps(plan, _costmap_grid(plan, grid))
     world_model = WorldModel(
         local_costmap, global_costmap, _tracker(plan, grid, local_costmap, global_costmap),
-        lidar=MAIN_LIDAR, deceleration=robot.limits.linear_deceleration,
+        SpeedLimits(plan.choices["speed_limits"].parameters), lidar=MAIN_LIDAR,
+        deceleration=robot.limits.linear_deceleration,
         cover=_ignore if plan.is_mapped else Ground(grid, [global_costmap]).cover,
     )  # fmt: skip
     safety_choice = plan.choices["safety"]

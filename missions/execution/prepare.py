@@ -136,6 +136,8 @@ def prepare(name: str | Path, options: RunOptions) -> PreparedMission:
     _check_fit(choices, mission, robot)
     layers = tuple(layer.located(folder) for layer in choices["costmap"].parts)
     choices["costmap"] = replace(choices["costmap"], parts=layers)
+    limits = choices["speed_limits"]
+    choices["speed_limits"] = replace(limits, parameters=limits.parameters.located(folder))
     choices["planner"], warnings = located_planner(choices["planner"], mission, robot, world)
     plan = PreparedMission(
         mission=mission,

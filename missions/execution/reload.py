@@ -32,7 +32,8 @@ from stack.telemetry.records import MissionState
 
 TUNED = {
     "controller": ("controller",), "navigator": ("navigator",), "safety": ("safety",),
-    "costmap": ("local_costmap", "global_costmap"), "planner": (),
+    "costmap": ("local_costmap", "global_costmap"), "planner": (), "speed_limits": (),
+    "tracker": (),
 }  # fmt: skip
 """Kind of component -> its names in live tuning."""
 

@@ -78,6 +78,7 @@ class Localiser(Estimator):
         self._calibration = stream(seed, "localisation calibration")
         self._field = surface_field(grid)
         self._table = self._field.log_likelihoods(parameters.hit_deviation, parameters.hit_share)
+        self._least = float(self._table.min())
         self._evaluator = ScanEvaluator(self._field)
         self._matcher = GlobalMatcher(self._field, self._evaluator)
         self._scale: FitScale | None = None
@@ -270,7 +271,7 @@ class Localiser(Estimator):
         self._move()
         scores = self._kernels.score_poses(
             self._table, self._field.occupancy, *self._field.placement, self._particle_set.poses,
-            points, float(self._table.min()),
+            points, self._least,
         )  # fmt: skip
         logs = np.log(self._particle_set.weights) + self.parameters.trust * scores
         weights = np.exp(logs - logs.max())

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 from stack.costmap.costmap import Costmap
+from stack.costmap.layer import LayerUpdate, PosedReading, PosedScan
+from stack.costmap.speed_limits import SpeedLimits
 from stack.frames.buffer import TransformBuffer
 from stack.perception.tracker import Tracker
 from stack.types import Observation, Pose2D, RangeReading, Scan, TrackedObject
 
-ROLLING_PERIOD = 0.5
-"""Seconds between two updates of the costmaps of a robot without new measurements."""
-
-Group = tuple[dict[str, Scan], tuple[RangeReading, ...]]
-"""Scans by lidar, and range readings, with the same stamp."""
+IDLE_PERIOD = 0.5
+"""Seconds without measurements after which the costmaps expire marks and follow the robot."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,20 +36,22 @@ class WorldModel:
         local_costmap: around the robot.
         global_costmap: of the whole map.
         tracker: of moving objects; None if no component needs tracks.
+        speed_limits: of the zones on the map.
         lidar: whose scans the tracker uses.
         deceleration: of the robot, m/s²; a speed limit ahead is obeyed in time.
         cover: without a map, grows the global costmap to contain some poses.
     """
 
     def __init__(  # noqa: PLR0913 - parts of the model, by keyword
-        self, local_costmap: Costmap, global_costmap: Costmap, tracker: Tracker | None, *,
-        lidar: str, deceleration: float, cover: Callable[[Iterable[Pose2D]], None],
+        self, local_costmap: Costmap, global_costmap: Costmap, tracker: Tracker | None,
+        speed_limits: SpeedLimits, *, lidar: str, deceleration: float, cover: Callable[[Iterable[Pose2D]], None],
     ) -> None:  # fmt: skip
         self.local_costmap, self.global_costmap = local_costmap, global_costmap
         self._tracker, self._lidar, self._deceleration = tracker, lidar, deceleration
+        self._speed_limits = speed_limits
         self.cover = cover
         self._tracks: tuple[TrackedObject, ...] = ()
-        self._rolled = 0.0
+        self._updated_at = 0.0
 
     def update(self, observation: Observation, frames: TransformBuffer) -> WorldView:
         """Process the new measurements of a step.
@@ -59,41 +60,34 @@ class WorldModel:
             observation: with deskewed scans.
             frames: with the odometry and the estimate of this step.
         """
-        now, at_rest = observation.time, not self._measured(observation)
+        now = observation.time
         pose = frames.pose_at("map", now)
         self.cover([pose])
-        for stamp, (scans, readings) in self._by_stamp(observation):
-            self._process(frames.pose_at("map", stamp), scans, readings, now)
-        if at_rest and now - self._rolled >= ROLLING_PERIOD:
-            self._process(pose, {}, (), now)
+        scans = {
+            name: PosedScan(scan, frames.pose_at("map", scan.stamp))
+            for name, scan in observation.of(Scan).items()
+        }
+        readings = tuple(
+            PosedReading(reading, frames.pose_at("map", reading.stamp))
+            for reading in observation.of(RangeReading).values()
+        )
+        if scans or readings or now - self._updated_at >= IDLE_PERIOD:
+            self._updated_at = now
+            update = LayerUpdate(pose, now, scans, readings, self._track(scans, now))
+            self.local_costmap.update(update)
+            self.global_costmap.update(update)
         tracks = tuple(track.at(now) for track in self._tracks)
-        return WorldView(tracks, self.global_costmap.speed_limit(pose, self._deceleration))
+        return WorldView(tracks, self._speed_limits.at_pose(pose, self._deceleration))
 
-    def _measured(self, observation: Observation) -> bool:
-        return bool(observation.of(Scan) or observation.of(RangeReading))
-
-    def _by_stamp(self, observation: Observation) -> list[tuple[float, Group]]:
-        """Return the scans and readings with the same stamp together, in order of time."""
-        groups: dict[float, Group] = {}
-        for name, scan in observation.of(Scan).items():
-            groups.setdefault(scan.stamp, ({}, ()))[0][name] = scan
-        for reading in observation.of(RangeReading).values():
-            scans, readings = groups.get(reading.stamp, ({}, ()))
-            groups[reading.stamp] = (scans, (*readings, reading))
-        return sorted(groups.items())
-
-    def _process(
-        self, pose: Pose2D, scans: dict[str, Scan], readings: tuple[RangeReading, ...], now: float
-    ) -> None:
-        self._rolled = now
-        main, tracks = scans.pop(self._lidar, None), None
-        if self._tracker is not None and main is not None:
-            tracks = self._tracks = self._tracker.update(pose, main, now)
-        for costmap in (self.local_costmap, self.global_costmap):
-            for name, scan in scans.items():
-                costmap.update_from(name, pose, scan, now)
-            if main is not None or readings or not scans:
-                costmap.update(pose, main, now, readings=readings, tracks=tracks)
+    def _track(
+        self, scans: Mapping[str, PosedScan], now: float
+    ) -> tuple[TrackedObject, ...] | None:
+        """Return all tracks after a scan of the main lidar; None without one."""
+        posed = scans.get(self._lidar)
+        if self._tracker is None or posed is None:
+            return None
+        self._tracks = self._tracker.update(posed.pose, posed.scan, now)
+        return self._tracks
 
     def forget_tracks(self) -> None:
         """Remove all tracks, for example after a jump of the pose."""
