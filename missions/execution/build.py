@@ -19,7 +19,6 @@ from robots.simulated import SimulatedBody
 from stack.control.cusp_splitter import controller_for
 from stack.costmap.costmap import Costmap
 from stack.costmap.unexplored import Ground, unexplored
-from stack.drivetrain.description import DriveKind
 from stack.errors import InputError
 from stack.localisation.dead_reckoning import DeadReckoning
 from stack.localisation.localiser import Localiser
@@ -253,7 +252,7 @@ def _ignore(poses: Iterable[Pose2D] = ()) -> None:
 def _localiser(plan: PreparedMission, grid: OccupancyGrid, seed: int) -> Localiser | DeadReckoning:
     if not plan.is_mapped:
         return DeadReckoning(plan.belief or MAP_ORIGIN)
-    sideways = plan.robot.drive is DriveKind.OMNI
+    sideways = plan.robot.drivetrain.can_move_sideways
     localiser = Localiser(grid, LocaliserParameters(), seed, sideways=sideways)
     if plan.belief is None:
         localiser.scatter()

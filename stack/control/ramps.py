@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import sqrt
 
-from stack.drivetrain.description import Limits
-from stack.drivetrain.kinematics import within_turning_radius
+from stack.drivetrain.drivetrain import Drivetrain
+from stack.drivetrain.limits import Limits
 from stack.types import Twist
 
 
@@ -30,16 +30,19 @@ class Ramp:
     """Limits the change of commands from one control step to the next.
 
     Attributes:
-        limits: of the robot.
+        drivetrain: of the robot.
         period: seconds between two commands.
         response_time: delay from a command to the robot's response, seconds.
-        turning_radius: minimum, metres; 0 if the robot can turn in place.
     """
 
-    limits: Limits
+    drivetrain: Drivetrain
     period: float
     response_time: float
-    turning_radius: float = 0.0
+
+    @property
+    def limits(self) -> Limits:
+        """Limits of speed and acceleration."""
+        return self.drivetrain.limits
 
     def rebased(self, last: Twist, measured: Twist) -> Twist:
         """Clip the last command to the measured velocity, plus the change possible in the delay."""
@@ -59,7 +62,7 @@ class Ramp:
             self.turn(last.angular, wanted.angular),
             self.forward(last.lateral, wanted.lateral),
         )
-        return within_turning_radius(reached, self.turning_radius)
+        return self.drivetrain.feasible(reached)
 
     def forward(self, last: float, wanted: float) -> float:
         """One step of the forward speed towards the wanted one, m/s."""
@@ -80,7 +83,7 @@ class Ramp:
         turn = self.limits.angular_acceleration * self.period
         angular = last.angular * share if share else _towards_zero(last.angular, turn)
         slower_twist = Twist(last.linear * share, angular, lateral)
-        return within_turning_radius(slower_twist, self.turning_radius)
+        return self.drivetrain.feasible(slower_twist)
 
 
 def _near(value: float, centre: float, slack: float) -> float:

@@ -14,8 +14,8 @@ from math import atan2, hypot, inf, isfinite, pi
 
 import numpy as np
 
-from stack.drivetrain.description import DriveKind, RobotDescription
-from stack.drivetrain.kinematics import drivable, scaled
+from stack.drivetrain.description import RobotDescription
+from stack.drivetrain.kinematics import scaled
 from stack.safety.monitor import CollisionMonitor, Contact
 from stack.safety.parameters import SafetyParameters
 from stack.safety.smoother import (
@@ -79,7 +79,7 @@ class Safety:
             self.reason = f"emergency stop: {self._emergency}"
             self._smoother.last = STANDSTILL
             return STANDSTILL
-        wanted = drivable(self._finite(twist), self._robot)
+        wanted = self._robot.drivetrain.feasible(self._finite(twist))
         if self._robot.lidar is not None:
             wanted = self._unless_stale(wanted, scan, time)
         points = None if scan is None else self._monitor.points(scan, time, measured)
@@ -102,9 +102,9 @@ class Safety:
 
     def _beyond_dead_band(self, smooth: Twist, wanted: Twist) -> Twist:
         p = self.parameters
-        if self._robot.drive is DriveKind.ACKERMANN:
-            return arc_beyond_dead_band(smooth, wanted, p.dead_band)
-        return beyond_dead_band(smooth, wanted, p.dead_band, p.turning_dead_band)
+        if self._robot.drivetrain.turns_in_place:
+            return beyond_dead_band(smooth, wanted, p.dead_band, p.turning_dead_band)
+        return arc_beyond_dead_band(smooth, wanted, p.dead_band)
 
     def _finite(self, twist: Twist) -> Twist:
         if all(map(isfinite, (twist.linear, twist.angular, twist.lateral))):
@@ -150,7 +150,7 @@ class Safety:
             self.reason = f"slower: obstacle {_where(contact)}"
             return scaled(twist, share)
         self.reason = f"stopped: obstacle {_where(contact)}"
-        turn = drivable(Twist(angular=twist.angular), self._robot)
+        turn = self._robot.drivetrain.feasible(Twist(angular=twist.angular))
         if turn not in (twist, STANDSTILL):
             time = self._monitor.contact(turn, points, p.slow_time, p.padding).time
             if time == inf:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from math import hypot
 
-from stack.drivetrain.description import BatteryDescription, Limits
+from stack.drivetrain.description import BatteryDescription
+from stack.drivetrain.limits import Limits
 from stack.sim.physics.physics_world import GroundTruth
 from stack.sim.worlds.world import Dock
 from stack.types import Battery as BatteryReading

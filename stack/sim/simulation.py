@@ -15,7 +15,7 @@ from stack.sim.sensors.odometry import Encoders, Odometry
 from stack.sim.sensors.rendering import RenderRequest
 from stack.sim.sensors.sonar import Sonar
 from stack.sim.timeline import Timeline
-from stack.sim.wheel_controller import wheel_controller_of
+from stack.sim.wheel_controller import WheelController
 from stack.sim.worlds.world import World, WorldEvent
 from stack.types import Image, Observation, Pose2D, RangeReading, Scan
 
@@ -45,7 +45,7 @@ class Simulation:
         self._news: list[tuple[str, str]] = []
         self._scan: Scan | None = None
 
-        self.drive = wheel_controller_of(description, self._period)
+        self.drive = WheelController(description.drivetrain, self._period)
         self._odometry = Odometry(description, seed)
         self._lidar = Lidar(description.lidar, world, seed) if description.lidar else None
         self._lidars = {
@@ -88,8 +88,9 @@ class Simulation:
         physics, drive = self._physics, self.drive
         for _ in range(steps):
             if drive.advance():
-                physics.set_wheel_speeds(*drive.wheel_speeds)
-                physics.steer(drive.steering)
+                wheels = drive.wheels
+                physics.set_wheel_speeds(*wheels.speeds)
+                physics.steer(wheels.steering)
             physics.step()
             self._step += 1
             if self._step % self._scene_steps == 0:

@@ -20,7 +20,7 @@ from stack.control.path_controller import PathController
 from stack.control.path_progress import PathProgress
 from stack.control.ramps import stopping_speed
 from stack.control.swept import BoolArray
-from stack.drivetrain.description import DriveKind, RobotDescription
+from stack.drivetrain.description import RobotDescription
 from stack.types import FloatArray, Pose2D, Twist, wrap_angle
 
 SPACING = 0.05
@@ -158,7 +158,7 @@ def window(p: DwbParameters, robot: RobotDescription, last: Twist, top: float) -
         p.angular_samples, (-fastest, fastest), (last.angular - swing, last.angular + swing)
     )
     sideways = np.zeros(1)
-    if robot.drive is DriveKind.OMNI:
+    if robot.drivetrain.can_move_sideways:
         most = min(limits.lateral_speed, top)
         reach = (last.lateral - rise, last.lateral + rise)
         sideways = _samples(p.lateral_samples, (-most, most), reach)
@@ -205,7 +205,7 @@ def drive(
     middle = heading - 0.5 * step * angular
     c, s = np.cos(middle), np.sin(middle)
     ahead, left = linear * c, linear * s
-    if robot.drive is DriveKind.OMNI:
+    if robot.drivetrain.can_move_sideways:
         lateral = _approach(last.lateral, wanted.lateral, times, rates)
         ahead, left = ahead - lateral * s, left + lateral * c
     x, y = pose.x + np.cumsum(ahead, axis=1) * step, pose.y + np.cumsum(left, axis=1) * step

@@ -10,7 +10,6 @@ from stack.components import ControlState
 from stack.control.goal_alignment import GoalAlignment, GoalAlignmentParameters
 from stack.control.ramps import Ramp, stopping_speed
 from stack.control.swept import SweptFootprint
-from stack.drivetrain.description import Limits
 from stack.types import STANDSTILL, CostGrid, Pose2D, Twist
 from tests.stack.control.test_pure_pursuit import polyline
 from tests.stack.navigation.toy_world import RECTANGLE, robot
@@ -43,7 +42,7 @@ def test_the_speed_that_still_stops_in_time():
 
 
 def test_commands_change_by_what_the_drive_can_do():
-    ramp = Ramp(Limits(), 0.05, 0.1)
+    ramp = Ramp(robot().drivetrain, 0.05, 0.1)
     assert ramp.forward(0.2, 0.8) == pytest.approx(0.25)
     assert ramp.forward(0.2, 0.0) == pytest.approx(0.125)
     assert ramp.turn(0.0, -3.0) == pytest.approx(-0.16)

@@ -19,7 +19,6 @@ from stack.control.mppi.optimiser import bounds, savitzky_golay
 from stack.control.mppi.parameters import MppiParameters
 from stack.control.mppi.scene import LocalPath, Obstacles, Outline, Rollouts
 from stack.control.path_progress import PathProgress
-from stack.drivetrain.description import DriveKind
 from stack.geometry.polygons import fill_polygon
 from stack.types import STANDSTILL, CostGrid, Footprint, Path, Pose2D
 from tests.stack.control.courses import controller, toy_drive
@@ -74,11 +73,12 @@ def straight_path(n=21, spacing=0.1, goal=None, remaining=10.0):
 def judged(critic, rollouts, path=None, furthest=0, heading=0.0, **parameters):
     """The cost that a critic alone gives to the first rollout."""
     path = path or straight_path()
-    drive = parameters.pop("drive", DriveKind.DIFFERENTIAL)
+    aligns_in_place = parameters.pop("aligns_in_place", True)
     moving = parameters.pop("moving", False)
     plan = np.zeros(rollouts.controls.shape[:2], np.float32)
     critic_data = CriticData(
-        critic_kernels, MppiParameters(**parameters), path, plan, plan, heading, furthest, drive,
+        critic_kernels, MppiParameters(**parameters), path, plan, plan, heading, furthest,
+        aligns_in_place,
         moving,
     )  # fmt: skip
     rollouts.costs[:] = 0.0
@@ -283,7 +283,7 @@ def test_the_goal_critics_take_means_and_apply_near_the_goal_only():
     assert judged(critics.goal, rollouts, behind_a_wall) == 0.0
     close = straight_path(goal=Pose2D(0.4, 0.0, -3.0), remaining=0.4)
     turn = 2 * pi - 3.3  # from 0.3 to -3.0 the short way
-    assert judged(critics.goal_angle, rollouts, close, drive=DriveKind.ACKERMANN) == pytest.approx(
+    assert judged(critics.goal_angle, rollouts, close, aligns_in_place=False) == pytest.approx(
         3.0 * turn, rel=1e-5
     )
     assert judged(critics.goal_angle, rollouts, close) == 0.0  # turns at the goal instead
