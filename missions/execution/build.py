@@ -21,7 +21,6 @@ from stack.control.cusp_splitter import controller_for
 from stack.costmap.costmap import Costmap
 from stack.costmap.speed_limits import SpeedLimits
 from stack.costmap.unexplored import Ground, unexplored
-from stack.drivetrain.description import DriveKind
 from stack.errors import InputError
 from stack.frames.buffer import TransformBuffer
 from stack.localisation.dead_reckoning import DeadReckoning
@@ -310,7 +309,7 @@ def _ignore(poses: Iterable[Pose2D] = ()) -> None:
 def _estimator(plan: PreparedMission, grid: OccupancyGrid, seed: int) -> Estimator:
     if not plan.is_mapped:
         return DeadReckoning(plan.belief or MAP_ORIGIN)
-    sideways = plan.robot.drive is DriveKind.OMNI
+    sideways = plan.robot.drivetrain.can_move_sideways
     localiser = Localiser(grid, LocaliserParameters(), seed, sideways=sideways)
     if plan.belief is None:
         localiser.scatter()

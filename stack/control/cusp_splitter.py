@@ -17,7 +17,7 @@ import numpy as np
 from stack.components import Controller, ControlState
 from stack.control.path_progress import PathProgress
 from stack.control.ramps import Ramp
-from stack.drivetrain.description import DriveKind, RobotDescription
+from stack.drivetrain.description import RobotDescription
 from stack.errors import NavigationError
 from stack.types import (
     STANDSTILL,
@@ -96,7 +96,7 @@ def controller_for(component: Any, parameters: Any, robot: RobotDescription, per
     For an omnidirectional robot the heading does not determine the driving direction, so its paths
     have no cusps.
     """
-    if robot.drive is DriveKind.OMNI:
+    if robot.drivetrain.can_move_sideways:
         return component(parameters, robot, period)
     return CuspSplitter(component, parameters, robot, period)
 
@@ -113,7 +113,7 @@ class CuspSplitter:
         self._segments: tuple[PathSegment, ...] = ()
         self._index, self._last = 0, STANDSTILL
         self._progress: PathProgress | None = None
-        self._ramp = Ramp(robot.limits, period, 0.0, robot.turning_radius)
+        self._ramp = Ramp(robot.drivetrain, period, 0.0)
 
     @property
     def parameters(self) -> Any:

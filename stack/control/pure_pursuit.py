@@ -28,8 +28,8 @@ from stack.control.ramps import Ramp, stopping_speed
 from stack.control.swept import SweptFootprint
 from stack.control.turning import TurnInPlace, TurnStyle, turning_speed
 from stack.costmap.route_costs import blocked_at
-from stack.drivetrain.description import DriveKind, RobotDescription
-from stack.drivetrain.kinematics import moved, speed_towards, within_turning_radius
+from stack.drivetrain.description import RobotDescription
+from stack.drivetrain.kinematics import moved, speed_towards
 from stack.parameters import parameter
 from stack.types import LETHAL_COST, STANDSTILL, Path, Pose2D, Twist
 from stack.types import wrap_angle as wrap
@@ -129,7 +129,7 @@ class PurePursuit:
         self, parameters: PurePursuitParameters, robot: RobotDescription, period: float
     ) -> None:
         self.parameters, self._limits, self._period = parameters, robot.limits, period
-        self._drive, self._radius = robot.drive, robot.turning_radius
+        self._drivetrain, self._radius = robot.drivetrain, robot.turning_radius
         self._swept = SweptFootprint(robot.footprint, padding=parameters.padding, exact=True)
         self._manoeuvres = Manoeuvres(self._swept, robot)
         self._primitives: tuple[ArcPrimitive, ...] = ()
@@ -145,7 +145,7 @@ class PurePursuit:
 
     def set_path(self, path: Path) -> None:
         """Set the path to follow, map frame."""
-        self._progress = PathProgress(path, steered=self._drive is DriveKind.ACKERMANN)
+        self._progress = PathProgress(path, steered=not self._drivetrain.turns_in_place)
         self._arrived = self._turning = False
 
     def command(self, state: ControlState) -> Twist:
@@ -165,7 +165,7 @@ class PurePursuit:
         self._last = self._ramp.rebased(self._last, state.twist)
         if self._has_arrived(progress, state.pose, fresh):
             chosen = self._turn(state, wrap(progress.path.goal.heading - state.pose.heading))
-        elif self._drive is DriveKind.OMNI:
+        elif self._drivetrain.can_move_sideways:
             chosen = self._drive_omni(progress, state)
         else:
             chosen = self._pursue(progress, state)
@@ -294,7 +294,7 @@ class PurePursuit:
         """
         p = self.parameters
         distance = min(max(speed * p.lookahead_time, p.min_lookahead), p.max_lookahead)
-        if self._drive is DriveKind.ACKERMANN:
+        if not self._drivetrain.turns_in_place:
             return distance
         return min(distance, max(remaining, 0.5 * p.min_lookahead))
 
@@ -306,7 +306,7 @@ class PurePursuit:
         continues until the path is nearly ahead.
         """
         p = self.parameters
-        if self._drive is DriveKind.ACKERMANN:
+        if not self._drivetrain.turns_in_place:
             return inf
         if self._turning:
             return min(0.1, p.turn_angle)
@@ -370,11 +370,11 @@ class PurePursuit:
             return self._ramp.towards(last, replace(wanted, angular=rate))
         linear = self._ramp.forward(last.linear, speed)
         driven = Twist(linear, self._ramp.turn(last.angular, linear * arc.curvature))
-        return within_turning_radius(driven, self._radius)
+        return self._drivetrain.feasible(driven)
 
     def _turn(self, state: ControlState, angle: float) -> Twist | None:
         """Turn in place; a car can only stop."""
-        if self._drive is DriveKind.ACKERMANN:
+        if not self._drivetrain.turns_in_place:
             return self._ramp.stopped(self._last) if self._arrived else None
         return TurnInPlace(self._swept, self._ramp, self._style).twist(state, self._last, angle)
 
@@ -385,4 +385,4 @@ class PurePursuit:
 
     @property
     def _ramp(self) -> Ramp:
-        return Ramp(self._limits, self._period, self.parameters.response_time, self._radius)
+        return Ramp(self._drivetrain, self._period, self.parameters.response_time)

@@ -7,7 +7,7 @@ from dataclasses import replace
 from math import degrees
 
 from stack.components import Controller, Planner
-from stack.drivetrain.description import DriveKind, RobotDescription
+from stack.drivetrain.description import RobotDescription
 from stack.errors import ParameterError
 from stack.navigation.drive_to_goal import GoalDrive
 from stack.navigation.escape.escape import Escape, EscapeGoal
@@ -58,8 +58,8 @@ class Navigator:
             controller, PlannerWorker(planner), parameters, local_costmap, global_costmap, emit,
             clear_of=robot.footprint.inscribed_radius,
             deceleration=robot.limits.linear_deceleration,
-            turns_in_place=robot.drive is not DriveKind.ACKERMANN,
-            has_legs=robot.drive is not DriveKind.OMNI,
+            turns_in_place=robot.drivetrain.turns_in_place,
+            has_legs=not robot.drivetrain.can_move_sideways,
             counters={"plans": 0.0, "replans": 0.0, "recoveries": 0.0, "distance": 0.0},
         )  # fmt: skip
         self._surroundings = Surroundings()

@@ -10,7 +10,8 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from math import atan2, copysign, cos, degrees, inf, sin, sqrt
 
-from stack.drivetrain.description import DriveKind, Limits, RobotDescription
+from stack.drivetrain.description import RobotDescription
+from stack.drivetrain.limits import Limits
 from stack.navigation.following import standing
 from stack.navigation.parameters import NavigationParameters
 from stack.navigation.tasks import MotionTask, NavigationState
@@ -236,9 +237,9 @@ class StraightLine:
 
     def unsupported_reason(self, robot: RobotDescription) -> str:
         """Reason why a robot cannot drive the line; empty when it can."""
-        if self.direction and robot.drive is not DriveKind.OMNI:
+        if self.direction and not robot.drivetrain.can_move_sideways:
             return (
-                f"the {robot.name} has {robot.drive} wheels and cannot drive towards "
+                f"the {robot.name} has {robot.drivetrain.kind} wheels and cannot drive towards "
                 f"{degrees(self.direction):.0f} deg without turning first; omit the direction"
             )
         if self.top_speed(robot.limits) <= 0.0:
@@ -275,7 +276,7 @@ class DriveOnHeading(Recovery):
         )
         super().__init__(task, profile, tools)
         self._unit, self._start, self._off = line.unit, Pose2D(0.0, 0.0), 0.0
-        self._sideways = robot.drive is DriveKind.OMNI
+        self._sideways = robot.drivetrain.can_move_sideways
         radius = robot.turning_radius
         self._tightest = min(self.TIGHTEST, 1.0 / radius) if radius else self.TIGHTEST
 

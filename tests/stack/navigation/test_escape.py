@@ -9,7 +9,8 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from stack.drivetrain.description import OmniWheels, SteeredWheels
+from stack.drivetrain.ackermann import SteeredWheels
+from stack.drivetrain.omnidirectional import OmniWheels
 from stack.errors import ParameterError
 from stack.navigation.escape import kernels
 from stack.navigation.escape.primitives import EscapeSegment, motions, roll_out
