@@ -11,6 +11,7 @@ interface of layers.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 from importlib import import_module
 from importlib.metadata import entry_points
@@ -163,37 +164,57 @@ class ControlState:
     points: FloatArray | None = None
 
 
-class Controller(Protocol):
+class Controller(ABC):
     """A path-following controller.
 
-    A class attribute `needs_tracks = True` requests tracks of moving objects.
+    Lifecycle: `start` at the beginning of a drive, `set_path` for each new path, `command` in each
+    control step, `stop` at the end. `pause` and `resume` enclose a time in which the robot is held
+    or drives elsewhere: it does not count for time limits.
 
     Attributes:
-        parameters: current parameters. Live tuning replaces them between two steps, or calls the
-            optional method `configure(parameters)`.
+        needs_tracks: whether the controller uses tracks of moving objects.
+        parameters: current parameters.
     """
 
     Parameters: ClassVar[type]
+    needs_tracks: ClassVar[bool] = False
     parameters: Any
 
-    def __init__(self, parameters: Any, robot: RobotDescription, period: float) -> None: ...
+    def __init__(self, parameters: Any, robot: RobotDescription, period: float) -> None:
+        self.parameters = parameters
 
+    def configure(self, parameters: Any) -> None:
+        """Apply new parameters; called between two steps by live tuning."""
+        self.parameters = parameters
+
+    def start(self, now: float) -> None:  # noqa: B027 - optional
+        """Begin a drive at a time in seconds."""
+
+    @abstractmethod
     def set_path(self, path: Path) -> None:
         """Set the path to follow, map frame."""
-        ...
 
+    @abstractmethod
     def command(self, state: ControlState) -> Twist:
         """Compute the velocity command of this step, base frame.
 
         Raises:
             NavigationError: COLLISION_AHEAD if no command is safe.
         """
-        ...
+
+    def pause(self, now: float) -> None:  # noqa: B027 - optional
+        """Hold the drive; no commands follow until `resume`."""
+
+    def resume(self, now: float) -> None:  # noqa: B027 - optional
+        """Continue the drive; the robot stands, perhaps at another place."""
+
+    def stop(self, now: float) -> None:  # noqa: B027 - optional
+        """End the drive."""
 
     @property
     def local_plan(self) -> Path | None:
         """The motion planned for the next seconds, map frame, for displays."""
-        ...
+        return None
 
 
 @dataclass(frozen=True, slots=True)

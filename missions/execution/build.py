@@ -16,6 +16,7 @@ from missions.trees.compiler import compile_mission
 from missions.trees.debugging import TreeDebugger, addresses
 from missions.trees.mission_tree import MissionTree
 from robots.simulated import SimulatedBody
+from stack.components import Controller
 from stack.control.cusp_splitter import controller_for
 from stack.costmap.costmap import Costmap
 from stack.costmap.unexplored import Ground, unexplored
@@ -194,8 +195,8 @@ def _costmaps(plan: PreparedMission, grid: OccupancyGrid) -> tuple[Costmap, Cost
 
 def _tracker(plan: PreparedMission, grid: OccupancyGrid, *costmaps: Costmap) -> Tracker | None:
     """Return a tracker of moving objects if a costmap layer or the controller needs one."""
-    for_controller = getattr(plan.choices["controller"].component, "needs_tracks", False)
-    if not (for_controller or any(costmap.needs_tracks for costmap in costmaps)):
+    controller: type[Controller] = plan.choices["controller"].component
+    if not (controller.needs_tracks or any(costmap.needs_tracks for costmap in costmaps)):
         return None
     return Tracker(plan.choices["tracker"].parameters, grid)
 

@@ -119,7 +119,7 @@ class RobotFacade:
         tracks = tuple(track.at(self.time) for track in self.tracks)
         state = NavigationState(self.time, self.estimate, self._odometry, self._scan, tracks)
         self._parts.cover([state.estimate.pose])
-        return self._navigation.advance(state)
+        return self._navigation.step(state)
 
     @property
     def scans(self) -> Mapping[str, Scan]:

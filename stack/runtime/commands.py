@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from math import isfinite
 from typing import Any, Protocol
 
 from stack.errors import InputError, ParameterError
-from stack.navigation.tasks import MotionExecutor
 from stack.navigation.teleoperation import Teleoperation
 from stack.robot import Task
 from stack.runtime.debug_commands import DebugCommands
@@ -31,21 +29,13 @@ class LoopControl(Protocol):
         ...
 
 
-@dataclass(frozen=True)
-class OperatorGoal:
-    """A drive to the operator's goal, and the mission's motion that is suspended meanwhile."""
-
-    task: Task
-    suspended: MotionExecutor | None
-
-
 class CommandHandler:
     """Applies commands; acknowledges each and logs it with the step in which it took effect."""
 
     def __init__(self, parts: Parts, control: LoopControl) -> None:
         self._parts, self._control = parts, control
         self._resume_to = MissionState.RUNNING
-        self._operator_goal: OperatorGoal | None = None
+        self._detour: Task | None = None
         self.debugging = DebugCommands(parts, control, lambda: self._resume({}))
         self._actions: dict[str, Callable[[Arguments], str | None]] = {
             "pause": self._pause,
@@ -66,8 +56,8 @@ class CommandHandler:
         """Whether the mission is paused and the robot drives to the operator's goal."""
         return (
             self._control.state is MissionState.PAUSED
-            and self._operator_goal is not None
-            and self._operator_goal.task.status is TaskStatus.RUNNING
+            and self._detour is not None
+            and self._detour.status is TaskStatus.RUNNING
         )
 
     def apply_commands(self, held: bool = False) -> None:
@@ -118,8 +108,7 @@ class CommandHandler:
     def _pause(self, _: Arguments) -> str | None:
         if self._control.state is MissionState.EMERGENCY_STOP:
             return "the emergency stop is engaged; release it first"
-        if self._operator_goal is not None:
-            self._operator_goal.task.cancel()
+        self._hold()
         self.debugging.forget_steps()
         self._control.state, self._control.reason = MissionState.PAUSED, ""
         return None
@@ -127,10 +116,8 @@ class CommandHandler:
     def _resume(self, _: Arguments) -> str | None:
         if self._control.state is not MissionState.PAUSED:
             return f"cannot resume: the mission is {self._control.state}"
-        if self._operator_goal is not None:
-            self._parts.navigator.resume(self._operator_goal.suspended)
-            self._operator_goal = None
-        self._forget_teleoperation()
+        self._parts.navigator.resume(self._parts.body.time)
+        self._detour = None
         self.debugging.forget_steps()
         self._control.state, self._control.reason = MissionState.RUNNING, ""
         return None
@@ -138,16 +125,24 @@ class CommandHandler:
     def _emergency_stop(self, arguments: Arguments) -> None:
         if self._control.state is not MissionState.EMERGENCY_STOP:
             self._resume_to = self._control.state
+        self._hold()
         self._parts.safety.engage(str(arguments.get("reason", "operator")))
         self._control.state = MissionState.EMERGENCY_STOP
 
     def _release(self, _: Arguments) -> str | None:
         if self._control.state is not MissionState.EMERGENCY_STOP:
             return "the emergency stop is not engaged"
-        self._forget_teleoperation()
         self._parts.safety.release()
         self._control.state = self._resume_to
+        if self._resume_to is not MissionState.PAUSED:
+            self._parts.navigator.resume(self._parts.body.time)
         return None
+
+    def _hold(self) -> None:
+        """Hold the mission's motion, and cancel a detour."""
+        if self._detour is not None:
+            self._detour.cancel()
+        self._parts.navigator.pause(self._parts.body.time)
 
     def _abort(self, arguments: Arguments) -> None:
         self._control.end(MissionState.ABORTED, str(arguments.get("reason", "by the operator")))
@@ -171,10 +166,9 @@ class CommandHandler:
         if self._control.state not in (MissionState.RUNNING, MissionState.PAUSED):
             return f"the mission is {self._control.state}"
         goal = _pose(arguments)
-        navigator, previous = self._parts.navigator, self._operator_goal
-        suspended = previous.suspended if previous else navigator.suspend()
         self._control.state = MissionState.PAUSED
-        self._operator_goal = OperatorGoal(self._parts.facade.navigate_to(goal), suspended)
+        self._parts.navigator.pause(self._parts.body.time)
+        self._detour = self._parts.facade.navigate_to(goal)
         return None
 
     def _teleop(self, arguments: Arguments) -> str | None:
@@ -191,12 +185,6 @@ class CommandHandler:
             return self._teleoperation_refusal
         teleoperation.release()
         return None
-
-    def _forget_teleoperation(self) -> None:
-        """Drop a velocity that the operator sent before the robot was held."""
-        teleoperation = self._parts.navigator.teleoperation
-        if teleoperation is not None:
-            teleoperation.discard_velocity()
 
     @property
     def _teleoperation(self) -> Teleoperation | None:

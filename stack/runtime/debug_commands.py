@@ -83,6 +83,7 @@ class DebugCommands:
         )  # fmt: skip
 
     def _pause(self, why: str) -> None:
+        self._parts.navigator.pause(self._parts.body.time)
         self._control.state, self._control.reason = MissionState.PAUSED, why
 
     def _break(self, arguments: Arguments) -> str:

@@ -51,6 +51,10 @@ class Safety:
         self._smoother = VelocitySmoother(robot, period)
         self._emergency: str | None = None
 
+    def configure(self, parameters: SafetyParameters) -> None:
+        """Apply new parameters, from the next step on."""
+        self.parameters = parameters
+
     def engage(self, reason: str) -> None:
         """Latch the emergency stop: standstill until `release` is called."""
         if self._emergency is None:

@@ -50,7 +50,7 @@ class ToyDrive:
             self.globe.update()
         estimate = replace(world.estimate, health=self.health)
         state = NavigationState(world.time, estimate, world.odometry, world.scan)
-        twist = self.navigator.advance(state)
+        twist = self.navigator.step(state)
         self.commands.append(twist)
         world.drive(
             self.safety.limit(twist, scan=world.scan, time=world.time, measured=world.twist)
