@@ -228,7 +228,7 @@ def _navigator(
     planner, controller = plan.choices["planner"], plan.choices["controller"]
     return Navigator(
         robot=plan.robot,
-        planner=planner.component(planner.parameters, plan.robot),
+        planner=planner.create(plan.robot),
         controller=controller_for(controller.component, controller.parameters, plan.robot, period),
         parameters=plan.choices["navigator"].parameters,
         local_costmap=local_costmap,

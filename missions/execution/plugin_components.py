@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from behaviours.catalogue import name_of, plugin_modules
-from stack.components import GROUPS, available
+from stack.components import BASES, GROUPS, available
 from stack.errors import InputError
 
 METHODS = {
@@ -15,7 +15,11 @@ METHODS = {
     "controller": ("set_path", "command"),
     "costmap_layer": ("lay_out", "paint"),
 }
-"""Methods that make a class with `Parameters` a component, by kind."""
+"""Methods that make a class with `Parameters` a component, by kind.
+
+A planner or controller that does not inherit the base class is found too: choosing it is an error
+that names the class.
+"""
 
 
 def plugged_components(
@@ -55,6 +59,9 @@ def _add(found: dict[str, dict[str, str]], cls: type) -> None:
 
 
 def _kind_of(cls: type) -> str | None:
+    for kind, base in BASES.items():
+        if issubclass(cls, base):
+            return kind
     if not hasattr(cls, "Parameters"):
         return None
     matching = (

@@ -91,13 +91,7 @@ class Navigator:
         Raises:
             ParameterError: there is no such edge, or the planner has no route graph.
         """
-        change = getattr(self.planner, "with_edge", None)
-        if change is None:
-            raise ParameterError(
-                "edge", f"{edge!r}: the planner in use has no route graph",
-                "use `planner: {use: route, graph: FILE}`",
-            )  # fmt: skip
-        self.planner = change(edge, closed=closed)
+        self.planner = self.planner.with_edge(edge, closed=closed)
         self._emit("route", f"edge {edge} is now {'closed' if closed else 'open'}", edge=edge)
 
     @property

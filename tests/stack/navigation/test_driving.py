@@ -302,7 +302,7 @@ def test_a_jump_of_the_pose_brings_a_new_path(make):
 
 def test_a_plugin_that_breaks_fails_the_task_not_the_loop(make):
     class Broken(ToyPlanner):
-        def plan(self, costs, start, goal):
+        def plan(self, costs, start, goal, options):
             return 1 / 0
 
     toy = make(planner=Broken())
@@ -319,7 +319,7 @@ def test_no_goals_are_refused(make):
 
 def test_a_path_that_ends_too_far_from_the_goal_is_none(make):
     class Nearby(ToyPlanner):
-        def plan(self, costs, start, goal):
+        def plan(self, costs, start, goal, options):
             return super().plan(costs, start, Pose2D(goal.x - 0.19, goal.y, goal.heading))
 
     near = make(planner=Nearby())

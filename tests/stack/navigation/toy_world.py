@@ -15,6 +15,7 @@ from pathlib import Path as FilePath
 import cv2
 import numpy as np
 
+from stack.components import PlanOptions
 from stack.drivetrain.description import (
     DriveKind,
     LidarDescription,
@@ -215,7 +216,9 @@ class ToyPlanner:
         self.calls = 0
         self.fails: NavigationError | None = None
 
-    def plan(self, costs: CostGrid, start: Pose2D, goal: Pose2D) -> Path:
+    def plan(
+        self, costs: CostGrid, start: Pose2D, goal: Pose2D, options: PlanOptions | None = None
+    ) -> Path:
         self.calls += 1
         if self.fails is not None:
             raise self.fails
