@@ -17,6 +17,7 @@ from missions.trees.debugging import TreeDebugger, addresses
 from missions.trees.mission_tree import MissionTree
 from robots.bodies import BodySetup, MakeBody, find_body
 from stack.body import Body, SimulatedWorld
+from stack.components import Controller
 from stack.control.cusp_splitter import controller_for
 from stack.costmap.costmap import Costmap
 from stack.costmap.speed_limits import SpeedLimits
@@ -130,7 +131,7 @@ def build(
     safety = Safety(robot, safety_choice.parameters, period, safety_choice.parts)
     navigator = _navigator(plan, period, local_costmap, global_costmap, telemetry)
     if body.is_real_time:
-        navigator.parameters = replace(navigator.parameters, wait_for_plan=False)
+        navigator.configure(replace(navigator.parameters, wait_for_plan=False))
     estimator = _estimator(plan, grid, seed)
     state, camera = LoopState(), CameraLease(always=options.camera == "on")
     facade = RobotFacade(
@@ -250,8 +251,8 @@ def _costmaps(plan: PreparedMission, grid: OccupancyGrid) -> tuple[Costmap, Cost
 
 def _tracker(plan: PreparedMission, grid: OccupancyGrid, *costmaps: Costmap) -> Tracker | None:
     """Return a tracker of moving objects if a costmap layer or the controller needs one."""
-    for_controller = getattr(plan.choices["controller"].component, "needs_tracks", False)
-    if not (for_controller or any(costmap.needs_tracks for costmap in costmaps)):
+    controller: type[Controller] = plan.choices["controller"].component
+    if not (controller.needs_tracks or any(costmap.needs_tracks for costmap in costmaps)):
         return None
     return Tracker(plan.choices["tracker"].parameters, grid)
 
@@ -283,7 +284,7 @@ def _navigator(
     planner, controller = plan.choices["planner"], plan.choices["controller"]
     return Navigator(
         robot=plan.robot,
-        planner=planner.component(planner.parameters, plan.robot),
+        planner=planner.create(plan.robot),
         controller=controller_for(controller.component, controller.parameters, plan.robot, period),
         parameters=plan.choices["navigator"].parameters,
         local_costmap=local_costmap,

@@ -101,7 +101,7 @@ def controller_for(component: Any, parameters: Any, robot: RobotDescription, per
     return CuspSplitter(component, parameters, robot, period)
 
 
-class CuspSplitter:
+class CuspSplitter(Controller):
     """Follows the segments of a path in turn with a controller, and stops at each cusp."""
 
     def __init__(
@@ -123,11 +123,27 @@ class CuspSplitter:
     def configure(self, parameters: Any) -> None:
         """Apply new parameters."""
         for driver in filter(None, (self._forward, self._backward)):
-            configure = getattr(driver, "configure", None)
-            if configure is None:
-                driver.parameters = parameters
-            else:
-                configure(parameters)
+            driver.configure(parameters)
+
+    def start(self, now: float) -> None:
+        """Begin a drive."""
+        for driver in filter(None, (self._forward, self._backward)):
+            driver.start(now)
+
+    def pause(self, now: float) -> None:
+        """Hold the drive."""
+        for driver in filter(None, (self._forward, self._backward)):
+            driver.pause(now)
+
+    def resume(self, now: float) -> None:
+        """Continue the drive."""
+        for driver in filter(None, (self._forward, self._backward)):
+            driver.resume(now)
+
+    def stop(self, now: float) -> None:
+        """End the drive."""
+        for driver in filter(None, (self._forward, self._backward)):
+            driver.stop(now)
 
     def set_path(self, path: Path) -> None:
         """Set the path to follow, map frame."""

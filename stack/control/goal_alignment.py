@@ -58,6 +58,7 @@ class GoalAlignment:
         progress: progress on the path; None before the first path.
         ramp: limits of change between two commands.
         last: the last command.
+        patience: waits for the path to clear.
     """
 
     def __init__(
@@ -69,7 +70,7 @@ class GoalAlignment:
         style = TurnStyle(p.rotate_speed, p.brake_share, p.goal_heading)
         self._turn = TurnInPlace(swept, self.ramp, style)
         self._drivetrain = robot.drivetrain
-        self._patience, self._arrival, self._shim = Patience(), Arrival(), RotationShim()
+        self.patience, self._arrival, self._shim = Patience(), Arrival(), RotationShim()
         self.progress: PathProgress | None = None
         self.last = STANDSTILL
         self._held_steps, self._suspended, self._period = 0, 0.0, period
@@ -161,7 +162,7 @@ class GoalAlignment:
             NavigationError: COLLISION_AHEAD when there was no safe command for `patience`.
         """
         self.last = STANDSTILL
-        self.last = self._patience.resolve(chosen, state.time, self._parameters.patience)
+        self.last = self.patience.resolve(chosen, state.time, self._parameters.patience)
         return self.last
 
     def ramped(self, twist: Twist) -> Twist:

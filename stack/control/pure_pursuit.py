@@ -19,7 +19,7 @@ from math import cos, hypot, inf, sin
 
 import numpy as np
 
-from stack.components import ControlState
+from stack.components import Controller, ControlState
 from stack.control.manoeuvre import ArcPrimitive, Manoeuvres
 from stack.control.parameters import FollowingParameters
 from stack.control.path_progress import PathProgress
@@ -44,7 +44,7 @@ CLEAR_AHEAD = 0.8
 """Metres of path ahead that must be clear before a manoeuvre onto it is searched."""
 
 FORGOTTEN = 0.5
-"""Seconds without a command after which a started manoeuvre is dropped."""
+"""Seconds of interruption after which a started manoeuvre is dropped."""
 
 SAME_POSITION = 0.06
 """Distance to the goal in metres within which a new short path to it counts as arrived."""
@@ -120,10 +120,11 @@ class _Arc:
         return Twist(speed * c, speed * self.curvature, speed * s)
 
 
-class PurePursuit:
+class PurePursuit(Controller):
     """Regulated pure pursuit with turns in place towards the path and collision checks ahead."""
 
     Parameters = PurePursuitParameters
+    parameters: PurePursuitParameters
 
     def __init__(
         self, parameters: PurePursuitParameters, robot: RobotDescription, period: float
@@ -138,10 +139,38 @@ class PurePursuit:
         self._arrived = self._turning = False
         self._last = STANDSTILL
         self._state: ControlState | None = None
+        self._left_at: float | None = None
 
     def configure(self, parameters: PurePursuitParameters) -> None:
         """Apply new parameters."""
         self.parameters, self._swept.padding = parameters, parameters.padding
+
+    def start(self, now: float) -> None:
+        """Begin a drive."""
+        self._return(now)
+
+    def pause(self, now: float) -> None:
+        """Hold the drive; waiting for the path to clear does not count meanwhile."""
+        self._patience.timers.pause(now)
+        self._leave(now)
+
+    def resume(self, now: float) -> None:
+        """Continue the drive."""
+        self._patience.timers.resume(now)
+        self._return(now)
+
+    def stop(self, now: float) -> None:
+        """End the drive."""
+        self._leave(now)
+
+    def _leave(self, now: float) -> None:
+        self._left_at = now if self._left_at is None else self._left_at
+
+    def _return(self, now: float) -> None:
+        """Drop a manoeuvre that was interrupted for too long."""
+        if self._left_at is None or now - self._left_at > FORGOTTEN:
+            self._primitives = ()
+        self._left_at = None
 
     def set_path(self, path: Path) -> None:
         """Set the path to follow, map frame."""
@@ -154,8 +183,6 @@ class PurePursuit:
         Raises:
             NavigationError: COLLISION_AHEAD when there was no safe command for `patience`.
         """
-        if self._state is not None and state.time - self._state.time > FORGOTTEN:
-            self._primitives = ()
         progress, self._state = self._progress, state
         self._swept.seen = None if state.points is None else state.pose.transform(state.points)
         if progress is None:

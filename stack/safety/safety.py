@@ -45,6 +45,10 @@ class Safety:
         self._zones = ZoneMonitor(zones, robot.footprint)
         self._smoother = VelocitySmoother(robot, period)
 
+    def configure(self, parameters: SafetyParameters) -> None:
+        """Apply new parameters, from the next step on."""
+        self.parameters = parameters
+
     def limit(
         self, twist: Twist, motion: Odometry, obstacles: ObstaclePoints, *,
         speed_limit: float = inf, emergency_stop: str = "",

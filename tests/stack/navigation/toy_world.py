@@ -15,6 +15,7 @@ from pathlib import Path as FilePath
 import cv2
 import numpy as np
 
+from stack.components import PlanOptions
 from stack.drivetrain.ackermann import SteeredWheels
 from stack.drivetrain.description import LidarDescription, RobotDescription
 from stack.drivetrain.differential import Wheels
@@ -220,7 +221,9 @@ class ToyPlanner:
         self.calls = 0
         self.fails: NavigationError | None = None
 
-    def plan(self, costs: CostGrid, start: Pose2D, goal: Pose2D) -> Path:
+    def plan(
+        self, costs: CostGrid, start: Pose2D, goal: Pose2D, options: PlanOptions | None = None
+    ) -> Path:
         self.calls += 1
         if self.fails is not None:
             raise self.fails
