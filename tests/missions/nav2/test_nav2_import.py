@@ -189,3 +189,31 @@ def test_a_damaged_file_is_read_or_refused(data: st.DataObject) -> None:
     assert list(lines_of(found))
     assert parameter_file(found, "a")
     warnings_of(found)
+
+
+def costmaps(local: dict[str, object], whole: dict[str, object]) -> dict[str, object]:
+    """What is imported from two costmaps with one inflation layer each."""
+    plugin = {"plugin": "nav2_costmap_2d::InflationLayer"}
+    servers = {
+        f"{which}_costmap": {
+            f"{which}_costmap": {
+                "ros__parameters": {"plugins": ["inflation"], "inflation": {**plugin, **layer}}
+            }
+        }
+        for which, layer in (("local", local), ("global", whole))
+    }
+    return values(read(yaml.safe_dump(servers)), "costmap")
+
+
+def test_costmaps_that_inflate_differently_keep_their_values() -> None:
+    found = costmaps(
+        {"inflation_radius": 0.3, "cost_scaling_factor": 5.0},
+        {"inflation_radius": 0.7, "cost_scaling_factor": 5.0},
+    )
+    assert found == {"inflation_radius": 0.7, "local_inflation_radius": 0.3, "cost_scaling": 5.0}
+
+
+def test_a_costmap_without_inflation_gets_the_radius_0() -> None:
+    found = costmaps({"enabled": False}, {"inflation_radius": 0.7})
+    assert found == {"inflation_radius": 0.7, "local_inflation_radius": 0.0}
+    assert costmaps({"enabled": False}, {"enabled": False}) == {"inflation_radius": 0.0}
