@@ -13,13 +13,16 @@ MODULES = {
     "stack.control.legs": "stack.control.cusp_splitter",
     "stack.costmap.footprint": "stack.geometry.polygons",
     "stack.costmap.painting": "stack.costmap.layer_compositor",
+    "stack.costmap.inflation_layer": "stack.costmap.inflation",
 }
 
 NAMES = {
     ("stack.types", "Track"): "TrackedObject",
     ("stack.components", "Terms"): "PlanOptions",
     ("stack.components", "Stop"): "CancelToken",
-    ("stack.costmap.layer", "Senses"): "SensorUpdate",
+    ("stack.costmap.layer", "Senses"): "LayerUpdate",
+    ("stack.costmap.layer", "SensorUpdate"): "LayerUpdate",
+    ("stack.costmap.layer", "CostmapLayer"): "Layer",
     ("stack.costmap.layer", "CellOrigin"): "CellProvenance",
 }
 

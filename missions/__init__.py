@@ -8,12 +8,13 @@ assert report.status == "success"
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from missions.execution.report import Report
+    from robots.bodies import MakeBody
 
 __all__ = ["run"]
 
@@ -30,6 +31,9 @@ def run(  # noqa: PLR0913 - the settings of a run, all by keyword
     speed: float = 0.0,
     rerun: bool = False,
     parameters: Mapping[str, str] | None = None,
+    record: Sequence[str] = (),
+    replay: str | Path | None = None,
+    body: str | MakeBody = "",
 ) -> Report:
     """Run a whole mission in the caller's process.
 
@@ -44,6 +48,10 @@ def run(  # noqa: PLR0913 - the settings of a run, all by keyword
         speed: simulated seconds per wall second; 0 is as fast as possible.
         rerun: record mission.rrd into the folder.
         parameters: `controller.cruise_speed` -> value as text; overrides all files.
+        record: `sensors` records every observation in the folder's sensors.mcap.
+        replay: a sensors.mcap to play instead of driving.
+        body: `simulated` or `scripted`, or a function that makes a body from a BodySetup; empty:
+            the choice of the robot file.
 
     Raises:
         InputError: the mission, robot or world has errors; nothing has moved.
@@ -54,6 +62,9 @@ def run(  # noqa: PLR0913 - the settings of a run, all by keyword
     options = RunOptions(
         seed=seed, arguments=dict(arguments or {}), robot=robot, world=world, start=start,
         out=Path(out) if out is not None else None, speed=speed, rerun=rerun, serve=False,
-        parameters=dict(parameters or {}),
+        parameters=dict(parameters or {}), record=tuple(record),
+        replay=Path(replay) if replay is not None else None,
+        body=body if isinstance(body, str) else "",
     )  # fmt: skip
-    return run_mission(mission, options)
+    make_body = None if isinstance(body, str) else body
+    return run_mission(mission, options, make_body=make_body)

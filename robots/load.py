@@ -29,6 +29,10 @@ from stack.types import FloatArray, Footprint
 
 HERE = Path(__file__).parent
 
+BODY = Declaration(
+    "body", str, "what drives the robot", default="simulated", one_of=("simulated", "scripted")
+)
+
 
 def robot_names() -> list[str]:
     """Names of the robots that are part of treepilot."""
@@ -71,6 +75,7 @@ def read_robot(path: Path, text: str | None = None) -> RobotDescription:
     name = top.value(Declaration("robot", str, "name of the robot"))
     top.value(Declaration("format", int, "file format", default=1, at_least=1, at_most=1))
     top.value(Declaration("doc", str, "description", default=""))
+    body = top.value(BODY)
     footprint = _footprint(top)
     height = top.value(length("height", "height of the whole robot"))
     wheels = read_wheels(top)
@@ -89,7 +94,7 @@ def read_robot(path: Path, text: str | None = None) -> RobotDescription:
     assert footprint is not None and wheels is not None and urdf is not None
     return RobotDescription(
         name, footprint, height, urdf, wheels, limits, odometry, lidar, camera, imu, battery,
-        navigation, path, lidars, sonars,
+        navigation, path, lidars, sonars, body,
     )  # fmt: skip
 
 

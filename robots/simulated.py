@@ -3,34 +3,32 @@
     body = SimulatedBody(description, world, start=Pose2D(0.0, 0.0), seed=7)
     while body.time < 10.0:
         observation = body.sense()
-        body.drive(Twist(0.3))
+        body.command(BodyCommand(Twist(0.3)))
         body.wait(0.05)
     body.close()
 
 The same description, world, start, seed and commands give bit-identical results, at any pace and
-with any subset of sensors in use. In addition to Body it has members that only a simulation can
-provide, for scoring and displays.
+with any subset of sensors in use.
 """
 
 from __future__ import annotations
 
 import time as wall_clock
 
+from stack.body import Body, BodyCommand, ContactTally, GroundTruth, SimulatedWorld
 from stack.drivetrain.description import RobotDescription
-from stack.sim.physics.contacts import ContactTally
-from stack.sim.physics.physics_world import GroundTruth
 from stack.sim.physics.settings import SimulationSettings
 from stack.sim.sensors.camera import Camera
 from stack.sim.sensors.rendering import RenderSetup
 from stack.sim.simulation import Simulation
 from stack.sim.worlds.world import World
-from stack.types import FloatArray, Observation, Pose2D, Twist
+from stack.types import FloatArray, Observation, Pose2D
 
 MAX_DELAY = 0.25
 """Delay behind schedule, wall seconds, above which the schedule restarts from now."""
 
 
-class SimulatedBody:
+class SimulatedBody(Body, SimulatedWorld):
     """Wheeled robot with lidar, odometry, IMU, camera and battery in PyBullet.
 
     Args:
@@ -49,15 +47,19 @@ class SimulatedBody:
         self, description: RobotDescription, world: World, *, start: Pose2D, seed: int,
         settings: SimulationSettings = SimulationSettings(),  # noqa: B008 - frozen
     ) -> None:  # fmt: skip
-        self.description = description
-        self.pace = settings.pace
-        self.slept = 0.0
+        self._description = description
+        self._pace, self._slept = settings.pace, 0.0
         self._settings, self._closed = settings, False
         self._camera: Camera | None = None
         if description.camera is not None:
             self._camera = Camera(RenderSetup(world, description.urdf, description.camera, seed))
         self._simulation = Simulation(description, world, start, seed, settings)
         self._schedule: tuple[float, float] | None = None
+
+    @property
+    def description(self) -> RobotDescription:
+        """Description of the robot."""
+        return self._description
 
     @property
     def time(self) -> float:
@@ -69,14 +71,15 @@ class SimulatedBody:
         image = self._camera.take(self.time) if self._camera else None
         return self._simulation.observation(image)
 
-    def drive(self, twist: Twist) -> None:
-        """Command a velocity; `wait` applies ramps, limits and the dead-man stop."""
-        self._simulation.drive.command(twist)
+    def command(self, command: BodyCommand) -> None:
+        """Command a velocity; `wait` applies ramps, limits and the dead-man stop.
 
-    def ask_for_image(self) -> None:
-        """Take a picture now if the camera's rate allows; it is delivered `latency` later."""
-        if self._camera is not None and self._camera.is_ready(self.time):
-            self._camera.expose(self.time, self._simulation.render_request())
+        Pictures are exposed now if the camera's rate allows, and delivered `latency` later.
+        """
+        self._simulation.drive.command(command.twist)
+        camera = self._camera
+        if command.capture and camera is not None and camera.is_ready(self.time):
+            camera.expose(self.time, self._simulation.render_request())
 
     def wait(self, period: float) -> None:
         """Advance the simulation by `period` seconds, at the set pace.
@@ -85,8 +88,8 @@ class SimulatedBody:
             ParameterError: the period is not a multiple of the physics period.
         """
         self._simulation.advance(self._settings.steps("control period", period))
-        if self.pace > 0.0:
-            self._keep_pace(period / self.pace)
+        if self._pace > 0.0:
+            self._keep_pace(period / self._pace)
         else:
             self._schedule = None
 
@@ -128,18 +131,32 @@ class SimulatedBody:
         """Number of door movements so far."""
         return self._simulation.scene_changes
 
-    def news(self) -> list[tuple[str, str]]:
-        """Return the events since the last call, each (kind, sentence), for the event log."""
-        return self._simulation.take_news()
+    def take_events(self) -> list[tuple[str, str]]:
+        """Return the events of the world since the last call, each (kind, sentence)."""
+        return self._simulation.take_events()
+
+    @property
+    def pace(self) -> float:
+        """Simulated seconds per wall second; 0: as fast as possible."""
+        return self._pace
+
+    @pace.setter
+    def pace(self, factor: float) -> None:
+        self._pace = factor
+
+    @property
+    def slept(self) -> float:
+        """Wall seconds slept so far to keep the pace."""
+        return self._slept
 
     def _keep_pace(self, seconds: float) -> None:
         """Sleep until the period is over on the wall clock; does not affect the simulation."""
         now = wall_clock.monotonic()  # noqa: TID251 - pacing inside a body's wait
-        due, pace = self._schedule or (now, self.pace)
-        if pace != self.pace or now - due > MAX_DELAY:
+        due, pace = self._schedule or (now, self._pace)
+        if pace != self._pace or now - due > MAX_DELAY:
             due = now
         due += seconds
-        self._schedule = (due, self.pace)
+        self._schedule = (due, self._pace)
         if due > now:
-            self.slept += due - now
+            self._slept += due - now
             wall_clock.sleep(due - now)  # noqa: TID251 - pacing inside a body's wait

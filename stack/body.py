@@ -1,53 +1,170 @@
-"""Body: the common interface of simulated, real and replayed robots.
+"""Body: the common interface of simulated, scripted, replayed and real robots.
 
-Time is `body.time`; only `wait` advances it. A body stops by itself when it has received no drive
-command for DEAD_MAN seconds of its own time.
+Time is `body.time`; only `wait` advances it. A body stops by itself when it has received no command
+for DEAD_MAN seconds of its own time. What only a simulation can do is a second interface,
+`SimulatedWorld`; whoever needs it asks `isinstance(body, SimulatedWorld)`.
 """
 
 from __future__ import annotations
 
-from typing import Protocol
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
 
 from stack.drivetrain.description import RobotDescription
-from stack.types import Observation, Twist
+from stack.types import STANDSTILL, FloatArray, Observation, Pose2D, Twist
 
 DEAD_MAN = 0.3
-"""Seconds without a drive command after which a body stops."""
+"""Seconds without a command after which a body stops."""
 
 
-class Body(Protocol):
-    """Interface of a robot: sensors and drive."""
+@dataclass(frozen=True, slots=True)
+class BodyCommand:
+    """Command of one control period.
+
+    Attributes:
+        twist: velocity of the base, base frame.
+        capture: whether cameras take pictures; they are rendered or transferred only then.
+    """
+
+    twist: Twist = STANDSTILL
+    capture: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class BodyHealth:
+    """State of the robot's hardware.
+
+    Attributes:
+        problem: what does not work; empty if the robot can drive.
+    """
+
+    problem: str = ""
+
+
+HEALTHY = BodyHealth()
+
+
+class Body(ABC):
+    """A robot: sensors and drive."""
 
     @property
+    @abstractmethod
     def description(self) -> RobotDescription:
         """Description of the robot."""
-        ...
 
     @property
+    @abstractmethod
     def time(self) -> float:
         """Seconds on the body's clock; 0 when the run began."""
-        ...
 
+    @abstractmethod
     def sense(self) -> Observation:
-        """Return the measurements since the last call."""
-        ...
+        """Return the measurements since the last call.
 
-    def drive(self, twist: Twist) -> None:
-        """Command a velocity; the body applies acceleration limits and the dead-man stop."""
-        ...
-
-    def ask_for_image(self) -> None:
-        """Request a camera picture; an observation delivers it `latency` seconds later.
-
-        Does nothing if a picture is pending, the camera's period has not passed, or there is no
-        camera. Pictures are rendered only on request.
+        Raises:
+            BodyError: the robot does not respond.
         """
-        ...
 
+    @abstractmethod
+    def command(self, command: BodyCommand) -> None:
+        """Command the next period; the body applies acceleration limits and the dead-man stop."""
+
+    @abstractmethod
     def wait(self, period: float) -> None:
         """Advance time by `period` seconds: step the physics, or sleep on hardware."""
-        ...
 
+    @property
+    def health(self) -> BodyHealth:
+        """State of the hardware; healthy unless a body knows better."""
+        return HEALTHY
+
+    @property
+    def is_real_time(self) -> bool:
+        """Whether time passes by itself, as on hardware; then nothing may block the loop."""
+        return False
+
+    @property
+    def has_ended(self) -> bool:
+        """Whether there is nothing more to sense, as after the end of a recording."""
+        return False
+
+    @abstractmethod
     def close(self) -> None:
         """Stop the robot and disconnect from it. Safe to call twice."""
-        ...
+
+
+@dataclass(frozen=True, slots=True)
+class GroundTruth:
+    """Exact state of the base of a simulated robot, world frame."""
+
+    pose: Pose2D
+    twist: Twist
+
+
+@dataclass(frozen=True, slots=True)
+class ContactTally:
+    """Contacts of a simulated robot with obstacles so far.
+
+    Attributes:
+        by_robot: contacts while the robot moved.
+        against_standing: contacts while the robot stood still.
+    """
+
+    by_robot: int = 0
+    against_standing: int = 0
+
+
+class SimulatedWorld(ABC):
+    """What only a simulation can do: truth, scoring, events of the world, pace and freezing time.
+
+    The runtime freezes a simulated world while the robot is held and stands; then `time` does not
+    advance. A body without this interface has a clock that cannot be stopped.
+    """
+
+    @property
+    @abstractmethod
+    def truth(self) -> GroundTruth:
+        """Exact pose and velocity of the base frame."""
+
+    @property
+    @abstractmethod
+    def tally(self) -> ContactTally:
+        """Contacts so far."""
+
+    @property
+    @abstractmethod
+    def clearance(self) -> float:
+        """Smallest distance so far between the robot and an obstacle, metres; at most 1 m."""
+
+    @property
+    @abstractmethod
+    def people(self) -> FloatArray:
+        """(n, 3) x, y, radius of the people, world frame, metres."""
+
+    @property
+    @abstractmethod
+    def doors(self) -> dict[str, bool]:
+        """Doors: name -> closed."""
+
+    @property
+    @abstractmethod
+    def scene_changes(self) -> int:
+        """Number of door movements so far."""
+
+    @abstractmethod
+    def take_events(self) -> list[tuple[str, str]]:
+        """Return the events of the world since the last call, each (kind, sentence)."""
+
+    @property
+    @abstractmethod
+    def pace(self) -> float:
+        """Simulated seconds per wall second; 0: as fast as possible."""
+
+    @pace.setter
+    @abstractmethod
+    def pace(self, factor: float) -> None: ...
+
+    @property
+    @abstractmethod
+    def slept(self) -> float:
+        """Wall seconds that `wait` has slept so far to keep the pace."""

@@ -5,8 +5,8 @@ and a docstring whose first line describes it. Its module must not import numba,
 at module level but in `__init__`, so that checking a mission imports none of them. An optional
 static method `check(parameters, robot)` checks the parameters against the robot and raises
 InputError. Plugins register classes in the entry-point groups `treepilot.planners`,
-`treepilot.controllers` and `treepilot.costmap_layers`. stack/costmap/layer.py defines the
-interface of layers.
+`treepilot.controllers` and `treepilot.costmap_layers`. Layers inherit `Layer` of
+stack/costmap/layer.py.
 """
 
 from __future__ import annotations
@@ -53,9 +53,7 @@ BUILT_IN: dict[str, dict[str, str]] = {
         "range": "stack.costmap.range_layer:RangeLayer",
         "denoise": "stack.costmap.denoise_layer:DenoiseLayer",
         "keepout": "stack.costmap.zone_layers:KeepoutLayer",
-        "inflation": "stack.costmap.inflation_layer:InflationLayer",
         "preferred_lanes": "stack.costmap.zone_layers:PreferredLanesLayer",
-        "speed_zones": "stack.costmap.zone_layers:SpeedZonesLayer",
         "social": "stack.costmap.social_layer:SocialLayer",
     },
 }

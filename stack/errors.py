@@ -4,6 +4,7 @@ TreepilotError
 ├── InputError          a file or an option is wrong: has findings, each with its position
 ├── ParameterError      one value is wrong: names the parameter, the value and what was expected
 ├── NavigationError     a planner or controller fails: has a FailureCode
+├── FrameError          a stamp is outside the transform buffer
 ├── BodyError           the robot, real or simulated, does not respond or cannot be created
 └── TelemetryError      no engine responds, or it has another version
 """
@@ -80,6 +81,10 @@ class NavigationError(TreepilotError):
     def __init__(self, code: FailureCode, sentence: str) -> None:
         self.failure = Failure(code, sentence)
         super().__init__(f"{code}: {sentence}")
+
+
+class FrameError(TreepilotError):
+    """A pose was requested for a stamp outside the transform buffer, or before the first pose."""
 
 
 class BodyError(TreepilotError):

@@ -17,7 +17,7 @@ TOP = ("missions", "behaviours", "stack", "tui", "robots")
 
 FOUNDATION = {
     "stack.types", "stack.errors", "stack.parameters", "stack.documents", "stack.streams",
-    "stack.geometry", "stack.drivetrain",
+    "stack.geometry", "stack.drivetrain", "stack.frames",
 }  # fmt: skip
 """What any package of stack, and the robots, may use."""
 
@@ -34,6 +34,7 @@ MAY_IMPORT = {
     "stack.streams": set(),
     "stack.documents": {"stack.errors", "stack.parameters"},
     "stack.geometry": {"stack.types"},
+    "stack.frames": {"stack.types", "stack.errors"},
     "stack.drivetrain": {"stack.types", "stack.parameters"},
     "stack.robot": {"stack.types"},
     "stack.body": {"stack.types", "stack.drivetrain"},
@@ -91,6 +92,7 @@ ONE_PLACE = {
     "pymavlink": {"stack/telemetry", "robots"},
     "zmq": {"stack/telemetry"},
     "msgpack": {"stack/telemetry"},
+    "mcap": {"stack/telemetry"},
     "textual": {"tui"},
     "typer": {"missions/cli"},
     "pygls": {"missions/editor"},

@@ -14,7 +14,6 @@ from stack.types import (
     FREE,
     FREE_COST,
     LETHAL_COST,
-    OCCUPIED,
     UNKNOWN,
     UNKNOWN_COST,
     CostGrid,
@@ -102,7 +101,8 @@ class Canvas:
         occupied = np.zeros_like(unknown)
         if grid is not None:
             occupancy = _look_up(grid, x, y, UNKNOWN)
-            unknown, occupied = occupancy == UNKNOWN, occupancy == OCCUPIED
+            occupied = grid.are_occupied(occupancy)
+            unknown = ~occupied & ~grid.are_free(occupancy)
         colours = np.where(unknown, palette.UNKNOWN, palette.FREE).astype(np.uint32)
         if costs is not None:
             value = _look_up(costs, x, y, FREE_COST)
@@ -114,8 +114,8 @@ class Canvas:
     def draw_walls(self, grid: OccupancyGrid) -> None:
         """Draw occupied cells as quadrants, pooled so that thin walls stay visible at any zoom."""
         x, y = self._sample_points(2, 2)
-        filled = _look_up(grid, x, y, FREE) == OCCUPIED
-        row, column = np.nonzero(grid.cells == OCCUPIED)
+        filled = grid.are_occupied(_look_up(grid, x, y, FREE))
+        row, column = np.nonzero(grid.occupied)
         centres = np.column_stack([column, row]) + 0.5
         points = centres * grid.resolution + np.array(grid.origin)
         dots = self.view.dots(points, self.columns, self.rows)

@@ -12,7 +12,7 @@ from missions.bench.reporting import short
 from missions.bench.trial import Trial
 from missions.execution.prepare import PreparedMission
 from stack.sim.worlds.rasterise import rasterise
-from stack.types import FREE, OCCUPIED, FloatArray
+from stack.types import FloatArray
 
 PIXELS_PER_METRE = 50
 """Scale of a picture, unless the world would exceed LARGEST."""
@@ -42,7 +42,7 @@ def draw_trial(path: Path, plan: PreparedMission, trial: Trial) -> None:
     scale = min(PIXELS_PER_METRE, LARGEST / (x_max - x_min), LARGEST / (y_max - y_min))
     grid = rasterise(plan.world, 1.0 / scale)
     pixels = np.full((*grid.cells.shape, 3), UNREACHED, np.uint8)
-    pixels[grid.cells == FREE], pixels[grid.cells == OCCUPIED] = FLOOR, OBSTACLE
+    pixels[grid.free], pixels[grid.occupied] = FLOOR, OBSTACLE
     pixels = np.ascontiguousarray(pixels[::-1])
 
     def to_pixels(points: FloatArray) -> Any:

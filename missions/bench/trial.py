@@ -10,6 +10,7 @@ from typing import Any
 from missions.bench.runs import Entry, Rules, Run, goal_of
 from missions.bench.shortest import shortest_path_length
 from missions.execution.build import Engine, build, run_info
+from stack.body import SimulatedWorld
 from stack.telemetry.hub import Telemetry
 from stack.telemetry.records import Event, MissionState, RunInfo, Snapshot
 from stack.types import FloatArray, Pose2D
@@ -141,7 +142,7 @@ def run_trial(entry: Entry) -> Trial:
             engine.runtime.step()
             monitor.update(_trial_state(engine, has_people=bool(plan.world.people)))
         run = _row(entry, monitor, engine, notes)
-        walkers = engine.body.people
+        walkers = _simulation(engine).people
     finally:
         engine.runtime.parts.navigator.close()
         engine.telemetry.close(None)
@@ -156,9 +157,9 @@ def run_trial(entry: Entry) -> Trial:
 
 def _trial_state(engine: Engine, *, has_people: bool) -> TrialState:
     """Return the current state; in a world without people the robot causes every contact."""
-    tally, state = engine.body.tally, engine.runtime.state
+    tally, state = _simulation(engine).tally, engine.runtime.state
     return TrialState(
-        engine.body.time, engine.scorer.truth,
+        engine.body.time, _simulation(engine).truth.pose,
         contact=tally.by_robot + (0 if has_people else tally.against_standing) > 0,
         struck=tally.against_standing > 0,
         outcome=str(state) if state.is_over else "",
@@ -176,7 +177,7 @@ def _row(entry: Entry, monitor: GoalMonitor, engine: Engine, notes: FailureNotes
         time=round(monitor.time, 3),
         path_length=0.0,
         driven=round(monitor.driven, 3),
-        clearance=round(engine.body.clearance, 4),
+        clearance=round(_simulation(engine).clearance, 4),
         recoveries=int(counters["recoveries"]),
         replans=int(counters["replans"]),
         end=(round(end.x, 3), round(end.y, 3), round(end.heading, 3)),
@@ -185,9 +186,9 @@ def _row(entry: Entry, monitor: GoalMonitor, engine: Engine, notes: FailureNotes
 
 
 def _cause(monitor: GoalMonitor, engine: Engine, notes: FailureNotes) -> str:
-    end, speed = monitor.trace[-1], engine.runtime.odometry.twist
+    end, speed = monitor.trace[-1], engine.runtime.parts.state.motion.twist
     if monitor.status in ("contact", "struck"):
-        contacts = [text for kind, text in engine.body.news() if kind == "contact"]
+        contacts = [text for kind, text in _simulation(engine).take_events() if kind == "contact"]
         return (
             f"{(contacts or [notes.contact])[0]} after {monitor.time:.1f} s, at"
             f" {speed.linear:.2f} m/s"
@@ -201,3 +202,8 @@ def _cause(monitor: GoalMonitor, engine: Engine, notes: FailureNotes) -> str:
         reason = engine.runtime.reason or "it reported success away from the goal"
         return f"the mission ended {where}: {reason}"
     return ""
+
+
+def _simulation(engine: Engine) -> SimulatedWorld:
+    assert engine.simulation is not None  # trials run in the simulation only
+    return engine.simulation

@@ -45,7 +45,7 @@ def new_layer(name: NewName, folder: PluginFolder = Path("my_plugins")) -> None:
     """Create a costmap layer and its test."""
     from missions.inspection.scaffold import new_component
 
-    setting = f"navigation: {{costmap: {{layers: [static, obstacle, inflation, {name}]}}}}"
+    setting = f"navigation: {{costmap: {{layers: [static, obstacle, {name}]}}}}"
     _report(new_component("layer", name, folder), folder, setting)
 
 

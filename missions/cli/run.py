@@ -19,6 +19,19 @@ class Camera(StrEnum):
     OFF = "off"
 
 
+class Record(StrEnum):
+    """What can be recorded besides events."""
+
+    SENSORS = "sensors"
+
+
+class BodyChoice(StrEnum):
+    """Bodies that the command line offers."""
+
+    SIMULATED = "simulated"
+    SCRIPTED = "scripted"
+
+
 def run(  # noqa: PLR0913 - each is an option of the command
     mission: MissionArgument,
     headless: Annotated[
@@ -78,6 +91,18 @@ def run(  # noqa: PLR0913 - each is an option of the command
             help="NODE=success or NODE=failure: do not run the node, return this",
         ),
     ] = None,
+    record: Annotated[
+        list[Record] | None,
+        typer.Option(help="also record every measurement, to sensors.mcap in the run folder"),
+    ] = None,
+    replay: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="play a sensors.mcap instead of driving"),
+    ] = None,
+    body: Annotated[
+        BodyChoice | None,
+        typer.Option(help="what drives the robot [default: the robot file's choice]"),
+    ] = None,
     json: Annotated[bool, typer.Option("--json", help="print only the report, as JSON")] = (False),
 ) -> None:
     """Run a mission, in the dashboard or headless.
@@ -93,5 +118,7 @@ def run(  # noqa: PLR0913 - each is an option of the command
         breakpoints=tuple(break_ or ()),
         forced=assignments(force or [], "--force", "dock=failure"),
         parameters=assignments(parameter or [], "--parameter"),
+        body=body.value if body else "", replay=replay,
+        record=tuple(item.value for item in record or ()),
     )  # fmt: skip
     raise typer.Exit(launch(options))

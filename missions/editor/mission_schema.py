@@ -19,6 +19,7 @@ from missions.language.expressions.value_types import NAMED
 from missions.language.reading.cases import CASE_KEYS, EXPECT_KEYS
 from missions.language.reading.events import EVENT_KEYS, HOLD, THEN
 from stack.components import GROUPS, available, component
+from stack.costmap.choosing import COSTMAPS
 from stack.errors import InputError
 from stack.parameters import Declaration, declarations
 
@@ -162,9 +163,14 @@ def _navigation() -> Schema:
 def _layers() -> Schema:
     """Layers by name or with parameters, in the order in which they are applied."""
     names = list(available("costmap_layer"))
-    use = {"type": "string", "examples": names}
+    words = {
+        "use": {"type": "string", "examples": names},
+        "name": documented(TEXT, "Name of the layer; default: the name of the component."),
+        "only": documented({"enum": list(COSTMAPS)}, "The costmap that uses the layer."),
+        "inflated": documented({"type": "boolean"}, "Whether its lethal cells are inflated."),
+    }
     layer = {"type": ["string", "object"], "examples": names, "required": ["use"],
-             "properties": {"use": use}}  # fmt: skip
+             "properties": words}  # fmt: skip
     return documented({"type": "array", "items": layer}, "Layers, in the order of application.")
 
 

@@ -15,20 +15,28 @@ from missions.execution.resources import load_map, versions
 from missions.trees.compiler import compile_mission
 from missions.trees.debugging import TreeDebugger, addresses
 from missions.trees.mission_tree import MissionTree
-from robots.simulated import SimulatedBody
+from robots.bodies import BodySetup, MakeBody, find_body
+from stack.body import Body, SimulatedWorld
 from stack.control.cusp_splitter import controller_for
 from stack.costmap.costmap import Costmap
+from stack.costmap.speed_limits import SpeedLimits
 from stack.costmap.unexplored import Ground, unexplored
 from stack.drivetrain.description import DriveKind
 from stack.errors import InputError
+from stack.frames.buffer import TransformBuffer
 from stack.localisation.dead_reckoning import DeadReckoning
+from stack.localisation.estimator import Estimator
 from stack.localisation.localiser import Localiser
 from stack.localisation.odometry import OdometryFusion
 from stack.localisation.parameters import LocaliserParameters
+from stack.navigation.loop_state import LoopState
 from stack.navigation.navigator import Navigator
 from stack.navigation.robot_facade import FacadeParts, RobotFacade
 from stack.navigation.tuning import Tunable
+from stack.navigation.world_model import WorldModel
+from stack.perception.camera_lease import CameraLease
 from stack.perception.markers import MarkerDetector
+from stack.perception.obstacle_memory import ObstacleMemory
 from stack.perception.tracker import Tracker
 from stack.runtime.interfaces import Parts, Rates
 from stack.runtime.loop import Runtime
@@ -36,10 +44,14 @@ from stack.safety.safety import Safety
 from stack.telemetry.hub import Telemetry
 from stack.telemetry.recorder import RunFolder
 from stack.telemetry.records import Layer, RunInfo
-from stack.types import OccupancyGrid, Pose2D
+from stack.telemetry.sensor_log import SensorLog, read_observations
+from stack.types import Observation, OccupancyGrid, Pose2D
 
 IDLE_SECONDS = 0.02
 """Wall seconds between two checks for commands while the robot is held."""
+
+MAIN_LIDAR = "lidar"
+"""Name of the lidar that localisation and tracker use."""
 
 LOCAL_WINDOW = 5.0
 """Side of the rolling local costmap, metres."""
@@ -50,15 +62,19 @@ class Engine:
     """A runtime ready to step, with the parts that are closed after the run.
 
     Attributes:
+        simulation: the body as a simulated world; None for other bodies.
+        scorer: compares with the ground truth; only in a simulation.
         between_steps: called before each step.
     """
 
     runtime: Runtime
-    body: SimulatedBody
+    body: Body
     tree: MissionTree
     telemetry: Telemetry
-    scorer: SimulationScorer
     debugger: TreeDebugger
+    simulation: SimulatedWorld | None = None
+    scorer: SimulationScorer | None = None
+    sensor_log: SensorLog | None = None
     between_steps: Callable[[], None] = lambda: None
 
 
@@ -80,17 +96,24 @@ def run_info(plan: PreparedMission, run_id: str, seed: int) -> RunInfo:
 
 
 def build(
-    plan: PreparedMission, options: RunOptions, telemetry: Telemetry, folder: RunFolder | None
-) -> Engine:
+    plan: PreparedMission, options: RunOptions, telemetry: Telemetry, folder: RunFolder | None,
+    make_body: MakeBody | None = None,
+) -> Engine:  # fmt: skip
     """Build and connect all parts; the engine is then ready for its first step.
+
+    Args:
+        plan: the checked mission.
+        options: of the run.
+        telemetry: receives events and snapshots.
+        folder: of the run; None writes no records.
+        make_body: makes the body; None: the choice of the options or of the robot file.
 
     Raises:
         InputError: a breakpoint or a forced outcome of the options is refused.
     """
     seed, robot = options.seed, plan.robot
     log = folder.log if folder is not None else _discard
-    body = SimulatedBody(robot, plan.world, start=plan.start, seed=seed)
-    body.pace = options.speed
+    body = _body(plan, options, make_body)
     for warning in (*plan.world.warnings, *plan.warnings):
         where = f"{Path(warning.mark.file).name}:{warning.mark.line}"
         telemetry.emit("world", f"{where} {warning.sentence}", source="world", level="warning")
@@ -98,27 +121,38 @@ def build(
     period = 1.0 / rates.control
     grid = _map_of(plan)
     local_costmap, global_costmap = _costmaps(plan, _costmap_grid(plan, grid))
+    world_model = WorldModel(
+        local_costmap, global_costmap, _tracker(plan, grid, local_costmap, global_costmap),
+        SpeedLimits(plan.choices["speed_limits"].parameters), lidar=MAIN_LIDAR,
+        deceleration=robot.limits.linear_deceleration,
+        cover=_ignore if plan.is_mapped else Ground(grid, [global_costmap]).cover,
+    )  # fmt: skip
     safety_choice = plan.choices["safety"]
     safety = Safety(robot, safety_choice.parameters, period, safety_choice.parts)
     navigator = _navigator(plan, period, local_costmap, global_costmap, telemetry)
-    localiser = _localiser(plan, grid, seed)
-    controller = navigator.controller
-    tracker = _tracker(plan, grid, local_costmap, global_costmap)
+    if body.is_real_time:
+        navigator.parameters = replace(navigator.parameters, wait_for_plan=False)
+    estimator = _estimator(plan, grid, seed)
+    state, camera = LoopState(), CameraLease(always=options.camera == "on")
     facade = RobotFacade(
         FacadeParts(
-            body=body,
+            robot=robot,
+            state=state,
+            clock=lambda: body.time,
+            camera=camera,
             navigator=navigator,
-            estimator=localiser,
+            estimator=estimator,
             local_costmap=local_costmap,
             global_costmap=global_costmap,
             store=PictureStore(folder),
             emit=_emitter(telemetry, "navigation"),
             markers=plan.world.markers,
             detector=MarkerDetector(plan.world.markers) if robot.camera else None,
-            cover=_ignore if plan.is_mapped else Ground(grid, [global_costmap]).cover,
-            forget_tracks=_ignore if tracker is None else tracker.clear,
+            cover=world_model.cover,
+            forget_tracks=world_model.forget_tracks,
+            lidar=MAIN_LIDAR,
             tunables={
-                "controller": Tunable.of(controller),
+                "controller": Tunable.of(navigator.controller),
                 "navigator": Tunable.of(navigator),
                 "safety": Tunable.of(safety),
                 "local_costmap": Tunable.of(local_costmap),
@@ -130,20 +164,43 @@ def build(
     tree.setup(facade, tree_emitter(telemetry), log)
     debugger = TreeDebugger(tree)
     announce_tree(telemetry, tree)
-    scorer = SimulationScorer(body, plan.world)
+    simulation = body if isinstance(body, SimulatedWorld) else None
+    scorer = None if simulation is None else SimulationScorer(simulation, plan.world)
+    sensor_log = None
+    if "sensors" in options.record and folder is not None:
+        sensor_log = SensorLog(folder.sensors, _about(plan, options))
     parts = Parts(
-        body=body, fusion=OdometryFusion(), localiser=localiser, local_costmap=local_costmap,
-        global_costmap=global_costmap, navigator=navigator, facade=facade, safety=safety,
-        tree=tree, telemetry=telemetry, map_layer=Layer(1, grid), scorer=scorer,
-        tracker=tracker, debugger=debugger,
-        keep_camera_on=options.camera == "on",
+        body=body, odometry=OdometryFusion(), frames=TransformBuffer(), estimator=estimator,
+        obstacle_memory=ObstacleMemory(robot), world_model=world_model, tree=tree, facade=facade,
+        navigator=navigator, safety=safety, camera=camera, telemetry=telemetry, state=state,
+        map_layer=Layer(1, grid), scorer=scorer, debugger=debugger, sensor_log=sensor_log,
     )  # fmt: skip
     runtime = Runtime(parts, rates, _idle)
     for command in options.first_commands():
         ack = runtime.apply(command)
         if not ack.done:
             raise InputError(ack.reason)
-    return Engine(runtime, body, tree, telemetry, scorer, debugger)
+    return Engine(runtime, body, tree, telemetry, debugger, simulation, scorer, sensor_log)
+
+
+def _body(plan: PreparedMission, options: RunOptions, make_body: MakeBody | None) -> Body:
+    recording: Iterable[Observation] = ()
+    if options.replay is not None:
+        make_body, recording = find_body("replayed"), read_observations(options.replay)
+    make = make_body or find_body(options.body or plan.robot.body)
+    return make(
+        BodySetup(plan.robot, plan.world, plan.start, options.seed, options.speed, recording)
+    )
+
+
+def _about(plan: PreparedMission, options: RunOptions) -> dict[str, str]:
+    """Return the metadata of a sensor log."""
+    return {
+        "mission": plan.mission.source.stem,
+        "robot": plan.robot.name,
+        "world": plan.world.name,
+        "seed": str(options.seed),
+    }
 
 
 def announce_tree(telemetry: Telemetry, tree: MissionTree) -> None:
@@ -250,7 +307,7 @@ def _ignore(poses: Iterable[Pose2D] = ()) -> None:
     """Do nothing: a known map does not grow, and without a tracker there are no tracks."""
 
 
-def _localiser(plan: PreparedMission, grid: OccupancyGrid, seed: int) -> Localiser | DeadReckoning:
+def _estimator(plan: PreparedMission, grid: OccupancyGrid, seed: int) -> Estimator:
     if not plan.is_mapped:
         return DeadReckoning(plan.belief or MAP_ORIGIN)
     sideways = plan.robot.drive is DriveKind.OMNI
@@ -258,5 +315,5 @@ def _localiser(plan: PreparedMission, grid: OccupancyGrid, seed: int) -> Localis
     if plan.belief is None:
         localiser.scatter()
     else:
-        localiser.start(plan.belief, position_deviation=0.1, heading_deviation=0.05)
+        localiser.set_pose(plan.belief, position_deviation=0.1, heading_deviation=0.05)
     return localiser

@@ -1,8 +1,8 @@
 """Components and settings under `navigation`: chosen by name, checked.
 
-`planner` and `controller` are components and can come from a plugin; `costmap`, `navigator`,
-`safety` and `tracker` are settings of fixed parts. The costmap reads its own list of `layers`, the
-safety stage its own list of `zones`.
+`planner` and `controller` are components and can come from a plugin; `costmap`, `speed_limits`,
+`navigator`, `safety` and `tracker` are settings of fixed parts. The costmap reads its own list of
+`layers`, the safety stage its own list of `zones`.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from typing import Any
 from stack.components import Choice, choose
 from stack.costmap.choosing import read_layers, usual_layers
 from stack.costmap.parameters import CostmapParameters
+from stack.costmap.speed_limits import SpeedLimitParameters
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError, ParameterError
 from stack.navigation.parameters import NavigationParameters
@@ -24,6 +25,7 @@ from stack.safety.zones import read_zones
 DEFAULTS = {"planner": "astar", "controller": "pure_pursuit"}
 SETTINGS: dict[str, type] = {
     "costmap": CostmapParameters,
+    "speed_limits": SpeedLimitParameters,
     "navigator": NavigationParameters,
     "safety": SafetyParameters,
     "tracker": TrackerParameters,

@@ -23,7 +23,8 @@ def main(message: str) -> int:
 
     request = json.loads(message)
     settings = request["options"]
-    options = RunOptions(**{**settings, "out": Path(settings["out"])})
+    paths = {key: Path(settings[key]) for key in ("out", "replay") if settings.get(key)}
+    options = RunOptions(**{**settings, **paths})
     caught: list[int] = []
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda received, _: caught.append(received))

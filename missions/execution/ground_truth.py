@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from missions.execution.world_shapes import scene_of
-from robots.simulated import SimulatedBody
+from stack.body import SimulatedWorld
 from stack.sim.worlds.world import World
 from stack.telemetry.records import Layer
 from stack.types import FloatArray, Pose2D, PoseEstimate
@@ -12,38 +12,38 @@ from stack.types import FloatArray, Pose2D, PoseEstimate
 class SimulationScorer:
     """Ground-truth scorer of a simulated body: localisation error, contacts, clearance, scene."""
 
-    def __init__(self, body: SimulatedBody, world: World) -> None:
-        self._body, self._world = body, world
+    def __init__(self, simulation: SimulatedWorld, world: World) -> None:
+        self._simulation, self._world = simulation, world
         self._error_sum, self._samples, self._worst = 0.0, 0, 0.0
         self._scene: Layer | None = None
 
     @property
     def truth(self) -> Pose2D:
         """True pose of the base, world frame."""
-        return self._body.truth.pose
+        return self._simulation.truth.pose
 
     @property
     def people(self) -> FloatArray:
         """Positions and radii of the people, (n, 3): x, y, radius in metres."""
-        return self._body.people
+        return self._simulation.people
 
-    def look(self, estimate: PoseEstimate) -> None:
+    def score(self, estimate: PoseEstimate) -> None:
         """Add the current localisation error to the score."""
         error = estimate.pose.distance_to(self.truth)
         self._error_sum += error
         self._samples += 1
         self._worst = max(self._worst, error)
 
-    def news(self) -> list[tuple[str, str]]:
+    def take_events(self) -> list[tuple[str, str]]:
         """Return door changes, contacts and other world events since the last call."""
-        return self._body.news()
+        return self._simulation.take_events()
 
     def counters(self) -> dict[str, float]:
         """Return contacts, clearance and localisation error so far."""
         return {
-            "collisions": float(self._body.tally.by_robot),
-            "pushed_into": float(self._body.tally.against_standing),
-            "clearance": self._body.clearance,
+            "collisions": float(self._simulation.tally.by_robot),
+            "pushed_into": float(self._simulation.tally.against_standing),
+            "clearance": self._simulation.clearance,
             "localisation_error": self.mean_error,
             "localisation_error_max": self._worst,
         }
@@ -55,7 +55,7 @@ class SimulationScorer:
 
     def layers(self) -> dict[str, Layer]:
         """Return the scene layer; its version increases when a door moves."""
-        version = self._body.scene_changes + 1
+        version = self._simulation.scene_changes + 1
         if self._scene is None or self._scene.version != version:
-            self._scene = Layer(version, scene_of(self._world, self._body.doors))
+            self._scene = Layer(version, scene_of(self._world, self._simulation.doors))
         return {"scene": self._scene}

@@ -8,14 +8,14 @@ from pathlib import Path
 
 from behaviours.catalogue import name_of, plugin_modules
 from stack.components import GROUPS, available
+from stack.costmap.layer import Layer
 from stack.errors import InputError
 
-METHODS = {
-    "planner": ("plan",),
-    "controller": ("set_path", "command"),
-    "costmap_layer": ("lay_out", "paint"),
-}
+METHODS = {"planner": ("plan",), "controller": ("set_path", "command")}
 """Methods that make a class with `Parameters` a component, by kind."""
+
+LAYER_METHODS = {"Parameters", "lay_out", "paint"}
+"""Attributes of layers of earlier versions, which had no base class."""
 
 
 def plugged_components(
@@ -31,9 +31,9 @@ def plugged_components(
         folder: base of relative paths; None is the current folder.
 
     Raises:
-        InputError: the name of a component is already in use.
+        InputError: the name of a component is already in use, or a layer does not inherit `Layer`.
     """
-    found: dict[str, dict[str, str]] = {kind: {} for kind in METHODS}
+    found: dict[str, dict[str, str]] = {kind: {} for kind in (*METHODS, "costmap_layer")}
     for module in plugin_modules(plugins, folder):
         for cls in vars(module).copy().values():
             if inspect.isclass(cls) and cls.__module__ == module.__name__:
@@ -55,6 +55,13 @@ def _add(found: dict[str, dict[str, str]], cls: type) -> None:
 
 
 def _kind_of(cls: type) -> str | None:
+    if issubclass(cls, Layer):
+        return None if inspect.isabstract(cls) else "costmap_layer"
+    if set(dir(cls)) >= LAYER_METHODS:
+        file = Path(inspect.getfile(cls)).name
+        raise InputError(
+            f"{file}: {cls.__name__} is not a costmap layer; inherit stack.costmap.layer.Layer"
+        )
     if not hasattr(cls, "Parameters"):
         return None
     matching = (

@@ -52,6 +52,9 @@ class RunOptions:
         watch: reload the mission when its file changes.
         breakpoints: nodes before which the mission stops.
         forced: node -> outcome, in force from the start.
+        body: simulated | scripted; empty: the choice of the robot file.
+        replay: sensor log to play instead of driving; its seed replaces `seed`.
+        record: what to record besides events: `sensors`.
     """
 
     seed: int = 0
@@ -69,6 +72,9 @@ class RunOptions:
     watch: bool = False
     breakpoints: tuple[str, ...] = ()
     forced: dict[str, str] | None = None
+    body: str = ""
+    replay: Path | None = None
+    record: tuple[str, ...] = ()
 
     def first_commands(self) -> list[Command]:
         """Return the breakpoints and forced outcomes as commands, applied before the first step."""
@@ -130,6 +136,8 @@ def prepare(name: str | Path, options: RunOptions) -> PreparedMission:
     _check_fit(choices, mission, robot)
     layers = tuple(layer.located(folder) for layer in choices["costmap"].parts)
     choices["costmap"] = replace(choices["costmap"], parts=layers)
+    limits = choices["speed_limits"]
+    choices["speed_limits"] = replace(limits, parameters=limits.parameters.located(folder))
     choices["planner"], warnings = located_planner(choices["planner"], mission, robot, world)
     plan = PreparedMission(
         mission=mission,

@@ -25,13 +25,15 @@ from missions.trees.mission_tree import MissionTree
 from robots.load import find_robot
 from stack.documents import Finding
 from stack.errors import InputError, ParameterError, TreepilotError
+from stack.runtime.mission_state import MissionEvent
 from stack.sim.worlds.world_file import find_world
 from stack.telemetry.recorder import RunFolder
 from stack.telemetry.records import MissionState
 
 TUNED = {
     "controller": ("controller",), "navigator": ("navigator",), "safety": ("safety",),
-    "costmap": ("local_costmap", "global_costmap"), "planner": (),
+    "costmap": ("local_costmap", "global_costmap"), "planner": (), "speed_limits": (),
+    "tracker": (),
 }  # fmt: skip
 """Kind of component -> its names in live tuning."""
 
@@ -118,7 +120,9 @@ class Reloader:
         lost = debugger.move_to(tree)
         debugger.generation += 1
         if engine.runtime.state is MissionState.PAUSED:
-            engine.runtime.reason = "the mission was reloaded; step or continue"
+            engine.runtime.mission.send(
+                MissionEvent.PAUSE, "the mission was reloaded; step or continue"
+            )
         later = [*_for_next_run(former, plan), *self._tune(former, plan)]
         parts = [f"tree {debugger.generation + 1} starts from its root"]
         parts += [f"kept {', '.join(kept)}"] if kept else []

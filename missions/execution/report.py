@@ -19,7 +19,8 @@ class Report:
         reason: path of nodes from the root to the cause of the failure; empty after a success.
         simulated_seconds: on the robot's clock. wall_seconds: first to last step.
         time_to_first_tick: wall seconds from building the run to its first tick.
-        min_clearance_m: smallest true distance to any obstacle; measured up to 1.0 m.
+        min_clearance_m: smallest true distance to any obstacle; measured up to 1.0 m. This and the
+            next two are None for a body that is not simulated.
         collisions: contacts while the robot moved; pushed_into: contacts while it stood still.
         localisation_error: mean and max distance between estimate and truth, metres.
         relocalised_by: source of the last relocalisation (marker, lidar, operator), or empty.
@@ -44,8 +45,8 @@ class Report:
     distance_m: float
     recoveries: int
     replans: int
-    collisions: int
-    pushed_into: int
+    collisions: int | None
+    pushed_into: int | None
     min_clearance_m: float | None
     localisation_error: dict[str, float] | None
     relocalised_by: str
@@ -80,8 +81,8 @@ class Report:
             f"  {self.simulated_seconds:.1f} s simulated in {self.wall_seconds:.1f} s"
             f" ({self.real_time_factor:.1f} x real time), {self.distance_m:.1f} m driven,"
             f" seed {self.seed}",
-            f"  recoveries {self.recoveries}, replans {self.replans},"
-            f" collisions {self.collisions}"
+            f"  recoveries {self.recoveries}, replans {self.replans}"
+            + ("" if self.collisions is None else f", collisions {self.collisions}")
             + ("" if clearance is None else f", clearance {clearance:.2f} m")
             + (
                 f", localisation error {error['mean']:.3f} m (max {error['max']:.3f} m)"

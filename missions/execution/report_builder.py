@@ -30,9 +30,8 @@ def compose_report(  # noqa: PLR0913 - the measured figures, by keyword
         folder: the run folder, or None.
         relocalisations: time and fields of each `relocalised` event.
     """
-    runtime, scorer = engine.runtime, engine.scorer
+    runtime, scorer, simulation = engine.runtime, engine.scorer, engine.simulation
     counters = runtime.counters()
-    facade = runtime.parts.facade
     simulated = engine.body.time
     return Report(
         mission=plan.mission.name,
@@ -51,20 +50,19 @@ def compose_report(  # noqa: PLR0913 - the measured figures, by keyword
         distance_m=runtime.distance,
         recoveries=engine.tree.recoveries,
         replans=int(counters.get("replans", 0)),
-        collisions=engine.body.tally.by_robot,
-        pushed_into=engine.body.tally.against_standing,
-        min_clearance_m=engine.body.clearance,
-        localisation_error={
-            "mean": scorer.mean_error,
-            "max": counters["localisation_error_max"],
-        },
-        relocalised_by=_confirmed(relocalisations, runtime.parts.localiser.estimate.health),
+        collisions=None if simulation is None else simulation.tally.by_robot,
+        pushed_into=None if simulation is None else simulation.tally.against_standing,
+        min_clearance_m=None if simulation is None else simulation.clearance,
+        localisation_error=None
+        if scorer is None
+        else {"mean": scorer.mean_error, "max": counters["localisation_error_max"]},
+        relocalised_by=_confirmed(relocalisations, runtime.parts.estimator.estimate.health),
         relocalisations=relocalisations,
-        battery=facade.battery.charge,
+        battery=runtime.parts.state.battery.charge,
         stages={name: _timing(stage) for name, stage in runtime.stages.timings().items()},
         final_pose={
-            "estimate": _pose(runtime.parts.localiser.estimate.pose),
-            "truth": _pose(scorer.truth),
+            "estimate": _pose(runtime.parts.estimator.estimate.pose),
+            "truth": None if scorer is None else _pose(scorer.truth),
         },
         blackboard=engine.tree.blackboard(),
         peak_memory_mb=peak_memory_mb,

@@ -6,6 +6,7 @@ import resource
 import traceback
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 from time import perf_counter
@@ -15,11 +16,13 @@ from missions.execution.milestones import Milestones
 from missions.execution.prepare import PreparedMission, RunOptions, prepare
 from missions.execution.report import Report
 from missions.execution.report_builder import compose_report
-from stack.errors import BodyError
+from robots.bodies import MakeBody
+from stack.errors import BodyError, InputError
 from stack.runtime.snapshots import compose_snapshot
 from stack.telemetry.hub import Telemetry
 from stack.telemetry.recorder import Recorder, RunFolder
 from stack.telemetry.records import MissionState, Sink
+from stack.telemetry.sensor_log import read_about
 
 MAX_SIMULATED_SECONDS = 24 * 3600.0
 """A mission that runs longer is ended as a failure."""
@@ -30,6 +33,7 @@ def run_mission(
     options: RunOptions,
     sinks: Sequence[Sink] = (),
     interrupted: Callable[[], bool] = lambda: False,
+    make_body: MakeBody | None = None,
 ) -> Report:
     """Prepare a mission and run it to its end in this process.
 
@@ -38,11 +42,12 @@ def run_mission(
         options: seed, arguments, folder and other settings of the run.
         sinks: consumers of events and snapshots, in addition to those of the options.
         interrupted: called between steps; True ends the run as interrupted.
+        make_body: makes the body; None: the choice of the options or of the robot file.
 
     Raises:
         InputError: the mission or a file it names has errors; nothing has moved.
     """
-    return execute(prepare(mission, options), options, sinks, interrupted)
+    return execute(prepare(mission, options), options, sinks, interrupted, make_body)
 
 
 def execute(
@@ -50,9 +55,11 @@ def execute(
     options: RunOptions,
     sinks: Sequence[Sink] = (),
     interrupted: Callable[[], bool] = lambda: False,
+    make_body: MakeBody | None = None,
 ) -> Report:
     """Run a prepared mission to its end; in any case stop the robot and close the records."""
     began = perf_counter()
+    options = _as_recorded(plan, options)
     network_sinks = _network_sinks(options)  # refuses a bad address before anything is written
     folder = RunFolder.create(options.out, plan.text) if options.out is not None else None
     run_id = folder.path.name if folder is not None else default_run_name(plan)
@@ -65,7 +72,7 @@ def execute(
     report: Report | None = None
     engine: Engine | None = None
     try:
-        engine = build(plan, options, telemetry, folder)
+        engine = build(plan, options, telemetry, folder, make_body)
         if options.watch:
             from missions.execution.reload import Reloader
 
@@ -94,6 +101,25 @@ def _close(telemetry: Telemetry, engine: Engine | None, report: Report | None) -
     finally:
         engine.runtime.parts.navigator.close()
         engine.body.close()
+        if engine.sensor_log is not None:
+            engine.sensor_log.close()
+
+
+def _as_recorded(plan: PreparedMission, options: RunOptions) -> RunOptions:
+    """Return the options with the seed of the recording that is replayed.
+
+    Raises:
+        InputError: the recording is of another robot.
+    """
+    if options.replay is None:
+        return options
+    about = read_about(options.replay)
+    if about.get("robot") != plan.robot.name:
+        raise InputError(
+            f"{options.replay} was recorded with the robot {about.get('robot')!r}, this mission"
+            f" has {plan.robot.name!r}; choose it with --robot"
+        )
+    return replace(options, seed=int(about.get("seed", options.seed)))
 
 
 def default_run_name(plan: PreparedMission) -> str:
@@ -122,6 +148,8 @@ def _run(
                 _add_late_sinks(engine, options, folder)
             if interrupted():
                 runtime.end(MissionState.INTERRUPTED, "stopped by a signal")
+            elif engine.body.has_ended:
+                runtime.end(MissionState.INTERRUPTED, "the recording is over")
             elif engine.body.time > MAX_SIMULATED_SECONDS:
                 runtime.end(MissionState.FAILURE, "TIMED_OUT: ran for 24 hours of robot time")
         runtime.stand_still()

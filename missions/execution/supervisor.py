@@ -50,6 +50,9 @@ class LaunchOptions:
     breakpoints: tuple[str, ...] = ()
     forced: dict[str, str] = field(default_factory=dict)
     parameters: dict[str, str] = field(default_factory=dict)
+    body: str = ""
+    replay: Path | None = None
+    record: tuple[str, ...] = ()
 
     def run_options(self) -> RunOptions:
         """Return the options of the engine, with the run folder and speed resolved."""
@@ -59,7 +62,7 @@ class LaunchOptions:
             speed=_speed(self.speed or ("max" if self.headless else "1")), rerun=self.rerun,
             mavlink=self.mavlink, camera=self.camera, watch=self.watch,
             breakpoints=self.breakpoints, forced=self.forced,
-            parameters=self.parameters,
+            parameters=self.parameters, body=self.body, replay=self.replay, record=self.record,
         )  # fmt: skip
 
 
@@ -191,7 +194,7 @@ def _interrupt(engine: subprocess.Popen[bytes]) -> None:
 def _spawn_engine(mission: str, options: RunOptions, errors: IO[bytes]) -> subprocess.Popen[bytes]:
     """Start the engine in its own session, with a file as stderr: a full pipe would block it."""
     settings = {**asdict(options), "out": str(options.out)}
-    message = json_format.dumps({"mission": mission, "options": settings})
+    message = json_format.dumps({"mission": mission, "options": settings}, default=str)
     return subprocess.Popen(
         [sys.executable, "-m", "missions.execution.engine", message],
         stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=errors,

@@ -10,7 +10,7 @@ import numpy as np
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError
 from stack.mapping.passages import Passage
-from stack.types import FREE, OCCUPIED, FloatArray, OccupancyGrid, Pose2D
+from stack.types import FloatArray, OccupancyGrid, Pose2D
 
 PIXELS_PER_METRE = 120
 """Approximate scale; a cell is a whole number of pixels."""
@@ -40,11 +40,11 @@ def draw(  # noqa: PLR0913 - one call from one place
     import cv2
 
     image = np.full((*grid.cells.shape, 3), 10, dtype=np.uint8)
-    free = grid.cells == FREE
+    free = grid.free
     image[free] = GROUND
     image[free & (clearance < robot.footprint.circumscribed_radius)] = TIGHT
     image[free & (clearance < robot.footprint.inscribed_radius)] = CLOSED
-    image[grid.cells == OCCUPIED] = WALL
+    image[grid.occupied] = WALL
     scale = max(1, round(PIXELS_PER_METRE * grid.resolution))
     image = cv2.resize(np.flipud(image), None, fx=scale, fy=scale, interpolation=cv2.INTER_NEAREST)
 

@@ -236,12 +236,9 @@ LAYERS: Mapping[str, tuple[str, Table]] = {
     "StaticLayer": ("static", {}),
     "ObstacleLayer": ("obstacle", {}),
     "VoxelLayer": ("obstacle", {}),
-    "InflationLayer": (
-        "inflation",
-        _renamed(inflation_radius="inflation_radius", cost_scaling_factor="cost_scaling"),
-    ),
     "DenoiseLayer": ("denoise", _renamed(minimal_group_size="smallest_group")),
 }  # fmt: skip
+INFLATION: Table = _renamed(inflation_radius="inflation_radius", cost_scaling_factor="cost_scaling")
 SCAN_SOURCE: Table = _renamed(
     obstacle_max_range="obstacle_range",
     raytrace_max_range="clearing_range",

@@ -144,6 +144,7 @@ def _costmaps(importer: Importer) -> None:
         if server is None:
             return  # importing one costmap only would remove the layers of the other
         both += [{**layer, "only": which} for layer in _layers(importer, server)]
+    _inflation(importer)
     layers = _merged(both)
     if layers:
         values = importer.kinds.setdefault("costmap", ComponentValues())
@@ -152,14 +153,10 @@ def _costmaps(importer: Importer) -> None:
 
 
 def _layers(importer: Importer, server: Section) -> list[dict[str, Any]]:
-    """Return the layers of a costmap that have an equivalent, inflation last."""
+    """Return the layers of a costmap that have an equivalent."""
     found = []
-    for name in server.texts("plugins"):
-        section = server.get(name)
-        if section is None or section.plugin not in tables.LAYERS:
-            continue
-        enabled = section.get("enabled")
-        if enabled is not None and enabled.node.value is False:
+    for section in _enabled(server):
+        if section.plugin not in tables.LAYERS:
             continue
         use, table = tables.LAYERS[section.plugin]
         plugin = section.get("plugin")
@@ -169,7 +166,51 @@ def _layers(importer: Importer, server: Section) -> list[dict[str, Any]]:
         for source in section.texts("observation_sources")[:1]:
             layer.update(_layer_values(importer, section.get(source), tables.SCAN_SOURCE))
         found.append(layer)
-    return sorted(found, key=lambda layer: layer["use"] == "inflation")
+    return found
+
+
+def _enabled(server: Section) -> list[Section]:
+    """Return the sections of a costmap's plugins that are not disabled."""
+    sections = [server.get(name) for name in server.texts("plugins")]
+    switches = [None if section is None else section.get("enabled") for section in sections]
+    return [
+        section
+        for section, switch in zip(sections, switches, strict=True)
+        if section is not None and (switch is None or switch.node.value is not False)
+    ]
+
+
+def _inflation(importer: Importer) -> None:
+    """Import the inflation of both costmaps; where they differ, the local one has its own values.
+
+    A costmap without an inflation layer gets the radius 0.
+    """
+    for server, prefix in ((importer.server("global_costmap"), ""),
+                           (importer.server("local_costmap"), "local_")):  # fmt: skip
+        plugins = None if server is None else server.get("plugins")
+        if server is None or plugins is None:
+            continue
+        layer = next((item for item in _enabled(server) if item.plugin == "InflationLayer"), None)
+        if layer is None:
+            none = Equivalent("inflation_radius", lambda _: 0.0)
+            _set_inflation(importer, plugins, none, prefix)
+            continue
+        plugin = layer.get("plugin")
+        if plugin is not None:
+            importer.record(plugin, "costmap", "inflation", "always")
+        for key, equivalent in tables.INFLATION.items():
+            part = layer.get(key)
+            if part is not None:
+                _set_inflation(importer, part, equivalent, prefix)
+
+
+def _set_inflation(importer: Importer, part: Section, equivalent: Equivalent, prefix: str) -> None:
+    both = importer.kinds.setdefault("costmap", ComponentValues()).values.get(equivalent.name)
+    value = importer.converted(part, equivalent.convert)
+    if prefix and value == both:
+        importer.record(part, "costmap", equivalent.name, value)
+    else:
+        importer.set("costmap", part, Equivalent(prefix + equivalent.name, equivalent.convert))
 
 
 def _layer_values(
@@ -198,7 +239,7 @@ def _merged(layers: list[dict[str, Any]]) -> list[Any]:
     for layer in merged:
         if names.count(layer["use"]) > 1:
             layer["name"] = f"{layer['only']}_{layer['use']}"
-    return sorted(merged, key=lambda layer: layer["use"] == "inflation")
+    return merged
 
 
 def _velocity_smoother(importer: Importer) -> None:

@@ -8,15 +8,29 @@ from pathlib import Path
 from typing import Any
 
 from stack.components import component
-from stack.costmap.layer import CostmapLayer
+from stack.costmap.layer import Layer
 from stack.costmap.parameters import CostmapParameters
+from stack.costmap.zones import located_mask
 from stack.errors import InputError, ParameterError
 from stack.parameters import build, declarations, suggestion
 from stack.types import Footprint
 
-USUAL = ("static", "obstacle", "inflation")
+USUAL = ("static", "obstacle")
 COSTMAPS = ("both", "global", "local")
-_WORDS = ("use", "name", "only")
+_WORDS = ("use", "name", "only", "inflated")
+_MOVED = {
+    "inflation": (
+        "inflation is not a layer any more: every costmap inflates",
+        "remove it from the list; its parameters are those of the costmap, e.g. `costmap: "
+        "{inflation_radius: 0.4 m}`, or `local_inflation_radius` for the local costmap; layers "
+        "listed after it need `inflated: false`",
+    ),
+    "speed_zones": (
+        "speed_zones moved to `navigation: {speed_limits: …}`",
+        "write its zones, mask, full_speed and look_ahead there, without use, name and only",
+    ),
+}
+"""Former layers: what became of them, and what to write instead."""
 
 
 @dataclass(frozen=True)
@@ -29,13 +43,20 @@ class LayerChoice:
         component: class of the layer.
         values: raw parameters of the entry; missing ones come from the costmap, then the defaults.
         only: the costmap that uses the layer: both, global or local.
+        inflated: whether the layer's marks are inflated; None: as the layer's class says.
     """
 
     use: str
     name: str
-    component: type
+    component: type[Layer]
     values: Mapping[str, Any] = field(default_factory=dict)
     only: str = "both"
+    inflated: bool | None = None
+
+    @property
+    def is_inflated(self) -> bool:
+        """Whether the layer's marks are inflated."""
+        return self.component.inflated if self.inflated is None else self.inflated
 
     def parameters(self, costmap: CostmapParameters) -> Any:
         """Return the layer's parameters for a costmap with these settings.
@@ -43,17 +64,26 @@ class LayerChoice:
         Raises:
             ParameterError: an unknown parameter or an invalid value.
         """
-        kind: Any = self.component
-        own = declarations(kind.Parameters)
+        own = declarations(self.component.Parameters)
         shared = {
             item.name: getattr(costmap, item.name) for item in fields(costmap) if item.name in own
         }
-        return build(kind.Parameters, {**shared, **self.values})
+        return build(self.component.Parameters, {**shared, **self.values})
 
-    def made(self, costmap: CostmapParameters, footprint: Footprint) -> CostmapLayer:
-        """Create the layer."""
-        layer: CostmapLayer = self.component(self.parameters(costmap), footprint)
-        return layer
+    def made(self, costmap: CostmapParameters, footprint: Footprint) -> Layer:
+        """Create the layer.
+
+        Raises:
+            InputError: the class cannot be created with parameters and footprint.
+        """
+        parameters, name = self.parameters(costmap), self.component.__qualname__
+        try:
+            return self.component(parameters, footprint)
+        except TypeError as error:
+            raise InputError(
+                f"layer {self.name!r}: {name}(parameters, footprint) failed: {error}; expected a "
+                "constructor with these two positional arguments, as in stack.costmap.layer.Layer"
+            ) from error
 
     def located(self, folder: Path) -> LayerChoice:
         """Return a copy whose mask file is resolved relative to a folder.
@@ -61,15 +91,11 @@ class LayerChoice:
         Raises:
             InputError: the mask file does not exist.
         """
-        if not self.values.get("mask"):
+        mask = self.values.get("mask")
+        if not mask:
             return self
-        file = folder / str(self.values["mask"])
-        if not file.is_file():
-            raise InputError(
-                f"layer {self.name!r}: mask file {self.values['mask']} does not exist; "
-                "paths are relative to the mission file"
-            )
-        return replace(self, values={**self.values, "mask": str(file)})
+        file = located_mask(str(mask), folder, f"layer {self.name!r}")
+        return replace(self, values={**self.values, "mask": file})
 
 
 def usual_layers() -> tuple[LayerChoice, ...]:
@@ -115,6 +141,34 @@ def _read(item: Any) -> LayerChoice:
         raise ParameterError(
             "only", f"{only!r} is not one of {', '.join(COSTMAPS)}", suggestion(str(only), COSTMAPS)
         )
+    inflated = item.get("inflated")
+    if "inflated" in item and not isinstance(inflated, bool):
+        raise ParameterError("inflated", f"expected true or false, got {inflated!r}")
     values = {key: value for key, value in item.items() if key not in _WORDS}
     use, name = item["use"], str(item.get("name", item["use"]))
-    return LayerChoice(use, name, component("costmap_layer", use), values, only)
+    return LayerChoice(use, name, _layer_class(use), values, only, inflated)
+
+
+def _layer_class(use: str) -> type[Layer]:
+    """Return the class of a layer by name or `module:Class`.
+
+    Raises:
+        InputError: there is no such component, or it is not a layer.
+        ParameterError: the name is that of a former layer.
+    """
+    if use in _MOVED:
+        sentence, hint = _MOVED[use]
+        raise ParameterError("use", sentence, hint)
+    found = component("costmap_layer", use)
+    if not issubclass(found, Layer):
+        raise InputError(
+            f"{found.__qualname__} in {found.__module__} is not a costmap layer; "
+            "inherit stack.costmap.layer.Layer"
+        )
+    missing = sorted(found.__abstractmethods__)
+    if missing:
+        raise InputError(
+            f"{found.__qualname__} in {found.__module__} is not a complete costmap layer; "
+            f"it does not implement {', '.join(missing)}"
+        )
+    return found

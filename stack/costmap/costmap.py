@@ -7,57 +7,38 @@ context-sensitive navigation", IROS 2014).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import inf
 
 import numpy as np
 
 from stack.costmap.choosing import LayerChoice, usual_layers
 from stack.costmap.denoise_layer import DenoiseLayer
+from stack.costmap.inflation import Inflation
 from stack.costmap.lattice import Lattice
-from stack.costmap.layer import (
-    Box,
-    CellProvenance,
-    CostmapLayer,
-    Inflation,
-    Region,
-    SensorUpdate,
-    joined,
-)
+from stack.costmap.layer import Box, CellProvenance, Layer, LayerUpdate, Region, joined
 from stack.costmap.layer_compositor import LayerCompositor
-from stack.costmap.parameters import CostmapParameters
-from stack.costmap.static_layer import StaticLayer
-from stack.costmap.zone_layers import SpeedZonesLayer
+from stack.costmap.parameters import CostmapParameters, InflationParameters
 from stack.errors import ParameterError
 from stack.parameters import suggestion
-from stack.types import (
-    LETHAL_COST,
-    CostGrid,
-    Footprint,
-    OccupancyGrid,
-    Pose2D,
-    RangeReading,
-    Scan,
-    TrackedObject,
-)
+from stack.types import LETHAL_COST, CostGrid, Footprint, OccupancyGrid, Pose2D
 
 
 class Costmap:
     """Cost of driving through each cell, updated from the sensors.
 
-    Layers before `inflation` mark cells, which are inflated; layers after it add costs. An update
-    repaints and inflates only changed cells.
+    Layers with `inflated` mark cells, in the order of the list. The marks are inflated, then the
+    other layers add their costs. An update repaints and inflates only changed cells.
 
     Args:
-        parameters: of the costmap and its default layers.
+        parameters: of the costmap, its inflation and its default layers.
         footprint: gives the inscribed radius and the cells under the robot.
         static: the map, or None.
         window: None to cover the map (global costmap); the side in metres of a square that rolls
             with the robot, aligned to the map's cells (local costmap).
-        layers: in painting order; None for the map, obstacles and inflation.
+        layers: in painting order; None for the map and obstacles.
 
     Raises:
         ParameterError: neither a map nor a window, or a window of less than three cells.
-        InputError: a layer's mask cannot be read.
+        InputError: a layer cannot be created, or its mask cannot be read.
     """
 
     def __init__(
@@ -72,12 +53,12 @@ class Costmap:
         self._parameters, self._window = parameters, window
         self._choices = tuple(usual_layers() if layers is None else layers)
         self._layers = {item.name: item.made(parameters, footprint) for item in self._choices}
+        self._marking = [self._layers[item.name] for item in self._choices if item.is_inflated]
+        adding = [self._layers[item.name] for item in self._choices if not item.is_inflated]
         self._denoise = DenoiseLayer(DenoiseLayer.Parameters(), footprint)
-        order = list(self._layers.values())
-        self._inflation = next((layer for layer in order if isinstance(layer, Inflation)), None)
-        self._pivot = len(order) if self._inflation is None else order.index(self._inflation)
-        self._adding = order[self._pivot + 1 :]
-        self._painting = LayerCompositor(self._marking(), self._inflation, self._adding)
+        self._inflation = Inflation(self._inflation_parameters(), footprint)
+        self._painting = LayerCompositor(self._marking_layers(), self._inflation, adding)
+        self._adding = adding
         self._version = 0
         self._grid: CostGrid | None = None
         self._lattice = Lattice(static, window, parameters.resolution, _corner(window))
@@ -113,25 +94,12 @@ class Costmap:
         """Whether a layer uses tracked objects."""
         return any(layer.needs_tracks for layer in self._layers.values())
 
-    def update(
-        self, pose: Pose2D, scan: Scan | None, time: float, *,
-        readings: Sequence[RangeReading] = (), tracks: Sequence[TrackedObject] | None = None,
-    ) -> None:  # fmt: skip
-        """Add new sensor data, expire old marks and roll the window to the robot.
-
-        Args:
-            pose: of the base when the scan was taken, map frame.
-            scan: a new scan, or None.
-            time: seconds on the robot's clock.
-            readings: new range readings, e.g. of sonars.
-            tracks: all tracked objects, map frame; None when they were not updated.
-        """
-        known = None if tracks is None else tuple(tracks)
-        self._take_in(SensorUpdate(pose, time, scan, "lidar", tuple(readings), known))
-
-    def update_from(self, source: str, pose: Pose2D, scan: Scan, time: float) -> None:
-        """Add a scan of another lidar, for the obstacle layer with that `source`."""
-        self._take_in(SensorUpdate(pose, time, scan, source))
+    def update(self, update: LayerUpdate) -> None:
+        """Add new sensor data, expire old marks and roll the window to the robot."""
+        self._follow(update.pose)
+        marked = joined([layer.update(update) for layer in self._painting.marking])
+        added = joined([layer.update(update) for layer in self._adding])
+        self._repaint(marked, added)
 
     def explain(self, x: float, y: float) -> CellProvenance | None:
         """Return the layer, source and time that made a cell lethal; None if it is not lethal.
@@ -166,15 +134,6 @@ class Costmap:
         x, y = self._frame.middles(box)
         self._clear(Region(box, np.hypot(x - pose.x, y - pose.y) <= radius), layer)
 
-    def speed_limit(self, pose: Pose2D, deceleration: float) -> float:
-        """Speed limit of the speed zones here and ahead, m/s; inf without. See SpeedZonesLayer."""
-        limits = (
-            layer.speed_limit(pose, deceleration)
-            for layer in self._layers.values()
-            if isinstance(layer, SpeedZonesLayer)
-        )
-        return min(limits, default=inf)
-
     def set_static(self, static: OccupancyGrid) -> None:
         """Replace the map, e.g. by a new one from SLAM; sensed obstacles keep their positions.
 
@@ -202,33 +161,24 @@ class Costmap:
         for name, values in settings.items():
             self._layers[name].configure(values)
         self._parameters = parameters
-        self._painting.marking = self._marking()
+        self._inflation.configure(self._inflation_parameters())
+        self._painting.marking = self._marking_layers()
         self._recompute()
 
-    def _marking(self) -> list[CostmapLayer]:
+    def _inflation_parameters(self) -> InflationParameters:
+        return self._parameters.inflation(local=self._window is not None)
+
+    def _marking_layers(self) -> list[Layer]:
         """Return the layers whose marks are inflated, in order."""
-        layers = list(self._layers.values())
-        marking = layers[: self._pivot]
-        if self._parameters.denoise and not any(isinstance(x, DenoiseLayer) for x in marking):
-            marking.append(self._denoise)
-        return marking
+        return [*self._marking, self._denoise] if self._parameters.denoise else self._marking
 
     def _begin(self, static: OccupancyGrid | None, shift: tuple[int, int] | None) -> None:
         """Lay out every layer in the current frame and repaint all cells."""
         for layer in self._layers.values():
-            if isinstance(layer, StaticLayer):
-                layer.take(static)
-                layer.lay_out(self._frame, None)
-            else:
-                layer.lay_out(self._frame, shift)
+            layer.set_map(static)
+            layer.lay_out(self._frame, shift)
         self._painting.lay_out(self._frame)
         self._recompute()
-
-    def _take_in(self, sensors: SensorUpdate) -> None:
-        self._follow(sensors.pose)
-        marked = joined([layer.update(sensors) for layer in self._painting.marking])
-        added = joined([layer.update(sensors) for layer in self._adding])
-        self._repaint(marked, added)
 
     def _follow(self, pose: Pose2D) -> None:
         """Roll the window with the robot; cells that stay inside keep their values."""
@@ -244,11 +194,11 @@ class Costmap:
         if name is not None and name not in self._layers:
             raise ParameterError("layer", f"unknown layer {name!r}", suggestion(name, self._layers))
         names = self._layers if name is None else (name,)
-        order = list(self._layers)
         boxes = {key: self._layers[key].clear(region) for key in names}
+        adding = {item.name for item in self._choices if not item.is_inflated}
         self._repaint(
-            joined([box for key, box in boxes.items() if order.index(key) < self._pivot]),
-            joined([box for key, box in boxes.items() if order.index(key) > self._pivot]),
+            joined([box for key, box in boxes.items() if key not in adding]),
+            joined([box for key, box in boxes.items() if key in adding]),
         )
 
     def _recompute(self) -> None:

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
-from stack.costmap.layer import NO_BOX, Box, Canvas, Frame, Region, SensorUpdate
+from stack.costmap.layer import Canvas, Layer
 from stack.parameters import parameter
 from stack.types import Footprint
 
 
-class DenoiseLayer:
+class DenoiseLayer(Layer):
     """Removes small groups of lethal cells, which are probably noise.
 
     Groups are 8-connected. Lethal cells of the map and the groups that touch them are kept. List it
-    after the layers that it filters and before `inflation`. Modelled on Nav2's DenoiseLayer.
+    after the layers that it filters. Modelled on Nav2's DenoiseLayer.
     """
 
     @dataclass(frozen=True)
@@ -25,40 +25,19 @@ class DenoiseLayer:
             2, at_least=2, at_most=16, help="smaller groups of connected cells are removed"
         )
 
-    needs_tracks: ClassVar[bool] = False
+    parameters: Parameters
 
     def __init__(self, parameters: Parameters, footprint: Footprint) -> None:
+        super().__init__(parameters, footprint)
         from stack.costmap import kernels
 
         self._kernels: Any = kernels
-        self._parameters = parameters
 
     @property
     def reach(self) -> int:
         """Largest distance between two cells of a group that is removed, in cells."""
-        return self._parameters.smallest_group - 1
-
-    def configure(self, parameters: Parameters) -> None:
-        """Apply new parameters."""
-        self._parameters = parameters
-
-    def lay_out(self, frame: Frame, shift: tuple[int, int] | None) -> None:
-        """Do nothing: the layer stores no cells."""
-
-    def update(self, sensors: SensorUpdate) -> Box:
-        """Change nothing: the layer uses no sensor data."""
-        return NO_BOX
+        return self.parameters.smallest_group - 1
 
     def paint(self, canvas: Canvas) -> None:
         """Reset removed cells to the map's cost; free where the map is unknown."""
-        self._kernels.drop_small_groups(
-            canvas.cells, canvas.ground, self._parameters.smallest_group
-        )
-
-    def clear(self, region: Region | None) -> Box:
-        """Change nothing: the layer stores nothing."""
-        return NO_BOX
-
-    def origin_of(self, row: int, column: int) -> tuple[str, float | None] | None:
-        """Return None: the layer marks no cells."""
-        return None
+        self._kernels.drop_small_groups(canvas.cells, canvas.ground, self.parameters.smallest_group)

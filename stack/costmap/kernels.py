@@ -39,10 +39,33 @@ def _clear_line(marked_at, seen, row, column, end_row, end_column, clearable):
 
 
 @njit(cache=True, nogil=True)
+def _clear_distance(ranges, beam, range_max, clearing_range, closed):
+    """Distance up to which a beam shows free space; see ObstacleLayer.
+
+    A beam without return shows no more than each of its neighbours: a neighbour with a return shows
+    free space up to the return, an invalid one none. In a closed scan the first and the last beam
+    are neighbours; otherwise they have one neighbour each.
+    """
+    distance = np.float64(ranges[beam])
+    if distance < range_max:
+        return min(distance, clearing_range)
+    for near in (beam - 1, beam + 1):
+        if closed:
+            near %= ranges.size
+        elif near < 0 or near >= ranges.size:
+            continue
+        beside = np.float64(ranges[near])
+        if not beside > 0.0:
+            return 0.0
+        if beside < range_max:
+            clearing_range = min(beside, clearing_range)
+    return clearing_range
+
+
+@njit(cache=True, nogil=True)
 def sense(
     marked_at, seen, origin_x, origin_y, resolution, sensor_x, sensor_y, sensor_heading,
-    ranges, angle_min, angle_increment, range_max, obstacle_range, clearing_range, time,
-    clearable,
+    ranges, angles, closed, range_max, obstacle_range, clearing_range, time, clearable,
 ):  # fmt: skip
     """Clear the cells along all beams, then mark their end cells.
 
@@ -59,15 +82,14 @@ def sense(
         distance = np.float64(ranges[beam])
         if not distance > 0.0:
             continue
-        returned = distance < range_max
-        reach = min(distance, clearing_range) if returned else clearing_range
-        angle = sensor_heading + angle_min + angle_increment * beam
+        reach = _clear_distance(ranges, beam, range_max, clearing_range, closed)
+        angle = sensor_heading + angles[beam]
         end_row = int(np.floor((sensor_y + reach * np.sin(angle) - origin_y) / resolution))
         end_column = int(np.floor((sensor_x + reach * np.cos(angle) - origin_x) / resolution))
         top, bottom = min(top, end_row), max(bottom, end_row)
         left, right = min(left, end_column), max(right, end_column)
         _clear_line(marked_at, seen, row, column, end_row, end_column, clearable)
-        if returned and distance <= obstacle_range:
+        if distance < range_max and distance <= obstacle_range:
             marks[count, 0], marks[count, 1] = end_row, end_column
             count += 1
     for mark in range(count):
@@ -104,15 +126,26 @@ def clear_polygon(marked_at, seen, origin_x, origin_y, resolution, corners):
 
 @njit(cache=True, nogil=True)
 def expire(marked_at, oldest, top, bottom, left, right):
-    """Clear marks older than `oldest` in a box; returns the box of the cleared cells."""
-    first_row, last_row, first_column, last_column = bottom, top - 1, right, left - 1
+    """Clear marks older than `oldest` in a box.
+
+    Returns the box of the cleared cells and the box of the marks that remain.
+    """
+    cleared_top, cleared_bottom, cleared_left, cleared_right = bottom, top - 1, right, left - 1
+    kept_top, kept_bottom, kept_left, kept_right = bottom, top - 1, right, left - 1
     for row in range(top, bottom):
         for column in range(left, right):
-            if NEVER < marked_at[row, column] < oldest:
+            time = marked_at[row, column]
+            if time == NEVER:
+                continue
+            if time < oldest:
                 marked_at[row, column] = NEVER
-                first_row, last_row = min(first_row, row), max(last_row, row)
-                first_column, last_column = min(first_column, column), max(last_column, column)
-    return first_row, last_row + 1, first_column, last_column + 1
+                cleared_top, cleared_bottom = min(cleared_top, row), max(cleared_bottom, row)
+                cleared_left, cleared_right = min(cleared_left, column), max(cleared_right, column)
+            else:
+                kept_top, kept_bottom = min(kept_top, row), max(kept_bottom, row)
+                kept_left, kept_right = min(kept_left, column), max(kept_right, column)
+    cleared = cleared_top, cleared_bottom + 1, cleared_left, cleared_right + 1
+    return cleared, (kept_top, kept_bottom + 1, kept_left, kept_right + 1)
 
 
 @njit(cache=True, nogil=True)
@@ -270,33 +303,58 @@ def _rows_to_lethal(base, limit, top, bottom, left, right):
 
 
 @njit(cache=True, nogil=True)
+def _lower_envelope(heights, limit, outer_left, left, right, sites, squares, starts):
+    """Lower envelope of the parabolas height² + (x - column)² of one row, for left <= x < right.
+
+    Writes the column, the squared height and the first x of each part of the envelope; returns the
+    number of parts. The parabolas of two columns a < b are equal at
+    x = (b² + h_b² - a² - h_a²) / 2 (b - a); beyond it, rounded down, b is below a. Columns without
+    a lethal cell (height > limit) have no parabola. All numbers are whole, so the result is exact.
+    """
+    count = 0
+    for index in range(heights.size):
+        height = heights[index]
+        if height > limit:
+            continue
+        column, square, start = outer_left + index, height * height, left
+        while count > 0:
+            first, site = starts[count - 1], sites[count - 1]
+            away, near = column - first, first - site
+            if square + away * away >= squares[count - 1] + near * near:
+                rise = square + column * column - squares[count - 1] - site * site
+                start = rise // (2 * (column - site)) + 1
+                break
+            count -= 1
+        if start < right:
+            sites[count], squares[count], starts[count] = column, square, start
+            count += 1
+    return count
+
+
+@njit(cache=True, nogil=True)
 def inflate(cells, base, costs, limit, top, bottom, left, right):
     """Inflate a box: costs from the exact Euclidean distance to the nearest lethal cell.
 
     The distance transform is separable (Felzenszwalb and Huttenlocher 2012) and bounded by `limit`
     cells. Squared distances are whole numbers and index `costs`, shape (limit² + 1,).
     """
-    columns = base.shape[1]
-    outer_left, outer_right = max(left - limit, 0), min(right + limit, columns)
+    outer_left, outer_right = max(left - limit, 0), min(right + limit, base.shape[1])
     heights = _rows_to_lethal(base, limit, top, bottom, outer_left, outer_right)
     widths = np.array([int(np.sqrt(limit * limit - up * up)) for up in range(limit + 1)])
-    squared = np.empty(right - left, np.int64)
+    sites, squares, starts = np.empty((3, outer_right - outer_left), np.int64)
     for row in range(top, bottom):
-        squared[:] = limit * limit + 1
-        for column in range(outer_left, outer_right):
-            height = heights[row - top, column - outer_left]
-            if height > limit:
-                continue
-            square, width = height * height, widths[height]
-            for near in range(max(column - width, left), min(column + width + 1, right)):
-                candidate = square + (near - column) * (near - column)
-                if candidate < squared[near - left]:
-                    squared[near - left] = candidate
         for column in range(left, right):
-            value = base[row, column]
-            if squared[column - left] <= limit * limit:
-                cost = costs[squared[column - left]]
+            cells[row, column] = base[row, column]
+        count = _lower_envelope(
+            heights[row - top], limit, outer_left, left, right, sites, squares, starts
+        )
+        for part in range(count):
+            site, square = sites[part], squares[part]
+            width = widths[heights[row - top, site - outer_left]]
+            end = starts[part + 1] if part + 1 < count else right
+            for column in range(max(starts[part], site - width), min(end, site + width + 1)):
+                value = base[row, column]
+                cost = costs[square + (column - site) * (column - site)]
                 # as in Nav2, unknown cells stay unknown unless the robot would certainly collide
                 if (value == UNKNOWN and cost >= INSCRIBED) or (value != UNKNOWN and cost > value):
-                    value = cost
-            cells[row, column] = value
+                    cells[row, column] = cost

@@ -1,16 +1,25 @@
-"""Interface of costmap layers, and the data passed between a layer and its costmap."""
+"""Base class of costmap layers, and the data passed between a layer and its costmap."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from math import ceil, floor
-from typing import Any, ClassVar, Protocol, runtime_checkable
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.types import FloatArray, Footprint, Pose2D, RangeReading, Scan, TrackedObject
+from stack.types import (
+    FloatArray,
+    Footprint,
+    OccupancyGrid,
+    Pose2D,
+    RangeReading,
+    Scan,
+    TrackedObject,
+)
 
 Costs = NDArray[np.uint8]
 Box = tuple[int, int, int, int]
@@ -70,23 +79,47 @@ class Frame:
 
 
 @dataclass(frozen=True, slots=True)
-class SensorUpdate:
+class PosedScan:
+    """A scan, and the pose of the base at its stamp.
+
+    Attributes:
+        scan: of one lidar.
+        pose: of the base when the scan was taken, map frame.
+    """
+
+    scan: Scan
+    pose: Pose2D
+
+
+@dataclass(frozen=True, slots=True)
+class PosedReading:
+    """A range reading, and the pose of the base at its stamp.
+
+    Attributes:
+        reading: of one sonar.
+        pose: of the base when the reading was taken, map frame.
+    """
+
+    reading: RangeReading
+    pose: Pose2D
+
+
+@dataclass(frozen=True, slots=True)
+class LayerUpdate:
     """Sensor data that is new since the last update.
 
     Attributes:
-        pose: of the base, map frame.
+        pose: of the base at `time`, map frame.
         time: seconds on the robot's clock.
-        scan: a new scan, or None.
-        source: name of the sensor that took the scan.
+        scans: new scans by the name of their sensor.
         readings: new range readings, e.g. of sonars.
         tracks: all tracked objects, at `time`; None when they were not updated.
     """
 
     pose: Pose2D
     time: float
-    scan: Scan | None = None
-    source: str = "lidar"
-    readings: tuple[RangeReading, ...] = ()
+    scans: Mapping[str, PosedScan] = field(default_factory=dict)
+    readings: tuple[PosedReading, ...] = ()
     tracks: tuple[TrackedObject, ...] | None = None
 
 
@@ -113,31 +146,54 @@ class Canvas:
     box: Box
 
 
-class CostmapLayer(Protocol):
-    """One source of costs, e.g. the map, a sensor or a zone.
+@dataclass(frozen=True)
+class NoParameters:
+    """No parameters."""
 
-    Layers before `inflation` in a costmap's list mark cells, which are then inflated; layers after
-    it add costs that are not inflated. A layer stores its own data and paints it on request. Its
-    class attribute `Parameters` is a frozen dataclass of `parameter(...)` fields; kernels are
-    imported in `__init__`, so that checking a mission imports none.
+
+class Layer(ABC):
+    """Base class of costmap layers: one source of costs, e.g. the map, a sensor or a zone.
+
+    A layer stores its own data and paints it on request; only `paint` is required. `Parameters` is
+    a frozen dataclass of `parameter(...)` fields. Import kernels in `__init__`, so that checking a
+    mission imports none.
 
     Attributes:
-        reach: largest distance in cells at which one cell affects another; mostly 0.
+        parameters: current parameters, an instance of `Parameters`.
+        footprint: of the robot.
+        frame: current position and size of the cells.
+        map: the map, or None.
+        inflated: whether the layer's lethal cells are inflated; an entry in a mission's list may
+            set it otherwise. Layers that are not inflated are painted over the inflated costs.
         needs_tracks: whether the layer uses tracked objects.
     """
 
-    needs_tracks: ClassVar[bool]
+    Parameters: ClassVar[type] = NoParameters
+    inflated: ClassVar[bool] = True
+    needs_tracks: ClassVar[bool] = False
 
-    def __init__(self, parameters: Any, footprint: Footprint) -> None: ...
+    def __init__(self, parameters: Any, footprint: Footprint) -> None:
+        self.parameters: Any = parameters
+        self.footprint = footprint
+        self.frame = Frame((0, 0), 1.0, (0.0, 0.0))
+        self.map: OccupancyGrid | None = None
+
+    @abstractmethod
+    def paint(self, canvas: Canvas) -> None:
+        """Paint this layer's cells over those of the layers before it."""
 
     @property
     def reach(self) -> int:
-        """Largest distance in cells at which one cell affects another; mostly 0."""
-        ...
+        """Largest distance in cells at which one cell affects another."""
+        return 0
 
     def configure(self, parameters: Any) -> None:
         """Apply new parameters; the costmap repaints all cells afterwards."""
-        ...
+        self.parameters = parameters
+
+    def set_map(self, grid: OccupancyGrid | None) -> None:
+        """Use another map, or none; `lay_out` is called afterwards."""
+        self.map = grid
 
     def lay_out(self, frame: Frame, shift: tuple[int, int] | None) -> None:
         """Change the position or the size of the cells.
@@ -147,35 +203,23 @@ class CostmapLayer(Protocol):
             shift: (rows, columns) from the old cell (0, 0) to the new one, so that sensed cells
                 keep their positions; None to start without sensed cells.
         """
-        ...
+        self.frame = frame
 
-    def update(self, sensors: SensorUpdate) -> Box:
+    def update(self, update: LayerUpdate) -> Box:
         """Process new sensor data; return the box of the cells to repaint."""
-        ...
-
-    def paint(self, canvas: Canvas) -> None:
-        """Paint this layer's cells over those of the layers before it."""
-        ...
+        return NO_BOX
 
     def clear(self, region: Region | None) -> Box:
         """Clear sensed cells in a region, None for everywhere; return the box to repaint."""
-        ...
+        return NO_BOX
+
+    def ground(self, box: Box) -> Costs | None:
+        """Costs of the map alone in a box; None if the layer does not hold the map."""
+        return None
 
     def origin_of(self, row: int, column: int) -> tuple[str, float | None] | None:
         """Source and time of this layer's lethal mark in a cell; None without a mark."""
-        ...
-
-
-@runtime_checkable
-class Inflation(CostmapLayer, Protocol):
-    """The layer that adds costs around lethal cells.
-
-    Its `reach` is the inflation radius in cells.
-    """
-
-    def spread(self, cells: Costs, base: Costs, box: Box) -> None:
-        """Inflate a box of `base` into `cells` (both cover the whole costmap)."""
-        ...
+        return None
 
 
 def is_some(box: Box) -> bool:
@@ -190,6 +234,16 @@ def joined(boxes: Iterable[Box]) -> Box:
         return NO_BOX
     tops, bottoms, lefts, rights = zip(*some, strict=True)
     return min(tops), max(bottoms), min(lefts), max(rights)
+
+
+def moved(box: Box, shape: tuple[int, int], shift: tuple[int, int]) -> Box:
+    """The part of a box that stays inside a grid of this shape after a shift, in its new cells."""
+    (rows, columns), (down, right) = shape, shift
+    inside = (
+        max(box[0] - down, 0), min(box[1] - down, rows),
+        max(box[2] - right, 0), min(box[3] - right, columns),
+    )  # fmt: skip
+    return inside if is_some(inside) else NO_BOX
 
 
 def part(cells: NDArray[Any], box: Box) -> NDArray[Any]:

@@ -7,20 +7,19 @@ from typing import Any
 
 import numpy as np
 
+from stack.costmap.inflation import Inflation
 from stack.costmap.layer import (
     NO_BOX,
     Box,
     Canvas,
-    CostmapLayer,
     Costs,
     Frame,
-    Inflation,
+    Layer,
     edges,
     is_some,
     part,
     shifted,
 )
-from stack.costmap.static_layer import StaticLayer
 from stack.types import UNKNOWN_COST
 
 
@@ -33,14 +32,12 @@ class LayerCompositor:
     """
 
     def __init__(
-        self, marking: Sequence[CostmapLayer], inflation: Inflation | None,
-        adding: Sequence[CostmapLayer],
-    ) -> None:  # fmt: skip
+        self, marking: Sequence[Layer], inflation: Inflation, adding: Sequence[Layer]
+    ) -> None:
         from stack.costmap import kernels
 
         self._kernels: Any = kernels
         self.marking, self._inflation, self._adding = marking, inflation, adding
-        self._static = next((x for x in marking if isinstance(x, StaticLayer)), None)
         self._frame = Frame((0, 0), 1.0, (0.0, 0.0))
         self._shift = (0, 0)
         self._base = self._inflated = self.cells = np.empty((0, 0), dtype=np.uint8)
@@ -48,6 +45,7 @@ class LayerCompositor:
     def lay_out(self, frame: Frame) -> None:
         """Allocate the grids; call `repaint_all` afterwards."""
         self._frame, self._shift = frame, (0, 0)
+        self._inflation.set_resolution(frame.resolution)
         self._set_grids([np.empty(frame.shape, dtype=np.uint8) for _ in range(3)])
 
     def move(self, frame: Frame, shift: tuple[int, int]) -> None:
@@ -75,7 +73,7 @@ class LayerCompositor:
             added: box to repaint for the layers that add costs.
         """
         shape, far = self._frame.shape, sum(layer.reach for layer in self.marking)
-        reach = 0 if self._inflation is None else self._inflation.reach
+        reach = self._inflation.reach
         moved, self._shift = self._shift, (0, 0)
         paint = [*edges(shape, moved, lead=far, trail=far), self._grown(marked, far)]
         changed = [self._compose(box) for box in paint]
@@ -109,10 +107,7 @@ class LayerCompositor:
         if sum(map(_area, spread)) >= _area(self._frame.everywhere):
             spread = [self._frame.everywhere]
         for box in spread:
-            if self._inflation is not None:
-                self._inflation.spread(self._inflated, self._base, box)
-            else:
-                part(self._inflated, box)[:] = part(self._base, box)
+            self._inflation.spread(self._inflated, self._base, box)
         if not self._adding:
             return
         for box in (*spread, added):
@@ -123,8 +118,10 @@ class LayerCompositor:
                 layer.paint(canvas)
 
     def _ground(self, box: Box) -> Costs:
-        if self._static is not None:
-            return part(self._static.cells, box)
+        for layer in self.marking:
+            costs = layer.ground(box)
+            if costs is not None:
+                return costs
         return np.full((box[1] - box[0], box[3] - box[2]), UNKNOWN_COST, np.uint8)
 
     def _grown(self, box: Box, by: int) -> Box:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,10 +13,12 @@ from stack.costmap.layer import (
     Box,
     Canvas,
     Frame,
+    Layer,
+    LayerUpdate,
     Region,
-    SensorUpdate,
     is_some,
     joined,
+    moved,
     part,
     shifted,
 )
@@ -24,17 +26,19 @@ from stack.costmap.parameters import ObstacleParameters
 from stack.parameters import parameter
 from stack.types import Footprint, Pose2D, Scan
 
-_EXPIRY_PERIOD = 0.5  # s; the search for old marks reads every cell, which is slow on large maps
+_EXPIRY_PERIOD = 0.5
+"""Seconds between two searches for old marks."""
 
 
-class ObstacleLayer:
+class ObstacleLayer(Layer):
     """Obstacles seen by one lidar: returns mark cells, beams clear the cells that they pass.
 
-    Returns mark cells within `obstacle_range`; beams clear up to `clearing_range` (no return, +inf,
-    clears the full range; NaN does nothing). Cells under the robot's footprint are always cleared,
-    and marks that were not seen for `decay` seconds expire. Use one layer per lidar, each with its
-    own `source`: lidars scan different planes, so the beams of one must not clear the marks of
-    another.
+    Returns mark cells within `obstacle_range`; beams clear up to `clearing_range`. A beam without
+    return (+inf) may be one that was lost: it clears a cell only if both neighbouring beams reach
+    beyond that distance or have no return either. An invalid beam (NaN) does nothing and confirms
+    nothing. Cells under the robot's footprint are always cleared, and marks that were not seen for
+    `decay` seconds expire. Use one layer per lidar, each with its own `source`: lidars scan
+    different planes, so the beams of one must not clear the marks of another.
     """
 
     @dataclass(frozen=True)
@@ -43,16 +47,15 @@ class ObstacleLayer:
 
         source: str = parameter("lidar", help="name of the lidar whose scans are used")
 
-    needs_tracks: ClassVar[bool] = False
-    reach = 0
+    parameters: Parameters
 
     def __init__(self, parameters: Parameters, footprint: Footprint) -> None:
+        super().__init__(parameters, footprint)
         from stack.costmap import kernels
 
         self._kernels: Any = kernels
-        self._parameters, self._footprint = parameters, footprint
         self._next_expiry = 0.0
-        self._frame = Frame((0, 0), 1.0, (0.0, 0.0))
+        self._marks = NO_BOX  # contains all marks
         self._marked_at = np.empty((0, 0), dtype=np.float32)
         self._seen = np.empty((0, 0), dtype=np.uint8)
 
@@ -62,13 +65,10 @@ class ObstacleLayer:
         marked: NDArray[np.bool_] = self._marked_at > -np.inf
         return marked
 
-    def configure(self, parameters: Parameters) -> None:
-        """Apply new parameters; marks stay."""
-        self._parameters = parameters
-
     def lay_out(self, frame: Frame, shift: tuple[int, int] | None) -> None:
         """Move the grid; marks keep their positions in the map frame."""
-        self._frame = frame
+        self.frame = frame
+        self._marks = NO_BOX if shift is None else moved(self._marks, frame.shape, shift)
         if shift is None:
             self._marked_at = np.full(frame.shape, -np.inf, dtype=np.float32)
             self._seen = np.zeros(frame.shape, dtype=np.uint8)
@@ -76,12 +76,13 @@ class ObstacleLayer:
             self._marked_at = shifted(self._marked_at, frame.shape, shift, -np.inf)
             self._seen = shifted(self._seen, frame.shape, shift, 0)
 
-    def update(self, sensors: SensorUpdate) -> Box:
+    def update(self, update: LayerUpdate) -> Box:
         """Expire old marks, add a scan, and clear the cells under the footprint."""
-        touched = [self._forget_old(sensors.time)]
-        if sensors.scan is not None and sensors.source == self._parameters.source:
-            touched.append(self._sense(sensors.pose, sensors.scan, sensors.time))
-        touched.append(self._clear_footprint(sensors.pose))
+        touched = [self._forget_old(update.time)]
+        posed = update.scans.get(self.parameters.source)
+        if posed is not None:
+            touched.append(self._sense(posed.pose, posed.scan, update.time))
+        touched.append(self._clear_footprint(update.pose))
         return joined(touched)
 
     def paint(self, canvas: Canvas) -> None:
@@ -93,7 +94,8 @@ class ObstacleLayer:
         if region is None:
             self._marked_at[:] = -np.inf
             self._seen[:] = 0
-            return self._frame.everywhere
+            self._marks = NO_BOX
+            return self.frame.everywhere
         if not is_some(region.box):
             return NO_BOX
         part(self._marked_at, region.box)[region.inside] = -np.inf
@@ -103,30 +105,38 @@ class ObstacleLayer:
     def origin_of(self, row: int, column: int) -> tuple[str, float | None] | None:
         """The lidar, and the time at which it last saw the obstacle."""
         time = float(self._marked_at[row, column])
-        return None if time == -np.inf else (self._parameters.source, time)
+        return None if time == -np.inf else (self.parameters.source, time)
 
     def _forget_old(self, time: float) -> Box:
-        if self._parameters.decay == 0.0 or time < self._next_expiry:
+        if self.parameters.decay == 0.0 or time < self._next_expiry:
             return NO_BOX
         self._next_expiry = time + _EXPIRY_PERIOD
-        oldest = time - self._parameters.decay
-        box: Box = self._kernels.expire(self._marked_at, oldest, *self._frame.everywhere)
-        return box
+        oldest = time - self.parameters.decay
+        cleared: Box
+        cleared, self._marks = self._kernels.expire(self._marked_at, oldest, *self._marks)
+        return cleared
 
     def _sense(self, pose: Pose2D, scan: Scan, time: float) -> Box:
-        sensor, settings = pose.compose(scan.mount), self._parameters
+        sensor, settings = pose.compose(scan.mount), self.parameters
         clearable = time - settings.persistence if settings.persistence else np.inf
         box: Box = self._kernels.sense(
-            self._marked_at, self._seen, *self._frame.origin, self._frame.resolution,
+            self._marked_at, self._seen, *self.frame.origin, self.frame.resolution,
             sensor.x, sensor.y, sensor.heading,
-            scan.ranges, scan.angle_min, scan.angle_increment, scan.range_max,
+            scan.ranges, scan.angles, _is_closed(scan), scan.range_max,
             settings.obstacle_range, settings.clearing_range, time, clearable,
         )  # fmt: skip
+        self._marks = joined([self._marks, box])
         return box
 
     def _clear_footprint(self, pose: Pose2D) -> Box:
-        corners = pose.transform(self._footprint.points)
+        corners = pose.transform(self.footprint.points)
         box: Box = self._kernels.clear_polygon(
-            self._marked_at, self._seen, *self._frame.origin, self._frame.resolution, corners
+            self._marked_at, self._seen, *self.frame.origin, self.frame.resolution, corners
         )
         return box
+
+
+def _is_closed(scan: Scan) -> bool:
+    """Whether the first and the last beam are neighbours."""
+    beams = scan.ranges.size
+    return beams > 1 and abs(scan.angle_increment) * (beams + 0.5) > 2.0 * np.pi

@@ -10,7 +10,7 @@ from stack.parameters import parameter
 
 @dataclass(frozen=True)
 class InflationParameters:
-    """Parameters of the inflation layer.
+    """Parameters of the inflation.
 
     With a robot of 0.22 m radius the defaults give cost 100 of 252 in the middle of a 0.9 m door:
     the door is passable, and wider passages and the middle of a corridor are preferred.
@@ -73,3 +73,26 @@ class CostmapParameters(ObstacleParameters, InflationParameters):
     denoise: bool = parameter(
         False, help="ignore single sensed cells; off by default: table legs are single cells too"
     )
+    local_inflation_radius: float | None = parameter(
+        None, "m", at_least=0.0, at_most=5.0,
+        help="inflation_radius of the local costmap; default: that of both",
+    )  # fmt: skip
+    local_cost_scaling: float | None = parameter(
+        None, above=0.0, at_most=100.0,
+        help="cost_scaling of the local costmap; default: that of both",
+    )  # fmt: skip
+    local_turning_cost: float | None = parameter(
+        None, at_least=0.0, at_most=250.0,
+        help="turning_cost of the local costmap; default: that of both",
+    )  # fmt: skip
+
+    def inflation(self, *, local: bool) -> InflationParameters:
+        """Return the inflation of the local or of the global costmap."""
+        own = {
+            "inflation_radius": self.local_inflation_radius,
+            "cost_scaling": self.local_cost_scaling,
+            "turning_cost": self.local_turning_cost,
+        }
+        both = {name: getattr(self, name) for name in own}
+        chosen = {name: value for name, value in own.items() if local and value is not None}
+        return InflationParameters(**{**both, **chosen})

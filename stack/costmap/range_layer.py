@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import inf, isnan
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,10 +14,12 @@ from stack.costmap.layer import (
     Box,
     Canvas,
     Frame,
+    Layer,
+    LayerUpdate,
     Region,
-    SensorUpdate,
     is_some,
     joined,
+    moved,
     part,
     shifted,
 )
@@ -34,9 +36,10 @@ from stack.types import (
 
 _PRIOR = 0.5
 _EXPIRY_PERIOD = 0.5
+"""Seconds between two searches for old cells."""
 
 
-class RangeLayer:
+class RangeLayer(Layer):
     """Obstacles from range sensors, which detect something anywhere in their cone.
 
     Each cell holds the probability that it is occupied, initially 0.5, updated by Bayes' rule with
@@ -73,32 +76,28 @@ class RangeLayer:
                     "free_below", f"{self.free_below:g} is not below mark_above {self.mark_above:g}"
                 )
 
-    needs_tracks: ClassVar[bool] = False
-    reach = 0
+    parameters: Parameters
 
     def __init__(self, parameters: Parameters, footprint: Footprint) -> None:
+        super().__init__(parameters, footprint)
         from stack.costmap import kernels
 
         self._kernels: Any = kernels
-        self._parameters, self._footprint = parameters, footprint
-        self._frame = Frame((0, 0), 1.0, (0.0, 0.0))
         self._probability = np.empty((0, 0), dtype=np.float32)
         self._heard_at = np.empty((0, 0), dtype=np.float32)
         self._source, self._next_expiry = "sonar", 0.0
+        self._heard = NO_BOX  # contains all updated cells
 
     @property
     def marked(self) -> NDArray[np.bool_]:
         """(rows, columns): cells whose probability is above `mark_above`."""
-        marked: NDArray[np.bool_] = self._probability > self._parameters.mark_above
+        marked: NDArray[np.bool_] = self._probability > self.parameters.mark_above
         return marked
-
-    def configure(self, parameters: Parameters) -> None:
-        """Apply new parameters; probabilities stay."""
-        self._parameters = parameters
 
     def lay_out(self, frame: Frame, shift: tuple[int, int] | None) -> None:
         """Move the grid; probabilities keep their positions in the map frame."""
-        self._frame = frame
+        self.frame = frame
+        self._heard = NO_BOX if shift is None else moved(self._heard, frame.shape, shift)
         if shift is None:
             self._probability = np.full(frame.shape, _PRIOR, dtype=np.float32)
             self._heard_at = np.full(frame.shape, -np.inf, dtype=np.float32)
@@ -106,25 +105,26 @@ class RangeLayer:
             self._probability = shifted(self._probability, frame.shape, shift, _PRIOR)
             self._heard_at = shifted(self._heard_at, frame.shape, shift, -np.inf)
 
-    def update(self, sensors: SensorUpdate) -> Box:
+    def update(self, update: LayerUpdate) -> Box:
         """Expire old cells, add readings, and clear the cells under the footprint."""
-        touched = [self._forget_old(sensors.time)]
-        touched += [self._hear(sensors.pose, item, sensors.time) for item in sensors.readings]
-        touched.append(self._clear_footprint(sensors.pose))
+        touched = [self._forget_old(update.time)]
+        touched += [self._hear(item.pose, item.reading, update.time) for item in update.readings]
+        touched.append(self._clear_footprint(update.pose))
         return joined(touched)
 
     def paint(self, canvas: Canvas) -> None:
         """Paint probable cells as lethal; improbable ones become free where they are unknown."""
         probability = part(self._probability, canvas.box)
-        free = (probability < self._parameters.free_below) & (canvas.cells == UNKNOWN_COST)
+        free = (probability < self.parameters.free_below) & (canvas.cells == UNKNOWN_COST)
         canvas.cells[free] = FREE_COST
-        canvas.cells[probability > self._parameters.mark_above] = LETHAL_COST
+        canvas.cells[probability > self.parameters.mark_above] = LETHAL_COST
 
     def clear(self, region: Region | None) -> Box:
         """Reset the probabilities."""
         if region is None:
             self._probability[:], self._heard_at[:] = _PRIOR, -np.inf
-            return self._frame.everywhere
+            self._heard = NO_BOX
+            return self.frame.everywhere
         if not is_some(region.box):
             return NO_BOX
         part(self._probability, region.box)[region.inside] = _PRIOR
@@ -133,45 +133,47 @@ class RangeLayer:
 
     def origin_of(self, row: int, column: int) -> tuple[str, float | None] | None:
         """The sensor of the newest reading, and the time of the cell's last update."""
-        if self._probability[row, column] <= self._parameters.mark_above:
+        if self._probability[row, column] <= self.parameters.mark_above:
             return None
         return self._source, float(self._heard_at[row, column])
 
     def _hear(self, pose: Pose2D, reading: RangeReading, time: float) -> Box:
-        distance, settings = reading.distance, self._parameters
+        distance, settings = reading.distance, self.parameters
         if isnan(distance) or distance < reading.range_min:
             return NO_BOX
         returned = distance < reading.range_max
         if not returned and not settings.clear_without_return:
             return NO_BOX
         sensor = pose.compose(reading.mount)
-        thickness = max(self._frame.resolution, settings.accuracy * distance) if returned else 0.0
+        thickness = max(self.frame.resolution, settings.accuracy * distance) if returned else 0.0
         end = distance + thickness if returned else reading.range_max
-        box = self._frame.box_around(
+        box = self.frame.box_around(
             (sensor.x - end, sensor.y - end), (sensor.x + end, sensor.y + end)
         )
         self._source = reading.source
+        self._heard = joined([self._heard, box])
         self._kernels.hear(
-            self._probability, self._heard_at, *self._frame.origin, self._frame.resolution,
+            self._probability, self._heard_at, *self.frame.origin, self.frame.resolution,
             sensor.x, sensor.y, sensor.heading, distance if returned else inf, end,
             0.5 * reading.field_of_view, settings.fading, thickness, time, *box,
         )  # fmt: skip
         return box
 
     def _forget_old(self, time: float) -> Box:
-        if self._parameters.decay == 0.0 or time < self._next_expiry:
+        if self.parameters.decay == 0.0 or time < self._next_expiry:
             return NO_BOX
         self._next_expiry = time + _EXPIRY_PERIOD
-        oldest = time - self._parameters.decay
-        box: Box = self._kernels.expire(self._heard_at, oldest, *self._frame.everywhere)
-        if is_some(box):
-            faded = part(self._heard_at, box) == -np.inf
-            part(self._probability, box)[faded] = _PRIOR
-        return box
+        oldest = time - self.parameters.decay
+        cleared: Box
+        cleared, self._heard = self._kernels.expire(self._heard_at, oldest, *self._heard)
+        if is_some(cleared):
+            faded = part(self._heard_at, cleared) == -np.inf
+            part(self._probability, cleared)[faded] = _PRIOR
+        return cleared
 
     def _clear_footprint(self, pose: Pose2D) -> Box:
         from stack.costmap.zones import cells_inside
 
-        corners = pose.transform(self._footprint.points)
-        box, inside = cells_inside(self._frame, corners, self._frame.everywhere)
+        corners = pose.transform(self.footprint.points)
+        box, inside = cells_inside(self.frame, corners, self.frame.everywhere)
         return self.clear(Region(box, inside))

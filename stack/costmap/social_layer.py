@@ -10,9 +10,9 @@ from stack.costmap.layer import (
     Box,
     Canvas,
     Costs,
-    Frame,
+    Layer,
+    LayerUpdate,
     Region,
-    SensorUpdate,
     is_some,
     joined,
     part,
@@ -24,13 +24,13 @@ _REACH = 3.0
 """Lateral distance beyond which no cost is added, in standard deviations."""
 
 
-class SocialLayer:
+class SocialLayer(Layer):
     """Costs along the predicted motion of people, so that paths pass behind them.
 
     A person at p with velocity v moves along p + v t. A cell whose nearest point on this line is
     reached at time t, 0 <= t <= horizon, at distance d beyond the person's radius, costs
     cost · (1 - fade · t / horizon) · exp(-d² / (2 · spread²)). The cost is never lethal: the
-    obstacle layer marks the person's current position. List it after `inflation`. Constant velocity
+    obstacle layer marks the person's current position. Constant velocity
     prediction as in Schöller et al., "What the constant velocity model can teach us", RA-L 2020.
     """
 
@@ -49,32 +49,24 @@ class SocialLayer:
             0.3, "m", above=0.0, at_most=2.0, help="standard deviation of the cost to the side"
         )
 
+    inflated: ClassVar[bool] = False
     needs_tracks: ClassVar[bool] = True
-    reach = 0
+    parameters: Parameters
 
     def __init__(self, parameters: Parameters, footprint: Footprint) -> None:
+        super().__init__(parameters, footprint)
         from stack.costmap import kernels
 
         self._kernels: Any = kernels
-        self._parameters = parameters
-        self._frame = Frame((0, 0), 1.0, (0.0, 0.0))
         self._time = 0.0
         self._tracks: tuple[TrackedObject, ...] = ()
 
-    def configure(self, parameters: Parameters) -> None:
-        """Apply new parameters."""
-        self._parameters = parameters
-
-    def lay_out(self, frame: Frame, shift: tuple[int, int] | None) -> None:
-        """Store the new frame; tracks are in the map frame."""
-        self._frame = frame
-
-    def update(self, sensors: SensorUpdate) -> Box:
+    def update(self, update: LayerUpdate) -> Box:
         """Replace the tracks by the new ones."""
-        if sensors.tracks is None:
+        if update.tracks is None:
             return NO_BOX
         before = [self._box(track) for track in self._tracks]
-        self._time, self._tracks = sensors.time, sensors.tracks
+        self._time, self._tracks = update.time, update.tracks
         return joined([*before, *map(self._box, self._tracks)])
 
     def paint(self, canvas: Canvas) -> None:
@@ -94,13 +86,9 @@ class SocialLayer:
         self._tracks = ()
         return joined(boxes)
 
-    def origin_of(self, row: int, column: int) -> tuple[str, float | None] | None:
-        """Return None: the layer marks no lethal cells."""
-        return None
-
     def _raise(self, cells: Costs, track: TrackedObject, box: Box) -> None:
         """Paint one person's predicted motion on the cells of a box."""
-        settings, frame = self._parameters, self._frame
+        settings, frame = self.parameters, self.frame
         self._kernels.raise_along_motion(
             cells, frame.origin[0] + box[2] * frame.resolution,
             frame.origin[1] + box[0] * frame.resolution, frame.resolution,
@@ -111,13 +99,13 @@ class SocialLayer:
 
     def _box(self, track: TrackedObject) -> Box:
         """The cells whose cost a person's predicted motion raises."""
-        margin = track.radius + _REACH * self._parameters.spread
+        margin = track.radius + _REACH * self.parameters.spread
         age = self._time - track.stamp
-        ends = (track.position_after(age), track.position_after(age + self._parameters.horizon))
+        ends = (track.position_after(age), track.position_after(age + self.parameters.horizon))
         (x, y), (other_x, other_y) = ends
         low = min(x, other_x) - margin, min(y, other_y) - margin
         high = max(x, other_x) + margin, max(y, other_y) + margin
-        box = self._frame.box_around(low, high)
+        box = self.frame.box_around(low, high)
         return box if is_some(box) else NO_BOX
 
 

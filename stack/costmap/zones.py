@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from stack.costmap.layer import NO_BOX, Box, Frame, edges, is_some, part, shifted
 from stack.costmap.sampling import sampled
-from stack.errors import ParameterError
+from stack.errors import InputError, ParameterError
 from stack.geometry.polygons import points_inside
 from stack.parameters import Declaration, build, parameter
-from stack.types import FREE, OCCUPIED, FloatArray, OccupancyGrid
+from stack.types import FREE, FloatArray, OccupancyGrid
 
 Corners = tuple[tuple[float, float], ...]
 _METRES = Declaration("corners", float, unit="m")
@@ -74,6 +74,25 @@ def read_zones(kind: type[ZoneKind], raw: Iterable[Any]) -> tuple[ZoneKind, ...]
     return tuple(zones)
 
 
+def located_mask(name: str, folder: Path, user: str) -> str:
+    """Return the path of a mask file named in a mission.
+
+    Args:
+        name: as written, relative to the folder.
+        folder: of the mission file.
+        user: what has the mask, for the message.
+
+    Raises:
+        InputError: the file does not exist.
+    """
+    file = folder / name
+    if not file.is_file():
+        raise InputError(
+            f"{user}: mask file {name} does not exist; paths are relative to the mission file"
+        )
+    return str(file)
+
+
 def read_mask(file: str) -> OccupancyGrid | None:
     """Read the mask from a ROS map.yaml; None for an empty name.
 
@@ -125,7 +144,8 @@ class ZoneCells:
         target = part(self.cells, box)
         target[:] = 0
         if self._mask is not None:
-            target[sampled(self._mask, self.frame, box, FREE) == OCCUPIED] = IN_MASK
+            values = sampled(self._mask, self.frame, box, FREE)
+            target[self._mask.are_occupied(values)] = IN_MASK
         for number, zone in enumerate(self._zones, start=1):
             region = cells_inside(self.frame, zone.points, box)
             part(self.cells, region[0])[region[1]] = number

@@ -141,6 +141,13 @@ class LidarDescription:
     range_max: float = parameter(12.0, "m", above=0.0, help="longer ranges are no return")
     noise: float = parameter(0.01, "m", at_least=0.0, help="standard deviation of a range")
     dropout: float = parameter(0.005, at_least=0.0, at_most=1.0, help="share of beams lost")
+    rotation_time: float = parameter(
+        0.0,
+        "s",
+        at_least=0.0,
+        at_most=1.0,
+        help="time of a full turn; 0: all beams are measured at one instant",
+    )
 
 
 @dataclass(frozen=True)
@@ -217,6 +224,7 @@ class RobotDescription:
         source: the robot.yaml.
         lidars: additional lidars by name.
         sonars: by name.
+        body: which body drives it unless the command line says otherwise: simulated | scripted.
     """
 
     name: str
@@ -234,6 +242,13 @@ class RobotDescription:
     source: FilePath | None = None
     lidars: Mapping[str, LidarDescription] = field(default_factory=dict)
     sonars: Mapping[str, SonarDescription] = field(default_factory=dict)
+    body: str = "simulated"
+
+    @property
+    def all_lidars(self) -> dict[str, LidarDescription]:
+        """Every lidar by sensor name; the main one is `lidar`."""
+        main = {} if self.lidar is None else {"lidar": self.lidar}
+        return {**main, **self.lidars}
 
     @property
     def drive(self) -> DriveKind:

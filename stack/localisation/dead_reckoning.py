@@ -6,14 +6,13 @@ bound; its covariance states the drift.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from math import cos, sin
-from typing import NoReturn
 
 import numpy as np
 
-from stack.errors import NavigationError
-from stack.types import FailureCode, FloatArray, Pose2D, PoseEstimate, Scan
+from stack.frames.buffer import TransformBuffer
+from stack.localisation.estimator import Estimator
+from stack.types import FloatArray, Observation, Pose2D, PoseEstimate
 
 DISTANCE_VARIANCE = 2e-4
 """m² of position per metre driven: 1.4 cm after a metre, for good wheels on a clean floor."""
@@ -21,11 +20,8 @@ DISTANCE_VARIANCE = 2e-4
 HEADING_VARIANCE_PER_METRE, HEADING_VARIANCE_PER_TURN = 1e-5, 2e-4
 """rad² of heading per metre driven and per radian turned, for a gyro with a known bias."""
 
-NO_PARTICLES: FloatArray = np.empty((0, 3))
-NO_PARTICLES.flags.writeable = False
 
-
-class DeadReckoning:
+class DeadReckoning(Estimator):
     """Pose estimate from odometry only, with the interface of `Localiser`.
 
     The covariance follows the first-order propagation P' = F P Fᵀ + Q of a step (S. Thrun,
@@ -40,21 +36,24 @@ class DeadReckoning:
         self._map_from_odom = pose
         self._odometry: Pose2D | None = None
         self._covariance: FloatArray = np.zeros((3, 3))
+        self._time, self._corrected_at, self._jumps = 0.0, 0.0, 0
 
-    def start(self, pose: Pose2D, position_deviation: float, heading_deviation: float) -> None:
+    def set_pose(self, pose: Pose2D, position_deviation: float, heading_deviation: float) -> None:
         """Restart at a pose in the map frame; standard deviations in metres and radians."""
         odometry = self._odometry or Pose2D(0.0, 0.0)
         self._map_from_odom = pose.compose(odometry.inverse())
         deviations = [position_deviation, position_deviation, heading_deviation]
         self._covariance = np.diag(np.square(deviations))
+        self._corrected_at, self._jumps = self._time, self._jumps + 1
 
-    def update(self, odometry: Pose2D, scan: Scan | None) -> None:
-        """Update the estimate with odometry; scans have no effect without a map.
+    def update(self, observation: Observation, frames: TransformBuffer) -> PoseEstimate:
+        """Update the estimate with odometry; scans have no effect without a map."""
+        self._time = observation.time
+        self.follow(frames.pose_at("odom", observation.time))
+        return self.estimate
 
-        Args:
-            odometry: pose in the odom frame.
-            scan: ignored.
-        """
+    def follow(self, odometry: Pose2D) -> None:
+        """Update the estimate with a pose of the odom frame."""
         if self._odometry is None:
             self._map_from_odom = self._map_from_odom.compose(odometry.inverse())
         elif odometry != self._odometry:
@@ -66,35 +65,14 @@ class DeadReckoning:
     def estimate(self) -> PoseEstimate:
         """The dead-reckoned pose in the map frame; its health is 1, since no scan is compared."""
         pose = self._map_from_odom.compose(self._odometry or Pose2D(0.0, 0.0))
-        return PoseEstimate(pose, self._covariance, 1.0)
+        return PoseEstimate(
+            pose, self._covariance, 1.0, self._map_from_odom, self._corrected_at, self._jumps
+        )
 
     @property
     def map_from_odom(self) -> Pose2D:
         """The odom frame's pose in the map frame."""
         return self._map_from_odom
-
-    @property
-    def particles(self) -> FloatArray:
-        """(0, 3): this estimator has no particles."""
-        return NO_PARTICLES
-
-    def fit_at(self, pose: Pose2D, scan: Scan) -> float:
-        """Return 0: without a map, no pose fits better than another."""
-        return 0.0
-
-    def relocalise_globally(
-        self, scan: Scan, earlier: Sequence[tuple[Pose2D, Scan]] = ()
-    ) -> NoReturn:
-        """Raise LOST: there is no map to match the scans with.
-
-        Raises:
-            NavigationError: LOST, always.
-        """
-        raise NavigationError(
-            FailureCode.LOST,
-            "global relocalisation needs a map, and this mission has `map: none`; add a map, or "
-            "set the pose",
-        )
 
     def _propagate_covariance(self, before: Pose2D, moved: Pose2D) -> None:
         """Propagate the covariance over one step, `moved` in the frame of the previous pose."""

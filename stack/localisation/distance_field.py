@@ -12,10 +12,6 @@ from stack.types import FloatArray, OccupancyGrid, Pose2D
 TRUNCATION = 1.0
 """Metres at which distances to surfaces are truncated."""
 
-SURELY_FREE, SURELY_OCCUPIED = 25, 65
-"""Occupancy in 0..100: cells up to the first are free, from the second on occupied, as in ROS'
-map_server."""
-
 
 @dataclass(frozen=True, slots=True)
 class SignedDistanceField:
@@ -80,8 +76,7 @@ def surface_field(grid: OccupancyGrid) -> SignedDistanceField:
     """
     import cv2
 
-    occupied = grid.cells >= SURELY_OCCUPIED
-    free = (grid.cells >= 0) & (grid.cells <= SURELY_FREE)
+    occupied, free = grid.occupied, grid.free
 
     def to_nearest(goal: NDArray[np.bool_]) -> NDArray[np.float32]:
         if not goal.any():

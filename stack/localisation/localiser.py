@@ -12,7 +12,9 @@ from math import pi
 
 import numpy as np
 
+from stack.frames.buffer import TransformBuffer
 from stack.localisation.distance_field import as_pose, as_row, surface_field
+from stack.localisation.estimator import Estimator
 from stack.localisation.global_match import (
     HEADINGS,
     LATTICE_BEAMS,
@@ -36,7 +38,7 @@ from stack.localisation.particles import (
     summarise,
 )
 from stack.streams import stream
-from stack.types import FloatArray, OccupancyGrid, Pose2D, PoseEstimate, Scan
+from stack.types import FloatArray, Observation, OccupancyGrid, Pose2D, PoseEstimate, Scan
 
 _HEADING_OF_METRE = 0.6
 """Radians of heading deviation that are equivalent to a metre of position deviation."""
@@ -52,10 +54,10 @@ _STILL_UPDATES = 2
 """Largest number of measurement updates at standstill: the same view adds little evidence."""
 
 
-class Localiser:
+class Localiser(Estimator):
     """Particle filter on a likelihood field, with a health that shows a wrong pose.
 
-    The particles are initially uniform over the free space; `start` sets a pose.
+    The particles are initially uniform over the free space; `set_pose` sets one.
 
     Args:
         grid: the map.
@@ -76,6 +78,7 @@ class Localiser:
         self._calibration = stream(seed, "localisation calibration")
         self._field = surface_field(grid)
         self._table = self._field.log_likelihoods(parameters.hit_deviation, parameters.hit_share)
+        self._least = float(self._table.min())
         self._evaluator = ScanEvaluator(self._field)
         self._matcher = GlobalMatcher(self._field, self._evaluator)
         self._scale: FitScale | None = None
@@ -85,9 +88,11 @@ class Localiser:
         self._noise = OmniMotionNoise(*alphas, p.alpha_5) if sideways else MotionNoise(*alphas)
         self._odometry: Pose2D | None = None
         self._fit: float | None = None
+        self._time = self._corrected_at = 0.0
+        self._jumps = -1
         self.scatter()
 
-    def start(self, pose: Pose2D, position_deviation: float, heading_deviation: float) -> None:
+    def set_pose(self, pose: Pose2D, position_deviation: float, heading_deviation: float) -> None:
         """Restart around a pose in the map frame; standard deviations in metres and radians."""
         deviations = [position_deviation, position_deviation, heading_deviation]
         poses = self._generator.normal(as_row(pose), deviations, (self.parameters.max_particles, 3))
@@ -106,7 +111,17 @@ class Localiser:
         self._reset(ParticleSet.uniform(poses))
         self._scattered = True
 
-    def update(self, odometry: Pose2D, scan: Scan | None) -> None:
+    def update(self, observation: Observation, frames: TransformBuffer) -> PoseEstimate:
+        """Process odometry, and a new scan at the pose of its own stamp."""
+        self._time = observation.time
+        scan = observation.named(self.parameters.lidar, Scan)
+        if scan is not None:
+            self.process(frames.pose_at("odom", scan.stamp), scan)
+            self._corrected_at = scan.stamp
+        self.process(frames.pose_at("odom", observation.time))
+        return self.estimate
+
+    def process(self, odometry: Pose2D, scan: Scan | None = None) -> None:
         """Update the estimate with odometry and an optional scan taken at that pose.
 
         Args:
@@ -138,8 +153,13 @@ class Localiser:
         """
         fit = self._fits.value
         if fit is None or self._scale is None:
-            return PoseEstimate(self._pose, self._covariance, 0.0 if self._scattered else 0.8)
-        return PoseEstimate(self._pose, self._covariance, self._scale.health(fit))
+            health = 0.0 if self._scattered else 0.8
+        else:
+            health = self._scale.health(fit)
+        return PoseEstimate(
+            self._pose, self._covariance, health,
+            self._map_from_odom, self._corrected_at, self._jumps,
+        )  # fmt: skip
 
     @property
     def map_from_odom(self) -> Pose2D:
@@ -165,7 +185,7 @@ class Localiser:
         """
         return self._matcher.candidates(scan, earlier)
 
-    def relocalise_globally(self, scan: Scan, earlier: Views = ()) -> GlobalMatch:
+    def localise_globally(self, scan: Scan, earlier: Views = ()) -> GlobalMatch:
         """Restart at the only pose on the map that explains the scans.
 
         Args:
@@ -178,7 +198,7 @@ class Localiser:
         """
         candidates = self.match_globally(scan, earlier)
         best = decide(candidates, self._fit_scale(scan).low, self.parameters.ambiguity_ratio)
-        self.start(best.pose, 0.1, 0.05)
+        self.set_pose(best.pose, 0.1, 0.05)
         return best
 
     @property
@@ -201,6 +221,8 @@ class Localiser:
         self._reference = self._odometry or Pose2D(0.0, 0.0)
         self._still_scans = 0
         self._scattered = False
+        self._jumps += 1
+        self._corrected_at = self._time
         self._fits.clear()
         self._fit = None
         self._update_estimate()
@@ -249,7 +271,7 @@ class Localiser:
         self._move()
         scores = self._kernels.score_poses(
             self._table, self._field.occupancy, *self._field.placement, self._particle_set.poses,
-            points, float(self._table.min()),
+            points, self._least,
         )  # fmt: skip
         logs = np.log(self._particle_set.weights) + self.parameters.trust * scores
         weights = np.exp(logs - logs.max())

@@ -13,6 +13,7 @@ from math import cos, sin
 
 import numpy as np
 
+from stack.errors import BodyError
 from stack.types import FloatArray, Imu, Observation, Odometry, Pose2D, Twist, wrap_angle
 
 STILL_LINEAR, STILL_ANGULAR = 0.003, 0.005
@@ -25,6 +26,9 @@ LARGEST_BIAS = 0.05
 """rad/s; at standstill, a mean rate farther than this from the bias means that someone turns the
 robot by hand."""
 
+LONGEST_GAP = 0.1
+"""Seconds without gyro samples after which the wheels measure the rotation."""
+
 MEMORY = 1000
 """Samples over which the bias is averaged: about 10 s at standstill at 100 Hz."""
 
@@ -32,8 +36,8 @@ MEMORY = 1000
 class OdometryFusion:
     """Fusion of wheel translation and gyro rotation into a pose in the odom frame.
 
-    A step without inertial samples uses the rotation of the wheels. Until the first standstill of
-    SETTLING_TIME, the gyro's bias is assumed to be zero.
+    Without inertial samples for LONGEST_GAP, the wheels measure the rotation. Until the first
+    standstill of SETTLING_TIME, the gyro's bias is assumed to be zero.
     """
 
     def __init__(self) -> None:
@@ -42,6 +46,7 @@ class OdometryFusion:
         self._bias = _GyroBias()
         self._gyro_stamp = 0.0
         self._gyro_rate: float | None = None
+        self._ahead = 0.0
 
     @property
     def gyro_bias(self) -> float:
@@ -49,8 +54,14 @@ class OdometryFusion:
         return self._bias.value
 
     def update(self, observation: Observation) -> Odometry:
-        """Process one observation; return pose (odom frame) and measured twist (base frame)."""
-        wheels = observation.odometry
+        """Process one observation; return pose (odom frame) and measured twist (base frame).
+
+        Raises:
+            BodyError: the observation has no wheel odometry.
+        """
+        wheels = observation.wheels
+        if wheels is None:
+            raise BodyError("the robot delivers no wheel odometry")
         if self._fused is None:
             self._fused, self._wheels = wheels, wheels.pose
             self._gyro_stamp = observation.time
@@ -74,16 +85,18 @@ class OdometryFusion:
         self, observation: Observation, wheels: Odometry, elapsed: float
     ) -> float | None:
         """Return the gyro's rotation since the last observation, radians; None without samples."""
-        imu = observation.imu
+        imu, now = observation.imu, observation.time
         standing = self._bias.is_at_rest(wheels.twist, elapsed)
         if imu is None or imu.stamps.size == 0:
-            self._gyro_stamp = observation.time
-            return None
+            if self._gyro_rate is None or now - self._gyro_stamp > LONGEST_GAP + 1e-9:
+                self._gyro_stamp, self._gyro_rate, self._ahead = now, None, 0.0
+                return None
+            return self._until(now, 0.0)
         rates = imu.angular_velocity[:, 2]
         rotated_by_hand = abs(float(rates.mean()) - self._bias.value) > LARGEST_BIAS
         if standing and not rotated_by_hand:
             self._bias.learn(rates)
-        rotation = self._integrate(imu, rates)
+        rotation = self._until(now, self._integrate(imu, rates))
         at_rest = wheels.twist == Twist() and not rotated_by_hand
         return 0.0 if at_rest else rotation
 
@@ -94,6 +107,17 @@ class OdometryFusion:
         values = np.concatenate([[first], rates])
         self._gyro_stamp, self._gyro_rate = float(stamps[-1]), float(rates[-1])
         return float(np.trapezoid(values - self._bias.value, stamps))
+
+    def _until(self, now: float, measured: float) -> float:
+        """Return the rotation since the last observation, radians.
+
+        Samples do not end at the observation's time. The last rate is held until then; the next
+        call subtracts what was held.
+        """
+        held = ((self._gyro_rate or 0.0) - self._bias.value) * (now - self._gyro_stamp)
+        rotation = measured + held - self._ahead
+        self._ahead = held
+        return rotation
 
 
 class _GyroBias:

@@ -15,6 +15,7 @@ class LocaliserParameters:
     table 5.6, in AMCL's convention: they scale variances. alpha_5 is from AMCL.
     """
 
+    lidar: str = parameter("lidar", help="name of the lidar that weights the particles")
     min_particles: int = parameter(
         300, at_least=50, at_most=20000, help="number of particles when the pose is certain"
     )

@@ -62,7 +62,7 @@ def read_ros_map(path: Path) -> OccupancyGrid:
     """Read the occupancy grid of a map.yaml and its PGM or PNG image.
 
     Maps in mode `trinary` have the values FREE, OCCUPIED and UNKNOWN, those in `scale` and `raw`
-    also values between.
+    also values between. In mode `raw`, `occupied_thresh` is the grid's `occupied_from`.
 
     Raises:
         InputError: all findings, each with its position.
@@ -80,7 +80,10 @@ def read_ros_map(path: Path) -> OccupancyGrid:
     picture = _picture(path.parent / named, image, findings)
     cells = occupancies(picture, shading)
     # The image's first row is its top, the grid's first row the smallest y.
-    return OccupancyGrid(np.ascontiguousarray(cells[::-1]), resolution, origin)
+    cells = np.ascontiguousarray(cells[::-1])
+    if shading.mode != "raw":  # the other modes have applied the file's threshold
+        return OccupancyGrid(cells, resolution, origin)
+    return OccupancyGrid(cells, resolution, origin, max(1, round(100 * shading.occupied_thresh)))
 
 
 def occupancies(picture: Picture, shading: Shading) -> NDArray[np.int8]:
@@ -123,6 +126,7 @@ def write_ros_map(grid: OccupancyGrid, path: Path) -> None:
     Raises:
         OSError: the folder cannot be written to.
     """
+    occupied_from = OCCUPIED_THRESHOLD
     trinary = bool(np.isin(grid.cells, list(SHADES)).all())
     pixels = np.full(grid.cells.shape, UNKNOWN_RAW, np.uint8)
     if trinary:
@@ -131,6 +135,7 @@ def write_ros_map(grid: OccupancyGrid, path: Path) -> None:
     else:
         known = grid.cells != UNKNOWN
         pixels[known] = grid.cells[known]
+        occupied_from = grid.occupied_from / 100
     rows, columns = grid.cells.shape
     picture = path.with_suffix(".pgm")
     header = f"P5\n{columns} {rows}\n255\n".encode()
@@ -138,7 +143,8 @@ def write_ros_map(grid: OccupancyGrid, path: Path) -> None:
     text = (
         f"image: {_quoted(picture.name)}\nmode: {'trinary' if trinary else 'raw'}\n"
         f"resolution: {float(grid.resolution)!r}\norigin: [{x!r}, {y!r}, 0]\nnegate: 0\n"
-        f"occupied_thresh: {OCCUPIED_THRESHOLD}\nfree_thresh: {FREE_THRESHOLD}\n"
+        f"occupied_thresh: {occupied_from}\n"
+        f"free_thresh: {min(FREE_THRESHOLD, occupied_from / 2)}\n"
     )
     _replace(picture, header + pixels[::-1].tobytes())
     _replace(path, text.encode())

@@ -14,8 +14,7 @@ from stack.navigation.parameters import NavigationParameters
 from stack.navigation.path_speeds import PathSpeeds, slower
 from stack.navigation.planner_worker import PlannerWorker
 from stack.navigation.tasks import CostmapLike, Emit, MotionTask, NavigationState
-from stack.safety.monitor import CollisionMonitor
-from stack.types import STANDSTILL, FailureCode, FloatArray, Path, Twist, wrap_angle
+from stack.types import STANDSTILL, FailureCode, Path, Twist, wrap_angle
 
 STANDING_SPEED, STANDING_TURN = 0.02, 0.05
 """Speeds in m/s and rad/s below which the robot counts as standing."""
@@ -30,7 +29,6 @@ class Tools:
 
     Attributes:
         clear_of: radius around the robot, metres, in which a blocked path is ignored.
-        monitor: converts scans to the current base frame; None to use no scan points.
         deceleration: of the robot, m/s², for braking before a path's speed limit.
         turns_in_place: whether the robot can turn in place; a car cannot.
         has_legs: whether paths have forward and backward segments; not for omnidirectional robots.
@@ -44,7 +42,6 @@ class Tools:
     global_costmap: CostmapLike
     emit: Emit
     clear_of: float
-    monitor: CollisionMonitor | None = None
     deceleration: float = 1.0
     turns_in_place: bool = True
     has_legs: bool = True
@@ -151,7 +148,7 @@ class Follower:
         control_state = ControlState(
             state.time, state.estimate.pose, state.odometry.twist, self._tools.local_costmap.grid,
             state.tracks,
-            self._points(state),
+            state.obstacles.points,
         )  # fmt: skip
         try:
             twist = self._tools.controller.command(control_state)
@@ -164,13 +161,6 @@ class Follower:
         if self._speeds is None or self.progress is None:
             return twist
         return slower(twist, self._speeds.at(self.progress.travelled))
-
-    def _points(self, state: NavigationState) -> FloatArray | None:
-        """Points of the newest scan in the current base frame, (m, 2) metres."""
-        monitor = self._tools.monitor
-        if monitor is None or state.scan is None:
-            return None
-        return monitor.points(state.scan, state.time, state.odometry.twist)
 
     def _hold(self, error: NavigationError, time: float) -> None:
         """Stand in front of an obstacle; raise the error when patience is over."""

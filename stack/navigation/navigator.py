@@ -56,7 +56,7 @@ class Navigator:
         self._monitor = CollisionMonitor(robot)
         self._tools = Tools(
             controller, PlannerWorker(planner), parameters, local_costmap, global_costmap, emit,
-            clear_of=robot.footprint.inscribed_radius, monitor=self._monitor,
+            clear_of=robot.footprint.inscribed_radius,
             deceleration=robot.limits.linear_deceleration,
             turns_in_place=robot.drive is not DriveKind.ACKERMANN,
             has_legs=robot.drive is not DriveKind.OMNI,

@@ -130,9 +130,7 @@ class Recovery(ABC):
 
     def _blocked(self, state: NavigationState, remaining: float) -> bool:
         """Whether an obstacle is in the way; the task fails when patience is over."""
-        if state.scan is None:
-            return False
-        points = self._tools.monitor.points(state.scan, state.time, state.odometry.twist)
+        points = state.obstacles.points
         ahead = min(remaining, self._profile.look_ahead)
         contact = self._tools.monitor.contact(
             self._twist(1.0), points, ahead, self._tools.parameters.recovery_padding

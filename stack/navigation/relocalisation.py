@@ -2,63 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Protocol
+from collections.abc import Callable
 
 from stack.errors import NavigationError
+from stack.localisation.estimator import Estimator, Match
 from stack.navigation.following import standing
 from stack.navigation.tasks import MotionTask, NavigationState
-from stack.types import STANDSTILL, FailureCode, Pose2D, PoseEstimate, Scan, Twist
+from stack.types import STANDSTILL, FailureCode, Pose2D, Scan, Twist
 
 SCANS = 3
 """Number of scans matched together; more scans of the same view only average the noise."""
 
 SCAN_PATIENCE = 5.0
 """Seconds within which the robot must stop and the scans must arrive."""
-
-
-class Match(Protocol):
-    """A pose that explains the scans."""
-
-    @property
-    def pose(self) -> Pose2D:
-        """Map frame."""
-        ...
-
-    @property
-    def fit(self) -> float:
-        """Share of the scans explained, in [0, 1]."""
-        ...
-
-
-class Estimator(Protocol):
-    """Localisation, as far as relocalisation uses it."""
-
-    @property
-    def estimate(self) -> PoseEstimate:
-        """Current pose, covariance and health, map frame."""
-        ...
-
-    def start(self, pose: Pose2D, position_deviation: float, heading_deviation: float) -> None:
-        """Reset around a pose of the map frame; standard deviations in metres and radians."""
-        ...
-
-    def fit_at(self, pose: Pose2D, scan: Scan) -> float:
-        """Health of a scan at another pose, in [0, 1]."""
-        ...
-
-    def relocalise_globally(self, scan: Scan, earlier: Sequence[tuple[Pose2D, Scan]] = ()) -> Match:
-        """Find the pose that explains the scans on the whole map, and reset to it.
-
-        Args:
-            scan: the newest scan.
-            earlier: earlier scans, each with the base's pose at that time in the current base
-                frame.
-
-        Raises:
-            NavigationError: LOST when no pose fits, AMBIGUOUS when several poses do.
-        """
-        ...
 
 
 class Relocalisation:
@@ -103,7 +59,7 @@ class Relocalisation:
         views = [(pose.relative_to(now), scan) for pose, scan in earlier]
         before = self._estimator.estimate.pose
         try:
-            match = self._estimator.relocalise_globally(newest, views)
+            match = self._estimator.localise_globally(newest, views)
         except NavigationError as error:
             self.task.fail(error.failure.code, error.failure.sentence)
             return

@@ -7,32 +7,29 @@ from dataclasses import dataclass, field
 from math import degrees
 from typing import Any, Protocol
 
-from stack.body import Body
+from stack.drivetrain.description import RobotDescription
 from stack.errors import ParameterError
+from stack.localisation.estimator import Estimator, Match
+from stack.navigation.loop_state import LoopState
 from stack.navigation.navigator import Navigator
-from stack.navigation.relocalisation import Estimator, Match, Relocalisation
-from stack.navigation.tasks import CostmapLike, Emit, MotionTask, NavigationState
+from stack.navigation.relocalisation import Relocalisation
+from stack.navigation.tasks import CostmapLike, Emit, MotionTask
 from stack.navigation.tuning import Tunable, change, flat
 from stack.parameters import suggestion
+from stack.perception.camera_lease import CameraLease
 from stack.types import (
     Battery,
     Footprint,
     Image,
     Marker,
     MarkerSighting,
-    Observation,
-    Odometry,
     Path,
     Pose2D,
     PoseEstimate,
     Scan,
-    TrackedObject,
     Twist,
     wrap_angle,
 )
-
-CAMERA_LEASE = 1.0
-"""Seconds of robot time for which a request for an image keeps the camera on."""
 
 JUMP, TURN = 0.3, 0.2
 """Jump of the pose in metres and radians above which sensed obstacles are cleared."""
@@ -59,14 +56,22 @@ class FacadeParts:
     """Components of a robot facade.
 
     Attributes:
+        robot: description of the robot.
+        state: newest data of the step loop.
+        clock: returns the seconds on the body's clock.
+        camera: keeps the camera on while pictures are requested.
         markers: the known markers of the world, map frame.
         detector: None when the robot has no camera.
+        lidar: name of the main lidar.
         tunables: components whose parameters may be changed, by name.
         cover: without a map, grows the costmaps to contain some poses.
         forget_tracks: called after a jump of the pose, when old tracks have wrong positions.
     """
 
-    body: Body
+    robot: RobotDescription
+    state: LoopState
+    clock: Callable[[], float]
+    camera: CameraLease
     navigator: Navigator
     estimator: Estimator
     local_costmap: CostmapLike
@@ -78,58 +83,17 @@ class FacadeParts:
     tunables: Mapping[str, Tunable] = field(default_factory=dict)
     cover: Callable[[Iterable[Pose2D]], None] = lambda poses: None
     forget_tracks: Callable[[], None] = lambda: None
+    lidar: str = "lidar"
 
 
 class RobotFacade:
     """Implementation of stack.robot.Robot with the components of the stack.
 
-    The runtime calls `update` with each observation and `advance` once per control step, and
-    requests an image from the body while `camera_wanted`.
-
-    Attributes:
-        tracks: tracked objects around the robot, map frame; set by the runtime.
+    It answers from the state of the step loop and keeps none of its own.
     """
 
     def __init__(self, parts: FacadeParts) -> None:
-        self._parts, self._navigation = parts, parts.navigator
-        self._observation: Observation | None = None
-        self._odometry = Odometry(0.0, Pose2D(0.0, 0.0), Twist())
-        self._scan: Scan | None = None
-        self._scans: dict[str, Scan] = {}
-        self._image: Image | None = None
-        self._sightings: tuple[Image, tuple[MarkerSighting, ...]] | None = None
-        self._lease = -CAMERA_LEASE
-        self.tracks: tuple[TrackedObject, ...] = ()
-
-    def update(self, observation: Observation, odometry: Odometry | None = None) -> None:
-        """Store the sensor data of this step.
-
-        Args:
-            observation: from the body.
-            odometry: fused odometry (wheels and gyro), or None to use the observation's.
-        """
-        self._observation = observation
-        self._odometry = odometry or observation.odometry
-        self._scan = observation.scan or self._scan
-        self._scans = {**self._scans, **observation.scans}
-        self._image = observation.image or self._image
-
-    def advance(self) -> Twist:
-        """Compute the velocity of the current task for this step."""
-        tracks = tuple(track.at(self.time) for track in self.tracks)
-        state = NavigationState(self.time, self.estimate, self._odometry, self._scan, tracks)
-        self._parts.cover([state.estimate.pose])
-        return self._navigation.advance(state)
-
-    @property
-    def scans(self) -> Mapping[str, Scan]:
-        """The newest scans of the other lidars, by name."""
-        return self._scans
-
-    @property
-    def camera_wanted(self) -> bool:
-        """Whether an image was requested within the last second."""
-        return self.time - self._lease < CAMERA_LEASE
+        self._parts, self._state, self._navigation = parts, parts.state, parts.navigator
 
     @property
     def parameters(self) -> dict[str, Any]:
@@ -148,7 +112,7 @@ class RobotFacade:
     @property
     def time(self) -> float:
         """Seconds on the body's clock."""
-        return self._parts.body.time
+        return self._parts.clock()
 
     @property
     def estimate(self) -> PoseEstimate:
@@ -163,7 +127,7 @@ class RobotFacade:
     @property
     def odometry(self) -> Pose2D:
         """Dead-reckoned pose in the odom frame."""
-        return self._odometry.pose
+        return self._state.motion.pose
 
     @property
     def localisation_health(self) -> float:
@@ -173,22 +137,22 @@ class RobotFacade:
     @property
     def speed(self) -> Twist:
         """Measured velocity."""
-        return self._odometry.twist
+        return self._state.motion.twist
 
     @property
     def footprint(self) -> Footprint:
         """The robot's outline in the base frame."""
-        return self._parts.body.description.footprint
+        return self._parts.robot.footprint
 
     @property
     def battery(self) -> Battery:
         """State of charge; full before the first observation."""
-        return Battery(1.0) if self._observation is None else self._observation.battery
+        return self._state.battery
 
     @property
     def scan(self) -> Scan | None:
-        """The newest lidar scan."""
-        return self._scan
+        """The newest scan of the main lidar."""
+        return self._state.newest(self._parts.lidar, Scan)
 
     @property
     def markers(self) -> tuple[Marker, ...]:
@@ -200,23 +164,20 @@ class RobotFacade:
 
         Images from before the camera was last off are not returned: they are out of date.
         """
-        if not self.camera_wanted:
-            self._image = None
-        self._lease = self.time
-        return self._image
+        self._parts.camera.renew(self.time)
+        image = self._state.newest("camera", Image)
+        return image if image is not None and self._parts.camera.covers(image.stamp) else None
 
     def marker_sightings(self) -> tuple[MarkerSighting, ...]:
         """Known markers in the newest image; keeps the camera on like `image`."""
         image, detector = self.image(), self._parts.detector
         if image is None or detector is None:
             return ()
-        if self._sightings is None or self._sightings[0] is not image:
-            self._sightings = (image, detector.sightings(image))
-        return self._sightings[1]
+        return detector.sightings(image)
 
     def fit_at(self, pose: Pose2D) -> float:
         """Localisation health of the newest scan at another pose; 0 without a scan."""
-        return 0.0 if self._scan is None else self._parts.estimator.fit_at(pose, self._scan)
+        return 0.0 if self.scan is None else self._parts.estimator.fit_at(pose, self.scan)
 
     def navigate_to(
         self, goal: Pose2D, *, tolerance: float | None = None, partial: bool = False
@@ -323,7 +284,7 @@ class RobotFacade:
     ) -> None:
         """Reset the localisation around a pose."""
         before = self.pose
-        self._parts.estimator.start(pose, position_deviation, heading_deviation)
+        self._parts.estimator.set_pose(pose, position_deviation, heading_deviation)
         self._handle_jump(before, pose, source)
 
     def save_image(self, image: Image, name: str) -> str:

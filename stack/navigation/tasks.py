@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol
 
 from stack.navigation.planner_worker import PlanFuture
@@ -11,6 +11,7 @@ from stack.types import (
     CostGrid,
     Failure,
     FailureCode,
+    ObstaclePoints,
     Odometry,
     Path,
     Pose2D,
@@ -35,6 +36,7 @@ class NavigationState:
         odometry: dead-reckoned pose and measured velocity.
         scan: the newest lidar scan.
         tracks: tracked objects around the robot at `time`, map frame.
+        obstacles: points of all range sensors, compensated to `time`.
     """
 
     time: float
@@ -42,6 +44,7 @@ class NavigationState:
     odometry: Odometry
     scan: Scan | None = None
     tracks: tuple[TrackedObject, ...] = ()
+    obstacles: ObstaclePoints = field(default_factory=ObstaclePoints)
 
 
 class CostmapLike(Protocol):

@@ -64,9 +64,18 @@ class MarkerDetector:
         self._known = {(marker.dictionary, marker.number): marker for marker in markers}
         names = sorted({marker.dictionary for marker in markers})
         self._detectors = {name: _detector(name) for name in names}
+        self._last: tuple[Image, tuple[MarkerSighting, ...]] | None = None
 
     def sightings(self, image: Image) -> tuple[MarkerSighting, ...]:
-        """Return the known markers in an image, nearest first, with their possible base poses."""
+        """Return the known markers in an image, nearest first, with their possible base poses.
+
+        The same image is searched only once.
+        """
+        if self._last is None or self._last[0] is not image:
+            self._last = image, self._detect(image)
+        return self._last[1]
+
+    def _detect(self, image: Image) -> tuple[MarkerSighting, ...]:
         found = []
         grey = _grey(image)
         for dictionary, detector in self._detectors.items():

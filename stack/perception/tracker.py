@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from stack.perception.clusters import Disc, clusters, disc_of, spread_of
 from stack.perception.tracker_parameters import TrackerParameters
-from stack.types import OCCUPIED, FloatArray, OccupancyGrid, Pose2D, Scan, TrackedObject
+from stack.types import FloatArray, OccupancyGrid, Pose2D, Scan, TrackedObject
 
 _HIDDEN_NOISE = 4.0
 """Factor on the position deviation of a partly hidden disc."""
@@ -64,7 +64,7 @@ class Tracker:
         """Replace the map; takes effect with the next scan."""
         self._static = static
         reach = floor(self.parameters.map_margin / static.resolution + 1e-9)
-        self._near_map = _widened(static.cells == OCCUPIED, reach)
+        self._near_map = _widened(static.occupied, reach)
 
     def clear(self) -> None:
         """Remove all tracks, for example after a jump of the robot's pose."""

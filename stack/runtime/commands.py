@@ -5,30 +5,24 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from math import isfinite
-from typing import Any, Protocol
+from typing import Any
 
+from stack.body import SimulatedWorld
 from stack.errors import InputError, ParameterError
 from stack.navigation.tasks import MotionExecutor
 from stack.navigation.teleoperation import Teleoperation
 from stack.robot import Task
 from stack.runtime.debug_commands import DebugCommands
 from stack.runtime.interfaces import Parts
+from stack.runtime.mission_state import MissionEvent, MissionStateMachine
 from stack.telemetry.records import Ack, Command, MissionState
 from stack.types import Pose2D, TaskStatus, Twist
 
 Arguments = Mapping[str, Any]
 
 
-class LoopControl(Protocol):
-    """The state of the mission, which commands change."""
-
-    state: MissionState
-    reason: str
-    steps: int
-
-    def end(self, state: MissionState, reason: str) -> None:
-        """End the mission."""
-        ...
+End = Callable[[MissionState, str], None]
+"""end(state, reason): end the mission with a final state."""
 
 
 @dataclass(frozen=True)
@@ -42,11 +36,10 @@ class OperatorGoal:
 class CommandHandler:
     """Applies commands; acknowledges each and logs it with the step in which it took effect."""
 
-    def __init__(self, parts: Parts, control: LoopControl) -> None:
-        self._parts, self._control = parts, control
-        self._resume_to = MissionState.RUNNING
+    def __init__(self, parts: Parts, mission: MissionStateMachine, end: End) -> None:
+        self._parts, self._mission, self._end = parts, mission, end
         self._operator_goal: OperatorGoal | None = None
-        self.debugging = DebugCommands(parts, control, lambda: self._resume({}))
+        self.debugging = DebugCommands(parts, mission, lambda: self._resume({}))
         self._actions: dict[str, Callable[[Arguments], str | None]] = {
             "pause": self._pause,
             "resume": self._resume,
@@ -65,12 +58,12 @@ class CommandHandler:
     def drives_to_operator_goal(self) -> bool:
         """Whether the mission is paused and the robot drives to the operator's goal."""
         return (
-            self._control.state is MissionState.PAUSED
+            self._mission.state is MissionState.PAUSED
             and self._operator_goal is not None
             and self._operator_goal.task.status is TaskStatus.RUNNING
         )
 
-    def apply_commands(self, held: bool = False) -> None:
+    def apply_all(self, held: bool = False) -> None:
         """Apply the commands since the last step, in order.
 
         Args:
@@ -104,8 +97,8 @@ class CommandHandler:
         if action is None and command.kind not in debugging:
             known = ", ".join([*self._actions, *debugging])
             return f"there is no command {command.kind!r}; available: {known}", ""
-        if self._control.state.is_over:
-            return f"the mission is over ({self._control.state})", ""
+        if self._mission.state.is_over and command.kind not in ("estop", "release"):
+            return f"the mission is over ({self._mission.state})", ""
         try:
             if action is not None:
                 return action(command.arguments) or "", ""
@@ -115,50 +108,52 @@ class CommandHandler:
         except (InputError, ParameterError, TypeError, ValueError) as error:
             return str(error), ""
 
-    def _pause(self, _: Arguments) -> str | None:
-        if self._control.state is MissionState.EMERGENCY_STOP:
-            return "the emergency stop is engaged; release it first"
-        if self._operator_goal is not None:
-            self._operator_goal.task.cancel()
-        self.debugging.forget_steps()
-        self._control.state, self._control.reason = MissionState.PAUSED, ""
-        return None
+    def _pause(self, _: Arguments) -> str:
+        refusal = self._mission.send(MissionEvent.PAUSE)
+        if not refusal:
+            self._cancel_operator_goal()
+            self.debugging.forget_steps()
+        return refusal
 
-    def _resume(self, _: Arguments) -> str | None:
-        if self._control.state is not MissionState.PAUSED:
-            return f"cannot resume: the mission is {self._control.state}"
+    def _resume(self, _: Arguments) -> str:
+        refusal = self._mission.send(MissionEvent.RESUME)
+        if refusal:
+            return refusal
         if self._operator_goal is not None:
             self._parts.navigator.resume(self._operator_goal.suspended)
             self._operator_goal = None
         self._forget_teleoperation()
         self.debugging.forget_steps()
-        self._control.state, self._control.reason = MissionState.RUNNING, ""
-        return None
+        return ""
 
-    def _emergency_stop(self, arguments: Arguments) -> None:
-        if self._control.state is not MissionState.EMERGENCY_STOP:
-            self._resume_to = self._control.state
-        self._parts.safety.engage(str(arguments.get("reason", "operator")))
-        self._control.state = MissionState.EMERGENCY_STOP
-
-    def _release(self, _: Arguments) -> str | None:
-        if self._control.state is not MissionState.EMERGENCY_STOP:
-            return "the emergency stop is not engaged"
+    def _emergency_stop(self, arguments: Arguments) -> str:
+        refusal = self._mission.send(
+            MissionEvent.EMERGENCY_STOP, str(arguments.get("reason", "operator"))
+        )
+        self._cancel_operator_goal()
         self._forget_teleoperation()
-        self._parts.safety.release()
-        self._control.state = self._resume_to
-        return None
+        return refusal
+
+    def _release(self, _: Arguments) -> str:
+        """Release the emergency stop; the robot stands until `resume`."""
+        return self._mission.send(MissionEvent.RELEASE)
+
+    def _cancel_operator_goal(self) -> None:
+        """End the drive to the operator's goal; `resume` continues the mission's own motion."""
+        if self._operator_goal is not None:
+            self._operator_goal.task.cancel()
 
     def _abort(self, arguments: Arguments) -> None:
-        self._control.end(MissionState.ABORTED, str(arguments.get("reason", "by the operator")))
+        self._end(MissionState.ABORTED, str(arguments.get("reason", "by the operator")))
 
     def _speed(self, arguments: Arguments) -> str | None:
-        if not hasattr(self._parts.body, "pace"):
+        body = self._parts.body
+        if not isinstance(body, SimulatedWorld):
             return "cannot change the speed: this robot runs in real time"
         factor = float(arguments["factor"])
         if not 0.0 <= factor <= 1000.0:
             return f"speed {factor:g} is not between 0 (as fast as possible) and 1000"
-        self._parts.body.pace = factor
+        body.pace = factor
         return None
 
     def _set_pose(self, arguments: Arguments) -> None:
@@ -168,12 +163,12 @@ class CommandHandler:
 
     def _set_goal(self, arguments: Arguments) -> str | None:
         """Pause the mission and drive to a pose; `resume` continues the mission's own motion."""
-        if self._control.state not in (MissionState.RUNNING, MissionState.PAUSED):
-            return f"the mission is {self._control.state}"
         goal = _pose(arguments)
+        refusal = self._mission.send(MissionEvent.DETOUR)
+        if refusal:
+            return refusal
         navigator, previous = self._parts.navigator, self._operator_goal
         suspended = previous.suspended if previous else navigator.suspend()
-        self._control.state = MissionState.PAUSED
         self._operator_goal = OperatorGoal(self._parts.facade.navigate_to(goal), suspended)
         return None
 
@@ -200,13 +195,13 @@ class CommandHandler:
 
     @property
     def _teleoperation(self) -> Teleoperation | None:
-        running = self._control.state is MissionState.RUNNING
+        running = self._mission.state is MissionState.RUNNING
         return self._parts.navigator.teleoperation if running else None
 
     @property
     def _teleoperation_refusal(self) -> str:
-        if self._control.state is not MissionState.RUNNING:
-            return f"the mission is {self._control.state}"
+        if self._mission.state is not MissionState.RUNNING:
+            return f"the mission is {self._mission.state}"
         return "the mission drives: velocities are accepted only while assisted_teleop is running"
 
     def _set_parameter(self, arguments: Arguments) -> None:

@@ -8,22 +8,16 @@ tick, so that the robot moves as far as without stepping; then the mission pause
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any, Protocol
+from typing import Any
 
 from stack.errors import InputError
 from stack.runtime.interfaces import Debugger, Parts
+from stack.runtime.mission_state import MissionEvent, MissionStateMachine
 from stack.telemetry.records import MissionState
 
 MAX_TICKS = 1_000_000
 
 Arguments = Mapping[str, Any]
-
-
-class MissionControl(Protocol):
-    """The state of the mission, which debugging changes."""
-
-    state: MissionState
-    reason: str
 
 
 class DebugCommands:
@@ -35,16 +29,16 @@ class DebugCommands:
     """
 
     def __init__(
-        self, parts: Parts, control: MissionControl, resume: Callable[[], str | None]
+        self, parts: Parts, mission: MissionStateMachine, resume: Callable[[], str]
     ) -> None:
         """Prepare the actions.
 
         Args:
             parts: of the loop; `parts.debugger` may be None.
-            control: state of the mission.
-            resume: ends a pause; returns why it cannot, or None.
+            mission: its state.
+            resume: ends a pause; returns why it cannot, or an empty text.
         """
-        self._parts, self._control, self._resume = parts, control, resume
+        self._parts, self._mission, self._resume = parts, mission, resume
         self._ticks_left: int | None = None
         self.actions: dict[str, Callable[[Arguments], str]] = {
             "break": self._break,
@@ -73,7 +67,7 @@ class DebugCommands:
         """Pause when the tick reached a breakpoint."""
         debugger = self._parts.debugger
         hits = debugger.pop_breakpoint_hits() if debugger is not None else ()
-        if not hits or self._control.state is not MissionState.RUNNING:
+        if not hits or self._mission.state is not MissionState.RUNNING:
             return
         self._ticks_left = None
         where = ", ".join(hits)
@@ -84,7 +78,7 @@ class DebugCommands:
         )  # fmt: skip
 
     def _pause(self, why: str) -> None:
-        self._control.state, self._control.reason = MissionState.PAUSED, why
+        self._mission.send(MissionEvent.PAUSE, why)
 
     def _break(self, arguments: Arguments) -> str:
         return f"breakpoint set before {self._debugger.set_breakpoint(self._node(arguments))}"
@@ -103,7 +97,7 @@ class DebugCommands:
         ticks = arguments.get("ticks", 1)
         if type(ticks) is not int or not 1 <= ticks <= MAX_TICKS:
             raise InputError(f"step needs a number of ticks from 1 to {MAX_TICKS}, got {ticks!r}")
-        state = self._control.state
+        state = self._mission.state
         if state is MissionState.PAUSED:
             self._resume_mission()
         elif state not in (MissionState.STARTING, MissionState.RUNNING):

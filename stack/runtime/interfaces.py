@@ -6,19 +6,21 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from stack.body import Body
-from stack.costmap.costmap import Costmap
 from stack.errors import InputError
-from stack.localisation.dead_reckoning import DeadReckoning
-from stack.localisation.localiser import Localiser
+from stack.frames.buffer import TransformBuffer
+from stack.localisation.estimator import Estimator
 from stack.localisation.odometry import OdometryFusion
+from stack.navigation.loop_state import LoopState
 from stack.navigation.navigator import Navigator
 from stack.navigation.robot_facade import RobotFacade
+from stack.navigation.world_model import WorldModel
 from stack.parameters import parameter
-from stack.perception.tracker import Tracker
+from stack.perception.camera_lease import CameraLease
+from stack.perception.obstacle_memory import ObstacleMemory
 from stack.safety.safety import Safety
 from stack.telemetry.hub import Telemetry
 from stack.telemetry.records import Debugging, Layer, TreeRow
-from stack.types import FloatArray, Pose2D, PoseEstimate
+from stack.types import FloatArray, Observation, Pose2D, PoseEstimate
 
 
 class MissionTree(Protocol):
@@ -105,11 +107,11 @@ class GroundTruthScorer(Protocol):
         """(n, 3) x, y, radius of the people, map frame, metres."""
         ...
 
-    def look(self, estimate: PoseEstimate) -> None:
+    def score(self, estimate: PoseEstimate) -> None:
         """Compare the estimate with the truth; called once per step."""
         ...
 
-    def news(self) -> list[tuple[str, str]]:
+    def take_events(self) -> list[tuple[str, str]]:
         """Events of the world since the last call, each (kind, text)."""
         ...
 
@@ -119,6 +121,14 @@ class GroundTruthScorer(Protocol):
 
     def layers(self) -> dict[str, Layer]:
         """The scene to draw."""
+        ...
+
+
+class ObservationLog(Protocol):
+    """Records every observation."""
+
+    def write(self, observation: Observation) -> None:
+        """Append an observation."""
         ...
 
 
@@ -150,20 +160,22 @@ class Rates:
 
 @dataclass
 class Parts:
-    """The parts of the step loop."""
+    """The parts of the step loop, in the order in which it calls them."""
 
     body: Body
-    fusion: OdometryFusion
-    localiser: Localiser | DeadReckoning
-    local_costmap: Costmap
-    global_costmap: Costmap
-    navigator: Navigator
-    facade: RobotFacade
-    safety: Safety
+    odometry: OdometryFusion
+    frames: TransformBuffer
+    estimator: Estimator
+    obstacle_memory: ObstacleMemory
+    world_model: WorldModel
     tree: MissionTree
+    facade: RobotFacade
+    navigator: Navigator
+    safety: Safety
+    camera: CameraLease
     telemetry: Telemetry
+    state: LoopState
     map_layer: Layer
     scorer: GroundTruthScorer | None = None
-    tracker: Tracker | None = None
     debugger: Debugger | None = None
-    keep_camera_on: bool = False
+    sensor_log: ObservationLog | None = None

@@ -1,7 +1,8 @@
 """The step loop. One thread owns the robot; everything else receives copies.
 
-Each stage of `Runtime.step` is timed. A stage that takes longer than the control period is
-counted as an overrun, also in simulation.
+Each stage of `Runtime.step` takes its input as arguments and returns its result. The stages are
+timed; a stage or a step that takes longer than the control period is counted as an overrun, also
+in simulation.
 """
 
 from __future__ import annotations
@@ -10,12 +11,25 @@ from collections.abc import Callable
 from math import hypot
 from time import perf_counter
 
+from stack.body import HEALTHY, BodyCommand, BodyHealth, SimulatedWorld
+from stack.frames.deskew import deskew_observation
+from stack.navigation.tasks import NavigationState
+from stack.navigation.world_model import WorldView
 from stack.runtime.commands import CommandHandler
 from stack.runtime.interfaces import MissionTree, Parts, Rates
+from stack.runtime.mission_state import HELD, MissionEvent, MissionStateMachine
 from stack.runtime.snapshots import compose_snapshot
 from stack.runtime.stage_times import Stages
 from stack.telemetry.records import Ack, Command, Layer, MissionState
-from stack.types import STANDSTILL, Image, Observation, Odometry, Pose2D, RangeReading, Twist
+from stack.types import (
+    STANDSTILL,
+    Image,
+    Observation,
+    ObstaclePoints,
+    Odometry,
+    PoseEstimate,
+    Twist,
+)
 
 STANDING_SPEED = 0.02
 """Speed, m/s and rad/s, below which the robot counts as standing."""
@@ -30,75 +44,73 @@ class Runtime:
         Args:
             parts: of the loop.
             rates: of the stages.
-            idle: called instead of a step while the robot is held and stands.
+            idle: called instead of a step while a simulation is frozen.
         """
         self.parts, self._idle = parts, idle
         self.period = 1.0 / rates.control
         self.steps = 0
-        self._state = MissionState.STARTING
-        self.reason = ""
+        self.mission = MissionStateMachine(self._state_changed)
         self.stages = Stages(self.period)
-        self.odometry = Odometry(0.0, Pose2D(0.0, 0.0), STANDSTILL)
-        self.commanded = STANDSTILL
         self.distance = 0.0
         self._began = perf_counter()
         self._image: Image | None = None
         self._next_tree: Callable[[], MissionTree] | None = None
-        self._waiting_readings: tuple[RangeReading, ...] = ()
+        self._health: BodyHealth = HEALTHY
         self._ticks_every = rates.every(rates.tree, "tree")
-        self._commands = CommandHandler(parts, self)
+        self._commands = CommandHandler(parts, self.mission, self.end)
 
     def step(self) -> None:
-        """Run one control period; while the robot is held and stands, only serve the operator."""
-        self.parts.telemetry.advance(self.steps, self.parts.body.time)
-        if self._held_and_standing():
-            self._idle()
-            self._install_next_tree()
-            self._commands.apply_commands(held=True)
-            self.parts.telemetry.publish(lambda: compose_snapshot(self))
+        """Run one control period; while a simulation is frozen, only serve the operator."""
+        p, state, measure = self.parts, self.parts.state, self.stages.measure
+        p.telemetry.advance(self.steps, p.body.time)
+        if self._is_frozen():
+            self._serve_operator()
             return
-        measure = self.stages.measure
+        self.stages.begin_step()
         with measure("commands"):
-            self._commands.apply_commands()
+            self._commands.apply_all()
         with measure("sense"):
-            observation = self.parts.body.sense()
-            self._image = observation.image or self._image
+            observation = self._sense()
         with measure("estimate"):
-            self._estimate(observation)
+            motion = p.odometry.update(observation)
+            p.frames.add(motion)
+            observation = deskew_observation(observation, p.frames)
+            estimate = p.estimator.update(observation, p.frames)
+            p.frames.correct(estimate)
+        with measure("obstacles"):
+            obstacles = p.obstacle_memory.update(observation, p.frames)
         with measure("costmap"):
-            self._update_costmaps(observation)
-        if self.steps % self._ticks_every == 0 and self._may_tick():
+            world = p.world_model.update(observation, p.frames)
+        self._publish_state(observation, motion, estimate, obstacles, world)
+        if self.steps % self._ticks_every == 0:
             with measure("tree"):
-                self.parts.tree.tick()
-            self._conclude()
-            self._commands.debugging.after_tick()
+                self._tick_tree()
         with measure("navigate"):
-            moving = self._ticking() or self._commands.drives_to_operator_goal
-            wanted = self.parts.facade.advance() if moving else STANDSTILL
+            wanted = self._navigate(motion, obstacles, world)
         with measure("safety"):
-            self.commanded = self._limit(wanted)
-        self.parts.body.drive(self.commanded)
-        self._note_trajectory()
+            command = p.safety.limit(
+                wanted, motion, obstacles,
+                speed_limit=world.speed_limit, emergency_stop=self.mission.emergency_stop,
+            )  # fmt: skip
+        state.commanded = command
+        p.body.command(BodyCommand(command, capture=p.camera.is_active(p.body.time)))
+        self._log_pose()
         with measure("publish"):
-            self.parts.telemetry.publish(lambda: compose_snapshot(self))
-        with measure("body", self._asleep):
-            if self.parts.facade.camera_wanted or self.parts.keep_camera_on:
-                self.parts.body.ask_for_image()
-            self.parts.body.wait(self.period)
+            p.telemetry.publish(lambda: compose_snapshot(self))
+        with measure("body", self._slept):
+            p.body.wait(self.period)
+        self.stages.end_step()
         self.steps += 1
 
     @property
     def state(self) -> MissionState:
-        """State of the mission. Time limits of the tree stand still while it is not ticked."""
-        return self._state
+        """State of the mission."""
+        return self.mission.state
 
-    @state.setter
-    def state(self, state: MissionState) -> None:
-        self._state = state
-        if self._ticking():
-            self.parts.tree.resume(self.parts.body.time)
-        elif not state.is_over:
-            self.parts.tree.pause(self.parts.body.time)
+    @property
+    def reason(self) -> str:
+        """Why the mission is in this state; may be empty."""
+        return self.mission.reason
 
     def apply(self, command: Command) -> Ack:
         """Apply a command now, between two steps, as if an operator had sent it."""
@@ -117,9 +129,8 @@ class Runtime:
 
     def end(self, state: MissionState, reason: str) -> None:
         """End the mission with a final state; does nothing if it is over."""
-        if self.state.is_over:
+        if self.mission.send(_ENDINGS[state], reason):
             return
-        self.state, self.reason = state, reason
         if self.parts.tree.outcome == "running":  # a tree that has ended keeps its statuses
             self.parts.tree.halt()
         self.parts.telemetry.emit(
@@ -131,7 +142,7 @@ class Runtime:
     def stand_still(self, patience: float = 3.0) -> None:
         """Step with a zero command until the robot stands, at most `patience` seconds."""
         for _ in range(round(patience / self.period)):
-            if self._standing():
+            if self._standing() or self.parts.body.has_ended:
                 return
             self.step()
 
@@ -157,93 +168,129 @@ class Runtime:
     def layers(self) -> dict[str, Layer]:
         """Map, costmaps and scene by name."""
         parts = self.parts
+        local, globe = parts.world_model.local_costmap, parts.world_model.global_costmap
         return {
             "map": parts.map_layer,
-            "global_costmap": Layer(parts.global_costmap.version, parts.global_costmap.grid),
-            "local_costmap": Layer(parts.local_costmap.version, parts.local_costmap.grid),
+            "global_costmap": Layer(globe.version, globe.grid),
+            "local_costmap": Layer(local.version, local.grid),
             **(parts.scorer.layers() if parts.scorer is not None else {}),
         }
 
-    def _asleep(self) -> float:
-        """Wall seconds that the body has slept to keep its pace; these are not compute time."""
-        return float(getattr(self.parts.body, "slept", 0.0))
+    def _state_changed(self, before: MissionState, after: MissionState) -> None:
+        """Time limits of the tree stand still while the mission is held."""
+        now, held = self.parts.body.time, HELD
+        if after in held and before not in held:
+            self.parts.tree.pause(now)
+        elif before in held and after not in held:
+            self.parts.tree.resume(now)
 
-    def _may_tick(self) -> bool:
-        """Whether the tree is ticked in this step; installs the next tree if the robot stands.
+    def _is_frozen(self) -> bool:
+        """Whether the world stands still: the robot is held and stands, in a simulation."""
+        return (
+            isinstance(self.parts.body, SimulatedWorld)
+            and self.mission.is_held
+            and self._standing()
+            and not self._commands.drives_to_operator_goal
+        )
 
-        A halted tree is not ticked again: the robot stops first, then the next tree starts.
-        """
+    def _serve_operator(self) -> None:
+        """Apply commands and publish, without a step; time stands still."""
+        self._idle()
         self._install_next_tree()
-        if self._next_tree is not None or not self._ticking():
-            return False
-        return self._commands.debugging.may_tick()
+        self._commands.apply_all(held=True)
+        self.parts.telemetry.publish(lambda: compose_snapshot(self))
 
-    def _install_next_tree(self) -> None:
-        if self._next_tree is not None and self._standing() and not self.state.is_over:
-            self.parts.tree, self._next_tree = self._next_tree(), None
+    def _sense(self) -> Observation:
+        """Return the new measurements; pause the mission when the body reports a problem."""
+        observation, health = self.parts.body.sense(), self.parts.body.health
+        if health != self._health:
+            self._health = health
+            text = health.problem or "the robot works again"
+            level = "error" if health.problem else "info"
+            self.parts.telemetry.emit("body", text, source="body", level=level)
+            if health.problem:
+                self.mission.send(MissionEvent.PAUSE, health.problem)
+        if self.parts.sensor_log is not None:
+            self.parts.sensor_log.write(observation)
+        self._image = next(iter(observation.of(Image).values()), self._image)
+        return observation
 
-    def _ticking(self) -> bool:
-        return self.state in (MissionState.STARTING, MissionState.RUNNING)
-
-    def _held_and_standing(self) -> bool:
-        held = self.state in (MissionState.PAUSED, MissionState.EMERGENCY_STOP)
-        return held and self._standing() and not self._commands.drives_to_operator_goal
-
-    def _standing(self) -> bool:
-        twist = self.odometry.twist
-        speed = hypot(twist.linear, twist.lateral)
-        return speed < STANDING_SPEED and abs(twist.angular) < STANDING_SPEED
-
-    def _estimate(self, observation: Observation) -> None:
-        before = self.odometry.pose
-        self.odometry = self.parts.fusion.update(observation)
-        self.distance += before.distance_to(self.odometry.pose)
-        self.parts.localiser.update(self.odometry.pose, observation.scan)
-        self.parts.facade.update(observation, self.odometry)
-        if self.parts.scorer is not None:
-            self.parts.scorer.look(self.parts.localiser.estimate)
-            for kind, text in self.parts.scorer.news():
+    def _publish_state(
+        self, observation: Observation, motion: Odometry, estimate: PoseEstimate,
+        obstacles: ObstaclePoints, world: WorldView,
+    ) -> None:  # fmt: skip
+        """Store the results of the first stages for the facade, displays and the report."""
+        state = self.parts.state
+        self.distance += state.motion.pose.distance_to(motion.pose)
+        state.time, state.motion, state.obstacles = observation.time, motion, obstacles
+        state.measurements |= observation.measurements
+        state.tracks = world.tracks
+        scorer = self.parts.scorer
+        if scorer is not None:
+            scorer.score(estimate)
+            for kind, text in scorer.take_events():
                 self.parts.telemetry.emit(kind, text, source="simulation")
 
-    def _update_costmaps(self, observation: Observation) -> None:
-        pose = self.parts.localiser.estimate.pose
-        for name, more in observation.scans.items():
-            self.parts.local_costmap.update_from(name, pose, more, observation.time)
-            self.parts.global_costmap.update_from(name, pose, more, observation.time)
-        self._waiting_readings += observation.readings
-        if observation.scan is None:
+    def _tick_tree(self) -> None:
+        """Tick the mission; a halted tree is replaced once the robot stands."""
+        self._install_next_tree()
+        if self._next_tree is not None or not self.mission.ticks:
             return
-        readings, self._waiting_readings = self._waiting_readings, ()
-        scan, time, tracker = observation.scan, observation.time, self.parts.tracker
-        tracks = None if tracker is None else tracker.update(pose, scan, time)
-        self.parts.facade.tracks = tracks or ()
-        self.parts.local_costmap.update(pose, scan, time, readings=readings, tracks=tracks)
-        self.parts.global_costmap.update(pose, scan, time, readings=readings, tracks=tracks)
-
-    def _limit(self, wanted: Twist) -> Twist:
-        parts, pose = self.parts, self.parts.localiser.estimate.pose
-        deceleration = parts.body.description.limits.linear_deceleration
-        return parts.safety.limit(
-            wanted, scan=parts.facade.scan, time=parts.body.time, measured=self.odometry.twist,
-            more=parts.facade.scans,
-            speed_limit=parts.global_costmap.speed_limit(pose, deceleration),
-        )  # fmt: skip
-
-    def _note_trajectory(self) -> None:
-        """Log the exact pose once per second of robot time; the log is hashed."""
-        if self.steps % round(1.0 / self.period) == 0:
-            pose = self.parts.localiser.estimate.pose
-            self.parts.telemetry.emit(
-                "pose", f"at ({pose.x:.2f}, {pose.y:.2f})", source="localisation",
-                x=pose.x, y=pose.y, heading=pose.heading,
-                health=self.parts.localiser.estimate.health,
-                charge=self.parts.facade.battery.charge,
-            )  # fmt: skip
-
-    def _conclude(self) -> None:
+        if not self._commands.debugging.may_tick():
+            return
+        self.parts.tree.tick()
         if self.state is MissionState.STARTING:
-            self.state = MissionState.RUNNING
+            self.mission.send(MissionEvent.FIRST_TICK)
         if self.parts.tree.outcome == "success":
             self.end(MissionState.SUCCESS, "")
         elif self.parts.tree.outcome == "failure":
             self.end(MissionState.FAILURE, self.parts.tree.reason)
+        self._commands.debugging.after_tick()
+
+    def _navigate(self, motion: Odometry, obstacles: ObstaclePoints, world: WorldView) -> Twist:
+        """Return the velocity of the current task; standstill while the robot is held."""
+        if not (self.mission.ticks or self._commands.drives_to_operator_goal):
+            return STANDSTILL
+        p = self.parts
+        scan = p.facade.scan
+        return p.navigator.advance(
+            NavigationState(
+                p.body.time, p.estimator.estimate, motion, scan, world.tracks, obstacles
+            )
+        )
+
+    def _slept(self) -> float:
+        """Wall seconds that the body has slept to keep its pace; these are not compute time."""
+        body = self.parts.body
+        return body.slept if isinstance(body, SimulatedWorld) else 0.0
+
+    def _install_next_tree(self) -> None:
+        if self._next_tree is not None and self._standing() and not self.state.is_over:
+            self.parts.tree, self._next_tree = self._next_tree(), None
+            if self.mission.is_held:
+                self.parts.tree.pause(self.parts.body.time)
+
+    def _standing(self) -> bool:
+        twist = self.parts.state.motion.twist
+        speed = hypot(twist.linear, twist.lateral)
+        return speed < STANDING_SPEED and abs(twist.angular) < STANDING_SPEED
+
+    def _log_pose(self) -> None:
+        """Log the exact pose once per second of robot time; the log is hashed."""
+        if self.steps % round(1.0 / self.period) == 0:
+            estimate = self.parts.estimator.estimate
+            pose = estimate.pose
+            self.parts.telemetry.emit(
+                "pose", f"at ({pose.x:.2f}, {pose.y:.2f})", source="localisation",
+                x=pose.x, y=pose.y, heading=pose.heading,
+                health=estimate.health, charge=self.parts.state.battery.charge,
+            )  # fmt: skip
+
+
+_ENDINGS = {
+    MissionState.SUCCESS: MissionEvent.SUCCEED,
+    MissionState.FAILURE: MissionEvent.FAIL,
+    MissionState.ABORTED: MissionEvent.ABORT,
+    MissionState.INTERRUPTED: MissionEvent.INTERRUPT,
+    MissionState.ERROR: MissionEvent.ERROR,
+}

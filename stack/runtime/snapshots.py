@@ -6,10 +6,11 @@ from typing import Protocol
 
 import numpy as np
 
+from stack.body import SimulatedWorld
 from stack.runtime.interfaces import Parts
 from stack.runtime.stage_times import Stages
 from stack.telemetry.records import Debugging, Layer, MissionState, Snapshot
-from stack.types import FloatArray, Image, Odometry, Twist
+from stack.types import FloatArray, Image
 
 SHOWN_PARTICLES, SHOWN_EVENTS = 300, 40
 
@@ -19,11 +20,17 @@ class Loop(Protocol):
 
     parts: Parts
     steps: int
-    state: MissionState
-    reason: str
-    odometry: Odometry
-    commanded: Twist
     stages: Stages
+
+    @property
+    def state(self) -> MissionState:
+        """State of the mission."""
+        ...
+
+    @property
+    def reason(self) -> str:
+        """Why the mission is in this state."""
+        ...
 
     @property
     def real_time_factor(self) -> float:
@@ -46,9 +53,9 @@ class Loop(Protocol):
 def compose_snapshot(runtime: Loop) -> Snapshot:
     """Compose the snapshot of the current step. Its arrays are shared and must not be modified."""
     parts = runtime.parts
-    facade, estimate = parts.facade, parts.localiser.estimate
+    state, estimate, body = parts.state, parts.estimator.estimate, parts.body
     return Snapshot(
-        time=parts.body.time,
+        time=body.time,
         step=runtime.steps,
         state=runtime.state,
         reason=runtime.reason,
@@ -56,24 +63,24 @@ def compose_snapshot(runtime: Loop) -> Snapshot:
         pose=estimate.pose,
         covariance=estimate.covariance,
         health=estimate.health,
-        battery=facade.battery,
-        odometry=runtime.odometry.pose,
-        particles=_thinned(parts.localiser.particles),
-        scan=facade.scan,
+        battery=state.battery,
+        odometry=state.motion.pose,
+        particles=_thinned(parts.estimator.particles),
+        scan=parts.facade.scan,
         path=parts.navigator.path,
         local_plan=parts.navigator.local_plan,
         goal=parts.navigator.goal,
         layers=runtime.layers(),
-        commanded=runtime.commanded,
-        measured=runtime.odometry.twist,
+        commanded=state.commanded,
+        measured=state.motion.twist,
         stages=runtime.stages.timings(),
         speed=runtime.real_time_factor,
-        pace=float(getattr(parts.body, "pace", 1.0)),
-        parameters=facade.parameters,
+        pace=body.pace if isinstance(body, SimulatedWorld) else 1.0,
+        parameters=parts.facade.parameters,
         image=runtime.fresh_image(),
         truth=parts.scorer.truth if parts.scorer else None,
         people=parts.scorer.people if parts.scorer else None,
-        tracks=facade.tracks,
+        tracks=state.tracks,
         blackboard=parts.tree.blackboard(),
         counters=runtime.counters(),
         teleop=parts.navigator.teleoperation is not None,

@@ -30,7 +30,10 @@ class SafetyParameters:
         0.02, "m/s", at_least=0.0, help="stops at an obstacle instead of driving slower than this"
     )
     stale_after: float = parameter(
-        0.3, "s", above=0.0, help="maximum age of the newest scan; the robot stops above it"
+        0.3, "s", above=0.0, help="maximum age of a sensor's measurement; the robot stops above it"
+    )
+    blind_speed: float = parameter(
+        0.15, "m/s", at_least=0.0, help="speed limit towards a sector that no sensor covers"
     )
     top_speed: float = parameter(
         5.0, "m/s", above=0.0, help="speed limit, in addition to the robot's own"

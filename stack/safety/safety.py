@@ -1,18 +1,16 @@
 """Safety stage: limits the commanded velocity.
 
-Stages in order: emergency stop, age of the scans, safety zones, collision monitor, speed limit,
-velocity smoother, and a final collision check of the smoothed velocity. It uses the newest scans
-only, so a wrong pose or a wrong costmap does not affect it (except for speed zones, which are on
-the map). It does not protect against obstacles that the lidars cannot see: outside their field of
-view or outside their plane.
+Stages in order: emergency stop, age of the measurements, blind sectors, safety zones, collision
+monitor, speed limit, velocity smoother, and a final collision check of the smoothed velocity. It
+uses the obstacle points of the range sensors only, so a wrong pose or a wrong costmap does not
+affect it (except for speed zones, which are on the map). It does not protect against obstacles that
+no sensor can see; towards a sector that none covers it limits the speed.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from math import atan2, hypot, inf, isfinite, pi
-
-import numpy as np
 
 from stack.drivetrain.description import DriveKind, RobotDescription
 from stack.drivetrain.kinematics import drivable, scaled
@@ -26,9 +24,7 @@ from stack.safety.smoother import (
 )
 from stack.safety.zone_monitor import ZoneMonitor
 from stack.safety.zones import SafetyZone
-from stack.types import STANDSTILL, FloatArray, Scan, Twist
-
-NO_SCANS: Mapping[str, Scan] = {}
+from stack.types import STANDSTILL, FloatArray, ObstaclePoints, Odometry, Twist
 
 
 class Safety:
@@ -46,56 +42,39 @@ class Safety:
         self.parameters, self.reason = parameters, ""
         self._robot, self._limits = robot, robot.limits
         self._monitor = CollisionMonitor(robot)
-        self._other_monitors = {name: CollisionMonitor(robot) for name in robot.lidars}
         self._zones = ZoneMonitor(zones, robot.footprint)
         self._smoother = VelocitySmoother(robot, period)
-        self._emergency: str | None = None
 
-    def engage(self, reason: str) -> None:
-        """Latch the emergency stop: standstill until `release` is called."""
-        if self._emergency is None:
-            self._emergency = reason or "no reason given"
-
-    def release(self) -> None:
-        """Release the emergency stop; the speed then rises from zero."""
-        self._emergency = None
-
-    def limit(  # noqa: PLR0913 - all inputs of one step, by name
-        self, twist: Twist, *, scan: Scan | None, time: float, measured: Twist,
-        speed_limit: float = inf, more: Mapping[str, Scan] = NO_SCANS,
+    def limit(
+        self, twist: Twist, motion: Odometry, obstacles: ObstaclePoints, *,
+        speed_limit: float = inf, emergency_stop: str = "",
     ) -> Twist:  # fmt: skip
         """Return the limited twist for this step.
 
         Args:
             twist: commanded velocity, base frame.
-            scan: the newest scan; None before the first scan or without a lidar.
-            time: now, seconds on the robot's clock.
-            measured: current velocity, base frame.
+            motion: measured velocity.
+            obstacles: points of all range sensors, compensated to now, and their ages.
             speed_limit: at this position, m/s.
-            more: the newest scans of the other lidars, by name.
+            emergency_stop: reason of the engaged emergency stop; empty if it is released.
         """
         self.reason = ""
-        if self._emergency is not None:
-            self.reason = f"emergency stop: {self._emergency}"
+        if emergency_stop:
+            self.reason = f"emergency stop: {emergency_stop}"
             self._smoother.last = STANDSTILL
             return STANDSTILL
-        wanted = drivable(self._finite(twist), self._robot)
-        if self._robot.lidar is not None:
-            wanted = self._unless_stale(wanted, scan, time)
-        points = None if scan is None else self._monitor.points(scan, time, measured)
-        for name in self._robot.lidars:
-            wanted = self._unless_stale(wanted, more.get(name), time, name)
-            if name in more:
-                others = self._other_monitors[name].points(more[name], time, measured)
-                points = others if points is None else np.concatenate([points, others])
-        if points is not None and wanted != STANDSTILL:
-            wanted, self.reason = self._zones.limited(wanted, points)
+        points = obstacles.points
+        wanted = self._unless_stale(drivable(self._finite(twist), self._robot), obstacles)
+        wanted = self._limited_where_blind(wanted, obstacles)
+        if len(points) and wanted != STANDSTILL:
+            wanted, zone = self._zones.limited(wanted, points)
+            self.reason = zone or self.reason
             wanted = self._collision_limited(wanted, points)
         wanted = self._speed_limited(wanted, speed_limit)
         if self.parameters.closed_loop:
-            self._smoother.last = measured
+            self._smoother.last = motion.twist
         smooth = self._smoother.towards(wanted)
-        if points is not None and smooth not in (wanted, STANDSTILL):
+        if len(points) and smooth not in (wanted, STANDSTILL):
             smooth = self._braked(smooth, points)
         self._smoother.last = smooth
         return self._beyond_dead_band(smooth, wanted)
@@ -112,21 +91,31 @@ class Safety:
         self.reason = f"stopped: not a finite velocity: {twist}"
         return STANDSTILL
 
-    def _unless_stale(
-        self, twist: Twist, scan: Scan | None, time: float, name: str = "lidar"
-    ) -> Twist:
-        """Return standstill when the lidar's scan is missing or too old."""
+    def _unless_stale(self, twist: Twist, obstacles: ObstaclePoints) -> Twist:
+        """Return standstill when the measurement of a sensor is missing or too old."""
         if twist == STANDSTILL:
             return twist
-        age = inf if scan is None else time - scan.stamp
-        if age <= self.parameters.stale_after + 1e-9:
+        for name, age in obstacles.ages.items():
+            if age <= self.parameters.stale_after + 1e-9:
+                continue
+            what = "reading" if name in self._robot.sonars else "scan"
+            self.reason = (
+                f"stopped: no {name} {what} yet"
+                if age == inf
+                else f"stopped: the newest {name} {what} is {age:.2f} s old"
+            )
+            return STANDSTILL
+        return twist
+
+    def _limited_where_blind(self, twist: Twist, obstacles: ObstaclePoints) -> Twist:
+        """Return the same arc, at most at the blind speed if it leads to a blind sector."""
+        speed, limit = hypot(twist.linear, twist.lateral), self.parameters.blind_speed
+        if speed <= limit:
             return twist
-        self.reason = (
-            f"stopped: no {name} scan yet"
-            if scan is None
-            else f"stopped: the newest {name} scan is {age:.2f} s old"
-        )
-        return STANDSTILL
+        if not obstacles.is_blind(atan2(twist.lateral, twist.linear)):
+            return twist
+        self.reason = "slower: no sensor covers this direction"
+        return scaled(twist, limit / speed)
 
     def _speed_limited(self, twist: Twist, speed_limit: float) -> Twist:
         """Scale a twist to the limits of the robot, the parameters and the position."""

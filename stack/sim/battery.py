@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from math import hypot
 
+from stack.body import GroundTruth
 from stack.drivetrain.description import BatteryDescription, Limits
-from stack.sim.physics.physics_world import GroundTruth
 from stack.sim.worlds.world import Dock
 from stack.types import Battery as BatteryReading
 
@@ -36,12 +36,11 @@ class Battery:
         change = power * period / (d.capacity * JOULES_PER_WATT_HOUR)
         self.charge = min(1.0, max(0.0, self.charge + change))
 
-    @property
-    def reading(self) -> BatteryReading:
-        """The measurement that the robot receives."""
+    def reading(self, time: float) -> BatteryReading:
+        """Return the measurement that the robot receives at a time in seconds."""
         d = self._description
         voltage = d.voltage_empty + self.charge * (d.voltage_full - d.voltage_empty)
-        return BatteryReading(self.charge, self._charging, voltage)
+        return BatteryReading(self.charge, self._charging, voltage, time)
 
     def _drive_power(self, truth: GroundTruth) -> float:
         share = abs(truth.twist.linear) / self._limits.linear_speed

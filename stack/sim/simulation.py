@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections import deque
+
+from stack.body import ContactTally, GroundTruth
 from stack.drivetrain.description import RobotDescription
 from stack.sim.battery import Battery
 from stack.sim.people import People
-from stack.sim.physics.contacts import ContactCounter, ContactTally
+from stack.sim.physics.contacts import ContactCounter
 from stack.sim.physics.friction import FrictionZones
-from stack.sim.physics.physics_world import GroundTruth, Physics
+from stack.sim.physics.physics_world import Physics
 from stack.sim.physics.settings import SimulationSettings
 from stack.sim.sensors.imu import Imu
 from stack.sim.sensors.lidar import Lidar
@@ -17,7 +20,7 @@ from stack.sim.sensors.sonar import Sonar
 from stack.sim.timeline import Timeline
 from stack.sim.wheel_controller import wheel_controller_of
 from stack.sim.worlds.world import World, WorldEvent
-from stack.types import Image, Observation, Pose2D, RangeReading, Scan
+from stack.types import Image, Measurement, Observation, Pose2D
 
 CLEARANCE_REACH = 1.0
 """Largest clearance that is measured, metres."""
@@ -42,21 +45,22 @@ class Simulation:
         self._plan_rates(description, settings)
         self.doors = {door.name: door.closed for door in world.doors}
         self.scene_changes, self.clearance = 0, CLEARANCE_REACH
-        self._news: list[tuple[str, str]] = []
-        self._scan: Scan | None = None
+        self._events: list[tuple[str, str]] = []
 
         self.drive = wheel_controller_of(description, self._period)
         self._odometry = Odometry(description, seed)
-        self._lidar = Lidar(description.lidar, world, seed) if description.lidar else None
         self._lidars = {
-            name: Lidar(lidar, world, seed, f"lidar:{name}")
-            for name, lidar in description.lidars.items()
+            name: Lidar(lidar, world, seed, "lidar" if name == "lidar" else f"lidar:{name}")
+            for name, lidar in description.all_lidars.items()
         }
         self._sonars = {
             name: Sonar(sonar, world, seed, name) for name, sonar in description.sonars.items()
         }
-        self._scans: dict[str, Scan] = {}
-        self._readings: list[RangeReading] = []
+        self._measured: dict[str, Measurement] = {}
+        longest = max((lidar.rotation_time for lidar in self._lidars.values()), default=0.0)
+        self._trail: deque[tuple[float, Pose2D]] = deque(
+            maxlen=int(longest * settings.scene_rate) + 3 if longest > 0.0 else 0
+        )
         self._imu = Imu(description.imu, seed) if description.imu else None
         self._battery = Battery(
             description.battery, description.limits, world.docks, settings.battery_charge
@@ -96,29 +100,22 @@ class Simulation:
                 self._update_scene(self._scene_steps * self._period)
             if self._step % self._imu_steps == 0:
                 self._read_imu()
-            if self._step % self._lidar_steps == 0:
-                self._take_scan()
-            if self._extra_sensor_steps:
-                self._read_extra_sensors()
+            self._read_range_sensors()
             if self._step % self._clearance_steps == 0:
                 self._measure_clearance()
         self._apply_due_events()
 
     def observation(self, image: Image | None) -> Observation:
         """Return the measurements since the last call."""
-        scan, self._scan = self._scan, None
-        scans, self._scans = self._scans, {}
-        readings, self._readings = tuple(self._readings), []
-        return Observation(
-            time=self.time,
-            odometry=self._odometry.reading,
-            battery=self._battery.reading,
-            scan=scan,
-            imu=self._imu.take() if self._imu else None,
-            image=image,
-            scans=scans,
-            readings=readings,
-        )
+        measurements, self._measured = self._measured, {}
+        measurements["wheels"] = self._odometry.reading
+        measurements["battery"] = self._battery.reading(self.time)
+        samples = self._imu.take() if self._imu else None
+        if samples is not None:
+            measurements["imu"] = samples
+        if image is not None:
+            measurements["camera"] = image
+        return Observation(self.time, measurements)
 
     def render_request(self) -> RenderRequest:
         """Return the state that a camera renders: robot, people and doors as of now."""
@@ -127,10 +124,10 @@ class Simulation:
             self._step, position, orientation, self.people.places, dict(self.doors)
         )
 
-    def take_news(self) -> list[tuple[str, str]]:
+    def take_events(self) -> list[tuple[str, str]]:
         """Return the events since the last call, each (kind, sentence)."""
-        news, self._news = self._news, []
-        return news
+        events, self._events = self._events, []
+        return events
 
     def close(self) -> None:
         """Disconnect from the physics engine. Safe to call twice."""
@@ -139,12 +136,10 @@ class Simulation:
     def _plan_rates(self, description: RobotDescription, settings: SimulationSettings) -> None:
         self._scene_steps = settings.steps("scene period", 1.0 / settings.scene_rate)
         self._clearance_steps = settings.steps("clearance period", 1.0 / settings.clearance_rate)
-        self._lidar_steps = self._imu_steps = NEVER
-        if description.lidar:
-            self._lidar_steps = settings.steps("lidar period", 1.0 / description.lidar.rate)
-        rates = {name: lidar.rate for name, lidar in description.lidars.items()}
+        self._imu_steps = NEVER
+        rates = {name: lidar.rate for name, lidar in description.all_lidars.items()}
         rates |= {name: sonar.rate for name, sonar in description.sonars.items()}
-        self._extra_sensor_steps = {
+        self._range_sensor_steps = {
             name: settings.steps(f"{name} period", 1.0 / rate) for name, rate in rates.items()
         }
         if description.imu:
@@ -155,8 +150,9 @@ class Simulation:
         self._friction.update(self.truth.pose)
         self._odometry.update(0.0, self._encoders())
         self._apply_due_events()
-        if self._lidar:
-            self._take_scan()
+        self._trail.append((0.0, self.truth.pose))
+        for name in self._range_sensor_steps:
+            self._measure(name)
         self._measure_clearance()
 
     def _update_scene(self, period: float) -> None:
@@ -166,6 +162,7 @@ class Simulation:
         self._odometry.update(self.time, self._encoders())
         self._battery.update(truth, period)
         self._friction.update(truth.pose)
+        self._trail.append((self.time, truth.pose))
         self._count_contacts(truth)
 
     def _encoders(self) -> Encoders:
@@ -182,22 +179,27 @@ class Simulation:
         assert self._imu is not None
         self._imu.sample(self.time, self._physics.base_state())
 
-    def _take_scan(self) -> None:
-        assert self._lidar is not None
-        self._scan = self._lidar.scan(
-            self.truth.pose, self.people.places, self.doors, self._step, self.time
-        )
+    def _read_range_sensors(self) -> None:
+        """Read lidars and sonars, each at its own rate."""
+        for name, steps in self._range_sensor_steps.items():
+            if self._step % steps == 0:
+                self._measure(name)
 
-    def _read_extra_sensors(self) -> None:
-        """Read the additional lidars and the sonars, each at its own rate."""
-        for name, steps in self._extra_sensor_steps.items():
-            if self._step % steps:
-                continue
-            state = (self.truth.pose, self.people.places, self.doors, self._step, self.time)
-            if name in self._lidars:
-                self._scans[name] = self._lidars[name].scan(*state)
-            else:
-                self._readings.append(self._sonars[name].reading(*state))
+    def _measure(self, name: str) -> None:
+        truth, people = self.truth.pose, self.people.places
+        if name not in self._lidars:
+            self._measured[name] = self._sonars[name].reading(
+                truth, people, self.doors, self._step, self.time
+            )
+            return
+        lidar = self._lidars[name]
+        trail = [(0.0, truth)]
+        if lidar.rotation_time > 0.0:
+            self._trail.append((self.time, truth))
+            trail = list(self._trail)
+            if trail[0][0] > self.time - lidar.rotation_time:
+                return  # the first turn is not complete
+        self._measured[name] = lidar.scan(trail, people, self.doors, self._step, self.time)
 
     def _measure_clearance(self) -> None:
         self.clearance = self._physics.distance(self.clearance)
@@ -226,6 +228,7 @@ class Simulation:
     def _lift_robot(self, pose: Pose2D) -> None:
         self.drive.halt()
         self._physics.place_robot(pose)
+        self._trail.clear()
         self._friction.update(pose)
         if self._imu:
             self._imu.reset_velocity()
@@ -233,4 +236,4 @@ class Simulation:
         self._report("lifted", f"the robot was lifted to {where}")
 
     def _report(self, kind: str, text: str) -> None:
-        self._news.append((kind, text))
+        self._events.append((kind, text))

@@ -20,6 +20,7 @@ class RunFolder:
         report.json    result of the run      events.jsonl   events, one per line
         mission.yaml   copy of the mission    log.txt        lines printed during the run
         mission.rrd    rerun recording        pictures/      pictures saved by behaviours
+        sensors.mcap   sensor log
 
     Attributes:
         path: the folder.
@@ -62,6 +63,11 @@ class RunFolder:
     def recording(self) -> Path:
         """Path of the rerun recording."""
         return self.path / "mission.rrd"
+
+    @property
+    def sensors(self) -> Path:
+        """Path of the sensor log."""
+        return self.path / "sensors.mcap"
 
     def write(self, name: str, content: bytes) -> str:
         """Write a small file atomically and return its path relative to the folder.

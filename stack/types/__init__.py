@@ -28,11 +28,13 @@ from stack.types.grids import (
     CostGrid,
     OccupancyGrid,
 )
+from stack.types.obstacles import ObstaclePoints
 from stack.types.sensors import (
     Battery,
     CameraModel,
     Image,
     Imu,
+    Measurement,
     Observation,
     Odometry,
     RangeReading,
@@ -69,8 +71,10 @@ __all__ = [
     "LETHAL_COST",
     "Marker",
     "MarkerSighting",
+    "Measurement",
     "OCCUPIED",
     "Observation",
+    "ObstaclePoints",
     "OccupancyGrid",
     "Odometry",
     "Path",

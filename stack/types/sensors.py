@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from math import cos, sin
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +25,9 @@ class Scan:
         range_min: metres.
         range_max: metres.
         mount: the sensor's pose in the base frame.
+        time_increment: seconds from beam to beam; 0: all beams are measured at `stamp`.
+        bearings: (n,) beam directions in the sensor frame at `stamp`, radians; None: evenly spaced
+            from `angle_min`. Deskewed scans have them (stack.frames.deskew).
     """
 
     stamp: float
@@ -33,10 +37,20 @@ class Scan:
     range_min: float
     range_max: float
     mount: Pose2D = Pose2D(0.0, 0.0)
+    time_increment: float = 0.0
+    bearings: FloatArray | None = None
+
+    @property
+    def stamps(self) -> FloatArray:
+        """(n,) times at which the beams are measured, seconds."""
+        beams = np.arange(self.ranges.size, dtype=np.float64)
+        return self.stamp + self.time_increment * (beams - 0.5 * (beams.size - 1))
 
     @property
     def angles(self) -> FloatArray:
         """(n,) beam directions in the sensor frame, radians."""
+        if self.bearings is not None:
+            return self.bearings
         return self.angle_min + self.angle_increment * np.arange(self.ranges.size, dtype=np.float64)
 
     def points(self) -> FloatArray:
@@ -100,6 +114,11 @@ class Imu:
     angular_velocity: FloatArray
     linear_acceleration: FloatArray
 
+    @property
+    def stamp(self) -> float:
+        """Time of the newest sample, seconds."""
+        return float(self.stamps[-1])
+
 
 @dataclass(frozen=True, slots=True)
 class CameraModel:
@@ -154,28 +173,54 @@ class Battery:
     charge: float
     charging: bool = False
     voltage: float = 24.0
+    stamp: float = 0.0
+
+
+Measurement = Scan | RangeReading | Odometry | Imu | Image | Battery
+"""A measurement of one sensor; each has its own stamp."""
+
+M = TypeVar("M", Scan, RangeReading, Odometry, Imu, Image, Battery)
 
 
 @dataclass(frozen=True, slots=True)
 class Observation:
-    """The measurements since the last step; None for a sensor without a new one.
+    """The measurements since the last step, by sensor name; the newest one of each sensor.
+
+    The names are those of the robot's description; `wheels`, `imu`, `camera` and `battery` are
+    fixed. A sensor without a new measurement is not contained.
 
     Attributes:
         time: seconds on the body's clock.
-        odometry: wheel odometry.
-        battery: state of charge.
-        scan: new scan of the main lidar.
-        imu: IMU samples since the last observation.
-        image: new camera picture; only while pictures are requested.
-        scans: new scans of additional lidars, by sensor name.
-        readings: new readings of sonars.
+        measurements: sensor name -> measurement. An IMU's contains all samples since the last one.
     """
 
     time: float
-    odometry: Odometry
-    battery: Battery
-    scan: Scan | None = None
-    imu: Imu | None = None
-    image: Image | None = None
-    scans: Mapping[str, Scan] = field(default_factory=dict)
-    readings: tuple[RangeReading, ...] = ()
+    measurements: Mapping[str, Measurement]
+
+    def of(self, kind: type[M]) -> dict[str, M]:
+        """Return the measurements of a type, by sensor name."""
+        return {
+            name: measurement
+            for name, measurement in self.measurements.items()
+            if isinstance(measurement, kind)
+        }
+
+    @property
+    def wheels(self) -> Odometry | None:
+        """Wheel odometry."""
+        return self.named("wheels", Odometry)
+
+    @property
+    def imu(self) -> Imu | None:
+        """The new samples of the inertial sensor."""
+        return self.named("imu", Imu)
+
+    @property
+    def battery(self) -> Battery | None:
+        """State of charge."""
+        return self.named("battery", Battery)
+
+    def named(self, name: str, kind: type[M]) -> M | None:
+        """Return the measurement of a sensor; None without a new one of this type."""
+        measurement = self.measurements.get(name)
+        return measurement if isinstance(measurement, kind) else None

@@ -74,11 +74,17 @@ class PoseEstimate:
         pose: map frame.
         covariance: (3, 3) of x, y, heading.
         health: in [0, 1], how well the scans match the map. Below 0.3 the pose is doubtful.
+        map_from_odom: the odom frame's pose in the map frame.
+        corrected_at: stamp of the newest measurement in `map_from_odom`, seconds.
+        jumps: number of discontinuities of `map_from_odom` so far (relocalisations).
     """
 
     pose: Pose2D
     covariance: FloatArray
     health: float
+    map_from_odom: Pose2D = Pose2D(0.0, 0.0)
+    corrected_at: float = 0.0
+    jumps: int = 0
 
     @property
     def position_deviation(self) -> float:

@@ -8,6 +8,7 @@ import numpy as np
 
 from stack.costmap.choosing import read_layers
 from stack.costmap.costmap import Costmap
+from stack.costmap.layer import LayerUpdate, PosedScan
 from stack.costmap.parameters import CostmapParameters
 from stack.perception.tracker import Tracker
 from stack.perception.tracker_parameters import TrackerParameters
@@ -27,13 +28,13 @@ BEAMS, UPDATES, WARM = 720, 220, 20
 LANE = [[-5.0, -5.0], [5.0, -5.0], [5.0, 5.0], [-5.0, 5.0]]
 EVERYTHING = [
     "static", "obstacle", "range", "denoise", {"use": "keepout", "zones": [LANE[:3]]},
-    "inflation", {"use": "preferred_lanes", "zones": [LANE]}, "social",
+    {"use": "preferred_lanes", "zones": [LANE]}, "social",
 ]  # fmt: skip
 
 
 def run() -> Rows:
     """Median and 95th percentile of an update, milliseconds of processor time."""
-    usual: list[object] = ["static", "obstacle", "inflation"]
+    usual: list[object] = ["static", "obstacle"]
     cases = [
         ("local 200 x 200, standing", usual, 10.0, 0.0),
         ("local 200 x 200, 0.8 m/s and turning", usual, 10.0, 0.08),
@@ -83,21 +84,22 @@ def _updates(layers: list[object], window: float | None, stride: float) -> Float
     for step, scan in enumerate(_scans()):
         pose = Pose2D(stride * step - 8.0, 0.5 * stride * step - 4.0, stride * step)
         tracks = _walkers(pose, 0.1 * step)
+        update = LayerUpdate(pose, 0.1 * step, {"lidar": PosedScan(scan, pose)}, (), tracks)
         began = process_time()
-        costmap.update(pose, scan, 0.1 * step, tracks=tracks)
+        costmap.update(update)
         _ = costmap.grid
         taken.append(process_time() - began)
     return np.array(taken[WARM:])
 
 
-def _walkers(pose: Pose2D, time: float) -> list[TrackedObject]:
+def _walkers(pose: Pose2D, time: float) -> tuple[TrackedObject, ...]:
     """Five people around the robot."""
-    return [
+    return tuple(
         TrackedObject(
             number, time, (pose.x + number - 2.0, pose.y + 1.0), (1.0, 0.2), 0.25, np.eye(4)
         )
         for number in range(5)
-    ]
+    )
 
 
 def _tracking() -> FloatArray:

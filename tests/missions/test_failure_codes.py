@@ -36,7 +36,7 @@ TRUSTING = "navigation: {navigator: {lost_health: 0}}\n"
 CASES: dict[FailureCode, tuple[str, str]] = {
     FailureCode.NO_VALID_PATH: (
         "small_room",
-        "navigation: {costmap: {layers: [static, obstacle, inflation, {use: keepout, zones: "
+        "navigation: {costmap: {layers: [static, obstacle, {use: keepout, inflated: false, zones: "
         "[[[4.0, 3.0], [4.3, 3.0], [4.3, 5.0], [4.0, 5.0]], [[4.0, 3.0], [6.0, 3.0], [6.0, 3.3], "
         "[4.0, 3.3]]]}]}}\n"
         "run: {navigate_to_pose: {goal: $window}}",

@@ -30,10 +30,10 @@ navigation:
 RULES = """      - use: keepout
         zones: [{name: stairs, corners: [[6, 4.3], [7, 4.3], [7, 5.2], [6, 5.2]]}]
       - {use: keepout, name: painted, mask: house/keepout.yaml}
-      - inflation
       - {use: preferred_lanes, only: global, zones: [[[0, 3.8], [14, 3.8], [14, 6], [0, 6]]]}
-      - {use: speed_zones, zones: [{corners: [[2, 3], [4, 3], [4, 7], [2, 7]], speed: 0.25 m/s}]}
       - social
+  speed_limits:
+    zones: [{corners: [[2, 3], [4, 3], [4, 7], [2, 7]], speed: 0.25 m/s}]
   safety:
     zones:
       - {name: near, action: slow_down, radius: 0.5, ratio: 70 %}
@@ -82,7 +82,7 @@ def test_without_the_social_layer_nobody_follows_people():
     plan = prepare("01_drive_to_a_point", RunOptions(serve=False))
     engine = wired(plan)
     assert engine.runtime.parts.tracker is None
-    assert engine.runtime.parts.local_costmap.layers == ("static", "obstacle", "inflation")
+    assert engine.runtime.parts.local_costmap.layers == ("static", "obstacle")
     engine.body.close()
 
 
@@ -97,12 +97,119 @@ def test_without_the_social_layer_nobody_follows_people():
         ("      - {use: social, horizont: 1 s}\n", "rules.yaml:9:7", "no parameter 'horizont'"),
         ("  safety:\n    zones: [{action: halt}]\n", "rules.yaml:12:12", "'halt' is not one of"),
         ("      - {use: keepout, mask: nowhere.yaml}\n", "", "nowhere.yaml does not exist"),
+        (
+            "      - inflation\n",
+            "rules.yaml:9:7",
+            "layer 3: use: inflation is not a layer any more: every costmap inflates; remove it",
+        ),
+        (
+            "      - {use: speed_zones, only: local, zones: [[[0, 0], [1, 0], [1, 1]]]}\n",
+            "rules.yaml:9:7",
+            "layer 3: use: speed_zones moved to `navigation: {speed_limits: …}`; write its zones",
+        ),
+        (
+            "      - {use: obstacle, inflated: 1}\n",
+            "rules.yaml:9:7",
+            "expected true or false, got 1",
+        ),
+        (
+            "  speed_limits: {mask: nowhere.yaml}\n",
+            "",
+            "speed_limits: mask file nowhere.yaml does not",
+        ),
     ],
 )
 def test_what_is_wrong_is_found_before_anything_moves(mission, rules, where, words):
     with pytest.raises(InputError) as raised:
         prepare(mission(rules), RunOptions())
     assert where in str(raised.value) and words in str(raised.value)
+
+
+def test_each_costmap_has_its_inflation(mission):
+    path = mission("")
+    path.write_text(
+        path.read_text("utf-8").replace(
+            "  costmap:\n",
+            "  costmap:\n    inflation_radius: 0.25\n    local_inflation_radius: 1 m\n"
+            "    local_cost_scaling: 1.0\n",
+        ),
+        "utf-8",
+    )
+    engine = wired(prepare(path, RunOptions(serve=False)))
+    try:
+        parts = engine.runtime.parts
+        grids = parts.local_costmap.grid, parts.global_costmap.grid
+        local, whole = (sorted({int(c) for c in np.unique(grid.cells)} - {255}) for grid in grids)
+        # The radius of the scout is 0.22 m:
+        # 252 exp(-4 (0.25 - 0.22)) = 223.5 and 252 exp(-(1 - 0.22)) = 115.5 at the radius
+        assert min(c for c in whole if c) == 223
+        assert min(c for c in local if c) == 115
+    finally:
+        engine.body.close()
+
+
+OLD_LAYER = """from dataclasses import dataclass
+
+@dataclass(frozen=True)
+class Settings:
+    pass
+
+class Quiet:
+    Parameters = Settings
+    def __init__(self, parameters, footprint): pass
+    def lay_out(self, frame, shift): pass
+    def paint(self, canvas): pass
+"""
+KEYWORD_ONLY = """from stack.costmap.layer import Layer
+
+class Quiet(Layer):
+    def __init__(self, parameters, *, footprint):
+        super().__init__(parameters, footprint)
+    def paint(self, canvas): pass
+"""
+INCOMPLETE = """from stack.costmap.layer import Layer
+
+class Quiet(Layer):
+    pass
+"""
+
+
+def quiet(mission, source, use):
+    """A mission with a layer of its plugin `quiet.py`."""
+    path = mission(f"      - {use}\n")
+    (path.parent / "quiet.py").write_text(source, "utf-8")
+    text = path.read_text("utf-8").replace(
+        "robot: scout\n", "robot: scout\nplugins: [./quiet.py]\n"
+    )
+    path.write_text(text, "utf-8")
+    return prepare(path, RunOptions(serve=False))
+
+
+def test_a_layer_without_the_base_class_is_told_what_to_inherit(mission):
+    words = "quiet.py: Quiet is not a costmap layer; inherit stack.costmap.layer.Layer"
+    with pytest.raises(InputError, match=words):
+        quiet(mission, OLD_LAYER, "obstacle")
+
+
+def test_a_class_named_by_its_module_is_checked_as_a_layer(mission):
+    with pytest.raises(InputError, match=r"Astar in stack.planning.astar is not a costmap layer"):
+        prepare(mission("      - {use: 'stack.planning.astar:Astar'}\n"), RunOptions())
+
+
+def test_an_incomplete_layer_says_which_method_is_missing(mission):
+    with pytest.raises(InputError, match="there is no costmap layer 'quiet'"):
+        quiet(mission, INCOMPLETE, "quiet")  # a base class of the plugin's own layers
+    with pytest.raises(
+        InputError, match="not a complete costmap layer; it does not implement paint"
+    ):
+        prepare(mission("      - {use: 'stack.costmap.layer:Layer'}\n"), RunOptions())
+
+
+def test_a_layer_whose_constructor_does_not_fit_is_reported_with_its_class(mission):
+    plan = quiet(mission, KEYWORD_ONLY, "quiet")
+    words = r"layer 'quiet': Quiet\(parameters, footprint\) failed: .*takes 2 positional arguments"
+    with pytest.raises(InputError, match=words):
+        wired(plan)
 
 
 @pytest.mark.slow

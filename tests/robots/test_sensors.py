@@ -14,7 +14,8 @@ from stack.drivetrain.description import LidarDescription
 from stack.errors import InputError
 from stack.safety.parameters import SafetyParameters
 from stack.safety.safety import Safety
-from stack.types import STANDSTILL, Pose2D, Scan, Twist
+from stack.types import STANDSTILL, Pose2D, RangeReading, Scan, Twist
+from tests.stack.safety.obstacles import seen, standing
 from tests.stack.sim.sim_rover import square_room
 
 SCOUT = find_robot("scout", find_mission("01_drive_to_a_point"))
@@ -46,9 +47,11 @@ def test_every_sensor_measures_at_its_rate(tmp_path):
             seen.append(body.sense())
     finally:
         body.close()
-    assert sum(len(item.readings) for item in seen) == 30  # three sonars, 10 Hz, one second
-    rear = [item.scans["rear"] for item in seen if item.scans]
-    assert len(rear) == 10
+    assert (
+        sum(len(item.of(RangeReading)) for item in seen) == 33
+    )  # three sonars at 0.0, 0.1 … 1.0 s
+    rear = [item.of(Scan)["rear"] for item in seen if "rear" in item.measurements]
+    assert len(rear) == 11
     # The middle beam looks back from 0.15 m behind the base to the wall 1.5 m behind it.
     assert np.nanmedian([scan.ranges[15] for scan in rear]) == pytest.approx(1.35, abs=0.01)
 
@@ -78,23 +81,29 @@ def scan(stamp, distance, mount=Pose2D(0.0, 0.0)):
     return Scan(stamp, ranges, -pi, 2 * pi / 360, 0.05, 12.0, mount)
 
 
+def two_lidars():
+    return replace(
+        read_robot(SCOUT), sonars={}, lidars={"rear": LidarDescription(Pose2D(0.0, 0.0))}
+    )
+
+
 def backing(safety, robot, more, time=1.0):
     """What is left of a wish to back up once the smoother has followed it."""
     for _ in range(40):
         twist = safety.limit(
-            Twist(-0.2), scan=scan(time, 5.0), time=time, measured=STANDSTILL, more=more
+            Twist(-0.2), standing(time), seen(robot, time, lidar=scan(time, 5.0), **more)
         )
     return twist
 
 
 def test_what_only_the_second_lidar_sees_stops_the_robot():
-    robot = replace(read_robot(SCOUT), lidars={"rear": LidarDescription(Pose2D(0.0, 0.0))})
+    robot = two_lidars()
     assert backing(safety_of(robot), robot, {"rear": scan(1.0, 5.0)}).linear == pytest.approx(-0.2)
     assert backing(safety_of(robot), robot, {"rear": scan(1.0, 0.26)}).linear == 0.0
 
 
 def test_a_second_lidar_that_fell_silent_stops_the_robot_and_is_named():
-    robot = replace(read_robot(SCOUT), lidars={"rear": LidarDescription(Pose2D(0.0, 0.0))})
+    robot = two_lidars()
     safety = safety_of(robot)
     assert backing(safety, robot, {"rear": scan(0.5, 5.0)}) == STANDSTILL
     assert safety.reason == "stopped: the newest rear scan is 0.50 s old"
@@ -104,7 +113,5 @@ def test_a_robot_without_a_low_sensor_drives_into_a_pallet(tmp_path):
     """What mission 18's range layer is for: without it there is contact."""
     source = find_mission("18_below_the_lidar").read_text("utf-8")
     path = tmp_path / "deaf.yaml"
-    path.write_text(
-        source.replace("[obstacle, range, inflation]", "[obstacle, inflation]"), "utf-8"
-    )
+    path.write_text(source.replace("[obstacle, range]", "[obstacle]"), "utf-8")
     assert missions.run(path, seed=0).collisions > 0

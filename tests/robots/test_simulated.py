@@ -6,10 +6,10 @@ import pytest
 
 import robots.simulated
 from robots.simulated import SimulatedBody, SimulationSettings
-from stack.body import Body
+from stack.body import Body, BodyCommand
 from stack.errors import ParameterError
 from stack.sim.worlds.world import FrictionZone, World
-from stack.types import Pose2D, Twist
+from stack.types import Image, Pose2D, Scan, Twist
 from tests.stack.sim.sim_rover import CAMERA, EMPTY, EQUIPPED, LIDAR, ROVER, drive, square_room
 
 ORIGIN = Pose2D(0.0, 0.0)
@@ -75,7 +75,7 @@ def test_ramps_respect_the_acceleration_limits(build):
     speeds = [0.0]
     for target in (0.8, 0.0):
         for _ in range(100):
-            body.drive(Twist(target))
+            body.command(BodyCommand(Twist(target)))
             body.wait(0.01)
             speeds.append(body.truth.twist.linear)
     gains = [(b - a) / 0.01 for a, b in pairwise(speeds)]
@@ -100,7 +100,7 @@ def test_odometry_follows_the_truth_within_its_errors(build):
     body = build(replace(ROVER, odometry=perfect))
     drive(body, Twist(0.4, 0.5), 5.0)
     drive(body, Twist(), 0.5)
-    odometry, truth = body.sense().odometry, body.truth
+    odometry, truth = body.sense().wheels, body.truth
     assert odometry.stamp == pytest.approx(5.5)
     assert odometry.pose.distance_to(truth.pose) < 0.01
     assert odometry.pose.heading == pytest.approx(truth.pose.heading, abs=0.01)
@@ -109,14 +109,14 @@ def test_odometry_follows_the_truth_within_its_errors(build):
 def test_observations_come_at_the_sensors_rates(build):
     body = build(replace(EQUIPPED, lidar=replace(LIDAR, rate=10.0)), square_room(4.0))
     first = body.sense()
-    assert first.scan.stamp == 0.0
+    assert first.named("lidar", Scan).stamp == 0.0
     assert first.imu is None
     seen = drive(body, Twist(0.3), 1.0)
-    scans = [o.scan.stamp for o in seen if o.scan is not None]
+    scans = [o.named("lidar", Scan).stamp for o in seen if o.named("lidar", Scan) is not None]
     assert scans == pytest.approx(np.arange(1, 11) / 10)
     stamps = np.concatenate([o.imu.stamps for o in seen])
     assert stamps == pytest.approx(np.arange(1, 101) / 100)
-    assert all(o.image is None for o in seen)
+    assert not any("camera" in o.measurements for o in seen)
 
 
 def test_the_imu_feels_gravity_acceleration_and_turning(build):
@@ -139,7 +139,7 @@ def test_ice_lets_the_wheels_spin(build):
     drive(body, Twist(0.5), 1.0)
     # A grip of 0.02 g = 0.196 m/s2 at the most, so 0.2 m/s after a second.
     assert 0.02 < body.truth.twist.linear < 0.2
-    assert body.sense().odometry.twist.linear == pytest.approx(0.5, rel=0.05)
+    assert body.sense().wheels.twist.linear == pytest.approx(0.5, rel=0.05)
     beside = build(world=replace(EMPTY, friction_zones=(ice,)), start=Pose2D(0.0, 4.0))
     drive(beside, Twist(0.5), 1.0)
     assert beside.truth.twist.linear == pytest.approx(0.5, rel=0.01)
@@ -189,9 +189,9 @@ def test_images_arrive_after_their_latency(build):
     body = build(replace(EQUIPPED, camera=replace(CAMERA, rate=5.0, latency=0.1)))
     arrivals = []
     for _ in range(12):
-        body.ask_for_image()
+        body.command(BodyCommand(capture=True))
         body.wait(0.05)
-        image = body.sense().image
+        image = body.sense().named("camera", Image)
         if image is not None:
             arrivals.append((round(image.stamp, 6), round(body.time, 6)))
     assert arrivals == [(0.0, 0.1), (0.2, 0.3), (0.4, 0.5)]

@@ -167,7 +167,7 @@ MOTIONS = {
 def test_perfect_encoders_follow_the_truth(build, robot, motion):
     body = build(without_errors(robot))
     drive(body, MOTIONS[motion], 4.0)
-    odometry, truth = body.sense().odometry, body.truth
+    odometry, truth = body.sense().wheels, body.truth
     # 2 m on: ticks of 0.15 mm, and 0.2 mrad of steering.
     assert odometry.pose.distance_to(truth.pose) < 0.015
     assert abs(odometry.pose.heading - truth.pose.heading) < 0.01
@@ -219,7 +219,7 @@ def test_ice_lets_the_wheels_spin(build, robot, twist):
     drive(body, twist, 1.0)
     truth = body.truth.twist
     assert 0.02 < hypot(truth.linear, truth.lateral) < 0.3
-    seen = body.sense().odometry.twist
+    seen = body.sense().wheels.twist
     assert hypot(seen.linear, seen.lateral) == pytest.approx(0.5, rel=0.1)
 
 
@@ -228,7 +228,7 @@ def test_equal_seeds_give_equal_bits(build, robot):
     def run(seed):
         body = build(robot, seed=seed)
         seen = drive(body, Twist(0.4, 0.5, 0.3), 1.5) + drive(body, Twist(-0.3, 0.4), 1.5)
-        return body.truth, seen[-1].odometry
+        return body.truth, seen[-1].wheels
 
     assert run(5) == run(5)
     assert run(5)[0] == run(6)[0]  # the physics have no chance in them

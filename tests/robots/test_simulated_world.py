@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from robots.simulated import SimulatedBody
-from stack.sim.physics.contacts import ContactTally
+from stack.body import BodyCommand, ContactTally
 from stack.sim.worlds.world import Box, Dock, Door, Person, Trigger, WorldEvent
-from stack.types import Pose2D, Twist
+from stack.types import Pose2D, Scan, Twist
 from tests.stack.sim.sim_rover import EMPTY, EQUIPPED, LIDAR, ROVER, drive, square_room
 
 ORIGIN = Pose2D(0.0, 0.0)
@@ -33,11 +33,11 @@ def test_driving_into_a_box_is_one_contact_of_the_robot(build):
     assert body.tally == ContactTally(by_robot=1, against_standing=0)
     assert body.clearance == pytest.approx(0.0, abs=2e-3)
     assert body.truth.pose.x == pytest.approx(0.75 - 0.18, abs=0.01)
-    (kind, text), *more = body.news()
+    (kind, text), *more = body.take_events()
     assert kind == "contact"
     assert text.startswith("contact with a static obstacle at (0.7")
     assert not more
-    assert body.news() == []
+    assert body.take_events() == []
 
 
 def test_passing_by_leaves_the_clearance(build):
@@ -77,7 +77,7 @@ def test_a_robot_driving_into_a_person_touches(build):
     body = build(replace(EMPTY, people=(walking([0.8, 0.0], [0.8, 0.01], speed=0.0),)))
     drive(body, Twist(0.5), 2.0)
     assert body.tally == ContactTally(by_robot=1, against_standing=0)
-    assert body.news()[0][1].startswith("contact with Ada at (")
+    assert body.take_events()[0][1].startswith("contact with Ada at (")
 
 
 def test_a_door_closing_on_a_standing_robot_is_not_its_contact(build):
@@ -102,13 +102,15 @@ def test_doors_move_on_time_and_the_lidar_sees_it(build):
     )
     body = build(world, replace(ROVER, lidar=LIDAR))
     assert body.doors == {"gate": True}
-    ahead = [body.sense().scan.ranges[180]]
-    ahead += [o.scan.ranges[180] for o in drive(body, Twist(), 0.9, period=0.1)]
+    ahead = [body.sense().named("lidar", Scan).ranges[180]]
+    ahead += [o.named("lidar", Scan).ranges[180] for o in drive(body, Twist(), 0.9, period=0.1)]
     # Opened at the end of the step to 0.4 s, after that instant's scan; closed again at 0.7 s.
     assert np.isinf(ahead).tolist() == [False] * 5 + [True] * 3 + [False] * 2
     assert body.doors == {"gate": True}
     assert body.scene_changes == 2
-    assert body.news() == [("door", "the door gate opened"), ("door", "the door gate closed")]
+    assert body.take_events() == [
+        ("door", "the door gate opened"), ("door", "the door gate closed"),
+    ]  # fmt: skip
 
 
 def test_the_battery_is_set_and_charges_on_the_dock(build):
@@ -119,7 +121,7 @@ def test_the_battery_is_set_and_charges_on_the_dock(build):
     )
     body = build(world)
     assert body.sense().battery.charge == pytest.approx(0.2)
-    assert body.news() == [("battery", "battery charge set to 20%")]
+    assert body.take_events() == [("battery", "battery charge set to 20%")]
     battery = drive(body, Twist(), 3.0)[-1].battery
     assert battery.charging
     # 200 W for 3 s of 100 Wh
@@ -133,15 +135,15 @@ def test_a_lifted_robot_stands_elsewhere_and_its_odometry_knows_nothing(build):
     world = replace(EMPTY, timeline=(WorldEvent(Trigger(time=1.0), move_robot=there),))
     body = build(world, EQUIPPED)
     drive(body, Twist(0.5), 1.0)
-    before = body.sense().odometry.pose
+    before = body.sense().wheels.pose
     assert body.truth.pose.distance_to(there) < 1e-3
     assert body.truth.twist.linear == pytest.approx(0.0, abs=1e-9)
     felt = drive(body, Twist(), 0.5)
-    assert felt[-1].odometry.pose.distance_to(before) < 2e-3
+    assert felt[-1].wheels.pose.distance_to(before) < 2e-3
     assert body.truth.pose.distance_to(there) < 2e-3
     shakes = np.concatenate([o.imu.linear_acceleration for o in felt]) - [0.0, 0.0, 9.81]
     assert np.abs(shakes).max() < 1.0
-    assert body.news()[-1] == ("lifted", "the robot was lifted to (4.00, -3.00, 2.00)")
+    assert body.take_events()[-1] == ("lifted", "the robot was lifted to (4.00, -3.00, 2.00)")
 
 
 BUSY = square_room(
@@ -155,13 +157,13 @@ def record(body, pictures=False):
     """Trajectory, scans, odometry and inertia of a drive that ends in a box."""
     rows = []
     for n in range(80):
-        if pictures:
-            body.ask_for_image()
-        body.drive(Twist(0.5, 0.3 * np.sin(0.2 * n)))
+        body.command(BodyCommand(Twist(0.5, 0.3 * np.sin(0.2 * n)), capture=pictures))
         body.wait(0.05)
         seen, truth = body.sense(), body.truth
-        scan = b"" if seen.scan is None else seen.scan.ranges.tobytes()
-        rows.append((truth, seen.odometry, seen.battery, seen.imu.angular_velocity.tobytes(), scan))
+        scans = [scan.ranges.tobytes() for scan in seen.of(Scan).values()]
+        spin = seen.imu.angular_velocity.tobytes()
+        wheels, battery = seen.wheels, seen.battery
+        rows.append((truth, wheels, battery, spin, scans))
     return rows
 
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from stack.body import ContactTally
 from stack.types import Twist
 
 EPISODE_GAP = 0.5
@@ -11,14 +10,6 @@ EPISODE_GAP = 0.5
 
 MOVING_SPEED = 0.02
 """Speed, m/s and rad/s, above which the robot counts as moving."""
-
-
-@dataclass(frozen=True, slots=True)
-class ContactTally:
-    """Number of contacts while the robot moved, and while it stood."""
-
-    by_robot: int = 0
-    against_standing: int = 0
 
 
 class ContactCounter:

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from stack.body import GroundTruth
 from stack.drivetrain.description import RobotDescription
 from stack.errors import BodyError
 from stack.sim.physics import bullet as loader
@@ -32,14 +33,6 @@ CASTER_TRAVEL = 0.002
 
 STEERING_GAIN = 0.5
 """Share of the steering error that is corrected in one physics step."""
-
-
-@dataclass(frozen=True, slots=True)
-class GroundTruth:
-    """True pose of the base frame, world frame, and its true velocity."""
-
-    pose: Pose2D
-    twist: Twist
 
 
 @dataclass(frozen=True, slots=True)

@@ -43,6 +43,103 @@ def cast(x, y, first, increment, beams, segments, circles):  # type: ignore[no-u
 
 
 @njit(cache=True, nogil=True)
+def cast_from(origins, directions, segments, circles):  # type: ignore[no-untyped-def]
+    """Compute the distance along each beam of a lidar that moves while it turns.
+
+    As `cast`, but each beam has its own origin. The interval of bearings of an obstacle is taken
+    from the mean origin and widened by the angle that the motion of the origin can make.
+
+    Args:
+        origins: (n, 2) x, y of the sensor at each beam, metres.
+        directions: (n,) increasing beam directions, radians, close to evenly spaced.
+        segments: as for `cast`.
+        circles: as for `cast`.
+
+    Returns:
+        (n,) metres; +inf without a hit.
+    """
+    beams = directions.size
+    ranges = np.full(beams, inf)
+    units = np.empty((beams, 2))
+    x = y = 0.0
+    for beam in range(beams):
+        units[beam, 0], units[beam, 1] = cos(directions[beam]), sin(directions[beam])
+        x += origins[beam, 0] / beams
+        y += origins[beam, 1] / beams
+    shift = 0.0
+    increment = (directions[-1] - directions[0]) / (beams - 1)
+    uneven = 0.0
+    for beam in range(beams):
+        shift = max(shift, hypot(origins[beam, 0] - x, origins[beam, 1] - y))
+        uneven = max(uneven, abs(directions[0] + increment * beam - directions[beam]))
+    for n in range(segments.shape[0]):
+        px, py = segments[n, 0] - x, segments[n, 1] - y
+        qx, qy = segments[n, 2] - x, segments[n, 3] - y
+        width = atan2(px * qy - py * qx, px * qx + py * qy)
+        begin = atan2(py, px) if width >= 0.0 else atan2(qy, qx)
+        near = _distance(px, py, qx, qy)
+        margin = uneven + (asin(shift / near) if near > shift else pi)
+        offset = (begin - margin - directions[0]) % (2.0 * pi)
+        for turn in range(-1, 2):
+            low, high = _covered(
+                offset - 2.0 * pi * turn, abs(width) + 2.0 * margin, increment, beams
+            )
+            for beam in range(low, high):
+                _hit_segment(origins[beam], units[beam], segments[n], ranges, beam)
+    for n in range(circles.shape[0]):
+        cx, cy, radius = circles[n, 0] - x, circles[n, 1] - y, circles[n, 2]
+        distance = hypot(cx, cy)
+        if distance <= radius + shift:
+            low_angle, half = directions[0], 2.0 * pi
+        else:
+            half = asin((radius + shift) / distance) + uneven
+            low_angle = atan2(cy, cx) - half
+        offset = (low_angle - directions[0]) % (2.0 * pi)
+        for turn in range(-1, 2):
+            low, high = _covered(offset - 2.0 * pi * turn, 2.0 * half, increment, beams)
+            for beam in range(low, high):
+                _hit_circle(origins[beam], units[beam], circles[n], ranges, beam)
+    return ranges
+
+
+@njit(cache=True, nogil=True)
+def _distance(px, py, qx, qy):  # type: ignore[no-untyped-def]
+    """Distance from the origin to the segment from p to q."""
+    ex, ey = qx - px, qy - py
+    length = ex * ex + ey * ey
+    share = 0.0 if length == 0.0 else min(1.0, max(0.0, -(px * ex + py * ey) / length))
+    return hypot(px + share * ex, py + share * ey)
+
+
+@njit(cache=True, nogil=True)
+def _hit_segment(origin, unit, segment, ranges, beam):  # type: ignore[no-untyped-def]
+    px, py = segment[0] - origin[0], segment[1] - origin[1]
+    ex, ey = segment[2] - segment[0], segment[3] - segment[1]
+    across = unit[0] * ey - unit[1] * ex
+    if across == 0.0:
+        return
+    along = (px * ey - py * ex) / across
+    share = (px * unit[1] - py * unit[0]) / across
+    if 0.0 <= along < ranges[beam] and -ROUNDING <= share <= 1.0 + ROUNDING:
+        ranges[beam] = along
+
+
+@njit(cache=True, nogil=True)
+def _hit_circle(origin, unit, circle, ranges, beam):  # type: ignore[no-untyped-def]
+    cx, cy, radius = circle[0] - origin[0], circle[1] - origin[1], circle[2]
+    if hypot(cx, cy) <= radius:
+        ranges[beam] = 0.0
+        return
+    ahead, aside = cx * unit[0] + cy * unit[1], cx * unit[1] - cy * unit[0]
+    inside = radius * radius - aside * aside
+    if inside < 0.0 or ahead < 0.0:
+        return
+    along = ahead - sqrt(inside)
+    if along < ranges[beam]:
+        ranges[beam] = along
+
+
+@njit(cache=True, nogil=True)
 def _cast_on_segment(x, y, first, increment, directions, segment, ranges):  # type: ignore[no-untyped-def]
     px, py = segment[0] - x, segment[1] - y
     qx, qy = segment[2] - x, segment[3] - y

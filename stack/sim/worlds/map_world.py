@@ -12,7 +12,7 @@ from stack.errors import InputError
 from stack.mapping.ros_map import read_ros_map
 from stack.sim.worlds.values import EMPTY, TOO_MANY
 from stack.sim.worlds.world import Box, World
-from stack.types import FREE, OCCUPIED, OccupancyGrid, Pose2D
+from stack.types import OccupancyGrid, Pose2D
 
 HEIGHT = 1.0
 MAX_BOXES = 20_000
@@ -27,7 +27,7 @@ def read_map_world(path: Path) -> World:
         InputError: all findings, each with its position.
     """
     grid = read_ros_map(path)
-    rectangles = merged_cells(grid.cells == OCCUPIED)
+    rectangles = merged_cells(grid.occupied)
     if not rectangles:
         sentence = "no cell of this map is occupied: a lidar would measure nothing"
         raise InputError([Finding(Mark(str(path)), EMPTY, sentence)])
@@ -86,7 +86,7 @@ def _start(grid: OccupancyGrid) -> Pose2D:
     """Choose the free place nearest to the origin of the map frame that has enough clearance."""
     import cv2
 
-    free = np.pad((grid.cells == FREE).astype(np.uint8), 1)
+    free = np.pad(grid.free.astype(np.uint8), 1)
     clearance = cv2.distanceTransform(free, cv2.DIST_L2, 5)[1:-1, 1:-1] * grid.resolution
     rows, columns = np.nonzero(clearance >= min(START_CLEARANCE, float(clearance.max())))
     x = grid.origin[0] + (columns + 0.5) * grid.resolution

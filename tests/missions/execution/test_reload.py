@@ -94,6 +94,17 @@ def test_what_cannot_be_replaced_is_said_and_the_rest_is_taken(run):
     assert len(run.snapshot.tree) == 5
 
 
+def test_settings_that_cannot_change_during_a_run_are_named(run):
+    run.steps(20)
+    zones = "[{corners: [[0, 0], [1, 0], [1, 1]]}]"
+    run.save(
+        LONGER + f"    navigation: {{tracker: {{forget: 2 s}}, speed_limits: {{zones: {zones}}}}}\n"
+    )
+    reload = run.until("reload")
+    assert reload.level == "warning"
+    assert sorted(reload.fields["next_run"]) == ["speed_limits.zones", "tracker.forget"]
+
+
 def test_a_file_saved_again_before_the_robot_stands_loses_nothing(run):
     """The first of two files is never run, so what changed is counted from the one before it."""
     slow = LONGER + "    navigation: {planner: {use: lattice}, controller: {cruise_speed: 0.3}}\n"

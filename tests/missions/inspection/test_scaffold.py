@@ -99,13 +99,13 @@ def test_the_plan_holds_the_components_of_the_folder(folder):
 @pytest.mark.skipif(not LAYERS, reason="costmaps without layers")
 def test_a_layer_of_the_folder_stands_in_its_place(folder):
     new_component("layer", "quiet_corner", folder / "my_plugins")
-    layers = "costmap: {layers: [static, inflation, {use: quiet_corner, radius: 2 m}]}"
+    layers = "costmap: {layers: [static, {use: quiet_corner, radius: 2 m}]}"
     path = folder / "own_way.yaml"
     path.write_text(MISSION.replace("navigation:\n", f"navigation:\n  {layers}\n"))
-    third = prepare(path, RunOptions()).choices["costmap"].parts[2]
-    assert (third.name, third.component.__name__) == ("quiet_corner", "QuietCorner")
+    second = prepare(path, RunOptions()).choices["costmap"].parts[1]
+    assert (second.name, second.component.__name__) == ("quiet_corner", "QuietCorner")
     [line] = findings(folder, "navigation:\n", f"navigation:\n  {layers.replace('2 m', '2 s')}\n")
-    assert "layer 3: radius: '2 s' is in s" in line
+    assert "layer 2: radius: '2 s' is in s" in line
 
 
 def test_parameters_of_plugged_components_are_checked_where_they_stand(folder):

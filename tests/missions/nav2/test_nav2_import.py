@@ -46,9 +46,9 @@ def test_the_shipped_file_chooses_what_it_says() -> None:
     }  # fmt: skip
     layers = values(found, "costmap")["layers"]
     assert isinstance(layers, list)
-    assert [layer["use"] for layer in layers] == ["static", "obstacle", "obstacle", "inflation"]
-    assert layers[-1] == {
-        "use": "inflation", "inflation_radius": 0.7, "cost_scaling": 3.0, "only": "both",
+    assert [layer["use"] for layer in layers] == ["static", "obstacle", "obstacle"]
+    assert values(found, "costmap") == {
+        "layers": layers, "inflation_radius": 0.7, "cost_scaling": 3.0, "resolution": 0.05,
     }  # fmt: skip
 
 

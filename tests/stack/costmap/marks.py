@@ -1,9 +1,17 @@
-"""Where the sensor layers of a costmap have marks, whatever the layers above make of them."""
+"""Sensor data as costmaps receive it, and the marks in their sensor layers."""
 
 import numpy as np
 
+from stack.costmap.layer import LayerUpdate, PosedReading, PosedScan
 from stack.costmap.obstacle_layer import ObstacleLayer
 from stack.costmap.range_layer import RangeLayer
+
+
+def seen(pose, scan, time, *, source="lidar", readings=(), tracks=None):
+    """An update with at most one scan, taken at the pose."""
+    scans = {} if scan is None else {source: PosedScan(scan, pose)}
+    heard = tuple(PosedReading(reading, pose) for reading in readings)
+    return LayerUpdate(pose, time, scans, heard, None if tracks is None else tuple(tracks))
 
 
 def sensed(costmap):

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from stack.costmap import kernels
 from stack.costmap.costmap import Costmap
-from stack.costmap.inflation_layer import inflation_costs
+from stack.costmap.inflation import inflation_costs
 from stack.costmap.parameters import CostmapParameters
 from stack.errors import ParameterError
 from stack.parameters import build
@@ -27,7 +27,7 @@ from stack.types import (
     Pose2D,
     Scan,
 )
-from tests.stack.costmap.marks import sensed
+from tests.stack.costmap.marks import seen, sensed
 
 ROUND = Footprint.circle(0.22)
 ONLY_CELLS = CostmapParameters(inflation_radius=0.0)
@@ -104,9 +104,9 @@ def test_inflation_is_the_exact_distance_to_the_nearest_obstacle(occupied, unkno
 
 def test_returns_mark_and_beams_clear_what_they_pass():
     costmap = Costmap(ONLY_CELLS, TINY, room())
-    costmap.update(Pose2D(0.025, 0.025), scan([1.0]), 0.0)
+    costmap.update(seen(Pose2D(0.025, 0.025), scan([1.0]), 0.0))
     assert at(costmap, 1.025, 0.025) == LETHAL_COST
-    costmap.update(Pose2D(0.025, 0.025), scan([2.0]), 0.1)
+    costmap.update(seen(Pose2D(0.025, 0.025), scan([2.0]), 0.1))
     assert at(costmap, 1.025, 0.025) == FREE_COST
     assert at(costmap, 2.025, 0.025) == LETHAL_COST
 
@@ -114,19 +114,19 @@ def test_returns_mark_and_beams_clear_what_they_pass():
 def test_no_return_clears_up_to_the_clearing_range_and_nan_does_nothing():
     parameters = replace(ONLY_CELLS, obstacle_range=2.5, clearing_range=3.0)
     costmap = Costmap(parameters, TINY, None, window=10.0)
-    costmap.update(Pose2D(0.025, 0.025), scan([nan]), 0.0)
+    costmap.update(seen(Pose2D(0.025, 0.025), scan([nan]), 0.0))
     assert at(costmap, 0.525, 0.025) == UNKNOWN_COST
-    costmap.update(Pose2D(0.025, 0.025), scan([2.0]), 0.1)
-    costmap.update(Pose2D(0.025, 0.025), scan([nan]), 0.2)
+    costmap.update(seen(Pose2D(0.025, 0.025), scan([2.0]), 0.1))
+    costmap.update(seen(Pose2D(0.025, 0.025), scan([nan]), 0.2))
     assert at(costmap, 2.025, 0.025) == LETHAL_COST
-    costmap.update(Pose2D(0.025, 0.025), scan([inf]), 0.3)
+    costmap.update(seen(Pose2D(0.025, 0.025), scan([inf]), 0.3))
     assert at(costmap, 2.025, 0.025) == at(costmap, 2.925, 0.025) == FREE_COST
     assert at(costmap, 3.125, 0.025) == UNKNOWN_COST
 
 
 def test_a_return_beyond_the_obstacle_range_clears_and_does_not_mark():
     costmap = Costmap(ONLY_CELLS, TINY, None, window=10.0)
-    costmap.update(Pose2D(0.025, 0.025), scan([2.8]), 0.0)
+    costmap.update(seen(Pose2D(0.025, 0.025), scan([2.8]), 0.0))
     assert not sensed(costmap).any()
     assert at(costmap, 2.725, 0.025) == FREE_COST
 
@@ -134,7 +134,7 @@ def test_a_return_beyond_the_obstacle_range_clears_and_does_not_mark():
 def test_no_beam_clears_what_another_one_of_its_scan_marks():
     costmap = Costmap(ONLY_CELLS, TINY, room())
     along_a_wall = scan([1.0, 1.02, 1.3, 2.0], angle_increment=0.001)
-    costmap.update(Pose2D(0.025, 0.025), along_a_wall, 0.0)
+    costmap.update(seen(Pose2D(0.025, 0.025), along_a_wall, 0.0))
     assert np.count_nonzero(sensed(costmap)) == 3
     assert at(costmap, 1.025, 0.025) == LETHAL_COST
 
@@ -143,8 +143,8 @@ def test_sensing_never_clears_the_static_map():
     cells = room()
     cells.cells[40, 40] = OCCUPIED  # x 1.0..1.05, y 0..0.05
     costmap = Costmap(ONLY_CELLS, TINY, cells)
-    costmap.update(Pose2D(0.025, 0.025), scan([2.0]), 0.0)
-    costmap.update(Pose2D(1.025, 0.025), scan([2.0]), 0.1)
+    costmap.update(seen(Pose2D(0.025, 0.025), scan([2.0]), 0.0))
+    costmap.update(seen(Pose2D(1.025, 0.025), scan([2.0]), 0.1))
     costmap.clear()
     assert at(costmap, 1.025, 0.025) == LETHAL_COST
 
@@ -152,7 +152,7 @@ def test_sensing_never_clears_the_static_map():
 def test_the_sensors_mount_and_the_robots_heading_place_the_marks():
     costmap = Costmap(ONLY_CELLS, TINY, room())
     mounted = scan([1.0], mount=Pose2D(0.2, 0.0, pi / 2))
-    costmap.update(Pose2D(0.525, 0.525, pi / 2), mounted, 0.0)
+    costmap.update(seen(Pose2D(0.525, 0.525, pi / 2), mounted, 0.0))
     # the sensor is 0.2 m up the y axis and looks along -x: 0.525 - 1 = -0.475, 0.725
     assert at(costmap, -0.475, 0.725) == LETHAL_COST
 
@@ -160,24 +160,24 @@ def test_the_sensors_mount_and_the_robots_heading_place_the_marks():
 def test_marks_fade_after_the_decay_unless_seen_again():
     costmap = Costmap(replace(ONLY_CELLS, decay=10.0), TINY, room())
     pose = Pose2D(0.025, 0.025)
-    costmap.update(pose, scan([1.0]), 0.0)
-    costmap.update(pose, scan([1.0]), 8.0)
-    costmap.update(pose, None, 15.0)
+    costmap.update(seen(pose, scan([1.0]), 0.0))
+    costmap.update(seen(pose, scan([1.0]), 8.0))
+    costmap.update(seen(pose, None, 15.0))
     assert at(costmap, 1.025, 0.025) == LETHAL_COST
-    costmap.update(pose, None, 18.6)
+    costmap.update(seen(pose, None, 18.6))
     assert at(costmap, 1.025, 0.025) == FREE_COST
 
 
 def test_without_decay_marks_stay():
     costmap = Costmap(replace(ONLY_CELLS, decay=0.0), TINY, room())
-    costmap.update(Pose2D(0.0, 0.0), scan([1.0]), 0.0)
-    costmap.update(Pose2D(0.0, 0.0), None, 1e4)
+    costmap.update(seen(Pose2D(0.0, 0.0), scan([1.0]), 0.0))
+    costmap.update(seen(Pose2D(0.0, 0.0), None, 1e4))
     assert sensed(costmap).any()
 
 
 def test_denoise_drops_single_cells_and_keeps_pairs():
     costmap = Costmap(replace(ONLY_CELLS, denoise=True), TINY, room())
-    costmap.update(Pose2D(0.025, 0.025), scan([1.0, 1.5, 1.5], angle_increment=0.03), 0.0)
+    costmap.update(seen(Pose2D(0.025, 0.025), scan([1.0, 1.5, 1.5], angle_increment=0.03), 0.0))
     assert np.count_nonzero(sensed(costmap)) == 3
     assert at(costmap, 1.025, 0.025) == FREE_COST
     assert np.count_nonzero(costmap.grid.cells == LETHAL_COST) == 2
@@ -186,18 +186,18 @@ def test_denoise_drops_single_cells_and_keeps_pairs():
 def test_denoise_drops_what_becomes_single_when_its_neighbour_fades():
     costmap = Costmap(replace(ONLY_CELLS, denoise=True, decay=10.0), TINY, room())
     pose = Pose2D(0.025, 0.025)
-    costmap.update(pose, scan([1.0]), 0.0)
-    costmap.update(pose, scan([1.0], angle_min=0.05), 5.0)
+    costmap.update(seen(pose, scan([1.0]), 0.0))
+    costmap.update(seen(pose, scan([1.0], angle_min=0.05), 5.0))
     assert np.count_nonzero(costmap.grid.cells == LETHAL_COST) == 2
-    costmap.update(pose, None, 11.0)
+    costmap.update(seen(pose, None, 11.0))
     assert np.count_nonzero(sensed(costmap)) == 1
     assert not np.count_nonzero(costmap.grid.cells == LETHAL_COST)
 
 
 def test_the_robots_own_footprint_is_clear():
     costmap = Costmap(CostmapParameters(), ROUND, room())
-    costmap.update(Pose2D(0.0, 0.0), scan([1.0]), 0.0)
-    costmap.update(Pose2D(1.0, 0.1), None, 0.1)
+    costmap.update(seen(Pose2D(0.0, 0.0), scan([1.0]), 0.0))
+    costmap.update(seen(Pose2D(1.0, 0.1), None, 0.1))
     assert not sensed(costmap).any() and at(costmap, 1.0, 0.1) == FREE_COST
 
 
@@ -210,7 +210,7 @@ def test_updates_give_the_same_cells_as_a_new_costmap():
     for step in range(30):
         ranges = random.uniform(0.5, 3.5, 90)
         pose = Pose2D(0.05 * step, 0.3, 0.1 * step)
-        costmap.update(pose, scan(ranges, angle_increment=0.07), 0.1 * step)
+        costmap.update(seen(pose, scan(ranges, angle_increment=0.07), 0.1 * step))
     patched = costmap.grid.cells
     costmap.configure(costmap.parameters)  # composes and inflates everything
     assert np.array_equal(costmap.grid.cells, patched)
@@ -219,12 +219,12 @@ def test_updates_give_the_same_cells_as_a_new_costmap():
 def test_version_grows_only_when_cells_change_and_grids_are_kept():
     costmap = Costmap(CostmapParameters(), ROUND, room())
     pose = Pose2D(0.025, 0.025)
-    costmap.update(pose, scan([1.0]), 0.0)
+    costmap.update(seen(pose, scan([1.0]), 0.0))
     version, grid = costmap.version, costmap.grid
-    costmap.update(pose, scan([1.0]), 0.1)
+    costmap.update(seen(pose, scan([1.0]), 0.1))
     assert costmap.version == version and costmap.grid is grid
     before = grid.cells.copy()
-    costmap.update(pose, scan([1.5]), 0.2)
+    costmap.update(seen(pose, scan([1.5]), 0.2))
     assert costmap.version > version
     assert np.array_equal(grid.cells, before)
 
@@ -233,11 +233,11 @@ def test_version_grows_only_when_cells_change_and_grids_are_kept():
 @settings(deadline=None, max_examples=40)
 def test_a_rolling_window_does_not_smear_what_it_saw(places):
     costmap = Costmap(replace(ONLY_CELLS, decay=0.0), TINY, None, window=9.0)
-    costmap.update(Pose2D(0.025, 0.025), scan([1.0]), 0.0)
+    costmap.update(seen(Pose2D(0.025, 0.025), scan([1.0]), 0.0))
     for index, (x, y) in enumerate(places):
         if abs(x - 1.025) < 0.1 and abs(y - 0.025) < 0.1:
             continue  # the robot drives over the mark
-        costmap.update(Pose2D(x, y), None, 0.1 * index)
+        costmap.update(seen(Pose2D(x, y), None, 0.1 * index))
         grid = costmap.grid
         (mark,) = np.argwhere(grid.cells == LETHAL_COST)
         assert grid.centre_of(*mark) == pytest.approx((1.025, 0.025))
@@ -269,10 +269,10 @@ def test_a_polygon_clears_the_cells_whose_middles_it_holds(turn):
 @pytest.mark.parametrize(("dx", "dy"), [(0.05, 0.0), (-0.05, 0.0), (0.0, 0.05), (0.0, -0.05)])
 def test_what_was_seen_keeps_its_place_when_the_window_rolls_cell_by_cell(dx, dy):
     costmap = Costmap(replace(ONLY_CELLS, decay=0.0), TINY, None, window=4.0)
-    costmap.update(Pose2D(0.025, 0.025), scan([1.0]), 0.0)
+    costmap.update(seen(Pose2D(0.025, 0.025), scan([1.0]), 0.0))
     for step in range(1, 11):
         x, y = 0.025 + step * dx, 0.025 + step * dy
-        costmap.update(Pose2D(x, y), None, 0.1 * step)
+        costmap.update(seen(Pose2D(x, y), None, 0.1 * step))
         assert costmap.grid.origin == pytest.approx((x - 2.0, y - 2.0), abs=0.05)
         (mark,) = np.argwhere(costmap.grid.cells == LETHAL_COST)
         assert costmap.grid.centre_of(*mark) == pytest.approx((1.025, 0.025))
@@ -283,20 +283,20 @@ def test_the_window_takes_static_cells_at_their_places_and_drops_what_it_leaves(
     static.cells[40, 40] = OCCUPIED  # middle (1.025, 0.025)
     costmap = Costmap(ONLY_CELLS, TINY, static, window=3.0)
     for x in (0.0, 0.13, 0.77, 2.2):
-        costmap.update(Pose2D(x, 0.31), None, x)
+        costmap.update(seen(Pose2D(x, 0.31), None, x))
         (cell,) = np.argwhere(costmap.grid.cells == LETHAL_COST)
         assert costmap.grid.centre_of(*cell) == pytest.approx((1.025, 0.025))
-    costmap.update(Pose2D(2.225, 0.025), scan([1.0]), 3.0)
+    costmap.update(seen(Pose2D(2.225, 0.025), scan([1.0]), 3.0))
     assert sensed(costmap).any()
-    costmap.update(Pose2D(-0.5, 0.025), None, 3.1)
-    costmap.update(Pose2D(2.225, 0.025), None, 3.2)
+    costmap.update(seen(Pose2D(-0.5, 0.025), None, 3.1))
+    costmap.update(seen(Pose2D(2.225, 0.025), None, 3.2))
     assert not sensed(costmap).any()
     assert at(costmap, 1.025, 0.025) == LETHAL_COST
 
 
 def test_a_new_map_keeps_the_sensed_obstacles_where_they_are():
     costmap = Costmap(ONLY_CELLS, TINY, room())
-    costmap.update(Pose2D(0.025, 0.025), scan([1.0]), 0.0)
+    costmap.update(seen(Pose2D(0.025, 0.025), scan([1.0]), 0.0))
     costmap.set_static(room(140, 150, UNKNOWN, origin=(-2.0, -3.0)))
     assert costmap.grid.cells.shape == (140, 150)
     assert at(costmap, 1.025, 0.025) == LETHAL_COST
@@ -319,6 +319,31 @@ def test_invalid_sizes_are_refused_with_both_numbers():
 def test_scans_from_outside_the_map_are_harmless():
     costmap = Costmap(CostmapParameters(), ROUND, room())
     ranges = np.full(60, 1.0)
-    costmap.update(Pose2D(-1.5, -2.4), scan(ranges, angle_increment=0.1), 0.0)
-    costmap.update(Pose2D(50.0, 50.0), scan(ranges, angle_increment=0.1), 0.1)
+    costmap.update(seen(Pose2D(-1.5, -2.4), scan(ranges, angle_increment=0.1), 0.0))
+    costmap.update(seen(Pose2D(50.0, 50.0), scan(ranges, angle_increment=0.1), 0.1))
     assert sensed(costmap).any()
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_the_lower_envelope_gives_the_nearest_lethal_cell_in_any_box(seed):
+    """Against the definition: the smallest squared distance to a lethal cell, by brute force."""
+    random = np.random.default_rng(seed)
+    rows, columns = random.integers(1, 30, 2)
+    shares = [0.97, 0.02, 0.01] if random.random() < 0.5 else [0.5, 0.4, 0.1]
+    base = random.choice([0, 254, 255], size=(rows, columns), p=shares).astype(np.uint8)
+    limit = int(random.integers(0, 12))
+    costs = np.sort(random.integers(0, 254, limit * limit + 1)).astype(np.uint8)[::-1].copy()
+    costs[0] = 254
+    (top, bottom), (left, right) = (np.sort(random.integers(0, n + 1, 2)) for n in (rows, columns))
+    cells = np.full_like(base, 7)
+    kernels.inflate(cells, base, costs, limit, top, bottom, left, right)
+    expected = np.full_like(base, 7)
+    lethal = np.argwhere(base == 254)
+    for row in range(top, bottom):
+        for column in range(left, right):
+            value = base[row, column]
+            squared = ((lethal - (row, column)) ** 2).sum(axis=1).min(initial=10**6)
+            cost = costs[squared] if squared <= limit * limit else 0
+            raised = cost >= 253 if value == 255 else cost > value
+            expected[row, column] = cost if raised else value
+    assert np.array_equal(cells, expected)

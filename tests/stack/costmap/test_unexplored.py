@@ -10,6 +10,7 @@ from stack.costmap.parameters import CostmapParameters
 from stack.costmap.unexplored import MARGIN, Ground, unexplored
 from stack.errors import ParameterError
 from stack.types import LETHAL_COST, UNKNOWN, UNKNOWN_COST, Footprint, Pose2D, Scan
+from tests.stack.costmap.marks import seen
 
 COORDINATES = st.floats(-40.0, 40.0, allow_nan=False)
 
@@ -40,7 +41,7 @@ def test_sensed_obstacles_keep_their_place_when_the_ground_grows():
     grid = unexplored([Pose2D(0.0, 0.0)], 0.05)
     costmap = Costmap(CostmapParameters(), Footprint.circle(0.2), grid)
     scan = Scan(0.0, np.array([1.02], np.float32), 0.0, 0.1, 0.1, 10.0)
-    costmap.update(Pose2D(0.0, 0.0), scan, 0.0)
+    costmap.update(seen(Pose2D(0.0, 0.0), scan, 0.0))
     assert costmap.grid.cells[costmap.grid.cell_at(1.02, 0.01)] == LETHAL_COST
 
     ground = Ground(grid, [costmap])

@@ -15,9 +15,9 @@ SCAN = Scan(0.0, np.full(4, np.inf, np.float32), 0.0, 0.1, 0.1, 10.0)
 def test_the_map_frame_is_the_odom_frame_at_the_initial_pose():
     estimator = DeadReckoning(Pose2D(-2.25, 3.0, pi / 2))
     assert estimator.estimate.pose == Pose2D(-2.25, 3.0, pi / 2)
-    estimator.update(Pose2D(5.0, 1.0, 0.0), None)  # wherever odometry begins to count
+    estimator.follow(Pose2D(5.0, 1.0, 0.0))  # wherever odometry begins to count
     assert estimator.estimate.pose == Pose2D(-2.25, 3.0, pi / 2)
-    estimator.update(Pose2D(7.0, 1.0, 0.0), SCAN)  # two metres forward, which is north
+    estimator.follow(Pose2D(7.0, 1.0, 0.0))  # two metres forward, which is north
     pose = estimator.estimate.pose
     assert (pose.x, pose.y, pose.heading) == pytest.approx((-2.25, 5.0, pi / 2))
     assert estimator.estimate.health == 1.0
@@ -27,7 +27,7 @@ def test_the_map_frame_is_the_odom_frame_at_the_initial_pose():
 def deviation_after(steps: int) -> float:
     estimator = DeadReckoning(Pose2D(0.0, 0.0))
     for step in range(steps + 1):
-        estimator.update(Pose2D(4.0 * step / steps, 0.0), None)
+        estimator.follow(Pose2D(4.0 * step / steps, 0.0))
     return float(sqrt(estimator.estimate.covariance[0, 0]))
 
 
@@ -38,9 +38,9 @@ def test_the_deviation_on_a_straight_grows_with_the_root_of_the_distance():
 
 def test_heading_uncertainty_becomes_lateral_position_uncertainty():
     estimator = DeadReckoning(Pose2D(0.0, 0.0, pi / 2))
-    estimator.update(Pose2D(0.0, 0.0), None)
-    estimator.start(Pose2D(0.0, 0.0, pi / 2), 0.0, 0.1)
-    estimator.update(Pose2D(2.0, 0.0), None)  # 2 m along y: 0.1 rad are 0.2 m along x
+    estimator.follow(Pose2D(0.0, 0.0))
+    estimator.set_pose(Pose2D(0.0, 0.0, pi / 2), 0.0, 0.1)
+    estimator.follow(Pose2D(2.0, 0.0))  # 2 m along y: 0.1 rad are 0.2 m along x
     covariance = estimator.estimate.covariance
     assert covariance[0, 0] == pytest.approx(0.2**2 + 2.0 * DISTANCE_VARIANCE)
     assert covariance[1, 1] == pytest.approx(2.0 * DISTANCE_VARIANCE)
@@ -48,9 +48,9 @@ def test_heading_uncertainty_becomes_lateral_position_uncertainty():
 
 def test_standstill_adds_no_uncertainty_and_a_set_pose_holds():
     estimator = DeadReckoning(Pose2D(0.0, 0.0))
-    estimator.update(Pose2D(1.0, 2.0, 0.5), None)
-    estimator.start(Pose2D(8.0, 9.0, 1.0), 0.3, 0.2)
-    estimator.update(Pose2D(1.0, 2.0, 0.5), SCAN)
+    estimator.follow(Pose2D(1.0, 2.0, 0.5))
+    estimator.set_pose(Pose2D(8.0, 9.0, 1.0), 0.3, 0.2)
+    estimator.follow(Pose2D(1.0, 2.0, 0.5))
     assert estimator.estimate.pose.distance_to(Pose2D(8.0, 9.0)) < 1e-12
     assert np.allclose(estimator.estimate.covariance, np.diag([0.09, 0.09, 0.04]))
 
@@ -59,4 +59,4 @@ def test_global_relocalisation_fails_without_a_map():
     estimator = DeadReckoning(Pose2D(0.0, 0.0))
     assert estimator.fit_at(Pose2D(1.0, 1.0), SCAN) == 0.0
     with pytest.raises(NavigationError, match=r"LOST: .*needs a map.*add a map"):
-        estimator.relocalise_globally(SCAN)
+        estimator.localise_globally(SCAN)

@@ -25,7 +25,7 @@ def test_the_pose_is_found_among_people_and_is_never_wrong():
         pose = place.free_pose(generator)
         place.people = crowd(pose, 3, generator)
         try:
-            match = localiser.relocalise_globally(place.scan(pose, 0.0, generator))
+            match = localiser.localise_globally(place.scan(pose, 0.0, generator))
         except NavigationError:
             continue
         assert match.pose.distance_to(pose) < 0.15
@@ -42,7 +42,7 @@ def test_twin_rooms_are_ambiguous_and_the_particles_stay():
     for _ in range(10):
         pose = place.free_pose(generator)
         with pytest.raises(NavigationError) as caught:
-            localiser.relocalise_globally(place.scan(pose, 0.0, generator))
+            localiser.localise_globally(place.scan(pose, 0.0, generator))
         assert caught.value.failure.code == FailureCode.AMBIGUOUS
     assert np.array_equal(localiser.particles, before)
 
@@ -76,7 +76,7 @@ def test_a_scan_from_another_building_is_lost():
     localiser = Localiser(twin_rooms().grid, LocaliserParameters(), 0)
     pose = Pose2D(6.5, 4.6, 0.3)
     with pytest.raises(NavigationError) as caught:
-        localiser.relocalise_globally(place.scan(pose, 0.0, generator))
+        localiser.localise_globally(place.scan(pose, 0.0, generator))
     assert caught.value.failure.code == FailureCode.LOST
 
 

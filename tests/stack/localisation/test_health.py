@@ -19,8 +19,8 @@ STEP = Pose2D(0.0, 0.0, 0.05)
 def settled(place: Place, pose: Pose2D, generator, localiser: Localiser | None = None) -> Localiser:
     """A filter after one second at its true pose."""
     localiser = localiser or Localiser(place.grid, LocaliserParameters(), 0)
-    localiser.update(HERE, None)
-    localiser.start(pose, 0.03, 0.03)
+    localiser.process(HERE, None)
+    localiser.set_pose(pose, 0.03, 0.03)
     stand(localiser, place, pose, 0.0, generator)
     return localiser
 
@@ -29,7 +29,7 @@ def stand(localiser, place, pose, begin, generator) -> list[float]:
     """Health values over the second from `begin` on."""
     qualities = []
     for step in range(10):
-        localiser.update(HERE, place.scan(pose, begin + 0.1 * step, generator))
+        localiser.process(HERE, place.scan(pose, begin + 0.1 * step, generator))
         qualities.append(localiser.estimate.health)
     return qualities
 
@@ -47,13 +47,13 @@ def test_no_false_alarms_among_people():
     for episode in range(40):
         place.people = []
         pose = place.free_pose(generator)
-        localiser.update(HERE, None)
-        localiser.start(pose, 0.03, 0.03)
+        localiser.process(HERE, None)
+        localiser.set_pose(pose, 0.03, 0.03)
         crowd = [(generator.uniform(0.5, 3.0), generator.uniform(-pi, pi)) for _ in range(4)]
         for step in range(20):
             place.people = [beside(pose, d, a + 0.02 * step) for d, a in crowd[: episode % 5]]
             scan = place.scan(pose, 100.0 * episode + 0.1 * step, generator)
-            localiser.update(HERE, scan)
+            localiser.process(HERE, scan)
             low.append(localiser.estimate.health < 0.3)
     assert np.mean(low) <= 0.01
 
@@ -86,7 +86,7 @@ def test_a_kidnap_is_detected_within_two_seconds(twins):
         odometry = HERE
         for step in range(20):
             odometry, elsewhere = odometry.compose(STEP), elsewhere.compose(STEP)
-            localiser.update(odometry, place.scan(elsewhere, 1.0 + 0.1 * step, generator))
+            localiser.process(odometry, place.scan(elsewhere, 1.0 + 0.1 * step, generator))
             if localiser.estimate.health < 0.3:
                 caught += 1
                 break
@@ -107,7 +107,7 @@ def test_a_lost_filter_does_not_converge_to_a_wrong_pose():
             free = place.is_clear(ahead.x, ahead.y)
             moved = Pose2D(0.04, 0.0, 0.01 * sin(step / 7)) if free else Pose2D(0.0, 0.0, 0.07)
             odometry, elsewhere = odometry.compose(moved), elsewhere.compose(moved)
-            localiser.update(odometry, place.scan(elsewhere, 1.0 + 0.1 * step, generator))
+            localiser.process(odometry, place.scan(elsewhere, 1.0 + 0.1 * step, generator))
             estimate = localiser.estimate
             wrong = estimate.pose.distance_to(elsewhere) > 0.5
             if step >= 20:
@@ -141,7 +141,7 @@ def test_a_person_who_passes_quickly_does_not_lower_the_health():
     localiser = settled(place, pose, generator)
     place.people = [beside(pose, 0.25, a) for a in (0.0, pi / 2, pi, -pi / 2)]
     for step in range(3):
-        localiser.update(HERE, place.scan(pose, 1.0 + 0.1 * step, generator))
+        localiser.process(HERE, place.scan(pose, 1.0 + 0.1 * step, generator))
     assert localiser.estimate.health > 0.6
 
 
@@ -158,11 +158,11 @@ def test_an_initial_pose_has_high_health_until_the_first_scan():
     place, generator = office(), np.random.default_rng(0)
     localiser = Localiser(place.grid, LocaliserParameters(), 0)
     assert localiser.estimate.health == 0.0, "scattered"
-    localiser.start(Pose2D(5.75, 2.0), 0.1, 0.1)
+    localiser.set_pose(Pose2D(5.75, 2.0), 0.1, 0.1)
     assert localiser.estimate.health == 0.8
-    localiser.update(HERE, place.scan(Pose2D(9.0, 6.3, 2.0), 0.0, generator))
+    localiser.process(HERE, place.scan(Pose2D(9.0, 6.3, 2.0), 0.0, generator))
     assert localiser.estimate.health < 0.3
-    localiser.start(Pose2D(9.0, 6.3, 2.0), 0.1, 0.1)
+    localiser.set_pose(Pose2D(9.0, 6.3, 2.0), 0.1, 0.1)
     assert localiser.estimate.health == 0.8, "the scan before says nothing of the new pose"
     localiser.scatter()
     assert localiser.estimate.health == 0.0
@@ -172,9 +172,9 @@ def test_an_initial_pose_has_high_health_until_the_first_scan():
 def test_a_scan_without_returns_does_not_move_the_pose(value):
     localiser = Localiser(office().grid, LocaliserParameters(), 0)
     pose = Pose2D(5.75, 2.0, 0.5)
-    localiser.start(pose, 0.02, 0.02)
+    localiser.set_pose(pose, 0.02, 0.02)
     ranges = np.full(360, value, dtype=np.float32)
-    localiser.update(HERE, Scan(0.0, ranges, -pi, 2 * pi / 360, 0.08, 12.0))
+    localiser.process(HERE, Scan(0.0, ranges, -pi, 2 * pi / 360, 0.08, 12.0))
     assert localiser.estimate.pose.distance_to(pose) < 0.02
     assert localiser.estimate.health < 0.3
 

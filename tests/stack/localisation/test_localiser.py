@@ -32,8 +32,8 @@ class Drive:
         self.crowd = crowd
 
     def go(self) -> None:
-        self.localiser.update(self.odometry.pose, None)
-        self.localiser.start(Pose2D(*TOUR[0], 0.6), 0.15, 0.1)
+        self.localiser.process(self.odometry.pose, None)
+        self.localiser.set_pose(Pose2D(*TOUR[0], 0.6), 0.15, 0.1)
         people = [self.place.free_pose(self.generator) for _ in range(5)]
         for step, (pose, moved) in enumerate(along(TOUR, 0.5, 0.5, 0.1)):
             now = 0.1 * step
@@ -45,7 +45,7 @@ class Drive:
                 near = (pose.x + 0.7 * cos(now / 3), pose.y + 0.7 * sin(now / 3), 0.2)
                 self.place.people.append(near)
             scan = self.place.scan(pose, now, self.generator)
-            self.localiser.update(self.odometry.move(moved, 0.1), scan)
+            self.localiser.process(self.odometry.move(moved, 0.1), scan)
             estimate = self.localiser.estimate
             self.errors.append(estimate.pose.distance_to(pose))
             self.turned.append(abs(wrap_angle(estimate.pose.heading - pose.heading)))
@@ -74,9 +74,9 @@ def test_the_same_seed_gives_the_same_pose_bit_by_bit():
 
 def test_between_scans_the_pose_is_propagated_by_odometry():
     localiser = Localiser(office().grid, LocaliserParameters(), 0)
-    localiser.update(Pose2D(5.0, 5.0, pi / 2), None)
-    localiser.start(Pose2D(1.0, 2.0, 0.0), 0.0, 0.0)
-    localiser.update(Pose2D(5.0, 6.0, pi / 2), None)
+    localiser.process(Pose2D(5.0, 5.0, pi / 2), None)
+    localiser.set_pose(Pose2D(1.0, 2.0, 0.0), 0.0, 0.0)
+    localiser.process(Pose2D(5.0, 6.0, pi / 2), None)
     # one metre ahead in the odom frame is one metre ahead in the map frame
     assert localiser.estimate.pose.distance_to(Pose2D(2.0, 2.0)) < 1e-9
     assert np.allclose(localiser.particles.mean(axis=0), [2.0, 2.0, 0.0])
@@ -84,15 +84,15 @@ def test_between_scans_the_pose_is_propagated_by_odometry():
 
 def test_started_before_the_first_odometry():
     localiser = Localiser(office().grid, LocaliserParameters(), 0)
-    localiser.start(Pose2D(1.0, 2.0, 0.5), 0.0, 0.0)
-    localiser.update(Pose2D(-3.0, 4.0, 2.0), None)
+    localiser.set_pose(Pose2D(1.0, 2.0, 0.5), 0.0, 0.0)
+    localiser.process(Pose2D(-3.0, 4.0, 2.0), None)
     assert localiser.estimate.pose.distance_to(Pose2D(1.0, 2.0)) < 1e-9
     assert localiser.estimate.pose.heading == pytest.approx(0.5)
 
 
 def test_start_spreads_the_particles_by_the_deviations():
     localiser = Localiser(office().grid, LocaliserParameters(), 0)
-    localiser.start(Pose2D(6.0, 4.5, 1.0), 0.3, 0.2)
+    localiser.set_pose(Pose2D(6.0, 4.5, 1.0), 0.3, 0.2)
     estimate = localiser.estimate
     # standard deviation of n draws is known to about 1/sqrt(2 n), n >= 300: 4 %
     assert estimate.position_deviation == pytest.approx(0.3, rel=0.15)
@@ -105,8 +105,8 @@ def test_one_scan_aligns_a_rough_start():
     localiser, errors = Localiser(place.grid, LocaliserParameters(), 6), []
     for step in range(40):
         pose = place.free_pose(generator)
-        localiser.start(pose.compose(Pose2D(0.08, -0.06, 0.03)), 0.1, 0.05)
-        localiser.update(Pose2D(0.0, 0.0), place.scan(pose, float(step), generator))
+        localiser.set_pose(pose.compose(Pose2D(0.08, -0.06, 0.03)), 0.1, 0.05)
+        localiser.process(Pose2D(0.0, 0.0), place.scan(pose, float(step), generator))
         errors.append(localiser.estimate.pose.distance_to(pose))
     assert np.median(errors) < 0.015
 
@@ -117,11 +117,11 @@ def test_once_settled_scans_weigh_only_after_moving(moved):
     place, generator = office(), np.random.default_rng(5)
     localiser, pose = Localiser(place.grid, LocaliserParameters(), 5), Pose2D(5.75, 2.0, 0.3)
     half = Pose2D(moved.x / 2, moved.y / 2, moved.heading / 2)
-    localiser.update(Pose2D(0.0, 0.0), None)
-    localiser.start(pose, 0.03, 0.03)
+    localiser.process(Pose2D(0.0, 0.0), None)
+    localiser.set_pose(pose, 0.03, 0.03)
     spreads = []
     for step, at in enumerate([Pose2D(0.0, 0.0)] * 4 + [half, moved]):
-        localiser.update(at, place.scan(pose.compose(at), 0.1 * step, generator))
+        localiser.process(at, place.scan(pose.compose(at), 0.1 * step, generator))
         spreads.append(localiser.estimate.covariance)
     weighed = [not np.array_equal(a, b) for a, b in pairwise(spreads)]
     assert weighed == [False, False, False, False, True]
@@ -134,7 +134,7 @@ def test_scattered_particles_find_the_robot():
     assert localiser.estimate.position_deviation > 2.0
     for step, (pose, moved) in enumerate(along(TOUR, 0.5, 0.5, 0.1)):
         scan = place.scan(pose, 0.1 * step, generator)
-        localiser.update(odometry.move(moved, 0.1), scan)
+        localiser.process(odometry.move(moved, 0.1), scan)
     assert localiser.estimate.pose.distance_to(pose) < 0.1
     assert localiser.estimate.position_deviation < 0.1
     assert localiser.particles.shape[0] < 600, "fewer particles once it is sure"
@@ -146,7 +146,7 @@ def test_equal_rooms_are_not_resolved_by_chance():
     localiser = Localiser(place.grid, LocaliserParameters(), 2)
     pose = Pose2D(2.4, 1.5, 0.3)
     for step in range(20):
-        localiser.update(Pose2D(0.0, 0.0), place.scan(pose, 0.1 * step, generator))
+        localiser.process(Pose2D(0.0, 0.0), place.scan(pose, 0.1 * step, generator))
     left = float((localiser.particles[:, 0] < 5.1).mean())
     assert 0.05 < left < 0.95
     assert localiser.estimate.position_deviation > 1.0

@@ -8,7 +8,8 @@ import pytest
 from stack.drivetrain.description import ImuDescription
 from stack.localisation.odometry import OdometryFusion
 from stack.localisation.particles import MotionNoise, OmniMotionNoise, move
-from stack.types import Battery, Imu, Observation, Odometry, Pose2D, Twist
+from stack.types import Imu, Odometry, Pose2D, Twist
+from tests.observed import observed
 
 ALPHAS = 0.01, 0.01, 0.02, 0.001
 START = np.tile([1.0, 2.0, 0.5], (20_000, 1))
@@ -54,15 +55,13 @@ def test_the_fusion_turns_a_sideways_arc_by_the_gyro():
     """Wheels say straight to the left, the gyro says a quarter turn: a quarter circle sideways."""
     fusion = OdometryFusion()
     rate = ImuDescription().rate
-    fusion.update(Observation(0.0, Odometry(0.0, Pose2D(0.0, 0.0), Twist()), Battery(1.0)))
+    fusion.update(observed(0.0, Odometry(0.0, Pose2D(0.0, 0.0), Twist())))
     for n in range(1, 101):
         stamps = (n - 1) * 0.02 + np.arange(1, 3) / rate
         gyro = np.zeros((2, 3))
         gyro[:, 2] = pi / 4
         wheels = Odometry(0.02 * n, Pose2D(0.0, pi / 4 * 0.02 * n), Twist(0.0, 0.0, pi / 4))
-        fused = fusion.update(
-            Observation(0.02 * n, wheels, Battery(1.0), imu=Imu(stamps, gyro, np.zeros((2, 3))))
-        )
+        fused = fusion.update(observed(0.02 * n, wheels, imu=Imu(stamps, gyro, np.zeros((2, 3)))))
     pose = fused.pose
     assert (pose.x, pose.y, pose.heading) == pytest.approx((-1.0, 1.0, pi / 2), abs=1e-3)
     assert fused.twist.lateral == pytest.approx(pi / 4)

@@ -8,9 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stack.localisation.odometry import OdometryFusion
-from stack.types import Battery, Imu, Observation, Odometry, Pose2D, Twist, wrap_angle
-
-FULL = Battery(1.0)
+from stack.types import Imu, Odometry, Pose2D, Twist, wrap_angle
+from tests.observed import observed
 
 
 def on_arc(twist: Twist, time: float) -> Pose2D:
@@ -42,9 +41,7 @@ def test_a_constant_twist_is_integrated_exactly(linear, angular, period):
     for step in range(11):
         now = step * period
         imu = gyro(now - period, now, angular) if step else None
-        fused = fusion.update(
-            Observation(now, Odometry(now, on_arc(wheels, now), wheels), FULL, imu=imu)
-        )
+        fused = fusion.update(observed(now, Odometry(now, on_arc(wheels, now), wheels), imu=imu))
     expected = on_arc(true, 10 * period)
     assert fused.pose.distance_to(expected) < 1e-8
     assert abs(wrap_angle(fused.pose.heading - expected.heading)) < 1e-9
@@ -57,7 +54,7 @@ def test_without_a_gyro_the_wheel_odometry_is_used():
     for step in range(21):
         now = 0.05 * step
         wheels = Odometry(now, on_arc(twist, now), twist)
-        fused = fusion.update(Observation(now, wheels, FULL))
+        fused = fusion.update(observed(now, wheels))
     assert fused.pose.distance_to(on_arc(twist, 1.0)) < 1e-12
     assert fused.twist == twist
 
@@ -78,7 +75,7 @@ def drive(bias: float, stand: float, seed: int = 3) -> tuple[OdometryFusion, flo
         imu = gyro(now - 0.05, now, rate, bias) if step else None
         if imu is not None:
             imu.angular_velocity[:, 2] += generator.normal(0.0, 0.004, 5)
-        fused = fusion.update(Observation(now, Odometry(now, wheels, measured), FULL, imu=imu))
+        fused = fusion.update(observed(now, Odometry(now, wheels, measured), imu=imu))
     return fusion, abs(wrap_angle(fused.pose.heading - heading))
 
 
@@ -102,7 +99,7 @@ def test_a_rotation_by_hand_does_not_change_the_bias():
         now = 0.05 * step
         rate = 0.5 if step > 20 else 0.0
         imu = gyro(now - 0.05, now, rate) if step else None
-        fused = fusion.update(Observation(now, Odometry(now, still.pose, Twist()), FULL, imu=imu))
+        fused = fusion.update(observed(now, Odometry(now, still.pose, Twist()), imu=imu))
     assert fusion.gyro_bias == 0.0
     assert fused.pose.heading == pytest.approx(0.5 * 2.0, abs=0.02)
 
@@ -117,7 +114,7 @@ def test_a_standing_robot_is_turned_by_hand_beyond_what_may_be_bias(rate, turned
         now = 0.05 * step
         imu = gyro(now - 0.05, now, rate if step > 20 else 0.0)
         wheels = Odometry(now, Pose2D(0.0, 0.0), Twist())
-        fused = fusion.update(Observation(now, wheels, FULL, imu=imu))
+        fused = fusion.update(observed(now, wheels, imu=imu))
     # half a sample of the trapezoid: 0.07 * 0.005
     assert fused.pose.heading == pytest.approx(turned, abs=0.001)
     assert (fusion.gyro_bias == 0.0) == bool(turned)
@@ -131,7 +128,41 @@ def test_a_standing_robot_does_not_creep():
         imu = gyro(now - 0.05, now, 0.0, 0.01)
         imu.angular_velocity[:, 2] += generator.normal(0.0, 0.004, 5)
         wheels = Odometry(now, Pose2D(1.0, 2.0, 3.0), Twist())
-        fused = fusion.update(Observation(now, wheels, FULL, imu=imu))
+        fused = fusion.update(observed(now, wheels, imu=imu))
     # only rounding of the last bit remains
     assert fused.pose.distance_to(Pose2D(1.0, 2.0)) < 1e-9
     assert abs(fused.pose.heading - 3.0) < 1e-9
+
+
+@pytest.mark.parametrize("rate", [7.0, 15.0, 30.0, 33.0, 90.0, 101.0, 240.0])
+def test_the_turn_rate_does_not_depend_on_the_rate_of_the_gyro(rate):
+    """1 rad/s with any number of samples in a step of 50 ms, none at 7 Hz in most of them."""
+    fusion, taken = OdometryFusion(), 0
+    still = Twist(0.0, 1.0)
+    for step in range(121):
+        now = 0.05 * step
+        due = int(now * rate + 1e-9)
+        stamps = np.arange(taken + 1, due + 1) / rate
+        taken = due
+        angular = np.zeros((stamps.size, 3))
+        angular[:, 2] = 1.0
+        imu = Imu(stamps, angular, np.zeros((stamps.size, 3))) if stamps.size else None
+        wheels = Odometry(now, Pose2D(0.0, 0.0, wrap_angle(now)), still)
+        fused = fusion.update(observed(now, wheels, imu=imu))
+        if step > 4:
+            assert fused.twist.angular == pytest.approx(1.0, abs=1e-6)
+            assert wrap_angle(fused.pose.heading - now) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_wheels_measure_the_rotation_when_the_gyro_falls_silent():
+    """0.1 s after the last sample; until then its rate is held."""
+    fusion, twist = OdometryFusion(), Twist(0.0, 0.5)
+    headings = []
+    for step in range(41):
+        now = 0.05 * step
+        imu = gyro(now - 0.05, now, 1.0) if 0 < step <= 20 else None
+        wheels = Odometry(now, Pose2D(0.0, 0.0, 0.5 * now), twist)
+        headings.append(fusion.update(observed(now, wheels, imu=imu)).pose.heading)
+    rates = np.diff(headings) / 0.05
+    assert rates[1:22] == pytest.approx([1.0] * 21)
+    assert rates[22:] == pytest.approx([0.5] * 18)

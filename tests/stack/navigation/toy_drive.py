@@ -49,12 +49,12 @@ class ToyDrive:
             self.local.update()
             self.globe.update()
         estimate = replace(world.estimate, health=self.health)
-        state = NavigationState(world.time, estimate, world.odometry, world.scan)
+        state = NavigationState(
+            world.time, estimate, world.odometry, world.scan, (), world.obstacles
+        )
         twist = self.navigator.advance(state)
         self.commands.append(twist)
-        world.drive(
-            self.safety.limit(twist, scan=world.scan, time=world.time, measured=world.twist)
-        )
+        world.drive(self.safety.limit(twist, world.odometry, world.obstacles))
 
     def run(self, seconds: float, until=lambda: False) -> float:
         """Step until something holds or time is over; the time it took."""

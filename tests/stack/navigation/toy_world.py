@@ -26,11 +26,14 @@ from stack.drivetrain.description import (
 )
 from stack.drivetrain.kinematics import within_turning_radius
 from stack.errors import NavigationError
+from stack.frames.buffer import TransformBuffer
+from stack.perception.obstacle_memory import ObstacleMemory
 from stack.types import (
     STANDSTILL,
     CostGrid,
     FailureCode,
     Footprint,
+    Observation,
     Odometry,
     Path,
     Pose2D,
@@ -85,8 +88,10 @@ class ToyWorld:
     scan: Scan | None = None
     nearest: float = np.inf
     frozen_scan: bool = False
+    lidar: str = "lidar"
 
     def __post_init__(self) -> None:
+        self._frames, self._memory = TransformBuffer(), ObstacleMemory(self.robot)
         self.odometry_pose = Pose2D(0.0, 0.0)
         self._steps = 0
         corners = self.robot.footprint.points
@@ -96,6 +101,7 @@ class ToyWorld:
         self._starts, self._spans = walls[:, :2], walls[:, 2:] - walls[:, :2]
         self._squares = np.einsum("wk,wk->w", self._spans, self._spans)
         self._see()
+        self._sense({self.lidar: self.scan})
 
     @property
     def odometry(self) -> Odometry:
@@ -123,7 +129,12 @@ class ToyWorld:
         self._steps += 1
         if self._steps % 2 == 0 and not self.frozen_scan:
             self._see()
+        self._sense({self.lidar: self.scan} if self.scan.stamp == self.time else {})
         self.nearest = min(self.nearest, self.clearance())
+
+    def _sense(self, scans: dict[str, Scan]) -> None:
+        self._frames.add(self.odometry)
+        self.obstacles = self._memory.update(Observation(self.time, scans), self._frames)
 
     def _see(self) -> None:
         angles = np.arange(self.beams) * (2 * np.pi / self.beams)

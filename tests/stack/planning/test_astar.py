@@ -31,6 +31,7 @@ from stack.types import (
     Pose2D,
     Scan,
 )
+from tests.stack.costmap.marks import seen
 from tests.stack.planning.office_maps import office_costs
 
 ROBOT = RobotDescription(
@@ -207,7 +208,7 @@ def test_a_door_that_closes_sends_the_plan_through_the_other_one():
     angles = np.linspace(np.pi / 4, 3 * np.pi / 4, 90)
     ranges = (0.975 / np.sin(angles)).astype(np.float32)
     scan = Scan(0.0, ranges, float(angles[0]), float(angles[1] - angles[0]), 0.08, 12.0)
-    costmap.update(Pose2D(1.95, 1.5), scan, 0.0)
+    costmap.update(seen(Pose2D(1.95, 1.5), scan, 0.0))
     detour = planner.plan(costmap.grid, start, goal)
     assert detour.points[:, 0].max() > 7.5
     costmap.clear()

@@ -11,8 +11,9 @@ from stack.drivetrain.kinematics import drivable, share_within_limits, speed_tow
 from stack.safety.parameters import SafetyParameters
 from stack.safety.safety import Safety
 from stack.safety.smoother import VelocitySmoother, within_limits
-from stack.types import STANDSTILL, Pose2D, Twist
+from stack.types import STANDSTILL, ObstaclePoints, Pose2D, Twist
 from tests.stack.navigation.toy_world import ToyWorld, moving, room
+from tests.stack.safety.obstacles import standing
 
 RADIUS, WHEELBASE, STEERING_SPEED = 0.5, 0.3, 4.0
 """Of the toy car: metres, metres, rad/s."""
@@ -94,12 +95,12 @@ def test_a_dead_band_keeps_a_cars_arc():
     robot, parameters = moving("ackermann", lidar=False), SafetyParameters(dead_band=0.1)
     safety = Safety(robot, parameters, 0.05)
     for _ in range(8):
-        twist = safety.limit(Twist(0.4, 0.4), scan=None, time=0.0, measured=STANDSTILL)
+        twist = safety.limit(Twist(0.4, 0.4), standing(), ObstaclePoints())
         assert abs(twist.linear) >= 0.1
         assert abs(twist.angular) <= abs(twist.linear) + 1e-9  # radius 1 m or wider
     slow = Safety(robot, parameters, 0.05)
     for _ in range(8):
-        twist = slow.limit(Twist(0.05, 0.1), scan=None, time=0.0, measured=STANDSTILL)
+        twist = slow.limit(Twist(0.05, 0.1), standing(), ObstaclePoints())
     assert twist == STANDSTILL
 
 
@@ -119,8 +120,7 @@ def test_no_command_causes_a_contact(kind, x, y, heading, wishes, circles):
     for wish in wishes:
         for _ in range(60):
             twist = safety.limit(
-                Twist(*wish), scan=world.scan, time=world.time, measured=world.twist,
-                speed_limit=inf,
+                Twist(*wish), world.odometry, world.obstacles, speed_limit=inf
             )  # fmt: skip
             if kind == "ackermann":
                 assert abs(twist.angular) * RADIUS <= abs(twist.linear) + 1e-9

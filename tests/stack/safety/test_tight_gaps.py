@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stack.safety.monitor import MOST_SHIFT, SAME_SURFACE, steadied
+from stack.perception.obstacle_memory import MOST_SHIFT, SAME_SURFACE, steadied
 from stack.safety.parameters import SafetyParameters
 from stack.safety.safety import Safety
 from stack.types import Pose2D, Twist
@@ -66,7 +66,7 @@ def through(gap, speed=0.6):
     safety = Safety(world.robot, PARAMETERS, world.period)
     inside = []
     for _ in range(500):
-        twist = safety.limit(Twist(speed), scan=world.scan, time=world.time, measured=world.twist)
+        twist = safety.limit(Twist(speed), world.odometry, world.obstacles)
         world.drive(twist)
         if 3.0 < world.pose.x < 4.5:
             inside.append(twist.linear)

@@ -16,6 +16,7 @@ from stack.safety.zone_monitor import ZoneMonitor
 from stack.safety.zones import SafetyZone, read_zones
 from stack.types import STANDSTILL, Footprint, Pose2D, Twist
 from tests.stack.navigation.toy_world import ToyWorld, robot, room
+from tests.stack.safety.obstacles import standing
 
 PERIOD = 0.05
 FRONT = [[0.2, -0.4], [1.2, -0.4], [1.2, 0.4], [0.2, 0.4]]
@@ -125,16 +126,12 @@ def test_a_stop_zone_stops_the_robot_at_its_edge_and_lets_it_back_off():
     world = ToyWorld(room(8, 8), robot(ROUND), Pose2D(4.0, 4.0), beams=720)
     safety = Safety(world.robot, SafetyParameters(), PERIOD, [SafetyZone(corners=tuple(FRONT))])
     for _ in range(200):
-        world.drive(
-            safety.limit(Twist(0.6), scan=world.scan, time=world.time, measured=world.twist)
-        )
+        world.drive(safety.limit(Twist(0.6), world.odometry, world.obstacles))
     # the zone reaches 1.2 m; from 0.6 m/s at 1.5 m/s² it needs 0.12 m more, and the scan's age
     assert 8.0 - 1.2 - 0.01 < world.pose.x < 8.0 - 1.2 + 0.2
     assert safety.reason == "stopped: obstacle in the zone 'stop'"
     for _ in range(40):
-        world.drive(
-            safety.limit(Twist(-0.2), scan=world.scan, time=world.time, measured=world.twist)
-        )
+        world.drive(safety.limit(Twist(-0.2), world.odometry, world.obstacles))
     assert world.pose.x < 6.7
 
 
@@ -158,7 +155,7 @@ def driven(safety, wanted, steps, **more):
     world = ToyWorld(room(60, 60), robot(), Pose2D(30.0, 30.0))
     twists = []
     for _ in range(steps):
-        twist = safety.limit(wanted, scan=world.scan, time=world.time, measured=world.twist, **more)
+        twist = safety.limit(wanted, world.odometry, world.obstacles, **more)
         world.drive(twist)
         twists.append(twist)
     return twists
@@ -179,9 +176,9 @@ def test_a_closed_loop_counts_from_what_is_measured():
     safety = Safety(robot(), replace(SafetyParameters(), closed_loop=True), PERIOD)
     world = ToyWorld(room(60, 60), robot(), Pose2D(30.0, 30.0))
     for _ in range(5):  # the wheels do not turn
-        twist = safety.limit(Twist(0.8), scan=world.scan, time=0.0, measured=STANDSTILL)
+        twist = safety.limit(Twist(0.8), standing(), world.obstacles)
         assert twist.linear == pytest.approx(0.05)  # 1.0 m/s² · 0.05 s from zero, again
-    fast = safety.limit(Twist(0.8), scan=world.scan, time=0.0, measured=Twist(0.6))
+    fast = safety.limit(Twist(0.8), replace(standing(), twist=Twist(0.6)), world.obstacles)
     assert fast.linear == pytest.approx(0.65)
 
 

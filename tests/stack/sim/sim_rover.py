@@ -6,6 +6,7 @@ from pathlib import Path as FilePath
 
 import numpy as np
 
+from stack.body import BodyCommand
 from stack.drivetrain.description import (
     CameraDescription,
     ImuDescription,
@@ -58,7 +59,7 @@ def drive(body, twist, seconds, period=0.05):
     """Command a velocity for a while; the observations on the way."""
     seen = []
     for _ in range(round(seconds / period)):
-        body.drive(twist)
+        body.command(BodyCommand(twist))
         body.wait(period)
         seen.append(body.sense())
     return seen

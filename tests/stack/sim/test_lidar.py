@@ -17,7 +17,7 @@ from tests.stack.sim.sim_rover import EMPTY, LIDAR, ROVER, square_range, square_
 def take(description, world, pose=Pose2D(0.0, 0.0), seed=1, step=0, people=()):
     doors = {door.name: door.closed for door in world.doors}
     crowd = np.array(people, dtype=float).reshape(-1, 3)
-    return Lidar(description, world, seed).scan(pose, crowd, doors, step, 0.0)
+    return Lidar(description, world, seed).scan([(0.0, pose)], crowd, doors, step, 0.0)
 
 
 @pytest.mark.parametrize("pose", [Pose2D(0.0, 0.0), Pose2D(1.2, -0.7, 0.4)])

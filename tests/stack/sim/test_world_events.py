@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from stack.body import ContactTally, GroundTruth
 from stack.drivetrain.description import BatteryDescription, Limits
 from stack.sim.battery import Battery
 from stack.sim.people import People, Walker
-from stack.sim.physics.contacts import ContactCounter, ContactTally
-from stack.sim.physics.physics_world import GroundTruth
+from stack.sim.physics.contacts import ContactCounter
 from stack.sim.timeline import Timeline
 from stack.sim.worlds.world import Dock, Person, Trigger, WorldEvent
 from stack.types import Pose2D, Twist
@@ -30,11 +30,11 @@ def test_a_battery_drains_by_power_and_charges_on_the_dock():
     assert battery.charge == pytest.approx(0.4)  # 36 W for 100 s is 1 Wh of 10
     battery.update(at(1.0, 0.0, MOVING), 100.0)
     assert battery.charge == pytest.approx(0.2)  # top speed: 72 W; driving over a dock is no use
-    assert not battery.reading.charging
+    assert not battery.reading(0.0).charging
     battery.update(at(1.2, 0.0), 100.0)
     assert battery.charge == pytest.approx(0.4)
-    assert battery.reading.charging
-    assert battery.reading.voltage == pytest.approx(21.6)
+    assert battery.reading(0.0).charging
+    assert battery.reading(0.0).voltage == pytest.approx(21.6)
     battery.update(at(1.2, 0.0), 10_000.0)
     assert battery.charge == 1.0
 

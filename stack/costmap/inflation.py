@@ -1,13 +1,13 @@
-"""Costmap layer that adds costs around lethal cells."""
+"""Inflation: costs around lethal cells, the last step of a costmap before layers that add costs."""
 
 from __future__ import annotations
 
 from math import exp, floor
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
-from stack.costmap.layer import NO_BOX, Box, Canvas, Costs, Frame, Region, SensorUpdate
+from stack.costmap.layer import Box, Costs
 from stack.costmap.parameters import InflationParameters
 from stack.types import INSCRIBED_COST, LETHAL_COST, Footprint
 
@@ -46,55 +46,35 @@ def inflation_costs(
     return costs
 
 
-class InflationLayer:
+class Inflation:
     """Costs that decay with the distance to the nearest lethal cell.
 
     With the centre within the footprint's inscribed radius the robot collides at any heading (253).
-    """
 
-    Parameters = InflationParameters
-    needs_tracks: ClassVar[bool] = False
+    Attributes:
+        reach: inflation radius in cells.
+    """
 
     def __init__(self, parameters: InflationParameters, footprint: Footprint) -> None:
         from stack.costmap import kernels
 
         self._kernels: Any = kernels
         self._parameters, self._footprint = parameters, footprint
-        self._resolution, self._reach = 0.0, 0
+        self._resolution, self.reach = 0.0, 0
         self._costs: Costs = np.zeros(1, dtype=np.uint8)
-
-    @property
-    def reach(self) -> int:
-        """Inflation radius in cells."""
-        return self._reach
 
     def configure(self, parameters: InflationParameters) -> None:
         """Apply new parameters."""
         self._parameters = parameters
         self._costs = inflation_costs(parameters, self._footprint, self._resolution)
-        self._reach = round((self._costs.size - 1) ** 0.5)
+        self.reach = round((self._costs.size - 1) ** 0.5)
 
-    def lay_out(self, frame: Frame, shift: tuple[int, int] | None) -> None:
-        """Compute the costs again when the resolution has changed."""
-        if frame.resolution != self._resolution:
-            self._resolution = frame.resolution
+    def set_resolution(self, resolution: float) -> None:
+        """Set the side of the cells, metres."""
+        if resolution != self._resolution:
+            self._resolution = resolution
             self.configure(self._parameters)
 
     def spread(self, cells: Costs, base: Costs, box: Box) -> None:
         """Inflate a box of `base` into `cells` (both cover the whole costmap)."""
-        self._kernels.inflate(cells, base, self._costs, self._reach, *box)
-
-    def update(self, sensors: SensorUpdate) -> Box:
-        """Change nothing: the layer uses no sensor data."""
-        return NO_BOX
-
-    def paint(self, canvas: Canvas) -> None:
-        """Do nothing: `spread` writes the cells."""
-
-    def clear(self, region: Region | None) -> Box:
-        """Change nothing: the layer stores nothing."""
-        return NO_BOX
-
-    def origin_of(self, row: int, column: int) -> tuple[str, float | None] | None:
-        """Return None: the layer marks no cells."""
-        return None
+        self._kernels.inflate(cells, base, self._costs, self.reach, *box)

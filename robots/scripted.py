@@ -1,0 +1,143 @@
+"""Scripted robot: a Body for tests. It moves exactly as commanded and measures what a script says.
+
+    def measure(time, pose):
+        return {"battery": Battery(0.1 if time > 5.0 else 1.0, stamp=time)}
+
+    body = ScriptedBody(description, measure)
+    report = missions.run("my_mission.yaml", body=lambda setup: ScriptedBody(setup.robot, measure))
+
+There is no physics: no inertia, no contact and no noise. `scans_of` measures the walls, boxes and
+people of a world with the simulated lidars and sonars. `problems` are reported by `health` from
+their time on, as a motor that fails. A simulated second takes milliseconds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from stack.body import DEAD_MAN, Body, BodyCommand, BodyHealth
+from stack.drivetrain.description import RobotDescription
+from stack.drivetrain.kinematics import drivable, moved, scaled, share_within_limits
+from stack.sim.worlds.world import World
+from stack.types import (
+    STANDSTILL,
+    Battery,
+    Measurement,
+    Observation,
+    Odometry,
+    Pose2D,
+)
+
+Script = Callable[[float, Pose2D], Mapping[str, Measurement]]
+"""script(time, pose): measurements at a time (s) and true pose (world frame), by sensor name."""
+
+
+def nothing_measured(time: float, pose: Pose2D) -> Mapping[str, Measurement]:
+    """A script without measurements."""
+    return {}
+
+
+def scans_of(robot: RobotDescription, world: World) -> Script:
+    """Return a script of the robot's lidars and sonars in a world: exact, at their own rates.
+
+    People and doors are left out.
+    """
+    from stack.sim.sensors.lidar import Lidar
+    from stack.sim.sensors.sonar import Sonar
+
+    lidars = {
+        name: Lidar(replace(lidar, noise=0.0, dropout=0.0, rotation_time=0.0), world, 0, name)
+        for name, lidar in robot.all_lidars.items()
+    }
+    sonars = {
+        name: Sonar(replace(sonar, noise=0.0), world, 0, name)
+        for name, sonar in robot.sonars.items()
+    }
+    periods = {name: 1.0 / lidar.rate for name, lidar in robot.all_lidars.items()}
+    periods |= {name: 1.0 / sonar.rate for name, sonar in robot.sonars.items()}
+    due = dict.fromkeys(periods, 0.0)
+    doors = {door.name: door.closed for door in world.doors}
+    nobody = np.zeros((0, 3))
+
+    def measure(time: float, pose: Pose2D) -> Mapping[str, Measurement]:
+        found: dict[str, Measurement] = {}
+        for name, at in due.items():
+            if time < at - 1e-9:
+                continue
+            due[name] = at + periods[name]
+            if name in lidars:
+                found[name] = lidars[name].scan([(time, pose)], nobody, doors, 0, time)
+            else:
+                found[name] = sonars[name].reading(pose, nobody, doors, 0, time)
+        return found
+
+    return measure
+
+
+class ScriptedBody(Body):
+    """Robot with a perfect drive and scripted measurements.
+
+    Wheel odometry and battery are always measured; the script may replace them. The odometry
+    starts at the origin of the odom frame.
+
+    Args:
+        description: limits and kind of drive.
+        script: called once in each control period.
+        start: true pose at the beginning, world frame.
+        problems: (time, text) of hardware problems, in order; an empty text ends a problem.
+    """
+
+    def __init__(
+        self, description: RobotDescription, script: Script = nothing_measured, *,
+        start: Pose2D = Pose2D(0.0, 0.0),
+        problems: Sequence[tuple[float, str]] = (),
+    ) -> None:  # fmt: skip
+        self._description, self._script, self._problems = description, script, tuple(problems)
+        self._start = self.pose = start
+        self._time, self._commanded_at = 0.0, 0.0
+        self.commands: list[BodyCommand] = []
+        self._twist = STANDSTILL
+
+    @property
+    def description(self) -> RobotDescription:
+        """Description of the robot."""
+        return self._description
+
+    @property
+    def time(self) -> float:
+        """Seconds since the beginning."""
+        return self._time
+
+    @property
+    def health(self) -> BodyHealth:
+        """The last problem whose time has come."""
+        due = [text for time, text in self._problems if time <= self._time + 1e-9]
+        return BodyHealth(due[-1] if due else "")
+
+    def sense(self) -> Observation:
+        """Return wheel odometry, battery and the script's measurements."""
+        wheels = Odometry(self._time, self.pose.relative_to(self._start), self._twist)
+        measured: dict[str, Measurement] = {
+            "wheels": wheels, "battery": Battery(1.0, stamp=self._time),
+        }  # fmt: skip
+        return Observation(self._time, measured | dict(self._script(self._time, self.pose)))
+
+    def command(self, command: BodyCommand) -> None:
+        """Drive a velocity, within the limits of speed; all commands are kept in `commands`."""
+        self.commands.append(command)
+        self._commanded_at = self._time
+        twist = drivable(command.twist, self._description)
+        self._twist = scaled(twist, share_within_limits(twist, self._description.limits))
+
+    def wait(self, period: float) -> None:
+        """Move for `period` seconds; stop when the last command is too old."""
+        if self._time - self._commanded_at > DEAD_MAN + 1e-9:
+            self._twist = STANDSTILL
+        self.pose = self.pose.compose(moved(self._twist, period))
+        self._time = round(self._time + period, 9)
+
+    def close(self) -> None:
+        """Nothing to close."""

@@ -1,0 +1,1 @@
+"""Transforms between the map, odom and base frames, by time stamp."""

@@ -1,0 +1,188 @@
+"""Transform buffer: where the base was in the odom and map frames at any recent stamp.
+
+A measurement is evaluated with the pose at its own stamp, never with the pose of the step in which
+it arrived. Frames follow REP 105: odom -> base is continuous and drifts, map -> odom corrects the
+drift and may jump. The idea and the behaviour at the ends of the buffer are those of tf2 (T. Foote,
+"tf: The transform library", IEEE TePRA 2013): it interpolates and never extrapolates.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections import deque
+from math import pi
+from typing import Generic, Literal, TypeVar
+
+import numpy as np
+
+from stack.errors import FrameError
+from stack.types import FloatArray, Odometry, Pose2D, PoseEstimate, wrap_angle
+
+Frame = Literal["odom", "map"]
+
+TOLERANCE = 1e-9
+"""Seconds by which a stamp may exceed the buffer, for rounding."""
+
+SPAN = 10.0
+"""Seconds that the buffer covers, unless specified otherwise."""
+
+T = TypeVar("T")
+
+
+class _Series(Generic[T]):
+    """Values by stamp, in order; values older than `span` seconds are dropped."""
+
+    def __init__(self, span: float) -> None:
+        self._span = span
+        self.stamps: deque[float] = deque()
+        self.values: deque[T] = deque()
+
+    def add(self, stamp: float, value: T) -> None:
+        """Append a value; one with the stamp of the last value replaces it."""
+        if self.stamps and stamp < self.stamps[-1]:
+            raise FrameError(
+                f"a transform at {stamp:.3f} s came after the one at {self.stamps[-1]:.3f} s"
+            )
+        if self.stamps and stamp == self.stamps[-1]:
+            self.values[-1] = value
+            return
+        self.stamps.append(stamp)
+        self.values.append(value)
+        while len(self.stamps) > 2 and self.stamps[1] < stamp - self._span:
+            self.stamps.popleft()
+            self.values.popleft()
+
+
+class TransformBuffer:
+    """The base's pose in the odom and map frames over the last seconds.
+
+    Args:
+        span: seconds that are kept.
+    """
+
+    def __init__(self, span: float = SPAN) -> None:
+        self._odom_from_base: _Series[Pose2D] = _Series(span)
+        self._map_from_odom: _Series[tuple[Pose2D, int]] = _Series(span)
+
+    @property
+    def newest(self) -> float:
+        """Stamp of the newest odometry, seconds.
+
+        Raises:
+            FrameError: there is none yet.
+        """
+        if not self._odom_from_base.stamps:
+            raise FrameError("the transform buffer has no odometry yet")
+        return self._odom_from_base.stamps[-1]
+
+    def add(self, odometry: Odometry) -> None:
+        """Add the pose of the base in the odom frame.
+
+        Raises:
+            FrameError: an older stamp than the last one.
+        """
+        self._odom_from_base.add(odometry.stamp, odometry.pose)
+
+    def correct(self, estimate: PoseEstimate) -> None:
+        """Add the transform map -> odom of an estimate, valid from `estimate.corrected_at` on.
+
+        After a jump (`estimate.jumps` has increased) the transform is not interpolated with the
+        one before. A correction by a measurement older than the last correction counts from then.
+        """
+        stamps = self._map_from_odom.stamps
+        stamp = max(estimate.corrected_at, stamps[-1]) if stamps else estimate.corrected_at
+        self._map_from_odom.add(stamp, (estimate.map_from_odom, estimate.jumps))
+
+    def pose_at(self, frame: Frame, stamp: float) -> Pose2D:
+        """Return the pose of the base at a stamp.
+
+        Between two odometry poses, the base is assumed to move at constant speed along a chord.
+
+        Args:
+            frame: in which the pose is expressed.
+            stamp: seconds on the body's clock.
+
+        Raises:
+            FrameError: the stamp is outside the buffer, or the frame has no transform yet.
+        """
+        in_odom = self._odom_at(stamp)
+        return in_odom if frame == "odom" else self.map_from_odom(stamp).compose(in_odom)
+
+    def poses_at(self, frame: Frame, stamps: FloatArray) -> FloatArray:
+        """Return (n, 3) x, y, heading of the base at (n,) stamps; see `pose_at`."""
+        if stamps.size == 0:
+            return np.empty((0, 3))
+        self._check(float(stamps.min()))
+        self._check(float(stamps.max()))
+        known = np.array(self._odom_from_base.stamps)
+        rows = np.array([_row(pose) for pose in self._odom_from_base.values])
+        rows[:, 2] = np.unwrap(rows[:, 2])
+        x, y, heading = (np.interp(stamps, known, column) for column in rows.T)
+        odom = np.column_stack([x, y, (heading + pi) % (2.0 * pi) - pi])
+        if frame == "odom":
+            return odom
+        return np.array([
+            _row(self.map_from_odom(stamp).compose(Pose2D(*row)))
+            for stamp, row in zip(stamps.tolist(), odom.tolist(), strict=True)
+        ])  # fmt: skip
+
+    def map_from_odom(self, stamp: float) -> Pose2D:
+        """Return the odom frame's pose in the map frame at a stamp.
+
+        After the newest correction it is constant; before the oldest one, the oldest.
+
+        Raises:
+            FrameError: there is no estimate yet.
+        """
+        stamps, values = self._map_from_odom.stamps, self._map_from_odom.values
+        if not stamps:
+            raise FrameError("the transform buffer has no map -> odom yet")
+        after = bisect_right(stamps, stamp)
+        if after == 0:
+            return values[0][0]
+        before, jumps = values[after - 1]
+        if after == len(stamps) or values[after][1] != jumps:
+            return before
+        share = (stamp - stamps[after - 1]) / (stamps[after] - stamps[after - 1])
+        return _between(before, values[after][0], share)
+
+    def motion(self, since: float, until: float) -> Pose2D:
+        """Return the base's pose at `until` in the base frame at `since`, by odometry.
+
+        Raises:
+            FrameError: a stamp is outside the buffer.
+        """
+        return self._odom_at(until).relative_to(self._odom_at(since))
+
+    def _check(self, stamp: float) -> None:
+        newest, oldest = self.newest, self._odom_from_base.stamps[0]
+        if not oldest - TOLERANCE <= stamp <= newest + TOLERANCE:
+            raise FrameError(
+                f"no pose at {stamp:.3f} s: the transform buffer covers"
+                f" {oldest:.3f} s to {newest:.3f} s"
+            )
+
+    def _odom_at(self, stamp: float) -> Pose2D:
+        self._check(stamp)
+        stamps, values = self._odom_from_base.stamps, self._odom_from_base.values
+        after = bisect_right(stamps, stamp)
+        if after == 0:
+            return values[0]
+        if after == len(stamps) or stamps[after - 1] == stamp:
+            return values[after - 1]
+        share = (stamp - stamps[after - 1]) / (stamps[after] - stamps[after - 1])
+        return _between(values[after - 1], values[after], share)
+
+
+def _row(pose: Pose2D) -> tuple[float, float, float]:
+    return pose.x, pose.y, pose.heading
+
+
+def _between(before: Pose2D, after: Pose2D, share: float) -> Pose2D:
+    """Interpolate positions on the chord and headings on the shorter way round."""
+    turn = wrap_angle(after.heading - before.heading)
+    return Pose2D(
+        before.x + share * (after.x - before.x),
+        before.y + share * (after.y - before.y),
+        wrap_angle(before.heading + share * turn),
+    )

@@ -1,0 +1,96 @@
+"""World model: costmaps, tracks of moving objects and speed limits, from the measurements."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+
+from stack.costmap.costmap import Costmap
+from stack.costmap.layer import LayerUpdate, PosedReading, PosedScan
+from stack.costmap.speed_limits import SpeedLimits
+from stack.frames.buffer import TransformBuffer
+from stack.perception.tracker import Tracker
+from stack.types import Observation, Pose2D, RangeReading, Scan, TrackedObject
+
+IDLE_PERIOD = 0.5
+"""Seconds without measurements after which the costmaps expire marks and follow the robot."""
+
+
+@dataclass(frozen=True, slots=True)
+class WorldView:
+    """What is known of the surroundings in a step.
+
+    Attributes:
+        tracks: moving objects at the time of the step, map frame.
+        speed_limit: at the robot's pose, m/s; inf without one.
+    """
+
+    tracks: tuple[TrackedObject, ...]
+    speed_limit: float
+
+
+class WorldModel:
+    """Updates costmaps and tracker with each measurement, at the pose of its stamp.
+
+    Args:
+        local_costmap: around the robot.
+        global_costmap: of the whole map.
+        tracker: of moving objects; None if no component needs tracks.
+        speed_limits: of the zones on the map.
+        lidar: whose scans the tracker uses.
+        deceleration: of the robot, m/s²; a speed limit ahead is obeyed in time.
+        cover: without a map, grows the global costmap to contain some poses.
+    """
+
+    def __init__(  # noqa: PLR0913 - parts of the model, by keyword
+        self, local_costmap: Costmap, global_costmap: Costmap, tracker: Tracker | None,
+        speed_limits: SpeedLimits, *, lidar: str, deceleration: float, cover: Callable[[Iterable[Pose2D]], None],
+    ) -> None:  # fmt: skip
+        self.local_costmap, self.global_costmap = local_costmap, global_costmap
+        self._tracker, self._lidar, self._deceleration = tracker, lidar, deceleration
+        self._speed_limits = speed_limits
+        self.cover = cover
+        self._tracks: tuple[TrackedObject, ...] = ()
+        self._updated_at = 0.0
+
+    def update(self, observation: Observation, frames: TransformBuffer) -> WorldView:
+        """Process the new measurements of a step.
+
+        Args:
+            observation: with deskewed scans.
+            frames: with the odometry and the estimate of this step.
+        """
+        now = observation.time
+        pose = frames.pose_at("map", now)
+        self.cover([pose])
+        scans = {
+            name: PosedScan(scan, frames.pose_at("map", scan.stamp))
+            for name, scan in observation.of(Scan).items()
+        }
+        readings = tuple(
+            PosedReading(reading, frames.pose_at("map", reading.stamp))
+            for reading in observation.of(RangeReading).values()
+        )
+        if scans or readings or now - self._updated_at >= IDLE_PERIOD:
+            self._updated_at = now
+            update = LayerUpdate(pose, now, scans, readings, self._track(scans, now))
+            self.local_costmap.update(update)
+            self.global_costmap.update(update)
+        tracks = tuple(track.at(now) for track in self._tracks)
+        return WorldView(tracks, self._speed_limits.at_pose(pose, self._deceleration))
+
+    def _track(
+        self, scans: Mapping[str, PosedScan], now: float
+    ) -> tuple[TrackedObject, ...] | None:
+        """Return all tracks after a scan of the main lidar; None without one."""
+        posed = scans.get(self._lidar)
+        if self._tracker is None or posed is None:
+            return None
+        self._tracks = self._tracker.update(posed.pose, posed.scan, now)
+        return self._tracks
+
+    def forget_tracks(self) -> None:
+        """Remove all tracks, for example after a jump of the pose."""
+        self._tracks = ()
+        if self._tracker is not None:
+            self._tracker.clear()

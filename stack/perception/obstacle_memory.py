@@ -1,0 +1,226 @@
+"""Obstacle memory: the newest points of every range sensor, and those in sectors nothing sees.
+
+Every lidar and sonar counts alike. Points are kept in the odom frame at their own stamps, so that
+the motion since a measurement is compensated by odometry. Points that the robot's motion moves into
+a sector that no sensor covers are remembered for a while: a robot that is blind behind does not
+reverse into what it has just passed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from math import cos, inf, isfinite, pi, sin
+
+import numpy as np
+
+from stack.drivetrain.description import LidarDescription, RobotDescription, SonarDescription
+from stack.errors import FrameError
+from stack.frames.buffer import TransformBuffer
+from stack.parameters import parameter
+from stack.types import (
+    FloatArray,
+    Observation,
+    ObstaclePoints,
+    Pose2D,
+    RangeReading,
+    Scan,
+    wrap_angle,
+)
+
+NEIGHBOURS, SAME_SURFACE = 3, 0.05
+"""Number of beams to either side, and largest distance in metres, of points that are averaged."""
+
+MOST_SHIFT = 0.008
+"""Metres by which averaging may move a point: about the noise of a lidar, and less than the
+padding. Without this limit the corner of a box would be seen up to 2 cm inside the box.
+"""
+
+CELL = 0.02
+"""Metres; remembered points closer than this are one."""
+
+MARGIN = 0.05
+"""Radians by which blind sectors are widened for the memory, so that no point is lost between the
+last beam and the sector."""
+
+BEARINGS = 720
+"""Bearings at which coverage is computed."""
+
+
+@dataclass(frozen=True)
+class ObstacleMemoryParameters:
+    """Which obstacles are remembered."""
+
+    blind_time: float = parameter(
+        10.0, "s", at_least=0.0, help="how long points are remembered in sectors nothing sees"
+    )
+    blind_range: float = parameter(
+        2.0, "m", at_least=0.0, help="largest distance of remembered points"
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Measured:
+    """Points of one measurement: (n, 2) base frame at its stamp."""
+
+    stamp: float
+    points: FloatArray
+
+
+class ObstacleMemory:
+    """Collects the measurements of all range sensors of a robot.
+
+    Args:
+        robot: with its lidars and sonars.
+        parameters: of the memory.
+    """
+
+    def __init__(
+        self,
+        robot: RobotDescription,
+        parameters: ObstacleMemoryParameters = ObstacleMemoryParameters(),
+    ) -> None:
+        self.parameters = parameters
+        self._sensors = (*robot.all_lidars, *robot.sonars)
+        self._newest: dict[str, _Measured] = {}
+        self._blind_sectors = blind_sectors(robot)
+        self._remembered: FloatArray = np.empty((0, 3))
+
+    def update(self, observation: Observation, frames: TransformBuffer) -> ObstaclePoints:
+        """Process new measurements; return all points, compensated to the observation's time.
+
+        Args:
+            observation: with deskewed scans.
+            frames: with the odometry up to the observation's time.
+        """
+        now = observation.time
+        for name, scan in observation.of(Scan).items():
+            self._newest[name] = _Measured(scan.stamp, steadied(scan.points()))
+        for name, reading in observation.of(RangeReading).items():
+            self._newest[name] = _Measured(reading.stamp, arc_points(reading))
+        visible = self._compensated(now, frames)
+        remembered = self._remember(visible, now, frames)
+        ages = {name: self._age(name, now) for name in self._sensors}
+        points = np.concatenate([visible, remembered]) if len(remembered) else visible
+        return ObstaclePoints(now, points, ages, self._blind_sectors)
+
+    def _age(self, name: str, now: float) -> float:
+        return now - self._newest[name].stamp if name in self._newest else inf
+
+    def _compensated(self, now: float, frames: TransformBuffer) -> FloatArray:
+        """Return (m, 2) the newest points of every sensor, base frame now."""
+        found = [np.empty((0, 2))]
+        for name in self._sensors:
+            if name not in self._newest:
+                continue
+            measured = self._newest[name]
+            try:
+                moved = frames.motion(measured.stamp, now)
+            except FrameError:
+                continue  # too old; its age says so
+            found.append(moved.inverse().transform(measured.points))
+        return np.concatenate(found)
+
+    def _remember(self, visible: FloatArray, now: float, frames: TransformBuffer) -> FloatArray:
+        """Return (m, 2) remembered points in blind sectors, base frame now; remember `visible`."""
+        p = self.parameters
+        if not len(self._blind_sectors) or p.blind_time == 0.0:
+            return np.empty((0, 2))
+        pose = frames.pose_at("odom", now)
+        old = self._remembered[self._remembered[:, 2] > now - p.blind_time]
+        local = pose.inverse().transform(old[:, :2])
+        hidden = self._is_hidden(local)
+        seen = pose.transform(visible[np.hypot(visible[:, 0], visible[:, 1]) <= p.blind_range])
+        fresh = np.column_stack([seen, np.full(len(seen), now)])
+        self._remembered = _thinned(np.concatenate([fresh, old[hidden]]))
+        return local[hidden]
+
+    def _is_hidden(self, points: FloatArray) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+        """Return (n,) whether points are within the range of the memory, in a blind sector."""
+        bearings = np.arctan2(points[:, 1], points[:, 0])[:, None]
+        turn = (bearings - self._blind_sectors[:, 0] + MARGIN) % (2.0 * pi)
+        near = np.hypot(points[:, 0], points[:, 1]) <= self.parameters.blind_range
+        hidden: np.ndarray[tuple[int], np.dtype[np.bool_]] = near & np.any(
+            turn <= self._blind_sectors[:, 1] + 2.0 * MARGIN, axis=1
+        )
+        return hidden
+
+
+def _thinned(rows: FloatArray) -> FloatArray:
+    """Return the first of all rows (x, y, stamp) in the same cell; their order is kept."""
+    cells = np.floor(rows[:, :2] / CELL).astype(np.int64)
+    _, first = np.unique(cells, axis=0, return_index=True)
+    return rows[np.sort(first)]
+
+
+def arc_points(reading: RangeReading) -> FloatArray:
+    """Return (n, 2) points on the arc of a reading, base frame; the obstacle is somewhere on it."""
+    if not isfinite(reading.distance):
+        return np.empty((0, 2))
+    width = reading.field_of_view
+    count = max(2, round(width * reading.distance / SAME_SURFACE) + 1)
+    bearings = np.linspace(-width / 2.0, width / 2.0, count)
+    return reading.mount.transform(
+        reading.distance * np.column_stack([np.cos(bearings), np.sin(bearings)])
+    )
+
+
+def steadied(points: FloatArray) -> FloatArray:
+    """Reduce the noise of points (n, 2), metres, in the order of their beams.
+
+    A sigma filter (J.-S. Lee, "Digital image smoothing and the sigma filter", Computer Vision,
+    Graphics, and Image Processing 24(2), 1983): each point becomes the mean of the points up to
+    NEIGHBOURS beams away and within SAME_SURFACE of it. It adds no error on a flat wall, keeps the
+    points of objects hit by a single beam, and moves no point farther than MOST_SHIFT.
+    """
+    total, count = points.copy(), np.ones(len(points))
+    for shift in range(1, min(NEIGHBOURS, len(points) - 1) + 1):
+        apart = points[shift:] - points[:-shift]
+        same = np.einsum("ij,ij->i", apart, apart) < SAME_SURFACE**2
+        total[shift:][same] += points[:-shift][same]
+        total[:-shift][same] += points[shift:][same]
+        count[shift:] += same
+        count[:-shift] += same
+    shifts = total / count[:, None] - points
+    lengths = np.maximum(np.hypot(*shifts.T), MOST_SHIFT)
+    steady: FloatArray = points + shifts * (MOST_SHIFT / lengths)[:, None]
+    return steady
+
+
+def blind_sectors(robot: RobotDescription) -> FloatArray:
+    """Return (k, 2) first bearing and width of the sectors that no range sensor covers, radians.
+
+    A bearing is covered if a point in this direction, half a metre outside the footprint, is
+    within the field of view of a sensor.
+    """
+    sensors: list[LidarDescription | SonarDescription] = [
+        *robot.all_lidars.values(), *robot.sonars.values(),
+    ]  # fmt: skip
+    distance = robot.footprint.circumscribed_radius + 0.5
+    step = 2.0 * pi / BEARINGS
+    covered = [
+        any(_sees(sensor, distance, -pi + step * n) for sensor in sensors) for n in range(BEARINGS)
+    ]
+    return _runs(covered, step)
+
+
+def _sees(sensor: LidarDescription | SonarDescription, distance: float, bearing: float) -> bool:
+    point = Pose2D(distance * cos(bearing), distance * sin(bearing)).relative_to(sensor.mount)
+    off = abs(wrap_angle(np.arctan2(point.y, point.x)))
+    return off <= sensor.field_of_view / 2.0 + 1e-9
+
+
+def _runs(covered: Iterable[bool], step: float) -> FloatArray:
+    """Return (k, 2) first bearing and width of the runs of False, joined across half a turn."""
+    flags = list(covered)
+    if not any(flags):
+        return np.array([[-pi, 2.0 * pi]])
+    begin = flags.index(True)
+    rows, length = [], 0
+    for n in range(begin, begin + len(flags) + 1):
+        if n < begin + len(flags) and not flags[n % len(flags)]:
+            length += 1
+        elif length:
+            rows.append((wrap_angle(-pi + step * (n - length)), step * (length - 1)))
+            length = 0
+    return np.array(rows).reshape(-1, 2)

@@ -1,0 +1,188 @@
+"""Sensor log: all observations of a run, lossless, in an MCAP file.
+
+Each sensor is a channel; a message is one measurement as a msgpack mapping of its fields. Arrays
+are mappings with `dtype`, `shape` and the bytes in `data`, so that floats are kept bit for bit. The
+messages of one observation have the same sequence number; `log_time` is the body's clock in
+nanoseconds. Messages are written at once, without chunks: the file of a killed run can be read up
+to its last complete message. The format is described at https://mcap.dev.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import struct
+from collections.abc import Iterator
+from pathlib import Path
+from types import NoneType, UnionType
+from typing import Any, BinaryIO, Union, get_args, get_origin, get_type_hints
+
+import msgpack
+import numpy as np
+
+from stack.errors import InputError
+from stack.types import Battery, Image, Imu, Measurement, Observation, Odometry, RangeReading, Scan
+
+KINDS: dict[str, type] = {
+    kind.__name__: kind for kind in (Scan, RangeReading, Odometry, Imu, Image, Battery)
+}
+"""Measurement types by the name of their schema."""
+
+VERSION = "1"
+NANOSECONDS = 1e9
+
+
+class SensorLog:
+    """Writes observations to an MCAP file.
+
+    Args:
+        path: of the file; replaced if it exists.
+        about: texts about the run (mission, robot, seed), stored as metadata.
+
+    Raises:
+        OSError: the file cannot be written.
+    """
+
+    def __init__(self, path: Path, about: dict[str, str]) -> None:
+        from mcap.writer import CompressionType, Writer
+
+        self._file: BinaryIO = path.open("wb")
+        self._writer = Writer(self._file, compression=CompressionType.NONE, use_chunking=False)
+        self._writer.start(library="treepilot")
+        self._writer.add_metadata("treepilot", {"version": VERSION, **about})
+        self._schemas: dict[str, int] = {}
+        self._channels: dict[str, int] = {}
+        self._count = 0
+
+    def write(self, observation: Observation) -> None:
+        """Append an observation.
+
+        Raises:
+            OSError: the disk is full.
+        """
+        for name, measurement in observation.measurements.items():
+            fields = {"time": observation.time, **_plain(measurement)}
+            self._writer.add_message(
+                self._channel(name, measurement),
+                log_time=round(observation.time * NANOSECONDS),
+                publish_time=max(0, round(measurement.stamp * NANOSECONDS)),
+                sequence=self._count,
+                data=msgpack.packb(fields),
+            )
+        self._count += 1
+        self._file.flush()
+
+    def close(self) -> None:
+        """Write the index. Safe to call twice."""
+        if not self._file.closed:
+            self._writer.finish()  # type: ignore[no-untyped-call]
+            self._file.close()
+
+    def _channel(self, name: str, measurement: Measurement) -> int:
+        if name not in self._channels:
+            kind = type(measurement).__name__
+            if kind not in self._schemas:
+                doc = (type(measurement).__doc__ or "").encode()
+                self._schemas[kind] = self._writer.register_schema(kind, "text", doc)
+            self._channels[name] = self._writer.register_channel(
+                topic=f"/{name}", message_encoding="msgpack", schema_id=self._schemas[kind]
+            )
+        return self._channels[name]
+
+
+def read_about(path: Path) -> dict[str, str]:
+    """Return the metadata that the log was created with.
+
+    Raises:
+        InputError: the file is missing or not a sensor log.
+    """
+    from mcap.records import Metadata
+    from mcap.stream_reader import StreamReader
+
+    with _opened(path) as file:
+        for record in _records(StreamReader(file), path):
+            if isinstance(record, Metadata) and record.name == "treepilot":
+                return dict(record.metadata)
+    raise InputError(f"{path} is not a sensor log of treepilot: it has no metadata")
+
+
+def read_observations(path: Path) -> Iterator[Observation]:
+    """Return the observations in order.
+
+    A message that was cut off by the end of the process ends the log.
+
+    Raises:
+        InputError: the file is missing, not a sensor log, or damaged.
+    """
+    from mcap.records import Channel, Message, Schema
+    from mcap.stream_reader import StreamReader
+
+    schemas: dict[int, str] = {}
+    channels: dict[int, tuple[str, str]] = {}
+    sequence, time = -1, 0.0
+    measurements: dict[str, Measurement] = {}
+    with _opened(path) as file:
+        for record in _records(StreamReader(file), path):
+            if isinstance(record, Schema):
+                schemas[record.id] = record.name
+            elif isinstance(record, Channel):
+                channels[record.id] = record.topic.lstrip("/"), schemas.get(record.schema_id, "")
+            elif isinstance(record, Message):
+                name, kind = channels[record.channel_id]
+                if kind not in KINDS:
+                    raise InputError(f"{path}: {name} has an unknown type {kind!r}")
+                if record.sequence != sequence and measurements:
+                    yield Observation(time, measurements)
+                    measurements = {}
+                fields = msgpack.unpackb(record.data)
+                sequence, time = record.sequence, fields.pop("time")
+                measurements[name] = _read(fields, KINDS[kind])
+    if measurements:
+        yield Observation(time, measurements)
+
+
+def _opened(path: Path) -> BinaryIO:
+    try:
+        return path.open("rb")
+    except OSError as error:
+        raise InputError(f"cannot read the sensor log {path}: {error.strerror}") from None
+
+
+def _records(reader: Any, path: Path) -> Iterator[Any]:
+    from mcap.exceptions import EndOfFile, McapError
+
+    found = False
+    try:
+        for record in reader.records:
+            found = True
+            yield record
+    except EndOfFile:
+        if not found:
+            raise InputError(f"{path} is not a sensor log: it is too short") from None
+    except (McapError, struct.error, ValueError) as error:
+        raise InputError(f"{path} is not a sensor log: {error}") from None
+
+
+def _plain(value: Any) -> Any:
+    """Convert a measurement to mappings, numbers and texts."""
+    if dataclasses.is_dataclass(value):
+        return {item.name: _plain(getattr(value, item.name)) for item in dataclasses.fields(value)}
+    if isinstance(value, np.ndarray):
+        return {"dtype": value.dtype.str, "shape": value.shape, "data": value.tobytes()}
+    if isinstance(value, tuple):
+        return [_plain(item) for item in value]
+    return value
+
+
+def _read(value: Any, kind: Any) -> Any:
+    """Convert plain values back to a type."""
+    if get_origin(kind) in (Union, UnionType):
+        if value is None:
+            return None
+        kind = next(item for item in get_args(kind) if item is not NoneType)
+    if isinstance(kind, type) and dataclasses.is_dataclass(kind):
+        hints = get_type_hints(kind)
+        return kind(**{name: _read(value[name], hints[name]) for name in hints if name in value})
+    if isinstance(value, dict):
+        array = np.frombuffer(value["data"], np.dtype(value["dtype"])).reshape(value["shape"])
+        return array.copy()
+    return tuple(value) if isinstance(value, list) else value

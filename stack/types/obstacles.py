@@ -1,0 +1,38 @@
+"""Obstacles that the range sensors see, in the form that every consumer receives."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from stack.types.geometry import FloatArray
+
+
+def _none() -> FloatArray:
+    return np.empty((0, 2))
+
+
+@dataclass(frozen=True, slots=True)
+class ObstaclePoints:
+    """Newest points of all range sensors, compensated for the motion since each measurement.
+
+    Attributes:
+        stamp: seconds on the body's clock, to which the points are compensated.
+        points: (m, 2) base frame at `stamp`, metres.
+        ages: seconds since the newest measurement of each range sensor of the robot; inf before
+            the first one.
+        blind_sectors: (k, 2) first bearing and width of the sectors around the base that no sensor
+            covers, radians; the last one may cross half a turn.
+    """
+
+    stamp: float = 0.0
+    points: FloatArray = field(default_factory=_none)
+    ages: Mapping[str, float] = field(default_factory=dict)
+    blind_sectors: FloatArray = field(default_factory=_none)
+
+    def is_blind(self, bearing: float) -> bool:
+        """Return whether no sensor covers a bearing, radians in the base frame."""
+        turn = (bearing - self.blind_sectors[:, 0]) % (2.0 * np.pi)
+        return bool(np.any(turn <= self.blind_sectors[:, 1]))

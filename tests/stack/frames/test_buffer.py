@@ -1,0 +1,120 @@
+"""The transform buffer against motions with known poses."""
+
+from __future__ import annotations
+
+from math import cos, pi, sin
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stack.errors import FrameError
+from stack.frames.buffer import TransformBuffer
+from stack.types import STANDSTILL, Odometry, Pose2D, PoseEstimate, wrap_angle
+
+PERIOD = 0.05
+
+
+def circle(stamp: float, rate: float = 1.0, radius: float = 0.5) -> Pose2D:
+    """Pose on a circle that is driven at a constant turn rate."""
+    angle = rate * stamp
+    return Pose2D(radius * sin(angle), radius * (1.0 - cos(angle)), wrap_angle(angle))
+
+
+def driven(seconds: float, rate: float = 1.0, span: float = 10.0) -> TransformBuffer:
+    frames = TransformBuffer(span)
+    for step in range(round(seconds / PERIOD) + 1):
+        frames.add(Odometry(step * PERIOD, circle(step * PERIOD, rate), STANDSTILL))
+    return frames
+
+
+def estimate(map_from_odom: Pose2D, corrected_at: float, jumps: int = 0) -> PoseEstimate:
+    return PoseEstimate(Pose2D(0.0, 0.0), np.eye(3), 1.0, map_from_odom, corrected_at, jumps)
+
+
+@given(st.floats(0.0, 9.0), st.floats(-3.0, 3.0))
+def test_a_pose_between_two_steps_is_that_of_the_motion(stamp, rate):
+    """The sagitta of an arc of 0.15 rad with radius 0.5 m is 1.4 mm; the heading is exact."""
+    pose = driven(9.0, rate).pose_at("odom", stamp)
+    expected = circle(stamp, rate)
+    assert pose.distance_to(expected) < 0.0015
+    assert wrap_angle(pose.heading - expected.heading) == pytest.approx(0.0, abs=1e-9)
+
+
+@given(st.lists(st.floats(0.0, 4.0), max_size=40))
+def test_many_poses_are_those_of_single_requests(stamps):
+    frames = driven(4.0, rate=-2.0)
+    frames.correct(estimate(Pose2D(1.0, 2.0, 3.0), 0.0))
+    frames.correct(estimate(Pose2D(1.1, 2.0, -3.0), 2.0))
+    for frame in ("odom", "map"):
+        rows = frames.poses_at(frame, np.array(stamps))
+        assert rows.shape == (len(stamps), 3)
+        for stamp, (x, y, heading) in zip(stamps, rows, strict=True):
+            pose = frames.pose_at(frame, stamp)
+            assert (x, y) == pytest.approx((pose.x, pose.y), abs=1e-12)
+            assert wrap_angle(heading - pose.heading) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_the_pose_at_a_step_is_exactly_the_one_added():
+    frames = driven(2.0)
+    assert frames.pose_at("odom", 20 * PERIOD) == circle(20 * PERIOD)
+    assert frames.newest == 40 * PERIOD
+
+
+def test_headings_are_interpolated_across_half_a_turn():
+    frames = TransformBuffer()
+    frames.add(Odometry(0.0, Pose2D(0.0, 0.0, pi - 0.1), STANDSTILL))
+    frames.add(Odometry(1.0, Pose2D(0.0, 0.0, -pi + 0.1), STANDSTILL))
+    assert abs(frames.pose_at("odom", 0.5).heading) == pytest.approx(pi)
+    assert abs(frames.poses_at("odom", np.array([0.5]))[0, 2]) == pytest.approx(pi)
+
+
+def test_a_correction_is_interpolated_and_a_jump_is_not():
+    frames = driven(4.0, rate=0.0)
+    frames.correct(estimate(Pose2D(1.0, 0.0), 1.0))
+    frames.correct(estimate(Pose2D(2.0, 0.0), 2.0))
+    frames.correct(estimate(Pose2D(9.0, 0.0), 3.0, jumps=1))
+    at = {stamp: frames.map_from_odom(stamp).x for stamp in (0.5, 1.0, 1.5, 2.0, 2.9, 3.0, 4.0)}
+    assert at == {0.5: 1.0, 1.0: 1.0, 1.5: 1.5, 2.0: 2.0, 2.9: 2.0, 3.0: 9.0, 4.0: 9.0}
+    assert frames.pose_at("map", 3.5).x == 9.0
+
+
+def test_a_correction_by_an_older_measurement_counts_from_the_last_one():
+    frames = driven(4.0, rate=0.0)
+    frames.correct(estimate(Pose2D(1.0, 0.0), 2.0, jumps=1))
+    frames.correct(estimate(Pose2D(1.1, 0.0), 1.9, jumps=1))
+    assert frames.map_from_odom(2.0).x == 1.1
+
+
+def test_motion_is_expressed_in_the_base_frame_of_the_first_stamp():
+    quarter = 0.5 * pi
+    frames = driven(4.0)
+    moved = frames.motion(0.0, quarter)
+    assert (moved.x, moved.y, moved.heading) == pytest.approx((0.5, 0.5, quarter), abs=2e-3)
+    assert frames.motion(1.0, 1.0).distance_to(Pose2D(0.0, 0.0)) < 1e-12
+
+
+def test_a_stamp_outside_the_buffer_is_an_error_with_both_numbers():
+    frames = driven(4.0, span=1.0)
+    for stamp in (1.5, 4.01):
+        with pytest.raises(FrameError, match=rf"{stamp:.3f} s.*covers 2\.9[50]0 s to 4\.000 s"):
+            frames.pose_at("odom", stamp)
+        with pytest.raises(FrameError, match="covers"):
+            frames.poses_at("map", np.array([3.5, stamp]))
+
+
+def test_an_empty_buffer_and_steps_back_in_time_are_errors():
+    frames = TransformBuffer()
+    with pytest.raises(FrameError, match="no odometry yet"):
+        frames.pose_at("odom", 0.0)
+    frames.add(Odometry(1.0, Pose2D(0.0, 0.0), STANDSTILL))
+    with pytest.raises(FrameError, match="no map -> odom yet"):
+        frames.pose_at("map", 1.0)
+    with pytest.raises(FrameError, match=r"0\.900 s came after the one at 1\.000 s"):
+        frames.add(Odometry(0.9, Pose2D(0.0, 0.0), STANDSTILL))
+
+
+def test_the_buffer_stays_bounded():
+    frames = driven(60.0, span=2.0)
+    assert len(frames._odom_from_base.stamps) <= 2.0 / PERIOD + 2
