@@ -14,15 +14,16 @@ import numpy as np
 
 from robots.declared import FOOTPRINT, RADIUS, SHAPE, URDF, X, Y, length
 from robots.sensors import parameters_of, read_camera, read_lidar, read_lidars, read_sonars
-from robots.wheels import AnyWheels, check_joints, check_lateral_speed, read_wheels
+from robots.wheels import check_joints, check_lateral_speed, read_wheels
 from stack.documents import Findings, Node, Section, read_document
 from stack.drivetrain.description import (
     BatteryDescription,
     ImuDescription,
-    Limits,
     OdometryNoise,
     RobotDescription,
 )
+from stack.drivetrain.drivetrain import WheelGeometry
+from stack.drivetrain.limits import Limits
 from stack.errors import InputError
 from stack.parameters import Declaration, suggestion
 from stack.types import FloatArray, Footprint
@@ -154,7 +155,7 @@ def _holds_origin(points: FloatArray) -> bool:
     return bool(np.count_nonzero(crossings > 0) % 2)
 
 
-def _urdf(top: Section, path: Path, wheels: AnyWheels | None) -> Path | None:
+def _urdf(top: Section, path: Path, wheels: WheelGeometry | None) -> Path | None:
     """The URDF's path, if it parses; its wheel joints are checked."""
     node = top.node_of("urdf", required=True)
     if node is None:

@@ -20,7 +20,7 @@ import numpy as np
 
 from stack.body import DEAD_MAN, Body, BodyCommand, BodyHealth
 from stack.drivetrain.description import RobotDescription
-from stack.drivetrain.kinematics import drivable, moved, scaled, share_within_limits
+from stack.drivetrain.kinematics import moved, scaled, share_within_limits
 from stack.sim.worlds.world import World
 from stack.types import (
     STANDSTILL,
@@ -129,7 +129,7 @@ class ScriptedBody(Body):
         """Drive a velocity, within the limits of speed; all commands are kept in `commands`."""
         self.commands.append(command)
         self._commanded_at = self._time
-        twist = drivable(command.twist, self._description)
+        twist = self._description.drivetrain.feasible(command.twist)
         self._twist = scaled(twist, share_within_limits(twist, self._description.limits))
 
     def wait(self, period: float) -> None:

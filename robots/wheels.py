@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from math import atan, degrees
+from math import degrees
 from typing import Any
 from xml.etree import ElementTree
 
@@ -12,15 +12,17 @@ import numpy as np
 
 from robots.declared import HEADING, RADIUS, SHAPE, URDF, X, Y, length
 from stack.documents import Node, Section
-from stack.drivetrain.description import DriveKind, Limits, OmniWheels, SteeredWheels, Wheels
+from stack.drivetrain.ackermann import Ackermann, SteeredWheels
+from stack.drivetrain.differential import Differential, Wheels
+from stack.drivetrain.drivetrain import WheelGeometry
+from stack.drivetrain.limits import Limits
+from stack.drivetrain.omnidirectional import Omnidirectional, OmniWheels
 from stack.parameters import Declaration, suggestion
 from stack.types import Pose2D
 
-AnyWheels = Wheels | OmniWheels | SteeredWheels
-
 DRIVE = Declaration(
-    "drive", str, "kind of drive", default=str(DriveKind.DIFFERENTIAL),
-    one_of=tuple(map(str, DriveKind)),
+    "drive", str, "kind of drive", default=Differential.kind,
+    one_of=(Differential.kind, Omnidirectional.kind, Ackermann.kind),
 )  # fmt: skip
 LEFT = Declaration("left", list[str], "URDF joints of the left wheels")
 RIGHT = Declaration("right", list[str], "URDF joints of the right wheels")
@@ -43,9 +45,9 @@ STEERING_SPEED = Declaration(
 )
 
 KEYS: dict[str, tuple[Declaration, ...]] = {
-    DriveKind.DIFFERENTIAL: (LEFT, RIGHT, RADIUS, SEPARATION),
-    DriveKind.OMNI: (MOUNTS, RADIUS),
-    DriveKind.ACKERMANN: (
+    Differential.kind: (LEFT, RIGHT, RADIUS, SEPARATION),
+    Omnidirectional.kind: (MOUNTS, RADIUS),
+    Ackermann.kind: (
         STEERING, REAR, RADIUS, WHEELBASE, TRACK, STEERING_ANGLE, STEERING_SPEED,
     ),
 }  # fmt: skip
@@ -55,7 +57,7 @@ LEAST_SINGULAR_VALUE = 1e-3
 """Of the wheels' Jacobian; below it some velocity needs wheels a thousand times as fast."""
 
 
-def read_wheels(top: Section) -> AnyWheels | None:
+def read_wheels(top: Section) -> WheelGeometry | None:
     """Read the wheels; None if something is wrong, which is reported."""
     section = top.section("wheels", required=True)
     if section is None:
@@ -64,28 +66,23 @@ def read_wheels(top: Section) -> AnyWheels | None:
     written = section.node.get("drive")
     if written is not None and written.value not in KEYS:
         return None  # the other keys depend on the kind of drive
-    wheels: AnyWheels | None
-    if kind == DriveKind.OMNI:
-        wheels = _omni(section)
-    elif kind == DriveKind.ACKERMANN:
-        wheels = _steered(section)
-    else:
-        wheels = _differential(section)
+    wheels = READERS[kind](section)
     _report_misplaced(section, kind)
     section.done()
     return wheels
 
 
-def check_lateral_speed(top: Section, wheels: AnyWheels | None, limits: Limits) -> None:
+def check_lateral_speed(top: Section, wheels: WheelGeometry | None, limits: Limits) -> None:
     """Check that lateral_speed is above 0 for omnidirectional wheels and 0 for others."""
     listed = top.node.get("limits")
     node = (listed.get("lateral_speed") if listed is not None else None) or listed or top.node
     if wheels is None:
         return
-    if isinstance(wheels, OmniWheels) and limits.lateral_speed <= 0.0:
+    moves_sideways = wheels.drivetrain(limits).can_move_sideways
+    if moves_sideways and limits.lateral_speed <= 0.0:
         sentence = "limits: an omnidirectional robot needs a lateral_speed above 0"
         top.findings.error(SHAPE, node.mark, sentence, "add e.g. lateral_speed: 0.5 m/s")
-    elif not isinstance(wheels, OmniWheels) and limits.lateral_speed > 0.0:
+    elif not moves_sideways and limits.lateral_speed > 0.0:
         sentence = (
             f"lateral_speed: these wheels cannot drive sideways, got {limits.lateral_speed:g}"
         )
@@ -93,7 +90,7 @@ def check_lateral_speed(top: Section, wheels: AnyWheels | None, limits: Limits) 
         top.findings.error(SHAPE, node.mark, sentence, hint)
 
 
-def check_joints(top: Section, root: ElementTree.Element, wheels: AnyWheels) -> None:
+def check_joints(top: Section, root: ElementTree.Element, wheels: WheelGeometry) -> None:
     """Check that wheels are continuous joints of the URDF and steering joints revolute ones."""
     joints = {str(joint.get("name")): joint for joint in root.iter("joint")}
     listed = top.node.get("wheels")
@@ -106,8 +103,8 @@ def check_joints(top: Section, root: ElementTree.Element, wheels: AnyWheels) -> 
             sentence = f"wheels: the URDF's joint {named.name!r} is {joint.get('type')}"
             hint = f"a {named.role} joint must be {named.wanted}"
             top.findings.error(URDF, named.node.mark, sentence, hint)
-        elif isinstance(wheels, SteeredWheels) and named.wanted == "revolute":
-            _check_joint_limit(top, named, joint, wheels)
+        elif named.wanted == "revolute":
+            _check_joint_limit(top, named, joint, wheels.drivetrain(Limits()).steering_limit)
 
 
 def _differential(section: Section) -> Wheels | None:
@@ -156,7 +153,7 @@ def _check_mounts(section: Section, wheels: OmniWheels) -> None:
 
 
 def _steered(section: Section) -> SteeredWheels | None:
-    values = [section.value(declared) for declared in KEYS[DriveKind.ACKERMANN]]
+    values = [section.value(declared) for declared in KEYS[Ackermann.kind]]
     pairs = [_pair(section, STEERING, values[0]), _pair(section, REAR, values[1])]
     if any(value is None for value in (*pairs, *values)):
         return None
@@ -183,6 +180,14 @@ def _pair(
     sentence = f"{declared.name}: expected [left, right], got {len(joints)} joints"
     section.findings.error(SHAPE, node.mark, sentence)
     return None
+
+
+READERS: dict[str, Callable[[Section], WheelGeometry | None]] = {
+    Differential.kind: _differential,
+    Omnidirectional.kind: _omni,
+    Ackermann.kind: _steered,
+}
+"""Readers of the keys of `wheels`, by kind of drive."""
 
 
 def _report_misplaced(section: Section, kind: str) -> None:
@@ -222,10 +227,9 @@ def _named_joints(listed: Node) -> Iterator[_NamedJoint]:
 
 
 def _check_joint_limit(
-    top: Section, named: _NamedJoint, joint: ElementTree.Element, wheels: SteeredWheels
+    top: Section, named: _NamedJoint, joint: ElementTree.Element, inner: float
 ) -> None:
     """Check the limits of a steering joint: on the tightest arc the inner wheel steers most."""
-    inner = atan(wheels.wheelbase / (wheels.turning_radius - wheels.track / 2.0))
     limit = joint.find("limit")
     try:
         ends = [float((limit.get(end) if limit is not None else None) or 0.0)

@@ -1,26 +1,25 @@
 """Components: planners, controllers and costmap layers, chosen by name and extensible by plugins.
 
-A component class has a class attribute `Parameters` (a frozen dataclass of `parameter(...)` fields)
-and a docstring whose first line describes it. Its module must not import numba, cv2 or its kernels
-at module level but in `__init__`, so that checking a mission imports none of them. An optional
-static method `check(parameters, robot)` checks the parameters against the robot and raises
-InputError. Plugins register classes in the entry-point groups `treepilot.planners`,
-`treepilot.controllers` and `treepilot.costmap_layers`. Layers inherit `Layer` of
+A component class inherits the base class of its kind, which gives defaults for what is optional. It
+has a class attribute `Parameters` (a frozen dataclass of `parameter(...)` fields) and a docstring
+whose first line describes it. Its module must not import numba, cv2 or its kernels at module level
+but in `__init__`, so that checking a mission imports none of them. Plugins register classes in the
+entry-point groups of `GROUPS`. Layers inherit `Layer` of
 stack/costmap/layer.py.
 """
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 from importlib import import_module
 from importlib.metadata import entry_points
-from inspect import signature
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar
 
 import numpy as np
 
 from stack.drivetrain.description import RobotDescription
-from stack.errors import InputError, NavigationError
+from stack.errors import InputError, NavigationError, ParameterError
 from stack.parameters import build, suggestion
 from stack.types import (
     CostGrid,
@@ -104,38 +103,71 @@ DEFAULT_PLAN_OPTIONS = PlanOptions()
 """Default options; such a plan is never cancelled."""
 
 
-class Planner(Protocol):
-    """A global planner.
+class Component:
+    """Base class of components.
 
-    Its `plan` may have a fourth parameter, `options: PlanOptions`. A planner without it cannot be
-    cancelled: an obsolete plan is computed to its end before the next one starts.
+    Attributes:
+        Parameters: a frozen dataclass.
+        parameters: current parameters.
     """
 
     Parameters: ClassVar[type]
+    parameters: Any
 
-    def __init__(self, parameters: Any, robot: RobotDescription) -> None: ...
+    @staticmethod
+    def check(parameters: Any, robot: RobotDescription) -> None:
+        """Check the parameters against the robot, before anything moves.
 
-    def plan(self, costs: CostGrid, start: Pose2D, goal: Pose2D) -> Path:
+        Raises:
+            InputError: they do not fit the robot.
+        """
+
+    def configure(self, parameters: Any) -> None:
+        """Apply new parameters; live tuning calls it between two steps."""
+        self.parameters = parameters
+
+
+class Planner(Component, ABC):
+    """A global planner.
+
+    Attributes:
+        has_route_graph: whether `with_edge` opens and closes edges of a route graph.
+    """
+
+    has_route_graph: ClassVar[bool] = False
+
+    def __init__(self, parameters: Any, robot: RobotDescription) -> None:
+        self.parameters = parameters
+
+    @abstractmethod
+    def plan(
+        self,
+        costs: CostGrid,
+        start: Pose2D,
+        goal: Pose2D,
+        options: PlanOptions = DEFAULT_PLAN_OPTIONS,
+    ) -> Path:
         """Plan a smooth, collision-free path from start to goal, map frame.
 
-        Headings are those of the robot: on backward segments they point against the motion.
+        Headings are those of the robot: on backward segments they point against the motion. A
+        planner may ignore the options. If it ignores `options.cancel`, an obsolete plan is computed
+        to its end before the next one starts.
 
         Raises:
             NavigationError: NO_VALID_PATH, START_OCCUPIED, GOAL_OCCUPIED, START_OUTSIDE_MAP,
                 GOAL_OUTSIDE_MAP, TIMED_OUT at the limit of expansions, or CANCELLED.
         """
-        ...
 
+    def with_edge(self, edge: str, *, closed: bool) -> Planner:
+        """Return a copy with an edge of the route graph closed or open.
 
-def plan_with_options(
-    planner: Any, costs: CostGrid, ends: tuple[Pose2D, Pose2D], options: PlanOptions
-) -> Path:
-    """Plan from `ends[0]` to `ends[1]`; the options are passed if the planner supports them."""
-    if "options" in signature(planner.plan).parameters:
-        path: Path = planner.plan(costs, *ends, options)
-    else:
-        path = planner.plan(costs, *ends)
-    return path
+        Raises:
+            ParameterError: there is no such edge, or the planner has no route graph.
+        """
+        raise ParameterError(
+            "edge", f"{edge!r}: the planner in use has no route graph",
+            "use `planner: {use: route, graph: FILE}`",
+        )  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,37 +193,54 @@ class ControlState:
     points: FloatArray | None = None
 
 
-class Controller(Protocol):
+class Controller(Component, ABC):
     """A path-following controller.
 
-    A class attribute `needs_tracks = True` requests tracks of moving objects.
+    Lifecycle: `start` at the beginning of a drive, `set_path` for each new path, `command` in each
+    control step, `stop` at the end. `pause` and `resume` enclose a time in which the robot is held
+    or drives elsewhere: it does not count for time limits.
 
     Attributes:
-        parameters: current parameters. Live tuning replaces them between two steps, or calls the
-            optional method `configure(parameters)`.
+        needs_tracks: whether the controller uses tracks of moving objects.
     """
 
-    Parameters: ClassVar[type]
-    parameters: Any
+    needs_tracks: ClassVar[bool] = False
 
-    def __init__(self, parameters: Any, robot: RobotDescription, period: float) -> None: ...
+    def __init__(self, parameters: Any, robot: RobotDescription, period: float) -> None:
+        self.parameters = parameters
 
+    def start(self, now: float) -> None:
+        """Begin a drive at a time in seconds."""
+
+    @abstractmethod
     def set_path(self, path: Path) -> None:
         """Set the path to follow, map frame."""
-        ...
 
+    @abstractmethod
     def command(self, state: ControlState) -> Twist:
         """Compute the velocity command of this step, base frame.
 
         Raises:
             NavigationError: COLLISION_AHEAD if no command is safe.
         """
-        ...
+
+    def pause(self, now: float) -> None:
+        """Hold the drive; no commands follow until `resume`."""
+
+    def resume(self, now: float) -> None:
+        """Continue the drive; the robot stands, perhaps at another place."""
+
+    def stop(self, now: float) -> None:
+        """End the drive."""
 
     @property
     def local_plan(self) -> Path | None:
         """The motion planned for the next seconds, map frame, for displays."""
-        ...
+        return None
+
+
+BASES: dict[str, type[Component]] = {"planner": Planner, "controller": Controller}
+"""The class that components of a kind inherit."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -211,6 +260,18 @@ class Choice:
     component: type
     parameters: Any
     parts: tuple[Any, ...] = ()
+
+    def create(self, *arguments: Any) -> Any:
+        """Create the component: its class is called with the parameters and these arguments.
+
+        Raises:
+            InputError: the class does not accept them.
+        """
+        try:
+            return self.component(self.parameters, *arguments)
+        except TypeError as error:
+            what = f"{self.kind.replace('_', ' ')} {self.name!r}"
+            raise InputError(f"the {what} cannot be created: {error}") from error
 
 
 def available(kind: str) -> dict[str, str]:
@@ -238,9 +299,24 @@ def component(kind: str, name: str) -> type:
         found: type = getattr(import_module(module), attribute)
     except Exception as error:  # a plugin's module may raise any exception
         raise InputError(f"the {kind} {name!r} in {where} cannot be used: {error}") from error
-    if not hasattr(found, "Parameters"):
-        raise InputError(f"the {kind} {name!r} in {where} cannot be used: it has no `Parameters`")
+    reason = _unusable(kind, found)
+    if reason:
+        raise InputError(f"the {kind} {name!r} in {where} cannot be used: {reason}")
     return found
+
+
+def _unusable(kind: str, found: type) -> str:
+    """Reason why a class is no component of a kind; empty if it is one."""
+    base = BASES.get(kind)
+    if base is not None and not (isinstance(found, type) and issubclass(found, base)):
+        return (
+            f"it does not inherit stack.components.{base.__name__}; "
+            f"write `class {getattr(found, '__name__', 'Name')}({base.__name__}):`"
+        )
+    missing = ", ".join(sorted(getattr(found, "__abstractmethods__", ())))
+    if missing:
+        return f"it does not implement {missing}"
+    return "" if hasattr(found, "Parameters") else "it has no `Parameters`"
 
 
 def choose(kind: str, name: str, values: dict[str, Any]) -> Choice:
@@ -255,6 +331,6 @@ def choose(kind: str, name: str, values: dict[str, Any]) -> Choice:
 
 
 __all__ = [
-    "CancelToken", "Choice", "ControlState", "Controller", "Footprint", "PlanOptions", "Planner",
-    "available", "choose", "component",
+    "CancelToken", "Choice", "Component", "ControlState", "Controller", "Footprint", "PlanOptions",
+    "Planner", "available", "choose", "component",
 ]  # fmt: skip

@@ -17,7 +17,7 @@ TOP = ("missions", "behaviours", "stack", "tui", "robots")
 
 FOUNDATION = {
     "stack.types", "stack.errors", "stack.parameters", "stack.documents", "stack.streams",
-    "stack.geometry", "stack.drivetrain", "stack.frames",
+    "stack.geometry", "stack.drivetrain", "stack.frames", "stack.lifecycle",
 }  # fmt: skip
 """What any package of stack, and the robots, may use."""
 
@@ -31,6 +31,7 @@ MAY_IMPORT = {
     "stack.types": set(),
     "stack.errors": {"stack.types"},
     "stack.parameters": {"stack.types", "stack.errors"},
+    "stack.lifecycle": set(),
     "stack.streams": set(),
     "stack.documents": {"stack.errors", "stack.parameters"},
     "stack.geometry": {"stack.types"},

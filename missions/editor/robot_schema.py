@@ -13,10 +13,10 @@ from stack.drivetrain.description import (
     CameraDescription,
     ImuDescription,
     LidarDescription,
-    Limits,
     OdometryNoise,
     SonarDescription,
 )
+from stack.drivetrain.limits import Limits
 from stack.parameters import Declaration, declarations
 
 HEIGHT = length("height", "total height of the robot")

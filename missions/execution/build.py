@@ -17,11 +17,11 @@ from missions.trees.debugging import TreeDebugger, addresses
 from missions.trees.mission_tree import MissionTree
 from robots.bodies import BodySetup, MakeBody, find_body
 from stack.body import Body, SimulatedWorld
+from stack.components import Controller
 from stack.control.cusp_splitter import controller_for
 from stack.costmap.costmap import Costmap
 from stack.costmap.speed_limits import SpeedLimits
 from stack.costmap.unexplored import Ground, unexplored
-from stack.drivetrain.description import DriveKind
 from stack.errors import InputError
 from stack.frames.buffer import TransformBuffer
 from stack.localisation.dead_reckoning import DeadReckoning
@@ -131,7 +131,7 @@ def build(
     safety = Safety(robot, safety_choice.parameters, period, safety_choice.parts)
     navigator = _navigator(plan, period, local_costmap, global_costmap, telemetry)
     if body.is_real_time:
-        navigator.parameters = replace(navigator.parameters, wait_for_plan=False)
+        navigator.configure(replace(navigator.parameters, wait_for_plan=False))
     estimator = _estimator(plan, grid, seed)
     state, camera = LoopState(), CameraLease(always=options.camera == "on")
     facade = RobotFacade(
@@ -251,8 +251,8 @@ def _costmaps(plan: PreparedMission, grid: OccupancyGrid) -> tuple[Costmap, Cost
 
 def _tracker(plan: PreparedMission, grid: OccupancyGrid, *costmaps: Costmap) -> Tracker | None:
     """Return a tracker of moving objects if a costmap layer or the controller needs one."""
-    for_controller = getattr(plan.choices["controller"].component, "needs_tracks", False)
-    if not (for_controller or any(costmap.needs_tracks for costmap in costmaps)):
+    controller: type[Controller] = plan.choices["controller"].component
+    if not (controller.needs_tracks or any(costmap.needs_tracks for costmap in costmaps)):
         return None
     return Tracker(plan.choices["tracker"].parameters, grid)
 
@@ -284,7 +284,7 @@ def _navigator(
     planner, controller = plan.choices["planner"], plan.choices["controller"]
     return Navigator(
         robot=plan.robot,
-        planner=planner.component(planner.parameters, plan.robot),
+        planner=planner.create(plan.robot),
         controller=controller_for(controller.component, controller.parameters, plan.robot, period),
         parameters=plan.choices["navigator"].parameters,
         local_costmap=local_costmap,
@@ -310,7 +310,7 @@ def _ignore(poses: Iterable[Pose2D] = ()) -> None:
 def _estimator(plan: PreparedMission, grid: OccupancyGrid, seed: int) -> Estimator:
     if not plan.is_mapped:
         return DeadReckoning(plan.belief or MAP_ORIGIN)
-    sideways = plan.robot.drive is DriveKind.OMNI
+    sideways = plan.robot.drivetrain.can_move_sideways
     localiser = Localiser(grid, LocaliserParameters(), seed, sideways=sideways)
     if plan.belief is None:
         localiser.scatter()

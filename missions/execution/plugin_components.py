@@ -7,12 +7,16 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from behaviours.catalogue import name_of, plugin_modules
-from stack.components import GROUPS, available
+from stack.components import BASES, GROUPS, available
 from stack.costmap.layer import Layer
 from stack.errors import InputError
 
 METHODS = {"planner": ("plan",), "controller": ("set_path", "command")}
-"""Methods that make a class with `Parameters` a component, by kind."""
+"""Methods that make a class with `Parameters` a component, by kind.
+
+A planner or controller that does not inherit the base class is found too: choosing it is an error
+that names the class.
+"""
 
 LAYER_METHODS = {"Parameters", "lay_out", "paint"}
 """Attributes of layers of earlier versions, which had no base class."""
@@ -62,6 +66,9 @@ def _kind_of(cls: type) -> str | None:
         raise InputError(
             f"{file}: {cls.__name__} is not a costmap layer; inherit stack.costmap.layer.Layer"
         )
+    for kind, base in BASES.items():
+        if issubclass(cls, base):
+            return kind
     if not hasattr(cls, "Parameters"):
         return None
     matching = (

@@ -20,7 +20,7 @@ from missions.execution.resources import (
 from missions.execution.route_graphs import located_planner
 from missions.language.model import Mission
 from missions.language.reading.mission import read_mission
-from stack.components import Choice
+from stack.components import Choice, Component
 from stack.documents import Finding, Mark, read_file, value_of
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError, ParameterError
@@ -169,11 +169,10 @@ def _check_nodes(plan: PreparedMission, options: RunOptions) -> None:
 def _check_fit(choices: dict[str, Choice], mission: Mission, robot: RobotDescription) -> None:
     """Raise InputError for components whose settings do not fit the robot."""
     for choice in choices.values():
-        check = getattr(choice.component, "check", None)
-        if check is None:
-            continue
+        if not issubclass(choice.component, Component):
+            continue  # settings of a fixed part
         try:
-            check(choice.parameters, robot)
+            choice.component.check(choice.parameters, robot)
         except InputError as error:
             mark = _mark_of(mission.source, "navigation")
             raise InputError([Finding(mark, "E111", str(error))]) from None

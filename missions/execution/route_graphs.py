@@ -8,7 +8,7 @@ from pathlib import Path
 
 from missions.language.analysis.data_flow import children_of
 from missions.language.model import Constant, Leaf, Mission, Step
-from stack.components import Choice
+from stack.components import Choice, Planner
 from stack.documents import Finding, Mark
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError
@@ -32,7 +32,8 @@ def located_planner(
         InputError: the graph is missing or has errors.
     """
     if not isinstance(choice.parameters, RouteParameters):
-        if isinstance(choice.component, type) and not hasattr(choice.component, "with_edge"):
+        planner: type[Planner] = choice.component
+        if not planner.has_route_graph:
             _refuse_edges(mission, choice.name)
         return choice, ()
     given = choice.parameters.graph

@@ -20,7 +20,6 @@ from missions.execution.resources import (
 from robots.load import robot_names
 from stack.components import available, component
 from stack.documents import read_file
-from stack.drivetrain.description import DriveKind
 from stack.errors import InputError
 from stack.parameters import Declaration, declarations, suggestion
 
@@ -167,8 +166,8 @@ def _doc_of(file: Path) -> str:
 
 def _robot_summary(name: str) -> str:
     robot = load_robot(name, CURRENT_FOLDER)
-    limits, kind = robot.limits, str(robot.drive)
-    if robot.drive is DriveKind.ACKERMANN:
+    limits, kind = robot.limits, robot.drivetrain.kind
+    if robot.turning_radius:
         kind += f", turning radius {robot.turning_radius:.2f} m"
     return (
         f"radius {robot.footprint.circumscribed_radius:.2f} m, {kind}, {limits.linear_speed:g} m/s,"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from stack.lifecycle import Timers
 from stack.types import Pose2D, wrap_angle
 
 
@@ -18,7 +19,8 @@ class GoalChecker:
     ) -> None:
         self.goal, self.position, self.heading, self.settle = goal, position, heading, settle
         self.at_position = False
-        self._within_since: float | None = None
+        self.timers = Timers()
+        self._settling = self.timers.new()
 
     def reached(self, time: float, pose: Pose2D, *, standing: bool) -> bool:
         """Whether the goal is reached at this time (s) and pose (map frame)."""
@@ -26,11 +28,10 @@ class GoalChecker:
         self.at_position = distance <= self.position * (2.0 if self.at_position else 1.0)
         turned = abs(wrap_angle(self.goal.heading - pose.heading)) <= self.heading
         if not (self.at_position and turned):
-            self._within_since = None
+            self._settling.reset()
             return False
-        if self._within_since is None:
-            self._within_since = time
-        return standing or time - self._within_since >= self.settle
+        self._settling.start_once(time)
+        return standing or self._settling.elapsed(time) >= self.settle
 
 
 class ProgressChecker:
@@ -38,17 +39,20 @@ class ProgressChecker:
 
     def __init__(self, distance: float = 0.3, angle: float = 0.4, seconds: float = 8.0) -> None:
         self.distance, self.angle, self.seconds = distance, angle, seconds
-        self._since: tuple[float, Pose2D] | None = None
+        self.timers = Timers()
+        self._still = self.timers.new()
+        self._place: Pose2D | None = None
 
     def stuck(self, time: float, pose: Pose2D) -> bool:
         """Whether the robot has stayed near one pose for too long."""
-        if self._since is not None:
-            began, place = self._since
+        place = self._place
+        if place is not None:
             moved = place.distance_to(pose) >= self.distance
             turned = abs(wrap_angle(pose.heading - place.heading)) >= self.angle
             if not (moved or turned):
-                return time - began >= self.seconds
-        self._since = (time, pose)
+                return self._still.elapsed(time) >= self.seconds
+        self._place = pose
+        self._still.start(time)
         return False
 
 
@@ -57,18 +61,18 @@ class LostChecker:
 
     def __init__(self, health: float = 0.3, seconds: float = 1.5) -> None:
         self.health, self.seconds = health, seconds
-        self._since: float | None = None
+        self.timers = Timers()
+        self._low = self.timers.new()
 
     @property
     def doubted(self) -> bool:
         """Whether the health was below the threshold at the last check."""
-        return self._since is not None
+        return self._low.running
 
     def lost(self, time: float, health: float) -> bool:
         """Whether the health has been below the threshold for `seconds`."""
         if health >= self.health:
-            self._since = None
+            self._low.reset()
             return False
-        if self._since is None:
-            self._since = time
-        return time - self._since >= self.seconds
+        self._low.start_once(time)
+        return self._low.elapsed(time) >= self.seconds

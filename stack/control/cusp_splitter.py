@@ -17,7 +17,7 @@ import numpy as np
 from stack.components import Controller, ControlState
 from stack.control.path_progress import PathProgress
 from stack.control.ramps import Ramp
-from stack.drivetrain.description import DriveKind, RobotDescription
+from stack.drivetrain.description import RobotDescription
 from stack.errors import NavigationError
 from stack.types import (
     STANDSTILL,
@@ -96,12 +96,12 @@ def controller_for(component: Any, parameters: Any, robot: RobotDescription, per
     For an omnidirectional robot the heading does not determine the driving direction, so its paths
     have no cusps.
     """
-    if robot.drive is DriveKind.OMNI:
+    if robot.drivetrain.can_move_sideways:
         return component(parameters, robot, period)
     return CuspSplitter(component, parameters, robot, period)
 
 
-class CuspSplitter:
+class CuspSplitter(Controller):
     """Follows the segments of a path in turn with a controller, and stops at each cusp."""
 
     def __init__(
@@ -113,7 +113,7 @@ class CuspSplitter:
         self._segments: tuple[PathSegment, ...] = ()
         self._index, self._last = 0, STANDSTILL
         self._progress: PathProgress | None = None
-        self._ramp = Ramp(robot.limits, period, 0.0, robot.turning_radius)
+        self._ramp = Ramp(robot.drivetrain, period, 0.0)
 
     @property
     def parameters(self) -> Any:
@@ -123,11 +123,27 @@ class CuspSplitter:
     def configure(self, parameters: Any) -> None:
         """Apply new parameters."""
         for driver in filter(None, (self._forward, self._backward)):
-            configure = getattr(driver, "configure", None)
-            if configure is None:
-                driver.parameters = parameters
-            else:
-                configure(parameters)
+            driver.configure(parameters)
+
+    def start(self, now: float) -> None:
+        """Begin a drive."""
+        for driver in filter(None, (self._forward, self._backward)):
+            driver.start(now)
+
+    def pause(self, now: float) -> None:
+        """Hold the drive."""
+        for driver in filter(None, (self._forward, self._backward)):
+            driver.pause(now)
+
+    def resume(self, now: float) -> None:
+        """Continue the drive."""
+        for driver in filter(None, (self._forward, self._backward)):
+            driver.resume(now)
+
+    def stop(self, now: float) -> None:
+        """End the drive."""
+        for driver in filter(None, (self._forward, self._backward)):
+            driver.stop(now)
 
     def set_path(self, path: Path) -> None:
         """Set the path to follow, map frame."""

@@ -17,7 +17,7 @@ from stack.control.ramps import Ramp
 from stack.control.rotation_shim import LOOKAHEAD, RotationShim
 from stack.control.swept import SweptFootprint
 from stack.control.turning import TurnInPlace, TurnStyle
-from stack.drivetrain.description import DriveKind, RobotDescription
+from stack.drivetrain.description import RobotDescription
 from stack.parameters import parameter
 from stack.types import STANDSTILL, Path, Pose2D, Twist, wrap_angle
 
@@ -58,6 +58,7 @@ class GoalAlignment:
         progress: progress on the path; None before the first path.
         ramp: limits of change between two commands.
         last: the last command.
+        patience: waits for the path to clear.
     """
 
     def __init__(
@@ -65,18 +66,18 @@ class GoalAlignment:
         period: float,
     ) -> None:  # fmt: skip
         p = self._parameters = parameters
-        self.ramp = Ramp(robot.limits, period, p.response_time, robot.turning_radius)
+        self.ramp = Ramp(robot.drivetrain, period, p.response_time)
         style = TurnStyle(p.rotate_speed, p.brake_share, p.goal_heading)
         self._turn = TurnInPlace(swept, self.ramp, style)
-        self._drive = robot.drive
-        self._patience, self._arrival, self._shim = Patience(), Arrival(), RotationShim()
+        self._drivetrain = robot.drivetrain
+        self.patience, self._arrival, self._shim = Patience(), Arrival(), RotationShim()
         self.progress: PathProgress | None = None
         self.last = STANDSTILL
         self._held_steps, self._suspended, self._period = 0, 0.0, period
 
     def set_path(self, path: Path) -> None:
         """Set the path to follow, map frame."""
-        steered = self._drive is DriveKind.ACKERMANN
+        steered = not self._drivetrain.turns_in_place
         self.progress, self._shim = PathProgress(path, steered=steered), RotationShim()
         self._arrival.set_path(path)
 
@@ -111,15 +112,15 @@ class GoalAlignment:
         A car with a lateral offset from the goal would have to drive a circle to reduce it.
         """
         p = self._parameters
-        if self._drive is DriveKind.ACKERMANN and self.progress is not None:
-            return self.progress.remaining <= p.goal_position
-        return self._arrival.reached(state.pose, p.goal_position)
+        if self._drivetrain.turns_in_place or self.progress is None:
+            return self._arrival.reached(state.pose, p.goal_position)
+        return self.progress.remaining <= p.goal_position
 
     def distance_left(self, state: ControlState) -> float:
         """Braking distance in metres: to the goal; for a car, to the end of its path."""
         if self.progress is None:
             return 0.0
-        if self._drive is DriveKind.ACKERMANN:
+        if not self._drivetrain.turns_in_place:
             return self.progress.remaining
         return max(self.progress.remaining, state.pose.distance_to(self.progress.path.goal))
 
@@ -128,7 +129,7 @@ class GoalAlignment:
 
         A car only stops and keeps its heading.
         """
-        if self._drive is DriveKind.ACKERMANN:
+        if not self._drivetrain.turns_in_place:
             return self.ramp.stopped(self.last)
         return self._turn.twist(state, self.last, self._heading_error(state))
 
@@ -142,13 +143,13 @@ class GoalAlignment:
 
     def _turns_first(self, progress: PathProgress) -> bool:
         """Whether to turn first: not a car; not an omnidirectional robot close to the goal."""
-        if self._drive is DriveKind.OMNI and progress.remaining <= LOOKAHEAD:
+        if self._drivetrain.can_move_sideways and progress.remaining <= LOOKAHEAD:
             return False
-        return self._parameters.rotate_to_heading and self._drive is not DriveKind.ACKERMANN
+        return self._parameters.rotate_to_heading and self._drivetrain.turns_in_place
 
     def realigned(self, state: ControlState) -> Twist | None:
         """A turn in place towards the path just ahead, used when no other motion is clear."""
-        if self.progress is None or self._drive is DriveKind.ACKERMANN:
+        if self.progress is None or not self._drivetrain.turns_in_place:
             return None
         x, y = self.progress.nearer_point(state.pose, JUST_AHEAD)
         angle = wrap_angle(state.pose.bearing_to(Pose2D(x, y)) - state.pose.heading)
@@ -161,7 +162,7 @@ class GoalAlignment:
             NavigationError: COLLISION_AHEAD when there was no safe command for `patience`.
         """
         self.last = STANDSTILL
-        self.last = self._patience.resolve(chosen, state.time, self._parameters.patience)
+        self.last = self.patience.resolve(chosen, state.time, self._parameters.patience)
         return self.last
 
     def ramped(self, twist: Twist) -> Twist:

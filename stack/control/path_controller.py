@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from typing import Generic, TypeVar
 
-from stack.components import ControlState
+from stack.components import Controller, ControlState
 from stack.control.goal_alignment import GoalAlignment, GoalAlignmentParameters
 from stack.control.path_progress import PathProgress
 from stack.control.swept import SweptFootprint
@@ -15,7 +15,7 @@ from stack.types import STANDSTILL, FloatArray, Path, Twist
 P = TypeVar("P", bound=GoalAlignmentParameters)
 
 
-class PathController(ABC, Generic[P]):
+class PathController(Controller, Generic[P]):
     """Turns towards the path, drives along it, and finally turns to the goal's heading.
 
     Subclasses implement `_follow`, the motion along the path.
@@ -39,6 +39,14 @@ class PathController(ABC, Generic[P]):
         self._alignment = GoalAlignment(parameters, self._robot, self._swept, self._period)
         if self._path is not None:
             self._alignment.set_path(self._path)
+
+    def pause(self, now: float) -> None:
+        """Hold the drive; waiting for the path to clear does not count meanwhile."""
+        self._alignment.patience.timers.pause(now)
+
+    def resume(self, now: float) -> None:
+        """Continue the drive."""
+        self._alignment.patience.timers.resume(now)
 
     def set_path(self, path: Path) -> None:
         """Set the path to follow, map frame."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from stack.errors import NavigationError
+from stack.lifecycle import Timers
 from stack.types import STANDSTILL, FailureCode, Twist
 
 
@@ -10,7 +11,8 @@ class Patience:
     """Replaces a missing safe command by a standstill, and after a while by a failure."""
 
     def __init__(self) -> None:
-        self._since: float | None = None
+        self.timers = Timers()
+        self._blocked = self.timers.new()
 
     def resolve(self, chosen: Twist | None, time: float, patience: float) -> Twist:
         """Return the chosen twist, or a standstill while there is none.
@@ -24,11 +26,10 @@ class Patience:
             NavigationError: COLLISION_AHEAD after waiting for `patience`.
         """
         if chosen is not None:
-            self._since = None
+            self._blocked.reset()
             return chosen
-        if self._since is None:
-            self._since = time
-        waited = time - self._since
+        self._blocked.start_once(time)
+        waited = self._blocked.elapsed(time)
         if waited >= patience:
             raise NavigationError(
                 FailureCode.COLLISION_AHEAD,

@@ -19,7 +19,7 @@ from math import cos, hypot, inf, sin
 
 import numpy as np
 
-from stack.components import ControlState
+from stack.components import Controller, ControlState
 from stack.control.manoeuvre import ArcPrimitive, Manoeuvres
 from stack.control.parameters import FollowingParameters
 from stack.control.path_progress import PathProgress
@@ -28,8 +28,8 @@ from stack.control.ramps import Ramp, stopping_speed
 from stack.control.swept import SweptFootprint
 from stack.control.turning import TurnInPlace, TurnStyle, turning_speed
 from stack.costmap.route_costs import blocked_at
-from stack.drivetrain.description import DriveKind, RobotDescription
-from stack.drivetrain.kinematics import moved, speed_towards, within_turning_radius
+from stack.drivetrain.description import RobotDescription
+from stack.drivetrain.kinematics import moved, speed_towards
 from stack.parameters import parameter
 from stack.types import LETHAL_COST, STANDSTILL, Path, Pose2D, Twist
 from stack.types import wrap_angle as wrap
@@ -44,7 +44,7 @@ CLEAR_AHEAD = 0.8
 """Metres of path ahead that must be clear before a manoeuvre onto it is searched."""
 
 FORGOTTEN = 0.5
-"""Seconds without a command after which a started manoeuvre is dropped."""
+"""Seconds of interruption after which a started manoeuvre is dropped."""
 
 SAME_POSITION = 0.06
 """Distance to the goal in metres within which a new short path to it counts as arrived."""
@@ -120,16 +120,17 @@ class _Arc:
         return Twist(speed * c, speed * self.curvature, speed * s)
 
 
-class PurePursuit:
+class PurePursuit(Controller):
     """Regulated pure pursuit with turns in place towards the path and collision checks ahead."""
 
     Parameters = PurePursuitParameters
+    parameters: PurePursuitParameters
 
     def __init__(
         self, parameters: PurePursuitParameters, robot: RobotDescription, period: float
     ) -> None:
         self.parameters, self._limits, self._period = parameters, robot.limits, period
-        self._drive, self._radius = robot.drive, robot.turning_radius
+        self._drivetrain, self._radius = robot.drivetrain, robot.turning_radius
         self._swept = SweptFootprint(robot.footprint, padding=parameters.padding, exact=True)
         self._manoeuvres = Manoeuvres(self._swept, robot)
         self._primitives: tuple[ArcPrimitive, ...] = ()
@@ -138,14 +139,42 @@ class PurePursuit:
         self._arrived = self._turning = False
         self._last = STANDSTILL
         self._state: ControlState | None = None
+        self._left_at: float | None = None
 
     def configure(self, parameters: PurePursuitParameters) -> None:
         """Apply new parameters."""
         self.parameters, self._swept.padding = parameters, parameters.padding
 
+    def start(self, now: float) -> None:
+        """Begin a drive."""
+        self._return(now)
+
+    def pause(self, now: float) -> None:
+        """Hold the drive; waiting for the path to clear does not count meanwhile."""
+        self._patience.timers.pause(now)
+        self._leave(now)
+
+    def resume(self, now: float) -> None:
+        """Continue the drive."""
+        self._patience.timers.resume(now)
+        self._return(now)
+
+    def stop(self, now: float) -> None:
+        """End the drive."""
+        self._leave(now)
+
+    def _leave(self, now: float) -> None:
+        self._left_at = now if self._left_at is None else self._left_at
+
+    def _return(self, now: float) -> None:
+        """Drop a manoeuvre that was interrupted for too long."""
+        if self._left_at is None or now - self._left_at > FORGOTTEN:
+            self._primitives = ()
+        self._left_at = None
+
     def set_path(self, path: Path) -> None:
         """Set the path to follow, map frame."""
-        self._progress = PathProgress(path, steered=self._drive is DriveKind.ACKERMANN)
+        self._progress = PathProgress(path, steered=not self._drivetrain.turns_in_place)
         self._arrived = self._turning = False
 
     def command(self, state: ControlState) -> Twist:
@@ -154,8 +183,6 @@ class PurePursuit:
         Raises:
             NavigationError: COLLISION_AHEAD when there was no safe command for `patience`.
         """
-        if self._state is not None and state.time - self._state.time > FORGOTTEN:
-            self._primitives = ()
         progress, self._state = self._progress, state
         self._swept.seen = None if state.points is None else state.pose.transform(state.points)
         if progress is None:
@@ -165,7 +192,7 @@ class PurePursuit:
         self._last = self._ramp.rebased(self._last, state.twist)
         if self._has_arrived(progress, state.pose, fresh):
             chosen = self._turn(state, wrap(progress.path.goal.heading - state.pose.heading))
-        elif self._drive is DriveKind.OMNI:
+        elif self._drivetrain.can_move_sideways:
             chosen = self._drive_omni(progress, state)
         else:
             chosen = self._pursue(progress, state)
@@ -294,7 +321,7 @@ class PurePursuit:
         """
         p = self.parameters
         distance = min(max(speed * p.lookahead_time, p.min_lookahead), p.max_lookahead)
-        if self._drive is DriveKind.ACKERMANN:
+        if not self._drivetrain.turns_in_place:
             return distance
         return min(distance, max(remaining, 0.5 * p.min_lookahead))
 
@@ -306,7 +333,7 @@ class PurePursuit:
         continues until the path is nearly ahead.
         """
         p = self.parameters
-        if self._drive is DriveKind.ACKERMANN:
+        if not self._drivetrain.turns_in_place:
             return inf
         if self._turning:
             return min(0.1, p.turn_angle)
@@ -370,11 +397,11 @@ class PurePursuit:
             return self._ramp.towards(last, replace(wanted, angular=rate))
         linear = self._ramp.forward(last.linear, speed)
         driven = Twist(linear, self._ramp.turn(last.angular, linear * arc.curvature))
-        return within_turning_radius(driven, self._radius)
+        return self._drivetrain.feasible(driven)
 
     def _turn(self, state: ControlState, angle: float) -> Twist | None:
         """Turn in place; a car can only stop."""
-        if self._drive is DriveKind.ACKERMANN:
+        if not self._drivetrain.turns_in_place:
             return self._ramp.stopped(self._last) if self._arrived else None
         return TurnInPlace(self._swept, self._ramp, self._style).twist(state, self._last, angle)
 
@@ -385,4 +412,4 @@ class PurePursuit:
 
     @property
     def _ramp(self) -> Ramp:
-        return Ramp(self._limits, self._period, self.parameters.response_time, self._radius)
+        return Ramp(self._drivetrain, self._period, self.parameters.response_time)

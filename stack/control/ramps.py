@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import sqrt
 
-from stack.drivetrain.description import Limits
-from stack.drivetrain.kinematics import within_turning_radius
+from stack.drivetrain.drivetrain import Drivetrain
+from stack.drivetrain.limits import Limits
 from stack.types import Twist
 
 
@@ -30,16 +30,19 @@ class Ramp:
     """Limits the change of commands from one control step to the next.
 
     Attributes:
-        limits: of the robot.
+        drivetrain: of the robot.
         period: seconds between two commands.
         response_time: delay from a command to the robot's response, seconds.
-        turning_radius: minimum, metres; 0 if the robot can turn in place.
     """
 
-    limits: Limits
+    drivetrain: Drivetrain
     period: float
     response_time: float
-    turning_radius: float = 0.0
+
+    @property
+    def limits(self) -> Limits:
+        """Limits of speed and acceleration."""
+        return self.drivetrain.limits
 
     def rebased(self, last: Twist, measured: Twist) -> Twist:
         """Clip the last command to the measured velocity, plus the change possible in the delay."""
@@ -53,39 +56,33 @@ class Ramp:
         )
 
     def towards(self, last: Twist, wanted: Twist) -> Twist:
-        """One step from the last command towards the wanted one, on a drivable arc."""
+        """One step from the last command towards the wanted one, on a drivable arc.
+
+        Each component changes on its own. The base frame turns with the robot, so one limit for
+        the velocity vector would pull a robot off its line that turns while it drives sideways.
+        """
         reached = Twist(
             self.forward(last.linear, wanted.linear),
             self.turn(last.angular, wanted.angular),
             self.forward(last.lateral, wanted.lateral),
         )
-        return within_turning_radius(reached, self.turning_radius)
+        return self.drivetrain.feasible(reached)
 
     def forward(self, last: float, wanted: float) -> float:
         """One step of the forward speed towards the wanted one, m/s."""
-        rise, fall = self.limits.linear_acceleration, self.limits.linear_deceleration
-        return min(max(wanted, last - fall * self.period), last + rise * self.period)
+        return self.limits.limit_linear(last, wanted, self.period)
 
     def turn(self, last: float, wanted: float) -> float:
         """One step of the turning speed towards the wanted one, rad/s."""
-        top, change = self.limits.angular_speed, self.limits.angular_acceleration * self.period
-        return _near(_near(wanted, 0.0, top), last, change)
+        within = _near(wanted, 0.0, self.limits.angular_speed)
+        return self.limits.limit_angular(last, within, self.period)
 
     def stopped(self, last: Twist) -> Twist:
         """One step of braking on the current arc."""
-        fall = self.limits.linear_deceleration * self.period
-        slower = abs(last.linear) - fall
-        share = max(0.0, slower / abs(last.linear)) if last.linear else 0.0
-        lateral = _towards_zero(last.lateral, fall)
-        turn = self.limits.angular_acceleration * self.period
-        angular = last.angular * share if share else _towards_zero(last.angular, turn)
-        slower_twist = Twist(last.linear * share, angular, lateral)
-        return within_turning_radius(slower_twist, self.turning_radius)
+        linear = self.forward(last.linear, 0.0)
+        angular = last.angular * linear / last.linear if linear else self.turn(last.angular, 0.0)
+        return self.drivetrain.feasible(Twist(linear, angular, self.forward(last.lateral, 0.0)))
 
 
 def _near(value: float, centre: float, slack: float) -> float:
     return min(max(value, centre - slack), centre + slack)
-
-
-def _towards_zero(value: float, change: float) -> float:
-    return _near(0.0, value, change)

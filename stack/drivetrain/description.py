@@ -4,110 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from enum import StrEnum
-from math import cos, sin, tan
+from functools import cached_property
 from pathlib import Path as FilePath
 from typing import Any
 
-import numpy as np
-
+from stack.drivetrain.drivetrain import Drivetrain, WheelGeometry
+from stack.drivetrain.limits import Limits
 from stack.parameters import parameter
-from stack.types import CameraModel, FloatArray, Footprint, Pose2D
-
-
-class DriveKind(StrEnum):
-    """Kind of drive, which defines the feasible velocities."""
-
-    DIFFERENTIAL = "differential"
-    OMNI = "omni"
-    ACKERMANN = "ackermann"
-
-
-@dataclass(frozen=True)
-class Limits:
-    """Limits of speed and acceleration of a drive."""
-
-    linear_speed: float = parameter(0.8, "m/s", above=0.0, help="maximum speed forward")
-    reverse_speed: float = parameter(0.3, "m/s", at_least=0.0, help="maximum speed backward")
-    lateral_speed: float = parameter(
-        0.0, "m/s", at_least=0.0, help="maximum speed sideways; omnidirectional robots only"
-    )
-    angular_speed: float = parameter(1.8, "rad/s", above=0.0, help="maximum turning speed")
-    linear_acceleration: float = parameter(1.0, "m/s²", above=0.0, help="speeding up")
-    linear_deceleration: float = parameter(1.5, "m/s²", above=0.0, help="slowing down")
-    angular_acceleration: float = parameter(
-        3.2, "rad/s²", above=0.0, help="turning, in both directions"
-    )
-
-
-@dataclass(frozen=True)
-class Wheels:
-    """Wheels of a differential or skid-steered drive.
-
-    Attributes:
-        left: URDF joints of the left wheels.
-        right: URDF joints of the right wheels.
-        radius: metres.
-        separation: effective track that odometry uses, metres.
-    """
-
-    left: tuple[str, ...]
-    right: tuple[str, ...]
-    radius: float
-    separation: float
-
-
-@dataclass(frozen=True)
-class OmniWheels:
-    """Three or more omnidirectional wheels: each drives in one direction and slides in the other.
-
-    Attributes:
-        joints: URDF joints, one for each wheel.
-        mounts: contact point of each wheel, base frame; the heading is its driving direction.
-        radius: metres.
-    """
-
-    joints: tuple[str, ...]
-    mounts: tuple[Pose2D, ...]
-    radius: float
-
-    @property
-    def jacobian(self) -> FloatArray:
-        """(n, 3) rolling speed of each wheel, m/s, per unit of linear, lateral, angular speed."""
-        return np.array([
-            [cos(m.heading), sin(m.heading), m.x * sin(m.heading) - m.y * cos(m.heading)]
-            for m in self.mounts
-        ])  # fmt: skip
-
-
-@dataclass(frozen=True)
-class SteeredWheels:
-    """Wheels of a car: steered in front, driven at the rear.
-
-    The base frame is midway between the rear wheels.
-
-    Attributes:
-        steering: URDF joints that turn the front wheels, left and right.
-        rear: URDF joints of the driven wheels, left and right.
-        radius: of the rear wheels, metres.
-        wheelbase: distance between the axles, metres.
-        track: distance between left and right wheels, metres.
-        steering_angle: largest steering angle at the middle of the front axle, radians.
-        steering_speed: rate of the steering angle, rad/s.
-    """
-
-    steering: tuple[str, str]
-    rear: tuple[str, str]
-    radius: float
-    wheelbase: float
-    track: float
-    steering_angle: float
-    steering_speed: float
-
-    @property
-    def turning_radius(self) -> float:
-        """Radius of the tightest circle of the base frame's origin, metres."""
-        return self.wheelbase / tan(self.steering_angle)
+from stack.types import CameraModel, Footprint, Pose2D
 
 
 @dataclass(frozen=True)
@@ -231,7 +135,7 @@ class RobotDescription:
     footprint: Footprint
     height: float
     urdf: FilePath
-    wheels: Wheels | OmniWheels | SteeredWheels
+    wheels: WheelGeometry
     limits: Limits = field(default_factory=Limits)
     odometry: OdometryNoise = field(default_factory=OdometryNoise)
     lidar: LidarDescription | None = None
@@ -250,16 +154,12 @@ class RobotDescription:
         main = {} if self.lidar is None else {"lidar": self.lidar}
         return {**main, **self.lidars}
 
-    @property
-    def drive(self) -> DriveKind:
-        """Kind of drive, by the kind of wheels."""
-        if isinstance(self.wheels, OmniWheels):
-            return DriveKind.OMNI
-        if isinstance(self.wheels, SteeredWheels):
-            return DriveKind.ACKERMANN
-        return DriveKind.DIFFERENTIAL
+    @cached_property
+    def drivetrain(self) -> Drivetrain:
+        """Kinematics of the drive and what it can do."""
+        return self.wheels.drivetrain(self.limits)
 
     @property
     def turning_radius(self) -> float:
         """Radius of the tightest circle, metres; 0 if the robot can turn in place."""
-        return self.wheels.turning_radius if isinstance(self.wheels, SteeredWheels) else 0.0
+        return self.drivetrain.turning_radius

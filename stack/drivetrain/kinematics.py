@@ -1,36 +1,11 @@
-"""Feasible velocities of a drive."""
+"""Arithmetic with twists: scaling to speed limits and the displacement by a constant twist."""
 
 from __future__ import annotations
 
 from math import cos, hypot, inf, sin
 
-from stack.drivetrain.description import DriveKind, Limits, RobotDescription
+from stack.drivetrain.limits import Limits
 from stack.types import Pose2D, Twist
-
-
-def drivable(twist: Twist, robot: RobotDescription) -> Twist:
-    """The feasible part of a twist, without regard to speed limits.
-
-    The lateral velocity is dropped unless the drive is omnidirectional; the curvature is limited
-    to the turning radius.
-    """
-    if robot.drive is DriveKind.OMNI:
-        return twist
-    ahead = Twist(twist.linear, twist.angular) if twist.lateral else twist
-    return within_turning_radius(ahead, robot.turning_radius)
-
-
-def within_turning_radius(twist: Twist, radius: float) -> Twist:
-    """Limit the turning speed of a twist to a turning radius, at the same linear velocity.
-
-    Args:
-        twist: base frame.
-        radius: of the tightest circle, metres; 0 if the robot can turn in place.
-    """
-    if not radius:
-        return twist
-    most = abs(twist.linear) / radius
-    return Twist(twist.linear, min(max(twist.angular, -most), most))
 
 
 def share_within_limits(twist: Twist, limits: Limits, top_speed: float = inf) -> float:

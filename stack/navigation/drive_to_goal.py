@@ -12,7 +12,6 @@ from stack.costmap.route_costs import blocked_at, route_cost
 from stack.errors import NavigationError
 from stack.navigation.blockages import Blockages
 from stack.navigation.following import (
-    IDLE_BEFORE_REPLAN,
     Follower,
     Tools,
     check_not_lost,
@@ -20,7 +19,7 @@ from stack.navigation.following import (
     standing,
 )
 from stack.navigation.planner_worker import Plan, PlanRequest
-from stack.navigation.tasks import MotionTask, NavigationState
+from stack.navigation.tasks import MotionExecutor, MotionTask, NavigationState
 from stack.types import STANDSTILL, Failure, FailureCode, Path, Pose2D, Twist
 
 PERMANENT_FAILURES = frozenset({FailureCode.GOAL_OUTSIDE_MAP, FailureCode.START_OUTSIDE_MAP})
@@ -52,11 +51,10 @@ ROUTINE = ""
 """Replanning reason: a periodic search for a better path."""
 
 
-class GoalDrive:
+class GoalDrive(MotionExecutor):
     """Drives through goals in turn to the last one.
 
     Attributes:
-        task: handle of the task.
         path: current path; None before the first plan.
         goal: the last goal.
         partial: the nearest reachable pose counts as success. Otherwise the end of a partial path
@@ -68,14 +66,15 @@ class GoalDrive:
     def __init__(
         self, task: MotionTask, tools: Tools, goals: Sequence[Pose2D], tolerance: float | None
     ) -> None:
-        self.task, self.goal = task, goals[-1]
+        super().__init__(task)
+        self.goal = goals[-1]
         self.path: Path | None = None
         self._tools, self._goals, self._tolerance = tools, tuple(goals), tolerance
         self._follower = Follower(tools, tolerance)
         self._lost = LostChecker(tools.parameters.lost_health, tools.parameters.lost_time)
         self._reason = "first plan"
         self._requested_at = -inf
-        self._failing_since: float | None = None
+        self._failing = self.timers.new()
         self._failing_at = Pose2D(0.0, 0.0)
         self._leg_ends: tuple[float, ...] = ()
         self._nearest = inf
@@ -85,12 +84,28 @@ class GoalDrive:
         self._planner = self._requested_from = tools.planner_worker.planner
         self._corrections = 0
 
-    def advance(self, state: NavigationState) -> Twist:
+    def pause(self, now: float) -> None:
+        """Hold the drive."""
+        super().pause(now)
+        self._lost.timers.pause(now)
+        self._follower.pause(now)
+
+    def resume(self, now: float) -> None:
+        """Continue from where the robot stands."""
+        super().resume(now)
+        self._lost.timers.resume(now)
+        self._follower.resume(now)
+
+    def stop(self, now: float) -> None:
+        """Release the controller."""
+        self._follower.stop(now)
+
+    def step(self, state: NavigationState) -> Twist:
         """Compute the velocity for this step."""
         try:
             check_not_lost(self._lost, state)
             if self._lost.doubted:
-                return self._stand("the scans do not fit the map: waiting")
+                return self._stand(state.time, "the scans do not fit the map: waiting")
             self._use_plan(state)
             self._pass_goals(state.estimate.pose)
             if self._follower.reached(state) and len(self._goals) == 1:
@@ -98,7 +113,10 @@ class GoalDrive:
                 return STANDSTILL
             self._request_plan_if_needed(state)
             self._report()
-            return STANDSTILL if self.path is None else self._follower.advance(state)
+            if self.path is None:
+                self._follower.pause(state.time)
+                return STANDSTILL
+            return self._follower.step(state)
         except NavigationError as error:
             if self._near_partial_end and error.failure.code in HELD:
                 self._arrive(state.estimate.pose)
@@ -112,8 +130,9 @@ class GoalDrive:
         partial = self.path is not None and self.path.partial
         return partial and progress is not None and progress.remaining <= NEAR_ENOUGH
 
-    def _stand(self, why: str) -> Twist:
+    def _stand(self, now: float, why: str) -> Twist:
         """Stand while the pose is uncertain: a path from a wrong pose is useless."""
+        self._follower.pause(now)
         self.task.report(why, self.task.distance_remaining)
         return STANDSTILL
 
@@ -207,10 +226,9 @@ class GoalDrive:
             return "the path ahead is blocked"
         if progress.offset > p.off_path:
             return f"{progress.offset:.1f} m off the path"
-        idle = follower.idle_since
         if follower.at_position:
             return self._correction(state)
-        if idle is not None and state.time - idle >= IDLE_BEFORE_REPLAN:
+        if follower.idles(state.time):
             return "stopped short of the goal"
         return self._routine(state.time)
 
@@ -247,7 +265,7 @@ class GoalDrive:
             self._planner = self._requested_from
             self._plan_failed(answer, state)
             return
-        self._failing_since = None
+        self._failing.reset()
         if future.request.goals != self._goals:
             self._requested_at = -inf  # a goal was passed meanwhile: the plan leads back to it
             return
@@ -275,11 +293,11 @@ class GoalDrive:
         if self._reason == OTHER_ROUTES:
             self.path = None  # it may lead along a closed edge
         here = state.odometry.pose
-        if self._failing_since is None or (
-            self.path is not None and self._failing_at.distance_to(here) > MOVED
-        ):
-            self._failing_since, self._failing_at = state.time, here
-        if state.time - self._failing_since >= self._tools.parameters.patience:
+        moved = self.path is not None and self._failing_at.distance_to(here) > MOVED
+        if moved or not self._failing.running:
+            self._failing.start(state.time)
+            self._failing_at = here
+        if self._failing.elapsed(state.time) >= self._tools.parameters.patience:
             raise NavigationError(FailureCode(failure.code), failure.sentence)
 
     def _clearly_better(self, plan: Plan, time: float) -> bool:
@@ -305,7 +323,7 @@ class GoalDrive:
             self._blockages.note(self._blocked_at, time)
         self.path, self._leg_ends = plan.path, plan.leg_ends
         self.task.path = plan.path
-        self._follower.set_path(plan.path)
+        self._follower.set_path(plan.path, time)
         self._blocked_at, self._seen_version = None, -1
         length = round(plan.path.length, 3)
         if first:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from math import degrees, hypot, inf
 
@@ -10,10 +11,11 @@ from stack.control.checkers import GoalChecker, LostChecker, ProgressChecker
 from stack.control.cusp_splitter import cusps_of
 from stack.control.path_progress import PathProgress
 from stack.errors import NavigationError
+from stack.lifecycle import Timers
 from stack.navigation.parameters import NavigationParameters
 from stack.navigation.path_speeds import PathSpeeds, slower
 from stack.navigation.planner_worker import PlannerWorker
-from stack.navigation.tasks import CostmapLike, Emit, MotionTask, NavigationState
+from stack.navigation.tasks import CostmapLike, Emit, MotionExecutor, MotionTask, NavigationState
 from stack.types import STANDSTILL, FailureCode, Path, Twist, wrap_angle
 
 STANDING_SPEED, STANDING_TURN = 0.02, 0.05
@@ -33,6 +35,7 @@ class Tools:
         turns_in_place: whether the robot can turn in place; a car cannot.
         has_legs: whether paths have forward and backward segments; not for omnidirectional robots.
         counters: plans, replans, recoveries and distance, for the snapshot.
+        steered_by: the drive whose path the controller follows.
     """
 
     controller: Controller
@@ -46,6 +49,7 @@ class Tools:
     turns_in_place: bool = True
     has_legs: bool = True
     counters: dict[str, float] = field(default_factory=dict)
+    steered_by: object = None
 
     def count(self, what: str) -> None:
         """Increment a counter."""
@@ -63,8 +67,9 @@ class Follower:
 
     Attributes:
         progress: progress on the current path; None before the first path.
+        path: the path to follow; None before the first path.
         waiting: whether the controller stands in front of an obstacle.
-        idle_since: time since which the robot stands before the goal; None while it drives.
+        idle: runs while the robot stands before the goal.
     """
 
     def __init__(self, tools: Tools, tolerance: float | None) -> None:
@@ -76,25 +81,66 @@ class Follower:
         )
         self._goal: GoalChecker | None = None
         self._last = STANDSTILL
-        self._held_since: float | None = None
+        self._timers = Timers()
+        self.idle, self._blocked = self._timers.new(), self._timers.new()
+        self.path: Path | None = None
         self.progress: PathProgress | None = None
         self._speeds: PathSpeeds | None = None
         self.waiting = False
-        self.idle_since: float | None = None
 
     @property
     def at_position(self) -> bool:
         """Whether only the final heading is left."""
         return self._goal is not None and self._goal.at_position
 
-    def set_path(self, path: Path) -> None:
+    def pause(self, now: float) -> None:
+        """Hold the drive; does nothing while it is held."""
+        if self._timers.paused:
+            return
+        for timers in self._all_timers():
+            timers.pause(now)
+        if self._tools.steered_by is self:
+            self._tools.controller.pause(now)
+
+    def resume(self, now: float) -> None:
+        """Continue; does nothing unless held."""
+        if not self._timers.paused:
+            return
+        for timers in self._all_timers():
+            timers.resume(now)
+        if self._tools.steered_by is self:
+            self._tools.controller.resume(now)
+        elif self.path is not None:  # another drive has used the controller
+            self._steer(self.path, now)
+
+    def stop(self, now: float) -> None:
+        """End the drive."""
+        if self._tools.steered_by is self:
+            self._tools.controller.stop(now)
+            self._tools.steered_by = None
+
+    def _all_timers(self) -> Iterator[Timers]:
+        yield self._timers
+        yield self._progress_checker.timers
+        if self._goal is not None:
+            yield self._goal.timers
+
+    def _steer(self, path: Path, now: float) -> None:
+        """Give a path to the controller."""
+        if self._tools.steered_by is not self:
+            self._tools.controller.start(now)
+            self._tools.steered_by = self
+        self._tools.controller.set_path(path)
+
+    def set_path(self, path: Path, now: float) -> None:
         """Set the path to follow."""
-        p = self._tools.parameters
+        self.resume(now)
+        p, self.path = self._tools.parameters, path
         self.progress = PathProgress(path, cusps_of(path) if self._tools.has_legs else ())
         self._speeds = PathSpeeds(path, self._tools.deceleration)
         self._goal = GoalChecker(path.goal, self._tolerance, p.goal_heading, p.goal_settle)
-        self._tools.controller.set_path(path)
-        self.idle_since = None
+        self._steer(path, now)
+        self.idle.reset()
 
     @property
     def posted_limit(self) -> float:
@@ -105,8 +151,7 @@ class Follower:
 
     def off_heading(self, state: NavigationState) -> str:
         """Describe the heading error of a car that stands at the goal's position; else empty."""
-        idle = self.idle_since
-        stands = idle is not None and state.time - idle >= IDLE_BEFORE_REPLAN
+        stands = self.idles(state.time)
         if self._tools.turns_in_place or self._goal is None or not (stands and self.at_position):
             return ""
         goal, pose = self._goal.goal, state.estimate.pose
@@ -118,6 +163,10 @@ class Follower:
             "heading, and this robot cannot turn in place"
         )
 
+    def idles(self, now: float) -> bool:
+        """Whether the robot has stood before the goal for IDLE_BEFORE_REPLAN seconds."""
+        return self.idle.running and self.idle.elapsed(now) >= IDLE_BEFORE_REPLAN
+
     def reached(self, state: NavigationState) -> bool:
         """Whether the end of the path is reached."""
         if self._goal is None:
@@ -125,12 +174,13 @@ class Follower:
         still = self._last == STANDSTILL and standing(state.odometry.twist)
         return self._goal.reached(state.time, state.estimate.pose, standing=still)
 
-    def advance(self, state: NavigationState) -> Twist:
+    def step(self, state: NavigationState) -> Twist:
         """Compute the velocity for this step.
 
         Raises:
             NavigationError: NO_PROGRESS, or COLLISION_AHEAD for longer than collision_patience.
         """
+        self.resume(state.time)
         p = self._tools.parameters
         if self._progress_checker.stuck(state.time, state.estimate.pose):
             raise NavigationError(
@@ -139,9 +189,9 @@ class Follower:
             )
         self._last = self._command(state)
         if self._last != STANDSTILL:
-            self.idle_since = None
-        elif self.idle_since is None:
-            self.idle_since = state.time
+            self.idle.reset()
+        else:
+            self.idle.start_once(state.time)
         return self._last
 
     def _command(self, state: NavigationState) -> Twist:
@@ -157,7 +207,7 @@ class Follower:
             return STANDSTILL
         self.waiting = False
         if twist != STANDSTILL:
-            self._held_since = None
+            self._blocked.reset()
         if self._speeds is None or self.progress is None:
             return twist
         return slower(twist, self._speeds.at(self.progress.travelled))
@@ -167,28 +217,48 @@ class Follower:
         if error.failure.code != FailureCode.COLLISION_AHEAD:
             raise error
         self.waiting = True
-        if self._held_since is None:
-            self._held_since = time
-        if time - self._held_since >= self._tools.parameters.collision_patience:
+        self._blocked.start_once(time)
+        if self._blocked.elapsed(time) >= self._tools.parameters.collision_patience:
             raise error
 
 
-class PathDrive:
+class PathDrive(MotionExecutor):
     """Follows a fixed path, without planning."""
 
     def __init__(self, task: MotionTask, tools: Tools, path: Path) -> None:
-        self.task, self.path, self.goal = task, path, path.goal
+        super().__init__(task)
+        self.path, self.goal = path, path.goal
         self._follower = Follower(tools, None)
-        self._follower.set_path(path)
         self._lost = LostChecker(tools.parameters.lost_health, tools.parameters.lost_time)
         task.path = path
 
-    def advance(self, state: NavigationState) -> Twist:
+    def start(self, now: float) -> None:
+        """Give the path to the controller."""
+        self._follower.set_path(self.path, now)
+
+    def pause(self, now: float) -> None:
+        """Hold the drive."""
+        super().pause(now)
+        self._lost.timers.pause(now)
+        self._follower.pause(now)
+
+    def resume(self, now: float) -> None:
+        """Continue from where the robot stands."""
+        super().resume(now)
+        self._lost.timers.resume(now)
+        self._follower.resume(now)
+
+    def stop(self, now: float) -> None:
+        """Release the controller."""
+        self._follower.stop(now)
+
+    def step(self, state: NavigationState) -> Twist:
         """Compute the velocity for this step."""
         follower, task = self._follower, self.task
         try:
             check_not_lost(self._lost, state)
             if self._lost.doubted:
+                follower.pause(state.time)
                 return STANDSTILL
             if follower.progress is not None:
                 follower.progress.advance(state.estimate.pose)
@@ -198,7 +268,7 @@ class PathDrive:
                 return STANDSTILL
             if off := follower.off_heading(state):
                 raise NavigationError(FailureCode.NO_PROGRESS, off)
-            return follower.advance(state)
+            return follower.step(state)
         except NavigationError as error:
             task.fail(error.failure.code, error.failure.sentence)
             return STANDSTILL

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from math import degrees
 
 from stack.components import Controller, Planner
-from stack.drivetrain.description import DriveKind, RobotDescription
+from stack.drivetrain.description import RobotDescription
 from stack.errors import ParameterError
+from stack.navigation.activities import Activities
 from stack.navigation.drive_to_goal import GoalDrive
 from stack.navigation.escape.escape import Escape, EscapeGoal
 from stack.navigation.escape.surroundings import Surroundings
@@ -27,14 +27,14 @@ from stack.navigation.recoveries import (
 from stack.navigation.tasks import CostmapLike, Emit, MotionExecutor, MotionTask, NavigationState
 from stack.navigation.teleoperation import Teleoperation
 from stack.safety.monitor import CollisionMonitor
-from stack.types import STANDSTILL, FailureCode, Path, Pose2D, TaskStatus, Twist
+from stack.types import FailureCode, Path, Pose2D, TaskStatus, Twist
 
 
 class Navigator:
     """Plans, follows paths and recovers; one motion task at a time, a newer one cancels the older.
 
-    Called once per control step. Skipped steps (a pause, an emergency stop) do not count as time
-    for patience, progress and deadlines.
+    Called once per control step. Between `pause` and `resume` the mission's motion is held: no
+    time limit counts, and a motion that is begun meanwhile is a detour of the operator.
 
     Args:
         robot: outline and limits.
@@ -58,23 +58,22 @@ class Navigator:
             controller, PlannerWorker(planner), parameters, local_costmap, global_costmap, emit,
             clear_of=robot.footprint.inscribed_radius,
             deceleration=robot.limits.linear_deceleration,
-            turns_in_place=robot.drive is not DriveKind.ACKERMANN,
-            has_legs=robot.drive is not DriveKind.OMNI,
+            turns_in_place=robot.drivetrain.turns_in_place,
+            has_legs=not robot.drivetrain.can_move_sideways,
             counters={"plans": 0.0, "replans": 0.0, "recoveries": 0.0, "distance": 0.0},
         )  # fmt: skip
         self._surroundings = Surroundings()
-        self._executor: MotionExecutor | None = None
+        self._activities = Activities(emit)
         self._queries = PlanQueries(self._tools)
         self._state: NavigationState | None = None
-        self._paused_time, self._last_time = 0.0, 0.0
 
     @property
     def parameters(self) -> NavigationParameters:
         """Current parameters; new tolerances apply to tasks started later."""
         return self._tools.parameters
 
-    @parameters.setter
-    def parameters(self, parameters: NavigationParameters) -> None:
+    def configure(self, parameters: NavigationParameters) -> None:
+        """Apply new parameters, from the next step on."""
         self._tools.parameters = parameters
 
     @property
@@ -92,13 +91,7 @@ class Navigator:
         Raises:
             ParameterError: there is no such edge, or the planner has no route graph.
         """
-        change = getattr(self.planner, "with_edge", None)
-        if change is None:
-            raise ParameterError(
-                "edge", f"{edge!r}: the planner in use has no route graph",
-                "use `planner: {use: route, graph: FILE}`",
-            )  # fmt: skip
-        self.planner = change(edge, closed=closed)
+        self.planner = self.planner.with_edge(edge, closed=closed)
         self._emit("route", f"edge {edge} is now {'closed' if closed else 'open'}", edge=edge)
 
     @property
@@ -134,24 +127,21 @@ class Navigator:
         """Counters for the snapshot: plans, replans, recoveries, distance (metres driven)."""
         return dict(self._tools.counters)
 
-    def advance(self, state: NavigationState) -> Twist:
+    def step(self, state: NavigationState) -> Twist:
         """Compute the velocity for this step; STANDSTILL without a running task."""
         self._count_distance(state)
-        state = self._without_pauses(state)
         self._state = state
         self._surroundings.look(state)
-        self._queries.advance(state)
-        executor = self._executor
-        if executor is None or not executor.task.running:
-            self._executor = None
-            return STANDSTILL
-        try:
-            twist = executor.advance(state)
-        except Exception as error:  # a controller may be a plugin
-            executor.task.fail(
-                FailureCode.EXCEPTION, f"{executor.task.what} raised an exception: {error!r}"
-            )
-        return twist if executor.task.running else STANDSTILL
+        self._queries.step(state)
+        return self._activities.step(state)
+
+    def pause(self, now: float) -> None:
+        """Hold the mission's motion at a time in seconds; does nothing while it is held."""
+        self._activities.pause(now)
+
+    def resume(self, now: float) -> None:
+        """Continue the mission's motion, and cancel a detour; does nothing unless held."""
+        self._activities.resume(now)
 
     def navigate_to(
         self, goal: Pose2D, *, tolerance: float | None = None, partial: bool = False
@@ -273,12 +263,12 @@ class Navigator:
 
     def drive_for(self, twist: Twist, seconds: float) -> MotionTask:
         """Drive a velocity for some seconds; a call during this time renews it."""
-        until = (self._state.time if self._state else 0.0) + seconds
-        if isinstance(self._executor, DriveFor) and self._executor.task.running:
-            self._executor.renew(twist, until)
-            return self._executor.task
+        now, current = self._state.time if self._state else 0.0, self._activities.current
+        if isinstance(current, DriveFor):
+            current.renew(twist, now, seconds)
+            return current.task
         task = self._task("drive on command")
-        self.start(DriveFor(task, twist, until), "goal", "driving on command")
+        self.start(DriveFor(task, twist, now, seconds), "goal", "driving on command")
         return task
 
     def assisted_teleop(self, seconds: float, *, silence: float = 30.0) -> MotionTask:
@@ -294,30 +284,13 @@ class Navigator:
     @property
     def teleoperation(self) -> Teleoperation | None:
         """The running teleoperation task, None without one; accepts the operator's velocities."""
-        executor = self._executor
-        if isinstance(executor, Teleoperation) and executor.task.running:
-            return executor
-        return None
+        current = self._activities.current
+        return current if isinstance(current, Teleoperation) else None
 
     def start(self, executor: MotionExecutor, kind: str, text: str) -> None:
         """Run an executor from the next step on; cancels the current one."""
-        if self._executor is not None:
-            self._executor.task.cancel(f"replaced: {executor.task.what}")
-        self._executor = executor
+        self._activities.begin(executor)
         self._emit(kind, text)
-
-    def suspend(self) -> MotionExecutor | None:
-        """Suspend the current executor without ending its task; see `resume`."""
-        executor, self._executor = self._executor, None
-        return executor
-
-    def resume(self, executor: MotionExecutor | None) -> None:
-        """Cancel the current executor and continue a suspended one."""
-        if self._executor is not None:
-            self._executor.task.cancel("the mission continues")
-        self._executor = executor
-        if self.path is not None:  # the shared controller still has the other executor's path
-            self.controller.set_path(self.path)
 
     def new_task(self, what: str) -> MotionTask:
         """Create a task handle for an executor built elsewhere."""
@@ -326,8 +299,7 @@ class Navigator:
     def cancel_all(self, why: str = "cancelled") -> None:
         """Cancel every task; the robot stops from the next step on."""
         self._queries.cancel(why)
-        if self._executor is not None:
-            self._executor.task.cancel(why)
+        self._activities.cancel(why)
 
     def close(self) -> None:
         """Cancel all tasks and stop the planner's thread."""
@@ -336,10 +308,8 @@ class Navigator:
 
     @property
     def _drive(self) -> GoalDrive | PathDrive | None:
-        executor = self._executor
-        if isinstance(executor, GoalDrive | PathDrive) and executor.task.running:
-            return executor
-        return None
+        current = self._activities.current
+        return current if isinstance(current, GoalDrive | PathDrive) else None
 
     def _recovery_tools(self) -> RecoveryTools:
         return RecoveryTools(self._robot, self.parameters, self._monitor, self._period)
@@ -359,14 +329,6 @@ class Navigator:
         why = f": {task.feedback}" if task.feedback else ""
         code = "" if failure is None else str(failure.code)
         self._emit("task", f"{task.what} {word}{why}", level, status=word, code=code)
-
-    def _without_pauses(self, state: NavigationState) -> NavigationState:
-        """Return the state with a time that excludes pauses."""
-        gap = state.time - self._last_time
-        if self._state is not None and gap > 3.0 * self._period:
-            self._paused_time += gap - self._period
-        self._last_time = state.time
-        return replace(state, time=state.time - self._paused_time) if self._paused_time else state
 
     def _count_distance(self, state: NavigationState) -> None:
         if self._state is not None:

@@ -35,14 +35,14 @@ class PlanQueries:
         for planning in self._under_way:
             planning.task.cancel(why)
 
-    def advance(self, state: NavigationState) -> None:
+    def step(self, state: NavigationState) -> None:
         """Request plans and deliver finished ones."""
         for planning in self._under_way:
             if planning.task.running:
-                self._advance(planning, state)
+                self._step(planning, state)
         self._under_way = [item for item in self._under_way if item.task.running]
 
-    def _advance(self, planning: _Planning, state: NavigationState) -> None:
+    def _step(self, planning: _Planning, state: NavigationState) -> None:
         tools, p, task = self._tools, self._tools.parameters, planning.task
         if task.future is None:
             start = planning.start or state.estimate.pose

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stack.components import CancelToken, Planner, PlanOptions, plan_with_options
+from stack.components import CancelToken, Planner, PlanOptions
 from stack.errors import NavigationError
 from stack.types import CostGrid, Failure, FailureCode, FloatArray, Path, Pose2D
 
@@ -133,7 +133,7 @@ def plan_through(planner: Planner, request: PlanRequest, cancel: CancelToken | N
     start, legs = request.start, list[Path]()
     for goal in request.goals:
         cancel.check()
-        path = plan_with_options(planner, request.costs, (start, goal), options)
+        path = planner.plan(request.costs, start, goal, options=options)
         legs.append(path)
         start, options = path.goal, replace(options, direction=last_direction(path))
     ends = tuple(float(end) for end in np.cumsum([leg.length for leg in legs]))

@@ -6,14 +6,15 @@ blocked, stalled or timed out.
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from dataclasses import dataclass
 from math import atan2, copysign, cos, degrees, inf, sin, sqrt
 
-from stack.drivetrain.description import DriveKind, Limits, RobotDescription
+from stack.drivetrain.description import RobotDescription
+from stack.drivetrain.limits import Limits
 from stack.navigation.following import standing
 from stack.navigation.parameters import NavigationParameters
-from stack.navigation.tasks import MotionTask, NavigationState
+from stack.navigation.tasks import MotionExecutor, MotionTask, NavigationState
 from stack.safety.monitor import CollisionMonitor
 from stack.types import STANDSTILL, FailureCode, Odometry, Pose2D, Twist, wrap_angle
 
@@ -67,19 +68,17 @@ class MotionProfile:
         return min(self.speed, rise, max(fall, 0.1 * self.speed))
 
 
-class Recovery(ABC):
+class Recovery(MotionExecutor):
     """A motion with one degree of freedom and a trapezoidal speed profile.
 
     Subclasses define how odometry measures the motion and which twist drives it.
     """
 
     def __init__(self, task: MotionTask, profile: MotionProfile, tools: RecoveryTools) -> None:
-        self.task = task
+        super().__init__(task)
         self._profile, self._tools, self._rate = profile, tools, 0.0
-        self._began: float | None = None
+        self._total, self._stall, self._block = (self.timers.new() for _ in range(3))
         self._done = self._best = 0.0
-        self._best_at = 0.0
-        self._blocked_since: float | None = None
         self._blocked_at = 0.0
 
     @abstractmethod
@@ -90,11 +89,19 @@ class Recovery(ABC):
     def _twist(self, rate: float) -> Twist:
         """Return the twist that drives the motion at this rate."""
 
-    def advance(self, state: NavigationState) -> Twist:
+    def start(self, now: float) -> None:
+        """Start the time limits."""
+        self._total.start(now)
+        self._stall.start(now)
+
+    def resume(self, now: float) -> None:
+        """Continue from standstill."""
+        super().resume(now)
+        self._rate = 0.0
+
+    def step(self, state: NavigationState) -> Twist:
         """Compute the velocity for this step."""
         self._done = self._measure(state.odometry)
-        if self._began is None:
-            self._began = self._best_at = state.time
         remaining = self._profile.total - self._done
         self.task.report(f"{max(0.0, remaining):.2f} {self._profile.unit} to go", remaining)
         if remaining <= DONE:
@@ -115,14 +122,15 @@ class Recovery(ABC):
     def _ended_early(self, state: NavigationState) -> bool:
         """Fail when the robot has stalled or the deadline has passed."""
         if self._done > self._best + DONE:
-            self._best, self._best_at = self._done, state.time
+            self._best = self._done
+            self._stall.start(state.time)
         driven = f"drove {self._done:.2f} of {self._profile.total:.2f} {self._profile.unit}"
-        if state.time - self._best_at >= self._tools.parameters.stall_time:
+        if self._stall.elapsed(state.time) >= self._tools.parameters.stall_time:
             self.task.fail(
                 FailureCode.NO_PROGRESS,
                 f"did not move for {self._tools.parameters.stall_time:g} s; {driven}",
             )
-        elif self._began is not None and state.time - self._began >= self._profile.deadline:
+        elif self._total.elapsed(state.time) >= self._profile.deadline:
             self.task.fail(
                 FailureCode.TIMED_OUT, f"not done after {self._profile.deadline:.1f} s; {driven}"
             )
@@ -137,11 +145,12 @@ class Recovery(ABC):
         )
         if contact.time == inf:
             if self._done > self._blocked_at + DONE:  # noise alone must not restart the patience
-                self._blocked_since = None
+                self._block.reset()
             return False
-        if self._blocked_since is None:
-            self._blocked_since, self._blocked_at = state.time, self._done
-        if state.time - self._blocked_since >= self._tools.parameters.recovery_patience:
+        if not self._block.running:
+            self._block.start(state.time)
+            self._blocked_at = self._done
+        if self._block.elapsed(state.time) >= self._tools.parameters.recovery_patience:
             self.task.fail(
                 FailureCode.COLLISION_AHEAD,
                 f"an obstacle {contact.time:.2f} {self._profile.unit} ahead is in the way; drove "
@@ -236,9 +245,9 @@ class StraightLine:
 
     def unsupported_reason(self, robot: RobotDescription) -> str:
         """Reason why a robot cannot drive the line; empty when it can."""
-        if self.direction and robot.drive is not DriveKind.OMNI:
+        if self.direction and not robot.drivetrain.can_move_sideways:
             return (
-                f"the {robot.name} has {robot.drive} wheels and cannot drive towards "
+                f"the {robot.name} has {robot.drivetrain.kind} wheels and cannot drive towards "
                 f"{degrees(self.direction):.0f} deg without turning first; omit the direction"
             )
         if self.top_speed(robot.limits) <= 0.0:
@@ -274,13 +283,14 @@ class DriveOnHeading(Recovery):
             abs(line.distance), speed, 0.5 * limits.linear_acceleration, 0.25, "m"
         )
         super().__init__(task, profile, tools)
-        self._unit, self._start, self._off = line.unit, Pose2D(0.0, 0.0), 0.0
-        self._sideways = robot.drive is DriveKind.OMNI
+        self._unit, self._off = line.unit, 0.0
+        self._start: Pose2D | None = None
+        self._sideways = robot.drivetrain.can_move_sideways
         radius = robot.turning_radius
         self._tightest = min(self.TIGHTEST, 1.0 / radius) if radius else self.TIGHTEST
 
     def _measure(self, odometry: Odometry) -> float:
-        if self._began is None:
+        if self._start is None:
             self._start = odometry.pose
         motion = odometry.pose.relative_to(self._start)
         self._off = motion.heading
@@ -295,20 +305,22 @@ class DriveOnHeading(Recovery):
         return Twist(rate * forward, rate * steer, rate * left)
 
 
-class DriveFor:
+class DriveFor(MotionExecutor):
     """Drives a velocity with a time to live, renewed by behaviours with their own control loop."""
 
-    def __init__(self, task: MotionTask, twist: Twist, until: float) -> None:
-        self.task = task
-        self.renew(twist, until)
+    def __init__(self, task: MotionTask, twist: Twist, now: float, seconds: float) -> None:
+        super().__init__(task)
+        self._age = self.timers.new()
+        self.renew(twist, now, seconds)
 
-    def renew(self, twist: Twist, until: float) -> None:
-        """Set a new velocity and the time until which it is driven."""
-        self._twist, self._until = twist, until
+    def renew(self, twist: Twist, now: float, seconds: float) -> None:
+        """Set a new velocity and the seconds for which it is driven."""
+        self._twist, self._seconds = twist, seconds
+        self._age.start(now)
 
-    def advance(self, state: NavigationState) -> Twist:
+    def step(self, state: NavigationState) -> Twist:
         """Return the velocity until its time is over."""
-        if state.time >= self._until - 1e-9:
+        if self._age.elapsed(state.time) >= self._seconds - 1e-9:
             self.task.succeed("done")
             return STANDSTILL
         self.task.report("driving on command", 0.0)

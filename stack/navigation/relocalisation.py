@@ -7,7 +7,7 @@ from collections.abc import Callable
 from stack.errors import NavigationError
 from stack.localisation.estimator import Estimator, Match
 from stack.navigation.following import standing
-from stack.navigation.tasks import MotionTask, NavigationState
+from stack.navigation.tasks import MotionExecutor, MotionTask, NavigationState
 from stack.types import STANDSTILL, FailureCode, Pose2D, Scan, Twist
 
 SCANS = 3
@@ -17,28 +17,30 @@ SCAN_PATIENCE = 5.0
 """Seconds within which the robot must stop and the scans must arrive."""
 
 
-class Relocalisation:
+class Relocalisation(MotionExecutor):
     """Stands still, collects scans and lets the estimator match them with the whole map."""
 
     def __init__(
         self, task: MotionTask, estimator: Estimator, found: Callable[[Pose2D, Match], None]
     ) -> None:
-        self.task = task
+        super().__init__(task)
         self._estimator, self._found = estimator, found
         self._views: list[tuple[Pose2D, Scan]] = []
-        self._deadline: float | None = None
+        self._waiting = self.timers.new()
         self._standing_since: float | None = None
 
-    def advance(self, state: NavigationState) -> Twist:
+    def start(self, now: float) -> None:
+        """Start to wait for scans."""
+        self._waiting.start(now)
+
+    def step(self, state: NavigationState) -> Twist:
         """Return standstill; end the task when there are enough scans."""
-        if self._deadline is None:
-            self._deadline = state.time + SCAN_PATIENCE
         if standing(state.odometry.twist):
             self._gather(state)
         self.task.report(f"scan {len(self._views)} of {SCANS}", 0.0)
         if len(self._views) == SCANS:
             self._match(state.odometry.pose)
-        elif state.time >= self._deadline:
+        elif self._waiting.elapsed(state.time) >= SCAN_PATIENCE:
             self.task.fail(
                 FailureCode.LOST,
                 f"received {len(self._views)} of {SCANS} lidar scans while standing still "

@@ -1,11 +1,13 @@
-"""Task handles of navigation, and the state that they are advanced with."""
+"""Task handles of navigation, and the state that they are stepped with."""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Protocol
 
+from stack.lifecycle import Timers
 from stack.navigation.planner_worker import PlanFuture
 from stack.types import (
     CostGrid,
@@ -136,11 +138,36 @@ class MotionTask:
         self._ended(self)
 
 
-class MotionExecutor(Protocol):
-    """Executes a motion task: a drive or a recovery."""
+class MotionExecutor(ABC):
+    """Executes a motion task: a drive or a recovery.
 
-    task: MotionTask
+    Lifecycle: `start` before the first step, then `step` in each control step. `pause` and `resume`
+    enclose a time in which the robot is held or drives elsewhere. `stop` follows the end of the
+    task, whatever ended it. Times are seconds on the robot's clock.
 
-    def advance(self, state: NavigationState) -> Twist:
+    Attributes:
+        task: handle of the task.
+        timers: time limits of the task; pauses do not count.
+    """
+
+    def __init__(self, task: MotionTask) -> None:
+        self.task = task
+        self.timers = Timers()
+
+    def start(self, now: float) -> None:  # noqa: B027 - optional
+        """Begin, before the first step."""
+
+    @abstractmethod
+    def step(self, state: NavigationState) -> Twist:
         """Compute the velocity for this control step; ends the task when it is done."""
-        ...
+
+    def pause(self, now: float) -> None:
+        """Hold the motion; no steps follow until `resume`."""
+        self.timers.pause(now)
+
+    def resume(self, now: float) -> None:
+        """Continue; the robot stands, perhaps at another place."""
+        self.timers.resume(now)
+
+    def stop(self, now: float) -> None:  # noqa: B027 - optional
+        """Release what the motion uses, after the task has ended."""

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from stack.navigation.tasks import MotionTask, NavigationState
+from stack.navigation.tasks import MotionExecutor, MotionTask, NavigationState
 from stack.types import STANDSTILL, FailureCode, Twist
 
 TIME_TO_LIVE = 0.5
 """Seconds on the robot's clock for which one velocity command is driven."""
 
 
-class Teleoperation:
+class Teleoperation(MotionExecutor):
     """Drives the operator's velocities until release, time limit or silence.
 
     It does not check for obstacles: the safety stage limits every velocity.
@@ -21,32 +21,37 @@ class Teleoperation:
     """
 
     def __init__(self, task: MotionTask, seconds: float, silence: float) -> None:
-        self.task = task
+        super().__init__(task)
         self._seconds, self._silence = seconds, silence
         self._twist = STANDSTILL
         self._now = 0.0
-        self._began: float | None = None
-        self._received_at = 0.0
+        self._total, self._since_command = self.timers.new(), self.timers.new()
 
     def steer(self, twist: Twist) -> None:
         """Set the velocity to drive from the next step on, for TIME_TO_LIVE seconds."""
-        self._twist, self._received_at = twist, self._now
-
-    def discard_velocity(self) -> None:
-        """Discard the velocity; used by pauses and emergency stops."""
-        self._twist = STANDSTILL
+        self._twist = twist
+        self._since_command.start(self._now)
 
     def release(self) -> None:
         """End the teleoperation with success; the mission continues."""
         self.task.succeed("released by the operator")
 
-    def advance(self, state: NavigationState) -> Twist:
+    def start(self, now: float) -> None:
+        """Start both time limits."""
+        self._now = now
+        self._total.start(now)
+        self._since_command.start(now)
+
+    def pause(self, now: float) -> None:
+        """Hold the robot, and discard the velocity that was sent before."""
+        super().pause(now)
+        self._twist = STANDSTILL
+
+    def step(self, state: NavigationState) -> Twist:
         """Return the operator's velocity, standstill after its time to live."""
         self._now = state.time
-        if self._began is None:
-            self._began = self._received_at = state.time
-        left = self._seconds - (state.time - self._began)
-        silent = state.time - self._received_at
+        left = self._seconds - self._total.elapsed(state.time)
+        silent = self._since_command.elapsed(state.time)
         if left <= 1e-9:
             self.task.fail(
                 FailureCode.TIMED_OUT, f"the operator did not finish within {self._seconds:g} s"

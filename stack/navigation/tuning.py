@@ -24,13 +24,8 @@ class Tunable:
 
     @staticmethod
     def of(component: Any) -> Tunable:
-        """Create for a component with `parameters`, and `configure` or a settable attribute."""
-        configure = getattr(component, "configure", None)
-
-        def assign(parameters: Any) -> None:
-            component.parameters = parameters
-
-        return Tunable(lambda: component.parameters, configure or assign)
+        """Create for a component with `parameters` and `configure`."""
+        return Tunable(lambda: component.parameters, component.configure)
 
 
 def flat(tunables: Mapping[str, Tunable]) -> dict[str, Any]:

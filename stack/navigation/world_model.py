@@ -44,7 +44,8 @@ class WorldModel:
 
     def __init__(  # noqa: PLR0913 - parts of the model, by keyword
         self, local_costmap: Costmap, global_costmap: Costmap, tracker: Tracker | None,
-        speed_limits: SpeedLimits, *, lidar: str, deceleration: float, cover: Callable[[Iterable[Pose2D]], None],
+        speed_limits: SpeedLimits, *, lidar: str, deceleration: float,
+        cover: Callable[[Iterable[Pose2D]], None],
     ) -> None:  # fmt: skip
         self.local_costmap, self.global_costmap = local_costmap, global_costmap
         self._tracker, self._lidar, self._deceleration = tracker, lidar, deceleration

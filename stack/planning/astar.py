@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from stack.components import DEFAULT_PLAN_OPTIONS, PlanOptions
+from stack.components import DEFAULT_PLAN_OPTIONS, Planner, PlanOptions
 from stack.drivetrain.description import RobotDescription
 from stack.parameters import parameter
 from stack.planning.endpoints import (
@@ -37,7 +37,7 @@ class AstarParameters(PlannerParameters):
     smoother: str = parameter("simple", one_of=SMOOTHERS, help="smoother for the path of cells")
 
 
-class Astar:
+class Astar(Planner):
     """A* on an 8-connected grid, followed by a smoother.
 
     A path costs its length times (1 + cost_weight · c / 252), where c is the cost of the cells it
@@ -55,6 +55,7 @@ class Astar:
     def __init__(self, parameters: AstarParameters, robot: RobotDescription) -> None:
         from stack.planning import kernels
 
+        super().__init__(parameters, robot)
         self._kernels: Any = kernels
         self._tables = StepCosts.of(
             parameters.cost_weight, parameters.allow_unknown, parameters.unknown_as

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from math import isfinite
 from typing import Any
 
 from stack.body import SimulatedWorld
 from stack.errors import InputError, ParameterError
-from stack.navigation.tasks import MotionExecutor
 from stack.navigation.teleoperation import Teleoperation
 from stack.robot import Task
 from stack.runtime.debug_commands import DebugCommands
@@ -25,20 +23,12 @@ End = Callable[[MissionState, str], None]
 """end(state, reason): end the mission with a final state."""
 
 
-@dataclass(frozen=True)
-class OperatorGoal:
-    """A drive to the operator's goal, and the mission's motion that is suspended meanwhile."""
-
-    task: Task
-    suspended: MotionExecutor | None
-
-
 class CommandHandler:
     """Applies commands; acknowledges each and logs it with the step in which it took effect."""
 
     def __init__(self, parts: Parts, mission: MissionStateMachine, end: End) -> None:
         self._parts, self._mission, self._end = parts, mission, end
-        self._operator_goal: OperatorGoal | None = None
+        self._detour: Task | None = None
         self.debugging = DebugCommands(parts, mission, lambda: self._resume({}))
         self._actions: dict[str, Callable[[Arguments], str | None]] = {
             "pause": self._pause,
@@ -59,8 +49,8 @@ class CommandHandler:
         """Whether the mission is paused and the robot drives to the operator's goal."""
         return (
             self._mission.state is MissionState.PAUSED
-            and self._operator_goal is not None
-            and self._operator_goal.task.status is TaskStatus.RUNNING
+            and self._detour is not None
+            and self._detour.status is TaskStatus.RUNNING
         )
 
     def apply_all(self, held: bool = False) -> None:
@@ -111,37 +101,32 @@ class CommandHandler:
     def _pause(self, _: Arguments) -> str:
         refusal = self._mission.send(MissionEvent.PAUSE)
         if not refusal:
-            self._cancel_operator_goal()
+            self._cancel_detour()
             self.debugging.forget_steps()
         return refusal
 
     def _resume(self, _: Arguments) -> str:
         refusal = self._mission.send(MissionEvent.RESUME)
-        if refusal:
-            return refusal
-        if self._operator_goal is not None:
-            self._parts.navigator.resume(self._operator_goal.suspended)
-            self._operator_goal = None
-        self._forget_teleoperation()
-        self.debugging.forget_steps()
-        return ""
+        if not refusal:
+            self._detour = None
+            self.debugging.forget_steps()
+        return refusal
 
     def _emergency_stop(self, arguments: Arguments) -> str:
         refusal = self._mission.send(
             MissionEvent.EMERGENCY_STOP, str(arguments.get("reason", "operator"))
         )
-        self._cancel_operator_goal()
-        self._forget_teleoperation()
+        self._cancel_detour()
         return refusal
 
     def _release(self, _: Arguments) -> str:
         """Release the emergency stop; the robot stands until `resume`."""
         return self._mission.send(MissionEvent.RELEASE)
 
-    def _cancel_operator_goal(self) -> None:
-        """End the drive to the operator's goal; `resume` continues the mission's own motion."""
-        if self._operator_goal is not None:
-            self._operator_goal.task.cancel()
+    def _cancel_detour(self) -> None:
+        """Cancel the drive to the operator's goal; `resume` continues the mission's own motion."""
+        if self._detour is not None:
+            self._detour.cancel()
 
     def _abort(self, arguments: Arguments) -> None:
         self._end(MissionState.ABORTED, str(arguments.get("reason", "by the operator")))
@@ -165,11 +150,9 @@ class CommandHandler:
         """Pause the mission and drive to a pose; `resume` continues the mission's own motion."""
         goal = _pose(arguments)
         refusal = self._mission.send(MissionEvent.DETOUR)
-        if refusal:
-            return refusal
-        navigator, previous = self._parts.navigator, self._operator_goal
-        suspended = previous.suspended if previous else navigator.suspend()
-        self._operator_goal = OperatorGoal(self._parts.facade.navigate_to(goal), suspended)
+        if not refusal:
+            self._detour = self._parts.facade.navigate_to(goal)
+        return refusal
         return None
 
     def _teleop(self, arguments: Arguments) -> str | None:
@@ -186,12 +169,6 @@ class CommandHandler:
             return self._teleoperation_refusal
         teleoperation.release()
         return None
-
-    def _forget_teleoperation(self) -> None:
-        """Drop a velocity that the operator sent before the robot was held."""
-        teleoperation = self._parts.navigator.teleoperation
-        if teleoperation is not None:
-            teleoperation.discard_velocity()
 
     @property
     def _teleoperation(self) -> Teleoperation | None:

@@ -177,11 +177,13 @@ class Runtime:
         }
 
     def _state_changed(self, before: MissionState, after: MissionState) -> None:
-        """Time limits of the tree stand still while the mission is held."""
-        now, held = self.parts.body.time, HELD
-        if after in held and before not in held:
+        """Pause and resume the tree and its motion; their time limits do not count meanwhile."""
+        now = self.parts.body.time
+        if after in HELD and before not in HELD:
             self.parts.tree.pause(now)
-        elif before in held and after not in held:
+            self.parts.navigator.pause(now)
+        elif before in HELD and after not in HELD:
+            self.parts.navigator.resume(now)
             self.parts.tree.resume(now)
 
     def _is_frozen(self) -> bool:
@@ -253,7 +255,7 @@ class Runtime:
             return STANDSTILL
         p = self.parts
         scan = p.facade.scan
-        return p.navigator.advance(
+        return p.navigator.step(
             NavigationState(
                 p.body.time, p.estimator.estimate, motion, scan, world.tracks, obstacles
             )

@@ -12,8 +12,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import atan2, hypot, inf, isfinite, pi
 
-from stack.drivetrain.description import DriveKind, RobotDescription
-from stack.drivetrain.kinematics import drivable, scaled
+from stack.drivetrain.description import RobotDescription
+from stack.drivetrain.kinematics import scaled
 from stack.safety.monitor import CollisionMonitor, Contact
 from stack.safety.parameters import SafetyParameters
 from stack.safety.smoother import (
@@ -45,6 +45,10 @@ class Safety:
         self._zones = ZoneMonitor(zones, robot.footprint)
         self._smoother = VelocitySmoother(robot, period)
 
+    def configure(self, parameters: SafetyParameters) -> None:
+        """Apply new parameters, from the next step on."""
+        self.parameters = parameters
+
     def limit(
         self, twist: Twist, motion: Odometry, obstacles: ObstaclePoints, *,
         speed_limit: float = inf, emergency_stop: str = "",
@@ -64,7 +68,7 @@ class Safety:
             self._smoother.last = STANDSTILL
             return STANDSTILL
         points = obstacles.points
-        wanted = self._unless_stale(drivable(self._finite(twist), self._robot), obstacles)
+        wanted = self._unless_stale(self._robot.drivetrain.feasible(self._finite(twist)), obstacles)
         wanted = self._limited_where_blind(wanted, obstacles)
         if len(points) and wanted != STANDSTILL:
             wanted, zone = self._zones.limited(wanted, points)
@@ -81,9 +85,9 @@ class Safety:
 
     def _beyond_dead_band(self, smooth: Twist, wanted: Twist) -> Twist:
         p = self.parameters
-        if self._robot.drive is DriveKind.ACKERMANN:
-            return arc_beyond_dead_band(smooth, wanted, p.dead_band)
-        return beyond_dead_band(smooth, wanted, p.dead_band, p.turning_dead_band)
+        if self._robot.drivetrain.turns_in_place:
+            return beyond_dead_band(smooth, wanted, p.dead_band, p.turning_dead_band)
+        return arc_beyond_dead_band(smooth, wanted, p.dead_band)
 
     def _finite(self, twist: Twist) -> Twist:
         if all(map(isfinite, (twist.linear, twist.angular, twist.lateral))):
@@ -139,7 +143,7 @@ class Safety:
             self.reason = f"slower: obstacle {_where(contact)}"
             return scaled(twist, share)
         self.reason = f"stopped: obstacle {_where(contact)}"
-        turn = drivable(Twist(angular=twist.angular), self._robot)
+        turn = self._robot.drivetrain.feasible(Twist(angular=twist.angular))
         if turn not in (twist, STANDSTILL):
             time = self._monitor.contact(turn, points, p.slow_time, p.padding).time
             if time == inf:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from math import hypot
 
 from stack.body import GroundTruth
-from stack.drivetrain.description import BatteryDescription, Limits
+from stack.drivetrain.description import BatteryDescription
+from stack.drivetrain.limits import Limits
 from stack.sim.worlds.world import Dock
 from stack.types import Battery as BatteryReading
 

@@ -18,7 +18,7 @@ from stack.sim.sensors.odometry import Encoders, Odometry
 from stack.sim.sensors.rendering import RenderRequest
 from stack.sim.sensors.sonar import Sonar
 from stack.sim.timeline import Timeline
-from stack.sim.wheel_controller import wheel_controller_of
+from stack.sim.wheel_controller import WheelController
 from stack.sim.worlds.world import World, WorldEvent
 from stack.types import Image, Measurement, Observation, Pose2D
 
@@ -47,7 +47,7 @@ class Simulation:
         self.scene_changes, self.clearance = 0, CLEARANCE_REACH
         self._events: list[tuple[str, str]] = []
 
-        self.drive = wheel_controller_of(description, self._period)
+        self.drive = WheelController(description.drivetrain, self._period)
         self._odometry = Odometry(description, seed)
         self._lidars = {
             name: Lidar(lidar, world, seed, "lidar" if name == "lidar" else f"lidar:{name}")
@@ -92,8 +92,9 @@ class Simulation:
         physics, drive = self._physics, self.drive
         for _ in range(steps):
             if drive.advance():
-                physics.set_wheel_speeds(*drive.wheel_speeds)
-                physics.steer(drive.steering)
+                wheels = drive.wheels
+                physics.set_wheel_speeds(*wheels.speeds)
+                physics.steer(wheels.steering)
             physics.step()
             self._step += 1
             if self._step % self._scene_steps == 0:

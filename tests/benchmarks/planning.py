@@ -18,7 +18,8 @@ from typing import Any
 import numpy as np
 
 from stack.costmap.route_costs import route_cost
-from stack.drivetrain.description import RobotDescription, Wheels
+from stack.drivetrain.description import RobotDescription
+from stack.drivetrain.differential import Wheels
 from stack.errors import NavigationError
 from stack.planning import kernels
 from stack.planning.astar import Astar, AstarParameters

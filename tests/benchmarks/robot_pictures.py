@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robots.load import find_robot, read_robot, robot_names
-from stack.drivetrain.description import RobotDescription, SteeredWheels
+from stack.drivetrain.ackermann import SteeredWheels
+from stack.drivetrain.description import RobotDescription
 from stack.sim.physics import bullet as loader
 from stack.sim.physics.physics_world import load_robot
 

@@ -7,7 +7,6 @@ import pytest
 
 from robots.load import find_robot, read_robot, robot_names
 from stack.errors import InputError
-from stack.sim.physics.drivetrain import driven_joints
 
 URDF = """\
 <robot name="r"><link name="base"/><link name="w"/><link name="v"/>
@@ -133,7 +132,7 @@ def test_a_robot_stands_still_and_upright_for_a_second(name):
             pybullet.getJointInfo(body, n, physicsClientId=client)[1].decode(): n
             for n in range(pybullet.getNumJoints(body, physicsClientId=client))
         }
-        for joint in (*driven_joints(robot), *steering_joints(robot)):
+        for joint in (*robot.drivetrain.driven_joints, *steering_joints(robot)):
             pybullet.setJointMotorControl2(
                 body, joints[joint], pybullet.VELOCITY_CONTROL, targetVelocity=0, force=20,
                 physicsClientId=client,
@@ -146,7 +145,7 @@ def test_a_robot_stands_still_and_upright_for_a_second(name):
         roll, pitch, _ = pybullet.getEulerFromQuaternion(turned)
         wheels = {
             joint: pybullet.getLinkState(body, joints[joint], physicsClientId=client)[4]
-            for joint in driven_joints(robot)
+            for joint in robot.drivetrain.driven_joints
         }
     finally:
         pybullet.disconnect(client)

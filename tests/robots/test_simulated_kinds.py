@@ -139,7 +139,7 @@ def test_the_car_steers_at_its_own_pace(build):
     angles = []
     for _ in range(20):
         drive(body, Twist(0.3, 9.0), 0.02, 0.02)
-        angles.append(body._simulation.drive.angle)
+        angles.append(body._simulation.drive.setpoint.steering)
     # 2 rad/s to 32 degrees: 0.279 s.
     assert np.diff(angles).max() <= 2.0 * 0.02 + 1e-9
     assert np.argmax(np.array(angles) >= 32 * pi / 180 - 1e-9) == round(0.28 / 0.02) - 1

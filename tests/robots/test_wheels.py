@@ -11,7 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from robots.load import find_robot, read_robot
-from stack.drivetrain.description import DriveKind, OmniWheels, SteeredWheels
+from stack.drivetrain.ackermann import SteeredWheels
+from stack.drivetrain.omnidirectional import OmniWheels
 from stack.errors import InputError
 from stack.sim.physics.physics_world import Physics
 from stack.sim.physics.settings import SimulationSettings
@@ -65,20 +66,20 @@ def read(tmp_path):
 
 def test_the_default_drive_is_differential(read):
     robot = read(SIDES)
-    assert (robot.drive, robot.turning_radius) == (DriveKind.DIFFERENTIAL, 0.0)
+    assert (robot.drivetrain.kind, robot.turning_radius) == ("differential", 0.0)
     assert read(SIDES.replace("{left", "{drive: differential, left")).wheels == robot.wheels
 
 
 def test_an_omnidirectional_robot(read):
     robot = read(OMNI)
-    assert (robot.drive, robot.turning_radius) == (DriveKind.OMNI, 0.0)
+    assert (robot.drivetrain.kind, robot.turning_radius) == ("omni", 0.0)
     assert robot.wheels.joints == ("a", "b", "c")
     assert robot.wheels.mounts[1] == Pose2D(-0.05, 0.09, radians(210))
 
 
 def test_a_car(read):
     robot = read(CAR)
-    assert robot.drive is DriveKind.ACKERMANN
+    assert robot.drivetrain.kind == "ackermann"
     assert robot.wheels.rear == ("a", "b")
     assert robot.turning_radius == pytest.approx(0.4 / tan(pi / 6))
 

@@ -10,7 +10,7 @@ from stack.control.mppi.critics.critics import CRITICS, CriticData, evaluate_obs
 from stack.control.mppi.noise import NoiseTable
 from stack.control.mppi.parameters import MppiParameters
 from stack.control.mppi.scene import Array32, LocalPath, Obstacles, Outline, Rollouts
-from stack.drivetrain.description import DriveKind, RobotDescription
+from stack.drivetrain.description import RobotDescription
 from stack.types import FloatArray, Pose2D, Twist
 
 HISTORY = 4
@@ -51,8 +51,7 @@ class Optimiser:
         p = self.parameters = parameters
         self._kernels, self._critic_kernels, self._period = kernels, critic_kernels, period
         deviations = [p.linear_deviation, p.angular_deviation, p.lateral_deviation]
-        self._drive_kind = robot.drive
-        self._axes = 3 if robot.drive is DriveKind.OMNI else 2
+        self._drivetrain, self._axes = robot.drivetrain, robot.drivetrain.velocity_axes
         self._noise = NoiseTable(p.batch, p.steps, p.noise_correlation, deviations[: self._axes])
         self._rollouts = Rollouts(self._axes, p.steps, p.batch)
         self._single = Rollouts(self._axes, p.steps, 1)
@@ -102,7 +101,7 @@ class Optimiser:
             )
             critic_data = CriticData(
                 kernels, p, path, self.plan, self._noise.pull(self.plan), heading, int(furthest),
-                self._drive_kind, moving=len(obstacles.moving) > 0,
+                self._drivetrain.aligns_in_place, moving=len(obstacles.moving) > 0,
             )  # fmt: skip
             rollouts.costs[:] = 0.0
             for critic in CRITICS:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import inf
 
 from stack.navigation.escape.primitives import EscapeSegment
 from stack.navigation.escape.search import ChosenMotion, EscapeCriteria, MotionId, Search
 from stack.navigation.escape.surroundings import Surroundings
 from stack.navigation.following import standing
 from stack.navigation.recoveries import DONE, MotionProfile, RecoveryTools, StraightLine
-from stack.navigation.tasks import MotionTask, NavigationState
+from stack.navigation.tasks import MotionExecutor, MotionTask, NavigationState
 from stack.types import STANDSTILL, FailureCode, Pose2D, Scan, Twist
 
 LOOK_AGAIN = 0.5
@@ -41,7 +40,7 @@ class EscapeGoal:
     speed: float
 
 
-class Escape:
+class Escape(MotionExecutor):
     """Drives towards more clearance by the best motion, and checks the motion in each step.
 
     It succeeds with enough clearance, or after its maximum distance with more clearance than
@@ -56,7 +55,7 @@ class Escape:
         surroundings: Surroundings,
         tools: RecoveryTools,
     ) -> None:
-        self.task = task
+        super().__init__(task)
         self._goal, self._tools, self._surroundings = escape_goal, tools, surroundings
         self._search = Search(tools.robot, surroundings)
         self._radius = tools.robot.footprint.circumscribed_radius
@@ -66,9 +65,10 @@ class Escape:
         self._banned: list[MotionId] = []
         self._last: Pose2D | None = None
         self._scan: Scan | None = None
-        self._began = self._moved_at = self._looked_at = self._stall_since = -inf
+        self._total, self._rest, self._stall, self._wait_time, self._look_time = (
+            self.timers.new() for _ in range(5)
+        )
         self._moved_to, self._stall_from, self._banned_at = 0.0, 0.0, 0.0
-        self._waits_since: float | None = None
         self._first = self._clearance = 0.0
 
     @property
@@ -77,11 +77,19 @@ class Escape:
         spin = min(self._tools.parameters.spin_speed, self._tools.limits.angular_speed)
         return 3.0 * (self._goal.distance / self._goal.speed + 12.6 / spin) + 5.0
 
-    def advance(self, state: NavigationState) -> Twist:
+    def start(self, now: float) -> None:
+        """Start the time limits."""
+        self._total.start(now)
+        self._rest.start(now)
+
+    def resume(self, now: float) -> None:
+        """Continue from standstill with a new search: the robot may be elsewhere."""
+        super().resume(now)
+        self._rate, self._chosen, self._segments, self._last = 0.0, None, (), None
+
+    def step(self, state: NavigationState) -> Twist:
         """Compute the velocity for this step."""
         pose = state.odometry.pose
-        if self._began == -inf:
-            self._began = self._moved_at = state.time
         self._follow_up(state)
         if self._out_of_time(state) or not self._sees(state):
             return STANDSTILL
@@ -116,9 +124,8 @@ class Escape:
 
     def _wait(self, state: NavigationState, code: FailureCode, sentence: str) -> None:
         """Stand and wait for a change; fail when patience is over."""
-        if self._waits_since is None:
-            self._waits_since = state.time
-        if state.time - self._waits_since >= self._tools.parameters.recovery_patience:
+        self._wait_time.start_once(state.time)
+        if self._wait_time.elapsed(state.time) >= self._tools.parameters.recovery_patience:
             self.task.fail(code, sentence)
 
     def _follow_up(self, state: NavigationState) -> None:
@@ -137,20 +144,22 @@ class Escape:
                 )
         self._last = pose
         if self._travelled > self._moved_to + DONE:
-            self._moved_to, self._moved_at = self._travelled, state.time
+            self._moved_to = self._travelled
+            self._rest.start(state.time)
         if self._travelled > self._stall_from + STIR:
-            self._stall_from, self._stall_since = self._travelled, state.time
+            self._stall_from = self._travelled
+            self._stall.start(state.time)
         if self._travelled > self._banned_at + MOVED_ON:
             self._banned = []
 
     def _out_of_time(self, state: NavigationState) -> bool:
         p = self._tools.parameters
         result = f"drove {self._driven:.2f} m, clearance {self._clearance:.2f} m"
-        if state.time - self._began >= self.deadline:
+        if self._total.elapsed(state.time) >= self.deadline:
             self.task.fail(
                 FailureCode.TIMED_OUT, f"not enough clearance after {self.deadline:.0f} s; {result}"
             )
-        elif self._waits_since is None and state.time - self._moved_at >= p.stall_time:
+        elif not self._wait_time.running and self._rest.elapsed(state.time) >= p.stall_time:
             self.task.fail(
                 FailureCode.NO_PROGRESS, f"did not move for {p.stall_time:g} s; {result}"
             )
@@ -177,7 +186,7 @@ class Escape:
         """Whether to continue the chosen motion; drops finished segments and stalled motions."""
         while self._segments and self._segments[0].amount <= DONE:
             self._segments, self._rate = self._segments[1:], 0.0
-        if state.time - self._stall_since >= GIVES_UP_MOTION:
+        if self._stall.elapsed(state.time) >= GIVES_UP_MOTION:
             self._banned.append(chosen.motion)
             self._banned_at = self._travelled
             self._chosen = None
@@ -214,17 +223,20 @@ class Escape:
         self._rate, self._segments = 0.0, ()
         if not standing(state.odometry.twist):
             return
-        if self._waits_since is not None and state.time - self._looked_at < LOOK_AGAIN - 1e-9:
+        looked = self._look_time.running and self._look_time.elapsed(state.time) < LOOK_AGAIN - 1e-9
+        if self._wait_time.running and looked:
             return
-        self._looked_at = state.time
+        self._look_time.start(state.time)
         pose = state.odometry.pose
         padding = self._tools.parameters.escape_padding
         criteria = EscapeCriteria(self._goal.clearance + GAIN, padding, GAIN, self._remaining)
         self._chosen = self._search.best(pose, criteria, self._banned)
         if self._chosen is not None:
-            if self._waits_since is not None:
-                self._waits_since, self._moved_at = None, state.time
-            self._segments, self._stall_since = self._chosen.segments, state.time
+            if self._wait_time.running:
+                self._wait_time.reset()
+                self._rest.start(state.time)
+            self._segments = self._chosen.segments
+            self._stall.start(state.time)
         elif self._banned:  # stalled motions may work now; the stall has its own time limit
             self._banned = []
         else:

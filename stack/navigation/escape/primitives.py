@@ -13,7 +13,7 @@ from math import copysign, cos, hypot, pi, radians, sin
 
 import numpy as np
 
-from stack.drivetrain.description import DriveKind, RobotDescription
+from stack.drivetrain.description import RobotDescription
 from stack.types import FloatArray, Pose2D, Twist
 
 SPACING = 0.02
@@ -130,7 +130,7 @@ def motions(
         length: of the longest segment, metres.
         fine: return the fine turns, for use when the coarse set has no solution.
     """
-    if robot.turning_radius:
+    if not robot.drivetrain.turns_in_place:
         return [] if fine else list(_car(robot, length))
     turns = _turns(robot, TURN_STEPS[fine])
     straight: list[tuple[EscapeSegment, ...]] = [
@@ -138,7 +138,7 @@ def motions(
     ]
     if fine:
         return straight
-    own = _omnidirectional if robot.drive is DriveKind.OMNI else _differential
+    own = _omnidirectional if robot.drivetrain.can_move_sideways else _differential
     return [*own(robot, length), *straight]
 
 

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.components import DEFAULT_PLAN_OPTIONS, PlanOptions
+from stack.components import DEFAULT_PLAN_OPTIONS, Planner, PlanOptions
 from stack.drivetrain.description import RobotDescription
 from stack.parameters import parameter
 from stack.planning.endpoints import Endpoints
@@ -49,7 +49,7 @@ class HybridAstarParameters(PosePlannerParameters):
     )  # fmt: skip
 
 
-class HybridAstar:
+class HybridAstar(Planner):
     """Hybrid A*: collision-free path of poses for a vehicle with a minimum turning radius.
 
     D. Dolgov, S. Thrun, M. Montemerlo, J. Diebel, "Path Planning for Autonomous Vehicles in Unknown
@@ -77,7 +77,7 @@ class HybridAstar:
 
     def __init__(self, parameters: HybridAstarParameters, robot: RobotDescription) -> None:
         p = parameters
-        self._parameters = p
+        self.parameters = p
         tables = StepCosts.of(p.cost_weight, p.allow_unknown)
         self._penalties = Penalties(p.reverse_penalty, p.non_straight_penalty, p.change_penalty)
         self._methods: dict[float, Method] = {}
@@ -115,7 +115,7 @@ class HybridAstar:
         return self._methods[resolution]
 
     def _new_method(self, resolution: float) -> Method:
-        p, radius, both_ways = self._parameters, self._radius, self._both_ways
+        p, radius, both_ways = self.parameters, self._radius, self._both_ways
         moves = steering_moves(radius, resolution, both_ways)
         headings = np.linspace(0.0, 2.0 * pi, HEADINGS, endpoint=False)
         return Method(

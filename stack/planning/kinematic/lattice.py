@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from stack.components import DEFAULT_PLAN_OPTIONS, PlanOptions
+from stack.components import DEFAULT_PLAN_OPTIONS, Planner, PlanOptions
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError
 from stack.parameters import parameter
@@ -45,7 +45,7 @@ class LatticeParameters(PosePlannerParameters):
     )  # fmt: skip
 
 
-class Lattice:
+class Lattice(Planner):
     """State lattice: collision-free path of straights, arcs and turns in place.
 
     M. Pivtoraiko, A. Kelly, "Efficient constrained path planning via search in state lattices",
@@ -74,7 +74,7 @@ class Lattice:
 
     def __init__(self, parameters: LatticeParameters, robot: RobotDescription) -> None:
         p = parameters
-        self._parameters = p
+        self.parameters = p
         tables = StepCosts.of(p.cost_weight, p.allow_unknown)
         self._penalties = Penalties(
             p.reverse_penalty, p.non_straight_penalty, p.change_penalty, p.rotation_penalty
@@ -112,7 +112,7 @@ class Lattice:
 
     def _method(self, resolution: float) -> Method:
         if resolution not in self._methods:
-            p = self._parameters
+            p = self.parameters
             moves = lattice_moves(self._radius, resolution, self._reverse)
             self._methods[resolution] = Method(
                 moves=pack_moves(moves, self._penalties, lattice_headings()),

@@ -18,7 +18,6 @@ from stack.components import (
     Planner,
     PlanOptions,
     choose,
-    plan_with_options,
 )
 from stack.drivetrain.description import RobotDescription
 from stack.errors import NavigationError, ParameterError
@@ -37,7 +36,7 @@ _OF_START = (FailureCode.START_OCCUPIED, FailureCode.START_OUTSIDE_MAP)
 _OF_GOAL = (FailureCode.GOAL_OCCUPIED, FailureCode.GOAL_OUTSIDE_MAP)
 
 
-class Route:
+class Route(Planner):
     """Route planner: along the lanes of a graph, with connections to start and goal.
 
     The path is the cheapest by time or distance that respects one-way lanes and closures. It
@@ -54,6 +53,7 @@ class Route:
     """
 
     Parameters: ClassVar[type] = RouteParameters
+    has_route_graph: ClassVar[bool] = True
 
     def __init__(self, parameters: RouteParameters, robot: RobotDescription) -> None:
         if not parameters.graph:
@@ -64,10 +64,11 @@ class Route:
             raise ParameterError(
                 "connect", "route cannot connect to its own lanes", "use another planner"
             )
+        super().__init__(parameters, robot)
         self.graph = read_route_graph(FilePath(parameters.graph))
         name = parameters.connect or ("hybrid_astar" if robot.turning_radius > 0.0 else "astar")
         choice = choose("planner", name, {})
-        self._connect: Planner = choice.component(choice.parameters, robot)
+        self._connect: Planner = choice.create(robot)
         self._is_car = robot.turning_radius > 0.0
         top = robot.limits.linear_speed
         self._rates = Rates(
@@ -158,9 +159,8 @@ class Route:
         arc.evaluated, arc.cost = True, inf
         start, goal = self._poses(network, ends, arc)
         try:
-            path = plan_with_options(
-                self._connect, costs, (start, goal), PlanOptions(cancel=cancel)
-            )
+            options = PlanOptions(cancel=cancel)
+            path = self._connect.plan(costs, start, goal, options=options)
         except NavigationError as error:
             code = error.failure.code
             if code == FailureCode.CANCELLED:

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.components import DEFAULT_PLAN_OPTIONS, PlanOptions
+from stack.components import DEFAULT_PLAN_OPTIONS, Planner, PlanOptions
 from stack.drivetrain.description import RobotDescription
 from stack.parameters import parameter
 from stack.planning.endpoints import (
@@ -41,7 +41,7 @@ class ThetaStarParameters(PlannerParameters):
     smoother: str = parameter("simple", one_of=SMOOTHERS, help="smoother for the straight lines")
 
 
-class ThetaStar:
+class ThetaStar(Planner):
     """Lazy Theta*: any-angle path of straight lines by length and cell costs, smoothed.
 
     A. Nash, S. Koenig, C. Tovey, "Lazy Theta*: Any-Angle Path Planning and Path Length Analysis in
@@ -57,7 +57,7 @@ class ThetaStar:
     Parameters: ClassVar[type] = ThetaStarParameters
 
     def __init__(self, parameters: ThetaStarParameters, robot: RobotDescription) -> None:
-        self._parameters = parameters
+        self.parameters = parameters
         share = parameters.traversal_weight / parameters.euclidean_weight
         self._tables = StepCosts.of(share, parameters.allow_unknown)
         self._weights: FloatArray = self._tables.traverse.astype(np.float64) * (
@@ -84,7 +84,7 @@ class ThetaStar:
                 GOAL_OUTSIDE_MAP, TIMED_OUT after max_expansions, or CANCELLED.
         """
         ends = self._endpoints.with_options(options)
-        limits = SearchLimits(self._parameters.max_expansions, options.cancel)
+        limits = SearchLimits(self.parameters.max_expansions, options.cancel)
         start_cell = ends.start_cell(costs, start)
         goal_cell = cell_on_map(costs, goal, "goal", FailureCode.GOAL_OUTSIDE_MAP)
         target = ends.goal_cell(costs, goal)

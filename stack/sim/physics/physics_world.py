@@ -19,7 +19,7 @@ from stack.body import GroundTruth
 from stack.drivetrain.description import RobotDescription
 from stack.errors import BodyError
 from stack.sim.physics import bullet as loader
-from stack.sim.physics.drivetrain import STEERING_TORQUE, Drivetrain, find_drivetrain
+from stack.sim.physics.drive_joints import STEERING_TORQUE, DriveJoints, find_drive_joints
 from stack.sim.physics.scene import Scene
 from stack.sim.physics.settings import SimulationSettings
 from stack.sim.worlds.world import World
@@ -135,7 +135,7 @@ class Physics:
 
     def steer(self, angles: Sequence[float]) -> None:
         """Set the target angles of the steered wheels, left and right, radians."""
-        steered = self._drivetrain.steering
+        steered = self._wheels.steering
         if steered:
             self._bullet.setJointMotorControlArray(
                 self.robot,
@@ -153,11 +153,11 @@ class Physics:
 
     def steering_angles(self) -> list[float]:
         """Return the angles of the steered wheels, left and right, radians."""
-        return self._angles(self._drivetrain.steering)
+        return self._angles(self._wheels.steering)
 
     def set_wheel_friction(self, wheel: int, friction: float) -> None:
         """Set the friction of a wheel, counted as in `wheel_places`."""
-        link = self._drivetrain.tyres[wheel]
+        link = self._wheels.tyres[wheel]
         self._bullet.changeDynamics(
             self.robot, link, lateralFriction=friction, physicsClientId=self.client
         )
@@ -240,7 +240,7 @@ class Physics:
         hold: dict[str, Any] = {
             "controlMode": bullet.POSITION_CONTROL, "targetPositions": self._angles(self.joints)
         }  # fmt: skip
-        if self._drivetrain.steering:
+        if self._wheels.steering:
             hold = {
                 "controlMode": bullet.VELOCITY_CONTROL, "targetVelocities": [0.0] * len(self.joints)
             }  # fmt: skip
@@ -255,14 +255,14 @@ class Physics:
             self._bullet.changeDynamics(
                 self.robot, joint, frictionAnchor=int(parked), physicsClientId=self.client
             )
-        self._brake(self._drivetrain.torque if parked else 0.0)
+        self._brake(self._wheels.torque if parked else 0.0)
 
     def _brake(self, torque: float) -> None:
         """Set the braking torque, N m, of the wheels without motor.
 
         PyBullet brakes every joint by default; 0 lets the wheels roll.
         """
-        for joint in self._drivetrain.rolling:
+        for joint in self._wheels.rolling:
             self._bullet.setJointMotorControl2(
                 self.robot, joint, self._bullet.VELOCITY_CONTROL, targetVelocity=0.0, force=torque,
                 physicsClientId=self.client,
@@ -270,28 +270,28 @@ class Physics:
 
     def _prepare_robot(self, description: RobotDescription, friction: float) -> None:
         bullet, client, robot = self._bullet, self.client, self.robot
-        self._drivetrain = drivetrain = find_drivetrain(description, bullet, client, robot)
-        self.joints = drivetrain.driven
+        self._wheels = wheels = find_drive_joints(description, bullet, client, robot)
+        self.joints = wheels.driven
         self._parked = False
         self._inertial = bullet.getDynamicsInfo(robot, -1, physicsClientId=client)[3:5]
         self._from_inertial = bullet.invertTransform(*self._inertial)
         for link in range(-1, bullet.getNumJoints(robot, physicsClientId=client)):
             # Bullet's default damping would act as rolling resistance.
             dynamics = {"linearDamping": 0.0, "angularDamping": 0.0, "jointDamping": 0.0}
-            if link in drivetrain.driven:
+            if link in wheels.driven:
                 dynamics["lateralFriction"] = friction
-            elif link in drivetrain.rolling:
-                dynamics |= _spring_contact(drivetrain.mass) | {"lateralFriction": friction}
+            elif link in wheels.rolling:
+                dynamics |= _spring_contact(wheels.mass) | {"lateralFriction": friction}
             elif self._is_caster(link):
-                dynamics |= _spring_contact(drivetrain.mass) | {"lateralFriction": 0.0}
+                dynamics |= _spring_contact(wheels.mass) | {"lateralFriction": 0.0}
             bullet.changeDynamics(robot, link, physicsClientId=client, **dynamics)
-        self._torques = [drivetrain.torque] * len(self.joints)
-        if drivetrain.rollers:
-            self._set_roller_friction(drivetrain)
-        self.steer([0.0] * len(drivetrain.steering))
+        self._torques = [wheels.torque] * len(self.joints)
+        if wheels.rollers:
+            self._set_roller_friction(wheels)
+        self.steer([0.0] * len(wheels.steering))
         self.wheel_places = self._wheel_places()
 
-    def _set_roller_friction(self, drivetrain: Drivetrain) -> None:
+    def _set_roller_friction(self, wheels: DriveJoints) -> None:
         """Let the driven wheels slide freely along their axles, as omnidirectional wheels do.
 
         Rollers are modelled by anisotropic friction with no friction along the axle. The axle is
@@ -301,7 +301,7 @@ class Physics:
         """
         bullet, client = self._bullet, self.client
         bullet.setPhysicsEngineParameter(enableConeFriction=0, physicsClientId=client)
-        for joint in drivetrain.driven:
+        for joint in wheels.driven:
             info = bullet.getJointInfo(self.robot, joint, physicsClientId=client)
             shares = [round(1.0 - abs(part), 6) for part in info[13]]
             if sorted(shares) != [0.0, 1.0, 1.0]:
@@ -323,7 +323,7 @@ class Physics:
         Valid only while the robot stands at the world's origin, as after loading.
         """
         places = []
-        for joint in self._drivetrain.tyres:
+        for joint in self._wheels.tyres:
             state = self._bullet.getLinkState(self.robot, joint, physicsClientId=self.client)
             places.append(state[4][:2])
         return np.array(places)

@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from math import cos, floor, pi, sin, sqrt
 
 from stack.drivetrain.description import OdometryNoise, RobotDescription
-from stack.drivetrain.forward_kinematics import ForwardKinematics, forward_kinematics_of
 from stack.streams import stream
 from stack.types import STANDSTILL, Pose2D, Twist, wrap_angle
 from stack.types import Odometry as OdometryReading
@@ -41,14 +40,15 @@ class Odometry:
 
     Each wheel has a constant scale error, drawn once, and slip, drawn at every reading with
     standard deviation slip x sqrt(metres rolled since the last reading). The motion of the base
-    comes from the drive's forward kinematics (stack.drivetrain.forward_kinematics).
+    comes from the forward kinematics of the drive (`Drivetrain.from_wheels`).
     """
 
     def __init__(self, robot: RobotDescription, seed: int) -> None:
         noise = robot.odometry
         self._slip, self._tick = noise.slip, 2.0 * pi / noise.ticks_per_turn
         self._random = stream(seed, "odometry")
-        self._kinematics: ForwardKinematics = forward_kinematics_of(robot)
+        self._drivetrain = robot.drivetrain
+        self._steering: list[float] = []
         self._metres_per_tick = self._drawn_scales(noise, robot.wheels.radius)
         self._ticks: list[int] | None = None
         self._recent: deque[tuple[float, list[float]]] = deque(maxlen=SPEED_WINDOW)
@@ -56,14 +56,14 @@ class Odometry:
 
     def update(self, time: float, encoders: Encoders) -> None:
         """Add one reading of the encoders, taken at `time` seconds."""
-        angles = self._kinematics.wheel_angles(encoders.wheels)
+        angles = self._drivetrain.encoder_angles(encoders.wheels)
         ticks = [floor(angle / self._tick) for angle in angles]
         # One draw per wheel even at standstill: the random stream depends on time alone.
         draws: list[float] = self._random.standard_normal(len(ticks)).tolist()
         before, self._ticks = self._ticks, ticks
         if before is None:
             return
-        self._kinematics.steer([floor(a / self._tick) * self._tick for a in encoders.steering])
+        self._steering = [floor(a / self._tick) * self._tick for a in encoders.steering]
         rolled = [
             (now - then) * metres
             for now, then, metres in zip(ticks, before, self._metres_per_tick, strict=True)
@@ -71,12 +71,12 @@ class Odometry:
         self._recent.append((time - self.reading.stamp, rolled))
         # Slip affects only the pose: encoders do not measure it, so the speed stays smooth.
         slips = [self._slip * sqrt(abs(r)) * draw for r, draw in zip(rolled, draws, strict=True)]
-        pose = self._moved_by(self._kinematics.moved(rolled, slips))
+        pose = self._moved_by(self._drivetrain.from_wheels(rolled, slips, self._steering))
         self.reading = OdometryReading(time, pose, self._speed())
 
     def _drawn_scales(self, noise: OdometryNoise, radius: float) -> list[float]:
         """Draw the distance per encoder tick that odometry assumes for each wheel, metres."""
-        scales = self._random.normal(1.0, noise.scale_error, self._kinematics.count).tolist()
+        scales = self._random.normal(1.0, noise.scale_error, self._drivetrain.encoders).tolist()
         return [scale * self._tick * radius for scale in scales]
 
     def _moved_by(self, step: Pose2D) -> Pose2D:
@@ -94,7 +94,7 @@ class Odometry:
         seconds = sum(period for period, _ in self._recent)
         speeds = [
             sum(rolled[wheel] for _, rolled in self._recent) / seconds
-            for wheel in range(self._kinematics.count)
+            for wheel in range(self._drivetrain.encoders)
         ]
-        velocity = self._kinematics.moved(speeds, [0.0] * len(speeds))
+        velocity = self._drivetrain.from_wheels(speeds, [0.0] * len(speeds), self._steering)
         return Twist(velocity.x, velocity.heading, velocity.y)

@@ -147,7 +147,7 @@ def test_a_component_by_module_and_class(folder):
                                     "use: 'stack.planning.astar:Astar'"))  # fmt: skip
     assert prepare(path, RunOptions()).choices["planner"].component.__name__ == "Astar"
     [line] = findings(folder, "use: beeline, spacing: 10 cm", "use: 'stack.errors:InputError'")
-    assert "it has no `Parameters`" in line
+    assert "it does not inherit stack.components.Planner" in line
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,6 @@ from stack.components import ControlState
 from stack.control.goal_alignment import GoalAlignment, GoalAlignmentParameters
 from stack.control.ramps import Ramp, stopping_speed
 from stack.control.swept import SweptFootprint
-from stack.drivetrain.description import Limits
 from stack.types import STANDSTILL, CostGrid, Pose2D, Twist
 from tests.stack.control.test_pure_pursuit import polyline
 from tests.stack.navigation.toy_world import RECTANGLE, robot
@@ -43,9 +42,11 @@ def test_the_speed_that_still_stops_in_time():
 
 
 def test_commands_change_by_what_the_drive_can_do():
-    ramp = Ramp(Limits(), 0.05, 0.1)
+    ramp = Ramp(robot().drivetrain, 0.05, 0.1)
     assert ramp.forward(0.2, 0.8) == pytest.approx(0.25)
     assert ramp.forward(0.2, 0.0) == pytest.approx(0.125)
+    assert ramp.forward(-0.2, -0.8) == pytest.approx(-0.25)  # backward: the same 1.0 m/s²
+    assert ramp.forward(-0.2, 0.0) == pytest.approx(-0.125)  # and 1.5 m/s²
     assert ramp.turn(0.0, -3.0) == pytest.approx(-0.16)
     stopped = ramp.stopped(Twist(0.3, 0.6))
     assert (stopped.linear, stopped.angular) == (pytest.approx(0.225), pytest.approx(0.45))

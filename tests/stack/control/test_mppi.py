@@ -19,7 +19,7 @@ from stack.control.mppi.optimiser import bounds, savitzky_golay
 from stack.control.mppi.parameters import MppiParameters
 from stack.control.mppi.scene import LocalPath, Obstacles, Outline, Rollouts
 from stack.control.path_progress import PathProgress
-from stack.drivetrain.description import DriveKind
+from stack.drivetrain.limits import limit_speed
 from stack.geometry.polygons import fill_polygon
 from stack.types import STANDSTILL, CostGrid, Footprint, Path, Pose2D
 from tests.stack.control.courses import controller, toy_drive
@@ -74,11 +74,12 @@ def straight_path(n=21, spacing=0.1, goal=None, remaining=10.0):
 def judged(critic, rollouts, path=None, furthest=0, heading=0.0, **parameters):
     """The cost that a critic alone gives to the first rollout."""
     path = path or straight_path()
-    drive = parameters.pop("drive", DriveKind.DIFFERENTIAL)
+    aligns_in_place = parameters.pop("aligns_in_place", True)
     moving = parameters.pop("moving", False)
     plan = np.zeros(rollouts.controls.shape[:2], np.float32)
     critic_data = CriticData(
-        critic_kernels, MppiParameters(**parameters), path, plan, plan, heading, furthest, drive,
+        critic_kernels, MppiParameters(**parameters), path, plan, plan, heading, furthest,
+        aligns_in_place,
         moving,
     )  # fmt: skip
     rollouts.costs[:] = 0.0
@@ -108,6 +109,20 @@ def test_speeds_rise_and_fall_by_the_robots_accelerations():
         [0.35, 0.4, 0.45, 0.5, 0.4, 0.3, 0.2, 0.1], abs=1e-6
     )
     assert rollouts.velocities[1, :6, 0] == pytest.approx([0.2, 0.4, 0.6, 0.8, 1.0, 1.0], abs=1e-6)
+
+
+@pytest.mark.parametrize("rates", [(1.0, 2.0), (2.0, 1.0)])
+@pytest.mark.parametrize("start", [-0.4, -0.05, 0.0, 0.05, 0.4])
+@pytest.mark.parametrize("wanted", [-0.5, -0.05, 0.0, 0.05, 0.5])
+def test_rollouts_change_speed_by_the_rule_of_the_drivetrain(rates, start, wanted):
+    rise, fall = rates
+    limits = {"linear_acceleration": rise, "linear_deceleration": fall, "reverse_speed": 0.5}
+    rollouts = driven(
+        constant(wanted, 0.0, steps=1), limits=limits, start=(start, 0.0, 0.0), time_step=0.1,
+        reverse_speed=0.5,
+    )  # fmt: skip
+    expected = limit_speed(start, wanted, 0.1, rise, fall)
+    assert rollouts.velocities[0, 0, 0] == pytest.approx(expected, abs=1e-6)
 
 
 def test_excess_is_what_controls_ask_beyond_the_limits():
@@ -283,7 +298,7 @@ def test_the_goal_critics_take_means_and_apply_near_the_goal_only():
     assert judged(critics.goal, rollouts, behind_a_wall) == 0.0
     close = straight_path(goal=Pose2D(0.4, 0.0, -3.0), remaining=0.4)
     turn = 2 * pi - 3.3  # from 0.3 to -3.0 the short way
-    assert judged(critics.goal_angle, rollouts, close, drive=DriveKind.ACKERMANN) == pytest.approx(
+    assert judged(critics.goal_angle, rollouts, close, aligns_in_place=False) == pytest.approx(
         3.0 * turn, rel=1e-5
     )
     assert judged(critics.goal_angle, rollouts, close) == 0.0  # turns at the goal instead

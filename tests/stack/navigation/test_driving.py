@@ -280,12 +280,14 @@ def test_a_newer_task_cancels_the_older_for_ever(make):
     assert newer.status is TaskStatus.SUCCEEDED
 
 
-def test_steps_left_out_are_no_time_without_progress(make):
+def test_a_pause_is_no_time_without_progress(make):
     toy = make()
     task = toy.navigator.navigate_to(Pose2D(7.0, 3.0))
     toy.run(2.0)
-    for _ in range(400):  # 20 s paused: the loop drives zero and does not call navigation
+    toy.navigator.pause(toy.world.time)
+    for _ in range(400):  # 20 s
         toy.world.drive(STANDSTILL)
+    toy.navigator.resume(toy.world.time)
     assert toy.finish(task) is TaskStatus.SUCCEEDED
 
 
@@ -300,7 +302,7 @@ def test_a_jump_of_the_pose_brings_a_new_path(make):
 
 def test_a_plugin_that_breaks_fails_the_task_not_the_loop(make):
     class Broken(ToyPlanner):
-        def plan(self, costs, start, goal):
+        def plan(self, costs, start, goal, options):
             return 1 / 0
 
     toy = make(planner=Broken())
@@ -317,7 +319,7 @@ def test_no_goals_are_refused(make):
 
 def test_a_path_that_ends_too_far_from_the_goal_is_none(make):
     class Nearby(ToyPlanner):
-        def plan(self, costs, start, goal):
+        def plan(self, costs, start, goal, options):
             return super().plan(costs, start, Pose2D(goal.x - 0.19, goal.y, goal.heading))
 
     near = make(planner=Nearby())

@@ -9,7 +9,8 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from stack.drivetrain.description import OmniWheels, SteeredWheels
+from stack.drivetrain.ackermann import SteeredWheels
+from stack.drivetrain.omnidirectional import OmniWheels
 from stack.errors import ParameterError
 from stack.navigation.escape import kernels
 from stack.navigation.escape.primitives import EscapeSegment, motions, roll_out
@@ -274,7 +275,7 @@ def test_legs_speed_up_by_half_of_what_the_drive_can(make, leg, speed, accelerat
     who = robot(angular_speed=0.6, angular_acceleration=2.0, linear_acceleration=0.8)
     toy = make(ToyWorld(room(6, 6), who, MIDDLE))
     toy.navigator.escape()
-    profile = toy.navigator._executor._profile(leg)
+    profile = toy.navigator._activities.current._profile(leg)
     assert (profile.total, profile.speed, profile.acceleration) == pytest.approx(
         (0.8, speed, acceleration)
     )

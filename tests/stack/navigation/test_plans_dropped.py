@@ -46,12 +46,13 @@ def test_a_task_that_ends_takes_its_plan_with_it(make, ask, end):
     assert future.result(inf).code == FailureCode.CANCELLED
 
 
-def test_a_suspended_drive_is_dropped_at_the_end_of_the_run(make):
+def test_a_held_drive_is_cancelled_at_the_end_of_the_run(make):
     toy = make(planner=Endless(), wait_for_plan=False)
     task = toy.navigator.navigate_to(GOAL)
     toy.step()
-    toy.navigator.suspend()
+    toy.navigator.pause(toy.world.time)
     toy.navigator.close()
+    assert task.status is TaskStatus.CANCELLED
     assert task.future.result(inf).code == FailureCode.CANCELLED
 
 

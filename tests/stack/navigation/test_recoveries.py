@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stack.drivetrain.description import OmniWheels, SteeredWheels
+from stack.drivetrain.ackermann import SteeredWheels
+from stack.drivetrain.omnidirectional import OmniWheels
 from stack.errors import ParameterError
 from stack.navigation.recoveries import MotionProfile
 from stack.types import STANDSTILL, FailureCode, Footprint, Pose2D, TaskStatus, Twist

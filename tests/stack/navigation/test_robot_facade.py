@@ -108,7 +108,7 @@ class Rig:
         self.state.measurements |= {name: item for name, item in newest.items() if item}
         self.state.motion = world.odometry
         self.state.obstacles = world.obstacles
-        twist = self.toy.navigator.advance(
+        twist = self.toy.navigator.step(
             NavigationState(
                 world.time, world.estimate, world.odometry, world.scan, (), world.obstacles
             )

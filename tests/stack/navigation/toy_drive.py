@@ -52,7 +52,7 @@ class ToyDrive:
         state = NavigationState(
             world.time, estimate, world.odometry, world.scan, (), world.obstacles
         )
-        twist = self.navigator.advance(state)
+        twist = self.navigator.step(state)
         self.commands.append(twist)
         world.drive(self.safety.limit(twist, world.odometry, world.obstacles))
 

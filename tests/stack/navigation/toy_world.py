@@ -15,16 +15,12 @@ from pathlib import Path as FilePath
 import cv2
 import numpy as np
 
-from stack.drivetrain.description import (
-    DriveKind,
-    LidarDescription,
-    Limits,
-    OmniWheels,
-    RobotDescription,
-    SteeredWheels,
-    Wheels,
-)
-from stack.drivetrain.kinematics import within_turning_radius
+from stack.components import PlanOptions
+from stack.drivetrain.ackermann import SteeredWheels
+from stack.drivetrain.description import LidarDescription, RobotDescription
+from stack.drivetrain.differential import Wheels
+from stack.drivetrain.limits import Limits
+from stack.drivetrain.omnidirectional import OmniWheels
 from stack.errors import NavigationError
 from stack.frames.buffer import TransformBuffer
 from stack.perception.obstacle_memory import ObstacleMemory
@@ -113,13 +109,12 @@ class ToyWorld:
 
     def drive(self, command: Twist) -> None:
         """Half the way to the command in each step, then a step along the arc; scans at 10 Hz."""
-        sideways = 0.5 * (self.twist.lateral + command.lateral)
-        self.twist = Twist(
+        driven = Twist(
             0.5 * (self.twist.linear + command.linear),
             0.5 * (self.twist.angular + command.angular),
-            sideways if self.robot.drive is DriveKind.OMNI else 0.0,
+            0.5 * (self.twist.lateral + command.lateral),
         )
-        self.twist = within_turning_radius(self.twist, self.robot.turning_radius)
+        self.twist = self.robot.drivetrain.feasible(driven)
         turn = self.twist.angular * self.period
         forward, left = self.twist.linear * self.period, self.twist.lateral * self.period
         c, s = cos(turn / 2), sin(turn / 2)
@@ -226,7 +221,9 @@ class ToyPlanner:
         self.calls = 0
         self.fails: NavigationError | None = None
 
-    def plan(self, costs: CostGrid, start: Pose2D, goal: Pose2D) -> Path:
+    def plan(
+        self, costs: CostGrid, start: Pose2D, goal: Pose2D, options: PlanOptions | None = None
+    ) -> Path:
         self.calls += 1
         if self.fails is not None:
             raise self.fails

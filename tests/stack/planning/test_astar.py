@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 
 from stack.costmap.costmap import Costmap
 from stack.costmap.parameters import CostmapParameters
-from stack.drivetrain.description import RobotDescription, Wheels
+from stack.drivetrain.description import RobotDescription
+from stack.drivetrain.differential import Wheels
 from stack.errors import NavigationError
 from stack.planning import kernels
 from stack.planning.astar import Astar, AstarParameters

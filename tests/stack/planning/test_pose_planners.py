@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 from stack.components import choose
 from stack.costmap.costmap import Costmap
 from stack.costmap.parameters import CostmapParameters
-from stack.drivetrain.description import RobotDescription, Wheels
+from stack.drivetrain.description import RobotDescription
+from stack.drivetrain.differential import Wheels
 from stack.errors import NavigationError
 from stack.planning.astar import Astar, AstarParameters
 from stack.planning.kinematic.hybrid_astar import HybridAstar, HybridAstarParameters

@@ -11,7 +11,10 @@ from missions.execution.prepare import RunOptions, prepare
 from stack.components import choose
 from stack.costmap.costmap import Costmap
 from stack.costmap.parameters import CostmapParameters
-from stack.drivetrain.description import Limits, RobotDescription, SteeredWheels, Wheels
+from stack.drivetrain.ackermann import SteeredWheels
+from stack.drivetrain.description import RobotDescription
+from stack.drivetrain.differential import Wheels
+from stack.drivetrain.limits import Limits
 from stack.errors import InputError
 from stack.types import FREE, OCCUPIED, CostGrid, Footprint, OccupancyGrid, Pose2D
 from tests.stack.planning.footprint_check import first_blocked

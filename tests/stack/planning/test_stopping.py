@@ -9,10 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stack.components import CancelToken, PlanOptions, choose
+from stack.components import CancelToken, Planner, PlanOptions, choose
 from stack.costmap.costmap import Costmap
 from stack.costmap.parameters import CostmapParameters
-from stack.drivetrain.description import RobotDescription, Wheels
+from stack.drivetrain.description import RobotDescription
+from stack.drivetrain.differential import Wheels
 from stack.errors import NavigationError
 from stack.navigation.planner_worker import PlannerWorker, PlanRequest
 from stack.planning import kernels
@@ -133,12 +134,12 @@ def test_closing_the_worker_cancels_its_plans():
     assert [ticket.result(0.0).code for ticket in tickets] == [FailureCode.CANCELLED] * 3
 
 
-def test_a_planner_without_options_is_called_without_them():
-    class Plain:
-        def plan(self, costs, start, goal):
-            return planner("astar").plan(costs, start, goal)
+def test_options_may_be_a_keyword_only_argument():
+    class KeywordOnly(Planner):
+        def plan(self, costs, start, goal, *, options):
+            return planner("astar").plan(costs, start, goal, options)
 
-    worker = PlannerWorker(Plain())
+    worker = PlannerWorker(KeywordOnly(None, ROBOT))
     ticket = worker.ask(PlanRequest(open_floor(100), START, (Pose2D(3.0, 3.0),)), 0.0, wait=True)
     assert ticket.result(0.0).path.length == pytest.approx(8**0.5, rel=0.01)
     worker.close()

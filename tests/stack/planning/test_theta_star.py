@@ -11,7 +11,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stack.drivetrain.description import RobotDescription, Wheels
+from stack.drivetrain.description import RobotDescription
+from stack.drivetrain.differential import Wheels
 from stack.errors import NavigationError
 from stack.planning.smoothers.choice import SMOOTHERS
 from stack.planning.theta_star import kernels

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from stack.drivetrain.kinematics import drivable, share_within_limits, speed_towards
+from stack.drivetrain.kinematics import share_within_limits, speed_towards
 from stack.safety.parameters import SafetyParameters
 from stack.safety.safety import Safety
 from stack.safety.smoother import VelocitySmoother, within_limits
@@ -54,10 +54,10 @@ def test_a_limited_twist_keeps_its_direction_and_its_arc():
 
 
 def test_a_drive_makes_of_a_twist_what_it_can():
-    assert drivable(Twist(0.3, 1.0, 0.5), moving("differential")) == Twist(0.3, 1.0)
-    assert drivable(Twist(0.3, 1.0, 0.5), moving("omni")) == Twist(0.3, 1.0, 0.5)
-    assert drivable(Twist(0.3, -1.0, 0.5), moving("ackermann")) == Twist(0.3, -0.6)
-    assert drivable(Twist(0.0, 1.0), moving("ackermann")) == STANDSTILL
+    assert moving("differential").drivetrain.feasible(Twist(0.3, 1.0, 0.5)) == Twist(0.3, 1.0)
+    assert moving("omni").drivetrain.feasible(Twist(0.3, 1.0, 0.5)) == Twist(0.3, 1.0, 0.5)
+    assert moving("ackermann").drivetrain.feasible(Twist(0.3, -1.0, 0.5)) == Twist(0.3, -0.6)
+    assert moving("ackermann").drivetrain.feasible(Twist(0.0, 1.0)) == STANDSTILL
 
 
 def test_the_top_speed_of_an_omnidirectional_robot_depends_on_the_direction():

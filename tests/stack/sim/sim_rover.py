@@ -12,8 +12,8 @@ from stack.drivetrain.description import (
     ImuDescription,
     LidarDescription,
     RobotDescription,
-    Wheels,
 )
+from stack.drivetrain.differential import Wheels
 from stack.sim.worlds.world import Wall, World
 from stack.types import CameraModel, Footprint, Pose2D
 

@@ -4,7 +4,10 @@ from math import atan, cos, pi, sin
 import numpy as np
 import pytest
 
-from stack.drivetrain.description import OdometryNoise, OmniWheels, SteeredWheels, Wheels
+from stack.drivetrain.ackermann import SteeredWheels
+from stack.drivetrain.description import OdometryNoise
+from stack.drivetrain.differential import Wheels
+from stack.drivetrain.omnidirectional import OmniWheels
 from stack.sim.sensors.odometry import Encoders, Odometry
 from stack.types import Pose2D
 from tests.stack.sim.sim_rover import ROVER

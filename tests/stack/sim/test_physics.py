@@ -4,7 +4,7 @@ from math import pi
 import numpy as np
 import pytest
 
-from stack.drivetrain.description import Wheels
+from stack.drivetrain.differential import Wheels
 from stack.errors import BodyError
 from stack.sim.physics.physics_world import Physics
 from stack.sim.physics.settings import SimulationSettings

@@ -4,8 +4,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stack.drivetrain.description import Limits, OmniWheels, SteeredWheels, Wheels
-from stack.sim.wheel_controller import AckermannController, DifferentialController, OmniController
+from stack.drivetrain.ackermann import SteeredWheels
+from stack.drivetrain.differential import Wheels
+from stack.drivetrain.limits import Limits
+from stack.drivetrain.omnidirectional import OmniWheels
+from stack.sim.wheel_controller import WheelController
 from stack.types import Pose2D, Twist
 
 WHEELS = Wheels(("l",), ("r",), radius=0.1, separation=0.4)
@@ -17,7 +20,7 @@ LIMITS = Limits(
 
 @pytest.fixture
 def drive():
-    return DifferentialController(LIMITS, WHEELS, 0.002)
+    return WheelController(WHEELS.drivetrain(LIMITS), 0.002)
 
 
 def run(drive, twist, steps):
@@ -25,7 +28,7 @@ def run(drive, twist, steps):
     for _ in range(steps):
         drive.command(twist)
         drive.advance()
-        speeds.append((drive.linear, drive.angular))
+        speeds.append((drive.setpoint.twist.linear, drive.setpoint.twist.angular))
     return speeds
 
 
@@ -53,7 +56,7 @@ def test_commands_are_limited(drive):
 def test_wheel_speeds_of_a_turn(drive):
     run(drive, Twist(0.5, 1.0), 500)
     # (v -+ w b / 2) / r = (0.5 -+ 0.2) / 0.1
-    assert drive.wheel_speeds == pytest.approx((3.0, 7.0))
+    assert drive.wheels.speeds == pytest.approx((3.0, 7.0))
 
 
 def test_without_commands_it_stops_after_the_dead_man_time(drive):
@@ -61,7 +64,7 @@ def test_without_commands_it_stops_after_the_dead_man_time(drive):
     changes = [drive.advance() for _ in range(400)]
     # The last command stands for 150 steps in all, the one it came in included.
     assert changes.index(True) == 149
-    assert drive.linear == 0.0
+    assert drive.setpoint.twist.linear == 0.0
     assert sum(changes) == 125
 
 
@@ -84,62 +87,65 @@ CAR = SteeredWheels(
 
 
 def test_omnidirectional_wheels_drive_along_their_headings():
-    drive = OmniController(Limits(lateral_speed=0.5), STAR, 0.002)
+    drive = WheelController(STAR.drivetrain(Limits(lateral_speed=0.5)), 0.002)
     run(drive, Twist(0.3, 0.5, -0.2), 500)
     # Wheel a, 0.2 m ahead, pushes to the left: (-0.2 + 0.2 * 0.5) / 0.05.
-    assert drive.wheel_speeds[0] == pytest.approx(-2.0)
+    assert drive.wheels.speeds[0] == pytest.approx(-2.0)
     # The three headings are 120 degrees apart: what is left of the sum is the turning.
-    assert sum(drive.wheel_speeds) == pytest.approx(3 * 0.2 * 0.5 / 0.05)
+    assert sum(drive.wheels.speeds) == pytest.approx(3 * 0.2 * 0.5 / 0.05)
 
 
 def test_sideways_speed_ramps_within_its_limits():
-    drive = OmniController(Limits(lateral_speed=0.4), STAR, 0.002)
+    drive = WheelController(STAR.drivetrain(Limits(lateral_speed=0.4)), 0.002)
     seen = []
     for _ in range(300):
         drive.command(Twist(0.0, 0.0, 9.0))
         drive.advance()
-        seen.append(drive.lateral)
+        seen.append(drive.setpoint.twist.lateral)
     assert seen.index(0.4) + 1 == 200  # 0.4 / 1.0 / 0.002
     for _ in range(400):
         drive.advance()
-    assert drive.lateral == 0.0  # the dead man
+    assert drive.setpoint.twist.lateral == 0.0  # the dead man
 
 
 def test_a_differential_drive_never_goes_sideways(drive):
     run(drive, Twist(0.0, 0.0, 1.0), 50)
-    assert drive.wheel_speeds == (0.0, 0.0)
+    assert drive.wheels.speeds == (0.0, 0.0)
 
 
 def test_a_car_that_stands_neither_turns_nor_steers():
-    drive = AckermannController(LIMITS, CAR, 0.002)
+    drive = WheelController(CAR.drivetrain(LIMITS), 0.002)
     run(drive, Twist(0.0, 1.0), 100)
-    assert drive.wheel_speeds == (0.0, 0.0)
-    assert drive.steering == (0.0, 0.0)
+    assert drive.wheels.speeds == (0.0, 0.0)
+    assert drive.wheels.steering == (0.0, 0.0)
     run(drive, Twist(0.5, 0.5), 500)
-    steered = drive.steering
+    steered = drive.wheels.steering
     run(drive, Twist(), 500)
-    assert drive.wheel_speeds == (0.0, 0.0)
-    assert drive.steering == steered
+    assert drive.wheels.speeds == (0.0, 0.0)
+    assert drive.wheels.steering == steered
 
 
 def test_a_car_s_wheels_share_one_centre():
-    drive = AckermannController(LIMITS, CAR, 0.002)
+    drive = WheelController(CAR.drivetrain(LIMITS), 0.002)
     run(drive, Twist(0.5, 0.4), 1000)  # a radius of 1.25 m
-    assert drive.angle == pytest.approx(atan(0.5 / 1.25))
-    assert drive.steering == pytest.approx((atan(0.5 / 1.05), atan(0.5 / 1.45)))
-    assert drive.wheel_speeds == pytest.approx((0.4 * 1.05 / 0.1, 0.4 * 1.45 / 0.1))
+    assert drive.setpoint.steering == pytest.approx(atan(0.5 / 1.25))
+    assert drive.wheels.steering == pytest.approx((atan(0.5 / 1.05), atan(0.5 / 1.45)))
+    assert drive.wheels.speeds == pytest.approx((0.4 * 1.05 / 0.1, 0.4 * 1.45 / 0.1))
 
 
 @given(st.floats(-3, 3), st.floats(-9, 9), st.floats(-3, 3), st.floats(-9, 9))
 @settings(deadline=None, max_examples=50)
 def test_no_command_makes_a_car_turn_tighter_than_it_can(v, w, later_v, later_w):
-    drive = AckermannController(LIMITS, CAR, 0.02)
-    for twist in (Twist(v, w), Twist(later_v, later_w)):
-        before = drive.angle
+    drive = WheelController(CAR.drivetrain(LIMITS), 0.02)
+    for wanted in (Twist(v, w), Twist(later_v, later_w)):
+        before = drive.setpoint.steering
         for _ in range(20):
-            drive.command(twist)
+            drive.command(wanted)
             drive.advance()
-            assert abs(drive.angle) <= pi / 6
-            assert abs(drive.angle - before) <= 1.0 * 0.02 + 1e-12
-            assert abs(drive.angular) <= abs(drive.linear) * tan(pi / 6) / 0.5 + 1e-12
-            before = drive.angle
+            assert abs(drive.setpoint.steering) <= pi / 6
+            assert abs(drive.setpoint.steering - before) <= 1.0 * 0.02 + 1e-12
+            assert (
+                abs(drive.setpoint.twist.angular)
+                <= abs(drive.setpoint.twist.linear) * tan(pi / 6) / 0.5 + 1e-12
+            )
+            before = drive.setpoint.steering

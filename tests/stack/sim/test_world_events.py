@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from stack.body import ContactTally, GroundTruth
-from stack.drivetrain.description import BatteryDescription, Limits
+from stack.drivetrain.description import BatteryDescription
+from stack.drivetrain.limits import Limits
 from stack.sim.battery import Battery
 from stack.sim.people import People, Walker
 from stack.sim.physics.contacts import ContactCounter

@@ -16,7 +16,6 @@ import numpy as np
 
 from stack.control.mppi.parameters import MppiParameters
 from stack.control.mppi.scene import Array32, LocalPath, Obstacles, Outline, Rollouts
-from stack.drivetrain.description import DriveKind
 from stack.types import wrap_angle
 
 ALIGN_STRIDE = 4
@@ -43,7 +42,7 @@ class CriticData:
         pull: (axes, steps) the plan times the inverse covariance of the noise.
         heading: of the robot, map frame, radians.
         furthest: index of the furthest path point that the rollouts reach.
-        drive: kind of drive.
+        aligns_in_place: whether the robot turns to the goal's heading in place, at the goal.
         moving: whether there are moving objects around the robot.
     """
 
@@ -54,7 +53,7 @@ class CriticData:
     pull: Array32
     heading: float
     furthest: int
-    drive: DriveKind = DriveKind.DIFFERENTIAL
+    aligns_in_place: bool = True
     moving: bool = False
 
     def add(self, rollouts: Rollouts, term: Array32, weight: float, power: int) -> None:
@@ -138,11 +137,11 @@ def goal(data: CriticData, rollouts: Rollouts) -> None:
 def goal_angle(data: CriticData, rollouts: Rollouts) -> None:
     """Mean angle to the goal's heading; applies close to the goal.
 
-    Not for a differential drive: it cannot approach the goal with another heading, and turns in
-    place there.
+    Not for a robot that aligns in place: it cannot approach the goal with another heading than that
+    of its motion.
     """
     p = data.parameters
-    if data.drive is DriveKind.DIFFERENTIAL:
+    if data.aligns_in_place:
         return
     if p.goal_angle_weight and data.path.remaining <= p.goal_angle_range:
         data.kernels.mean_turn(rollouts.poses, data.path.goal.heading, rollouts.term)

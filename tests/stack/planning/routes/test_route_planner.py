@@ -9,7 +9,10 @@ import numpy as np
 import pytest
 
 from stack.components import CancelToken, PlanOptions
-from stack.drivetrain.description import Limits, RobotDescription, SteeredWheels, Wheels
+from stack.drivetrain.ackermann import SteeredWheels
+from stack.drivetrain.description import RobotDescription
+from stack.drivetrain.differential import Wheels
+from stack.drivetrain.limits import Limits
 from stack.errors import NavigationError, ParameterError
 from stack.planning.routes.parameters import RouteParameters
 from stack.planning.routes.planner import Route

@@ -1,0 +1,156 @@
+"""Ackermann drive: a car with steered front wheels and driven rear wheels."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import atan, tan
+
+from stack.drivetrain.drivetrain import DriveState, Drivetrain, WheelCommand
+from stack.drivetrain.limits import Limits
+from stack.types import STANDSTILL, Pose2D, Twist
+
+STEERED_FROM = 1e-3
+"""Speed in m/s from which a twist determines the steering angle."""
+
+
+@dataclass(frozen=True)
+class SteeredWheels:
+    """Wheels of a car: steered in front, driven at the rear.
+
+    The base frame is midway between the rear wheels.
+
+    Attributes:
+        steering: URDF joints that turn the front wheels, left and right.
+        rear: URDF joints of the driven wheels, left and right.
+        radius: of the rear wheels, metres.
+        wheelbase: distance between the axles, metres.
+        track: distance between left and right wheels, metres.
+        steering_angle: largest steering angle at the middle of the front axle, radians.
+        steering_speed: rate of the steering angle, rad/s.
+    """
+
+    steering: tuple[str, str]
+    rear: tuple[str, str]
+    radius: float
+    wheelbase: float
+    track: float
+    steering_angle: float
+    steering_speed: float
+
+    @property
+    def turning_radius(self) -> float:
+        """Radius of the tightest circle of the base frame's origin, metres."""
+        return self.wheelbase / tan(self.steering_angle)
+
+    def drivetrain(self, limits: Limits) -> Drivetrain:
+        """Return the drivetrain with these wheels."""
+        return Ackermann(self, limits)
+
+
+class Ackermann(Drivetrain):
+    """Steered front wheels and driven rear wheels with one common centre of rotation.
+
+    R. W. Ackermann's condition (1818): the axles of all wheels intersect in one point on the line
+    of the rear axle. With steering angle d at the middle of the front axle, wheelbase L and track
+    b, the curvature is k = tan d / L, the front wheels are steered by atan(k L / (1 -+ k b / 2))
+    and the rear wheels roll at v (1 -+ k b / 2). The speed changes within the acceleration limits
+    and the steering angle at the steering speed. At v = 0, tan d = w L / v is undefined and the
+    steering angle is kept: a car cannot turn in place.
+    """
+
+    kind = "ackermann"
+    turns_in_place = False
+
+    def __init__(self, wheels: SteeredWheels, limits: Limits) -> None:
+        super().__init__(limits)
+        self._wheels = wheels
+        self.turning_radius = wheels.turning_radius
+
+    @property
+    def at_rest(self) -> DriveState:
+        """The state at standstill with wheels straight ahead."""
+        return DriveState(STANDSTILL, 0.0)
+
+    def feasible(self, twist: Twist) -> Twist:
+        """The twist at the same linear velocity, no tighter than the turning radius."""
+        most = abs(twist.linear) / self.turning_radius
+        return Twist(twist.linear, min(max(twist.angular, -most), most))
+
+    def state_at(self, twist: Twist, last: DriveState) -> DriveState:
+        """Return the state in which the drive has a twist; near standstill `last` steers on."""
+        if abs(twist.linear) < STEERED_FROM:
+            return DriveState(twist, last.steering)
+        return DriveState(twist, self._steering_of(twist))
+
+    def limit_step(self, last: DriveState, wanted: Twist, period: float) -> DriveState:
+        """Return the state after one period; an unknown steering angle may become any angle."""
+        linear = self.limits.limit_linear(last.twist.linear, wanted.linear, period)
+        steering = last.steering
+        if abs(wanted.linear) >= STEERED_FROM:
+            target = self._steering_of(wanted)
+            change = self._wheels.steering_speed * period
+            if steering is None or abs(target - steering) <= change:
+                steering = target
+            else:
+                steering += change if target > steering else -change
+        return DriveState(Twist(linear, linear * self._curvature(steering or 0.0)), steering)
+
+    @property
+    def driven_joints(self) -> tuple[str, ...]:
+        """URDF joints of the left and the right rear wheel."""
+        return self._wheels.rear
+
+    @property
+    def steering_limit(self) -> float:
+        """Angle of the inner front wheel on the tightest arc, radians."""
+        wheels = self._wheels
+        return atan(wheels.wheelbase / (wheels.turning_radius - wheels.track / 2.0))
+
+    @property
+    def steering_joints(self) -> tuple[str, ...]:
+        """URDF joints that turn the left and the right front wheel."""
+        return self._wheels.steering
+
+    def to_wheels(self, state: DriveState) -> WheelCommand:
+        """Speeds of the rear wheels and angles of the front wheels, left and right."""
+        wheels, steering = self._wheels, state.steering
+        if steering is None:
+            steering = self.state_at(state.twist, self.at_rest).steering or 0.0
+        curvature = self._curvature(steering)
+        offset, ahead = curvature * wheels.track / 2.0, curvature * wheels.wheelbase
+        rolling = state.twist.linear / wheels.radius
+        return WheelCommand(
+            (rolling * (1.0 - offset), rolling * (1.0 + offset)),
+            (atan(ahead / (1.0 - offset)), atan(ahead / (1.0 + offset))),
+        )
+
+    def from_wheels(
+        self, rolled: Sequence[float], slips: Sequence[float], steering: Sequence[float] = ()
+    ) -> Pose2D:
+        """Displacement forward by the rear wheels; curvature is the mean of both front wheels.
+
+        Different slips of the two rear wheels also turn the car.
+        """
+        half, base = self._wheels.track / 2.0, self._wheels.wheelbase
+        curvature = 0.0
+        if steering:
+            left, right = (tan(angle) for angle in steering)
+            curvature = (left / (base + half * left) + right / (base - half * right)) / 2.0
+        forward = (rolled[0] + rolled[1]) / 2.0
+        slipped = (slips[0] + slips[1]) / 2.0
+        turn = forward * curvature + (slips[1] - slips[0]) / self._wheels.track
+        return Pose2D(forward + slipped, 0.0, turn)
+
+    def wheel_force(self, force: float, moment: float) -> float:
+        """The rear wheels push; the steering turns the base."""
+        return force / len(self._wheels.rear)
+
+    def _steering_of(self, twist: Twist) -> float:
+        """Steering angle of the arc of a moving twist, within the largest angle, radians."""
+        wheels = self._wheels
+        angle = atan(twist.angular * wheels.wheelbase / twist.linear)
+        return min(max(angle, -wheels.steering_angle), wheels.steering_angle)
+
+    def _curvature(self, steering: float) -> float:
+        return tan(steering) / self._wheels.wheelbase

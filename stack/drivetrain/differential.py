@@ -1,0 +1,71 @@
+"""Differential drive: two sides that roll at different speeds."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from stack.drivetrain.drivetrain import DriveState, Drivetrain, WheelCommand
+from stack.drivetrain.limits import Limits
+from stack.types import Pose2D
+
+
+@dataclass(frozen=True)
+class Wheels:
+    """Wheels of a differential drive.
+
+    Attributes:
+        left: URDF joints of the left wheels.
+        right: URDF joints of the right wheels.
+        radius: metres.
+        separation: distance between the centres of left and right wheels, metres.
+    """
+
+    left: tuple[str, ...]
+    right: tuple[str, ...]
+    radius: float
+    separation: float
+
+    def drivetrain(self, limits: Limits) -> Drivetrain:
+        """Return the drivetrain with these wheels."""
+        return Differential(self, limits)
+
+
+class Differential(Drivetrain):
+    """Differential drive: wheel speed (v -+ w b / 2) / r with separation b and wheel radius r."""
+
+    kind = "differential"
+
+    def __init__(self, wheels: Wheels, limits: Limits) -> None:
+        super().__init__(limits)
+        self._wheels, self._separation = wheels, wheels.separation
+
+    @property
+    def driven_joints(self) -> tuple[str, ...]:
+        """URDF joints of the left wheels, then of the right wheels."""
+        return self._wheels.left + self._wheels.right
+
+    def to_wheels(self, state: DriveState) -> WheelCommand:
+        """Speeds of the left wheels, then of the right wheels."""
+        wheels, twist = self._wheels, state.twist
+        rim = twist.angular * self._separation / 2.0
+        left, right = (twist.linear - rim) / wheels.radius, (twist.linear + rim) / wheels.radius
+        return WheelCommand((left,) * len(wheels.left) + (right,) * len(wheels.right))
+
+    def encoder_angles(self, wheels: Sequence[float]) -> Sequence[float]:
+        """Mean angle of each side, left and right."""
+        count = len(self._wheels.left)
+        left, right = wheels[:count], wheels[count:]
+        return sum(left) / len(left), sum(right) / len(right)
+
+    def from_wheels(
+        self, rolled: Sequence[float], slips: Sequence[float], steering: Sequence[float] = ()
+    ) -> Pose2D:
+        """Displacement forward, the mean of both sides; turn (right - left) / separation."""
+        left, right = rolled[0] + slips[0], rolled[1] + slips[1]
+        return Pose2D((left + right) / 2.0, 0.0, (right - left) / self._separation)
+
+    def wheel_force(self, force: float, moment: float) -> float:
+        """Both sides push; they turn the base by a couple with the separation as its arm."""
+        count = len(self.driven_joints)
+        return (force + 2.0 * moment / self._separation) / count

@@ -1,0 +1,168 @@
+"""Base class of the drivetrains: what a kind of drive can do, and how its wheels move the base.
+
+There is one subclass for each kind: differential, skid-steered, omnidirectional and Ackermann.
+Code outside this package asks a drivetrain what it can do and never which kind it is.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar, Protocol
+
+from stack.drivetrain.limits import Limits
+from stack.types import STANDSTILL, Pose2D, Twist
+
+
+@dataclass(frozen=True, slots=True)
+class DriveState:
+    """Velocity of a drive and angle of its steering.
+
+    Attributes:
+        twist: base frame.
+        steering: angle at the middle of the steered axle, radians; None if it is unknown or the
+            drive has no steered wheels. A car at standstill has an angle that its twist omits.
+    """
+
+    twist: Twist = STANDSTILL
+    steering: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class WheelCommand:
+    """Setpoints of the wheels.
+
+    Attributes:
+        speeds: of the driven wheels, rad/s, in the order of `driven_joints`.
+        steering: angles of the steered wheels, left and right, radians; empty without any.
+    """
+
+    speeds: tuple[float, ...]
+    steering: tuple[float, ...] = ()
+
+
+class WheelGeometry(Protocol):
+    """Geometry and URDF joints of the wheels of one kind of drive."""
+
+    @property
+    def radius(self) -> float:
+        """Radius of the driven wheels, metres."""
+        ...
+
+    def drivetrain(self, limits: Limits) -> Drivetrain:
+        """Return the drivetrain with these wheels."""
+        ...
+
+
+class Drivetrain(ABC):
+    """A kind of drive with the wheels and limits of one robot.
+
+    Attributes:
+        kind: the word for it in robot.yaml.
+        turns_in_place: whether the robot can turn without driving.
+        can_move_sideways: whether it can move along y of the base frame. Such a robot has no
+            driving direction: its heading is independent of its motion.
+        skids: whether wheels slide sideways in turns, so that the distances that they roll do not
+            determine the heading.
+        turning_radius: of the tightest circle of the base frame's origin, metres; 0 if the robot
+            turns in place.
+        slides_along_axles: whether driven wheels slide freely along their axles (rollers).
+        limits: of speed and acceleration.
+    """
+
+    kind: ClassVar[str]
+    turns_in_place: ClassVar[bool] = True
+    can_move_sideways: ClassVar[bool] = False
+    skids: ClassVar[bool] = False
+    slides_along_axles: ClassVar[bool] = False
+    turning_radius: float = 0.0
+
+    def __init__(self, limits: Limits) -> None:
+        self.limits = limits
+
+    @property
+    def velocity_axes(self) -> int:
+        """Number of independent velocity components: linear, angular and, with 3, lateral."""
+        return 3 if self.can_move_sideways else 2
+
+    @property
+    def aligns_in_place(self) -> bool:
+        """Whether the only way to another heading at the same position is a turn in place."""
+        return self.turns_in_place and not self.can_move_sideways
+
+    @property
+    def at_rest(self) -> DriveState:
+        """The state at standstill with wheels straight ahead."""
+        return DriveState()
+
+    def feasible(self, twist: Twist) -> Twist:
+        """The feasible part of a twist, without regard to speed limits: no lateral velocity."""
+        return Twist(twist.linear, twist.angular) if twist.lateral else twist
+
+    def state_at(self, twist: Twist, last: DriveState) -> DriveState:
+        """Return the state in which the drive has a twist; `last` is the state before."""
+        return DriveState(twist)
+
+    def limit_step(self, last: DriveState, wanted: Twist, period: float) -> DriveState:
+        """Return the state after one period on the way to a feasible twist.
+
+        Args:
+            last: state at the start of the period.
+            wanted: target velocity.
+            period: seconds.
+        """
+        limits, now = self.limits, last.twist
+        linear = limits.limit_linear(now.linear, wanted.linear, period)
+        angular = limits.limit_angular(now.angular, wanted.angular, period)
+        return DriveState(Twist(linear, angular))
+
+    @property
+    @abstractmethod
+    def driven_joints(self) -> tuple[str, ...]:
+        """URDF joints of the driven wheels."""
+
+    @property
+    def steering_joints(self) -> tuple[str, ...]:
+        """URDF joints that turn wheels about the vertical axis, left and right."""
+        return ()
+
+    @property
+    def steering_limit(self) -> float:
+        """Largest angle of a single steered wheel, radians; 0 without any."""
+        return 0.0
+
+    @abstractmethod
+    def to_wheels(self, state: DriveState) -> WheelCommand:
+        """Inverse kinematics: setpoints of the wheels for a state."""
+
+    @property
+    def encoders(self) -> int:
+        """Number of wheel distances that `from_wheels` needs."""
+        return 2
+
+    def encoder_angles(self, wheels: Sequence[float]) -> Sequence[float]:
+        """Return the angles of the encoders from those of the driven wheels, radians."""
+        return wheels
+
+    @abstractmethod
+    def from_wheels(
+        self, rolled: Sequence[float], slips: Sequence[float], steering: Sequence[float] = ()
+    ) -> Pose2D:
+        """Forward kinematics: displacement of the base in its own frame.
+
+        Args:
+            rolled: distance rolled at each encoder, metres; with speeds in m/s the result is a
+                velocity.
+            slips: distance that each wheel slipped in addition, in the same unit.
+            steering: angles of the steered wheels, left and right, radians.
+        """
+
+    @abstractmethod
+    def wheel_force(self, force: float, moment: float) -> float:
+        """Largest force at the rim of a driven wheel that pushes and turns the base, newtons.
+
+        Args:
+            force: on the base in any direction of motion, newtons.
+            moment: on the base about the vertical axis, newton metres.
+        """

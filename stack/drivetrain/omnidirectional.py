@@ -1,0 +1,130 @@
+"""Omnidirectional drive: wheels with rollers, which slide along their axles."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from math import cos, hypot, sin
+
+import numpy as np
+
+from stack.drivetrain.drivetrain import DriveState, Drivetrain, WheelCommand
+from stack.drivetrain.limits import Limits
+from stack.types import FloatArray, Pose2D, Twist
+
+
+@dataclass(frozen=True)
+class OmniWheels:
+    """Three or more omnidirectional wheels: each drives in one direction and slides in the other.
+
+    Attributes:
+        joints: URDF joints, one for each wheel.
+        mounts: contact point of each wheel, base frame; the heading is its driving direction.
+        radius: metres.
+    """
+
+    joints: tuple[str, ...]
+    mounts: tuple[Pose2D, ...]
+    radius: float
+
+    @property
+    def jacobian(self) -> FloatArray:
+        """(n, 3) rolling speed of each wheel, m/s, per unit of linear, lateral, angular speed."""
+        return np.array([
+            [cos(m.heading), sin(m.heading), m.x * sin(m.heading) - m.y * cos(m.heading)]
+            for m in self.mounts
+        ])  # fmt: skip
+
+    def drivetrain(self, limits: Limits) -> Drivetrain:
+        """Return the drivetrain with these wheels."""
+        return Omnidirectional(self, limits)
+
+
+class Omnidirectional(Drivetrain):
+    """Omnidirectional drive: linear wheel kinematics with the Jacobian of the wheels.
+
+    P. F. Muir and C. P. Neuman, "Kinematic Modeling of Wheeled Mobile Robots", Journal of Robotic
+    Systems 4(2), 1987. With more than three wheels the motion of the base is the least-squares
+    solution.
+    """
+
+    kind = "omni"
+    can_move_sideways = True
+    slides_along_axles = True
+
+    def __init__(self, wheels: OmniWheels, limits: Limits) -> None:
+        super().__init__(limits)
+        self._wheels = wheels
+
+    def feasible(self, twist: Twist) -> Twist:
+        """Every twist is feasible."""
+        return twist
+
+    def limit_step(self, last: DriveState, wanted: Twist, period: float) -> DriveState:
+        """Return the state after one period: the velocity changes along a straight line.
+
+        On the part of the line that leads towards zero the drive slows down, on the rest it speeds
+        up. All directions change at one rate, so that the robot does not swerve.
+        """
+        limits, now = self.limits, last.twist
+        angular = limits.limit_angular(now.angular, wanted.angular, period)
+        ahead, left = wanted.linear - now.linear, wanted.lateral - now.lateral
+        change = hypot(ahead, left)
+        if not change:
+            return DriveState(Twist(wanted.linear, angular, wanted.lateral))
+        towards_zero = -(now.linear * ahead + now.lateral * left) / change
+        slowing = min(max(towards_zero, 0.0), change)
+        time = slowing / limits.linear_deceleration
+        if time >= period:
+            share = limits.linear_deceleration * period / change
+        else:
+            share = (slowing + limits.linear_acceleration * (period - time)) / change
+        if share >= 1.0:
+            return DriveState(Twist(wanted.linear, angular, wanted.lateral))
+        return DriveState(Twist(now.linear + share * ahead, angular, now.lateral + share * left))
+
+    @property
+    def driven_joints(self) -> tuple[str, ...]:
+        """URDF joints of all wheels."""
+        return self._wheels.joints
+
+    def to_wheels(self, state: DriveState) -> WheelCommand:
+        """Speed of each wheel."""
+        twist = state.twist
+        return WheelCommand(
+            tuple(
+                x * twist.linear + y * twist.lateral + turn * twist.angular
+                for x, y, turn in self._speed_rows
+            )
+        )
+
+    @property
+    def encoders(self) -> int:
+        """One for each wheel."""
+        return len(self._wheels.joints)
+
+    def from_wheels(
+        self, rolled: Sequence[float], slips: Sequence[float], steering: Sequence[float] = ()
+    ) -> Pose2D:
+        """Displacement forward, to the left and in heading."""
+        distances = [roll + slip for roll, slip in zip(rolled, slips, strict=True)]
+        forward, left, turn = (
+            sum(gain * distance for gain, distance in zip(row, distances, strict=True))
+            for row in self._motion_rows
+        )
+        return Pose2D(forward, left, turn)
+
+    def wheel_force(self, force: float, moment: float) -> float:
+        """The smallest wheel forces f that produce the wrench F on the base: f = pinv(J') F."""
+        wrench = np.array([force, force, moment])
+        return float((np.abs(np.linalg.pinv(self._wheels.jacobian.T)) @ wrench).max())
+
+    @cached_property
+    def _speed_rows(self) -> list[tuple[float, ...]]:
+        return [tuple(row) for row in (self._wheels.jacobian / self._wheels.radius).tolist()]
+
+    @cached_property
+    def _motion_rows(self) -> list[list[float]]:
+        rows: list[list[float]] = np.linalg.pinv(self._wheels.jacobian).tolist()
+        return rows

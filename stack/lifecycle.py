@@ -1,0 +1,73 @@
+"""Timers of activities that run over many control steps and can be paused.
+
+There is one clock, the body's, and it goes on while the robot is held. Whoever holds an activity
+calls `pause(now)` and `resume(now)`; its timers then leave the time in between out. Nothing infers
+a pause from the time between two calls.
+"""
+
+from __future__ import annotations
+
+
+class Timer:
+    """Seconds since an event, without the pauses in between."""
+
+    def __init__(self) -> None:
+        self._began: float | None = None
+
+    @property
+    def running(self) -> bool:
+        """Whether it has been started and not reset."""
+        return self._began is not None
+
+    def start(self, now: float) -> None:
+        """Start, or start again, at a time in seconds."""
+        self._began = now
+
+    def start_once(self, now: float) -> None:
+        """Start unless it is running."""
+        if self._began is None:
+            self._began = now
+
+    def reset(self) -> None:
+        """Stop; the elapsed time is 0 again."""
+        self._began = None
+
+    def elapsed(self, now: float) -> float:
+        """Seconds since the start; 0 while it is not running."""
+        return 0.0 if self._began is None else now - self._began
+
+    def shift(self, seconds: float) -> None:
+        """Move the start later, by the length of a pause."""
+        if self._began is not None:
+            self._began += seconds
+
+
+class Timers:
+    """The timers of one activity, paused and resumed together."""
+
+    def __init__(self) -> None:
+        self._timers: list[Timer] = []
+        self._paused_at: float | None = None
+
+    def new(self) -> Timer:
+        """Create a timer of this activity."""
+        self._timers.append(Timer())
+        return self._timers[-1]
+
+    @property
+    def paused(self) -> bool:
+        """Whether the timers stand still."""
+        return self._paused_at is not None
+
+    def pause(self, now: float) -> None:
+        """Stop counting; does nothing while paused."""
+        if self._paused_at is None:
+            self._paused_at = now
+
+    def resume(self, now: float) -> None:
+        """Count again, without the time since `pause`; does nothing unless paused."""
+        if self._paused_at is None:
+            return
+        for timer in self._timers:
+            timer.shift(now - self._paused_at)
+        self._paused_at = None

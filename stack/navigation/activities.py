@@ -1,0 +1,108 @@
+"""The motions under way: the mission's, and an operator's detour while the mission is held."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from stack.errors import NavigationError
+from stack.navigation.tasks import Emit, MotionExecutor, NavigationState
+from stack.types import STANDSTILL, FailureCode, Twist
+
+
+class Activities:
+    """Runs at most one motion of the mission, and one detour while that is held.
+
+    It calls the whole lifecycle of the executors. An exception in one of them fails its task.
+
+    Args:
+        emit: called with (kind, text, level) for what no task can report.
+
+    Attributes:
+        paused: whether the motion of the mission is held.
+    """
+
+    def __init__(self, emit: Emit) -> None:
+        self._emit = emit
+        self._mission: MotionExecutor | None = None
+        self._detour: MotionExecutor | None = None
+        self._started: list[MotionExecutor] = []
+        self.paused = False
+
+    @property
+    def current(self) -> MotionExecutor | None:
+        """The motion that is stepped, from the next step on; None without one."""
+        executor = self._detour if self.paused else self._mission
+        return executor if executor is not None and executor.task.running else None
+
+    def begin(self, executor: MotionExecutor) -> None:
+        """Run an executor from the next step on; cancels the current one.
+
+        While the mission's motion is held, this is a detour: `resume` cancels it.
+        """
+        if self.current is not None:
+            self.current.task.cancel(f"replaced: {executor.task.what}")
+        if self.paused:
+            self._detour = executor
+        else:
+            self._mission = executor
+
+    def pause(self, now: float) -> None:
+        """Hold the mission's motion; does nothing while it is held."""
+        if self.paused:
+            return
+        mission, self.paused = self._mission, True
+        if mission in self._started:
+            self._guarded(mission, lambda: mission.pause(now))
+
+    def resume(self, now: float) -> None:
+        """Cancel a detour and continue the mission's motion; does nothing unless held."""
+        if not self.paused:
+            return
+        if self._detour is not None:
+            self._detour.task.cancel("the mission continues")
+        self._stop_ended(now)
+        mission, self.paused = self._mission, False
+        if mission in self._started:
+            self._guarded(mission, lambda: mission.resume(now))
+
+    def step(self, state: NavigationState) -> Twist:
+        """Step the current motion; STANDSTILL without one."""
+        self._stop_ended(state.time)
+        executor, twist = self.current, STANDSTILL
+        if executor is None:
+            return STANDSTILL
+        if executor not in self._started:
+            self._started.append(executor)
+            self._guarded(executor, lambda: executor.start(state.time))
+        if executor.task.running:
+            twist = self._guarded(executor, lambda: executor.step(state)) or STANDSTILL
+        self._stop_ended(state.time)
+        return twist if executor.task.running else STANDSTILL
+
+    def cancel(self, why: str) -> None:
+        """Cancel all motions, also one that is held."""
+        for executor in (self._mission, self._detour):
+            if executor is not None:
+                executor.task.cancel(why)
+
+    def _stop_ended(self, now: float) -> None:
+        """Stop the executors whose task has ended."""
+        for executor in [item for item in self._started if not item.task.running]:
+            self._started.remove(executor)
+            try:
+                executor.stop(now)
+            except Exception as error:  # a controller may be a plugin
+                text = f"{executor.task.what} raised an exception when it stopped: {error!r}"
+                self._emit("task", text, "warning")
+
+    def _guarded(self, executor: MotionExecutor, call: Callable[[], Twist | None]) -> Twist | None:
+        """Make a call of the lifecycle; an exception fails the task."""
+        try:
+            return call()
+        except NavigationError as error:
+            executor.task.fail(error.failure.code, error.failure.sentence)
+        except Exception as error:  # a controller may be a plugin
+            executor.task.fail(
+                FailureCode.EXCEPTION, f"{executor.task.what} raised an exception: {error!r}"
+            )
+        return None
