@@ -79,11 +79,11 @@ class LeafNode(Node):
         if self.broken:
             status = self._ended(_FAILURE)
         else:
-            # Inlined `update`: this is the most frequent call of a mission.
             try:
                 status = self._update()
             except (Exception, SystemExit) as error:
-                status = self._handle_exception(error)
+                self._report(error)
+                status = _FAILURE
             if status is not _RUNNING and not (status is _SUCCESS and self._just_updates):
                 status = self._handle_result(status)
         if status is not before:
@@ -109,18 +109,8 @@ class LeafNode(Node):
         if self._initialise is not None:
             self._safely(self._initialise)
 
-    def update(self) -> Status:
-        """Tick the leaf; its end is handled before the tree receives its outcome."""
-        if self.broken:
-            return self._ended(_FAILURE)
-        try:
-            status = self._update()
-        except (Exception, SystemExit) as error:
-            status = self._handle_exception(error)
-        return status if status is _RUNNING else self._handle_result(status)
-
     def terminate(self, new_status: Status) -> None:
-        """Halt the leaf if it is running; `update` has handled its other ends."""
+        """Halt the leaf if it is running; `execute_tick` has handled its other ends."""
         if self.active:
             self.active = False
             if self._terminate is not None:
@@ -144,10 +134,6 @@ class LeafNode(Node):
         if self.active and self._paused and self.robot_leaf is not None:
             self._paused = False
             self._safely(self.robot_leaf.resume, now)
-
-    def _handle_exception(self, error: BaseException) -> Status:
-        self._report(error)
-        return _FAILURE
 
     def _handle_result(self, status: Status) -> Status:
         """Handle a result other than RUNNING; return the outcome for the tree."""

@@ -49,6 +49,10 @@ class Node(Behaviour):
         self.execution.visited = None
         yield from (node for node, _ in visited)
 
+    def update(self) -> Status:
+        """Return the status; `execute_tick` does the work."""
+        return self.status
+
     def timers(self) -> Iterable[Timer]:
         """Return the timers that stand still during a pause."""
         return ()
@@ -107,10 +111,6 @@ class InnerNode(Node):
             self.reset()
         self.terminate(new_status)
         self.status = new_status
-
-    def update(self) -> Status:
-        """Return the status; `advance` does the work."""
-        return self.status
 
     def terminate(self, new_status: Status) -> None:
         """Record a halt at once; `execute_tick` records other changes."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor
+from functools import cache
 from math import inf, isfinite
 from multiprocessing import get_context
 from statistics import median
@@ -15,6 +16,7 @@ import numpy as np
 from missions.bench.mission_table import measured, mission_entries, rows_of
 from missions.bench.resumable import TableOptions
 from missions.execution.prepare import RunOptions
+from missions.execution.report import Report
 from missions.execution.resources import MISSIONS, load_world
 from missions.execution.runner import run_mission
 from stack.telemetry.records import Event, RunInfo, Snapshot
@@ -130,17 +132,23 @@ def wall_table(seeds: int, jobs: int) -> Rows:
 
 def wall_error(task: tuple[str, int]) -> dict[str, Any]:
     """RMS of the true distance error of one run of mission 04, on settled straights."""
-    side, seed = task
-    trace = Trace()
-    options = RunOptions(seed=seed, arguments={"side": side}, serve=False)
-    report = run_mission("04_wall_follow", options, [trace])
+    report, trace = wall_run(task)
     wall = load_world("l_room", MISSIONS).walls[0]
     # The outline runs through the wall's middle; the distance is kept to its surface.
     errors = straight_errors(trace.truths, wall.points, wanted=0.5 + wall.thickness / 2)
     rms = float(np.sqrt(np.mean(np.square(errors))))
     return {
-        "side": side, "rms": rms, "samples": len(errors), "status": report.status,
+        "side": task[0], "rms": rms, "samples": len(errors), "status": report.status,
     }  # fmt: skip
+
+
+@cache
+def wall_run(task: tuple[str, int]) -> tuple[Report, Trace]:
+    """The run of mission 04 along one side with one seed, and its trace."""
+    side, seed = task
+    trace = Trace()
+    options = RunOptions(seed=seed, arguments={"side": side}, serve=False)
+    return run_mission("04_wall_follow", options, [trace]), trace
 
 
 def straight_errors(poses: list[Pose2D], corners: FloatArray, wanted: float) -> list[float]:

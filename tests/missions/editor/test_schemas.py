@@ -42,8 +42,10 @@ def complaints(text):
 def test_every_shipped_mission_is_valid(file):
     top = read_file(file)
     plugins = top.get("plugins")
-    catalogue = catalogue_of(plugins.items if plugins else [], MISSIONS, Findings())
-    validator(mission_schema(catalogue)).validate(top.plain())
+    check = CHECK
+    if plugins:
+        check = validator(mission_schema(catalogue_of(plugins.items, MISSIONS, Findings())))
+    check.validate(top.plain())
 
 
 @pytest.mark.parametrize("file", world_files(), ids=lambda file: file.stem)
