@@ -56,7 +56,11 @@ class Ramp:
         )
 
     def towards(self, last: Twist, wanted: Twist) -> Twist:
-        """One step from the last command towards the wanted one, on a drivable arc."""
+        """One step from the last command towards the wanted one, on a drivable arc.
+
+        Each component changes on its own. The base frame turns with the robot, so one limit for
+        the velocity vector would pull a robot off its line that turns while it drives sideways.
+        """
         reached = Twist(
             self.forward(last.linear, wanted.linear),
             self.turn(last.angular, wanted.angular),
@@ -66,29 +70,19 @@ class Ramp:
 
     def forward(self, last: float, wanted: float) -> float:
         """One step of the forward speed towards the wanted one, m/s."""
-        rise, fall = self.limits.linear_acceleration, self.limits.linear_deceleration
-        return min(max(wanted, last - fall * self.period), last + rise * self.period)
+        return self.limits.limit_linear(last, wanted, self.period)
 
     def turn(self, last: float, wanted: float) -> float:
         """One step of the turning speed towards the wanted one, rad/s."""
-        top, change = self.limits.angular_speed, self.limits.angular_acceleration * self.period
-        return _near(_near(wanted, 0.0, top), last, change)
+        within = _near(wanted, 0.0, self.limits.angular_speed)
+        return self.limits.limit_angular(last, within, self.period)
 
     def stopped(self, last: Twist) -> Twist:
         """One step of braking on the current arc."""
-        fall = self.limits.linear_deceleration * self.period
-        slower = abs(last.linear) - fall
-        share = max(0.0, slower / abs(last.linear)) if last.linear else 0.0
-        lateral = _towards_zero(last.lateral, fall)
-        turn = self.limits.angular_acceleration * self.period
-        angular = last.angular * share if share else _towards_zero(last.angular, turn)
-        slower_twist = Twist(last.linear * share, angular, lateral)
-        return self.drivetrain.feasible(slower_twist)
+        linear = self.forward(last.linear, 0.0)
+        angular = last.angular * linear / last.linear if linear else self.turn(last.angular, 0.0)
+        return self.drivetrain.feasible(Twist(linear, angular, self.forward(last.lateral, 0.0)))
 
 
 def _near(value: float, centre: float, slack: float) -> float:
     return min(max(value, centre - slack), centre + slack)
-
-
-def _towards_zero(value: float, change: float) -> float:
-    return _near(0.0, value, change)

@@ -37,7 +37,7 @@ class TurnInPlace:
             last: the previous command; the robot may still be braking.
             angle: remaining angle, radians, positive to the left.
         """
-        linear, lateral = map(self._braked, (last.linear, last.lateral))
+        linear, lateral = (self._ramp.forward(speed, 0.0) for speed in (last.linear, last.lateral))
         if abs(angle) <= self._style.precision:
             return Twist(linear, 0.0, lateral)
         for option in (angle, angle - copysign(2.0 * pi, angle)):
@@ -46,10 +46,6 @@ class TurnInPlace:
             if free == inf:
                 return Twist(linear, self._ramp.turn(last.angular, self._speed(option)), lateral)
         return None
-
-    def _braked(self, speed: float) -> float:
-        slower = max(0.0, abs(speed) - self._ramp.limits.linear_deceleration * self._ramp.period)
-        return copysign(slower, speed) if slower else 0.0
 
     def _speed(self, angle: float) -> float:
         rate = turning_speed(angle, self._style, self._ramp)

@@ -49,7 +49,8 @@ def limit_speed(last: float, wanted: float, period: float, rise: float, fall: fl
     """Speed after one period on the way from `last` to `wanted`.
 
     The magnitude rises at most at `rise` and falls at most at `fall`, in both directions. When the
-    direction changes, the speed first falls to zero and rises for the rest of the period.
+    direction changes, the speed first falls to zero and rises for the rest of the period; with
+    equal limits zero is a speed like any other.
 
     Args:
         last: m/s or rad/s.
@@ -58,7 +59,7 @@ def limit_speed(last: float, wanted: float, period: float, rise: float, fall: fl
         rise: limit of speeding up, m/s² or rad/s².
         fall: limit of slowing down, m/s² or rad/s².
     """
-    if last * wanted < 0.0:
+    if rise != fall and last * wanted < 0.0:
         stopping = abs(last) / fall
         if stopping >= period:
             return last - copysign(fall * period, last)
@@ -82,7 +83,7 @@ def limit_speeds(
         fall: limit of slowing down, m/s² or rad/s².
     """
     target = wanted[:, None]
-    turns_back = target * last < 0.0
+    turns_back = (rise != fall) & (target * last < 0.0)
     start = np.where(turns_back, 0.0, last)
     left = times - np.where(turns_back, abs(last) / fall, 0.0)
     most = np.where(np.abs(target) < np.abs(start), fall, rise) * np.maximum(left, 0.0)

@@ -21,6 +21,7 @@ from stack.control.path_progress import PathProgress
 from stack.control.ramps import stopping_speed
 from stack.control.swept import BoolArray
 from stack.drivetrain.description import RobotDescription
+from stack.drivetrain.limits import limit_speeds
 from stack.types import FloatArray, Pose2D, Twist, wrap_angle
 
 SPACING = 0.05
@@ -195,9 +196,9 @@ def drive(
     step, limits = p.simulation_step, robot.limits
     times: FloatArray = step * np.arange(1.0, round(p.simulation_time / step) + 1.0)
     rates = (limits.linear_acceleration, limits.linear_deceleration)
-    linear = _approach(last.linear, wanted.linear, times, rates)
+    linear = limit_speeds(last.linear, wanted.linear, times, *rates)
     turn = limits.angular_acceleration
-    angular = _approach(last.angular, wanted.angular, times, (turn, turn))
+    angular = limit_speeds(last.angular, wanted.angular, times, turn, turn)
     if robot.turning_radius:
         most = np.abs(linear) / robot.turning_radius
         angular = np.clip(angular, -most, most)
@@ -206,16 +207,7 @@ def drive(
     c, s = np.cos(middle), np.sin(middle)
     ahead, left = linear * c, linear * s
     if robot.drivetrain.can_move_sideways:
-        lateral = _approach(last.lateral, wanted.lateral, times, rates)
+        lateral = limit_speeds(last.lateral, wanted.lateral, times, *rates)
         ahead, left = ahead - lateral * s, left + lateral * c
     x, y = pose.x + np.cumsum(ahead, axis=1) * step, pose.y + np.cumsum(left, axis=1) * step
     return np.stack([x, y, heading], axis=-1)
-
-
-def _approach(
-    now: float, wanted: FloatArray, times: FloatArray, rates: tuple[float, float]
-) -> FloatArray:
-    """(n, k) speeds that change towards the wanted ones (n,) at the rates (rise, fall)."""
-    rises = np.abs(wanted) > abs(now)
-    most = np.where(rises, rates[0], rates[1])[:, None] * times
-    return now + np.clip(wanted[:, None] - now, -most, most)

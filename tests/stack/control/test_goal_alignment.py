@@ -45,6 +45,8 @@ def test_commands_change_by_what_the_drive_can_do():
     ramp = Ramp(robot().drivetrain, 0.05, 0.1)
     assert ramp.forward(0.2, 0.8) == pytest.approx(0.25)
     assert ramp.forward(0.2, 0.0) == pytest.approx(0.125)
+    assert ramp.forward(-0.2, -0.8) == pytest.approx(-0.25)  # backward: the same 1.0 m/s²
+    assert ramp.forward(-0.2, 0.0) == pytest.approx(-0.125)  # and 1.5 m/s²
     assert ramp.turn(0.0, -3.0) == pytest.approx(-0.16)
     stopped = ramp.stopped(Twist(0.3, 0.6))
     assert (stopped.linear, stopped.angular) == (pytest.approx(0.225), pytest.approx(0.45))

@@ -19,6 +19,7 @@ from stack.control.mppi.optimiser import bounds, savitzky_golay
 from stack.control.mppi.parameters import MppiParameters
 from stack.control.mppi.scene import LocalPath, Obstacles, Outline, Rollouts
 from stack.control.path_progress import PathProgress
+from stack.drivetrain.limits import limit_speed
 from stack.geometry.polygons import fill_polygon
 from stack.types import STANDSTILL, CostGrid, Footprint, Path, Pose2D
 from tests.stack.control.courses import controller, toy_drive
@@ -108,6 +109,21 @@ def test_speeds_rise_and_fall_by_the_robots_accelerations():
         [0.35, 0.4, 0.45, 0.5, 0.4, 0.3, 0.2, 0.1], abs=1e-6
     )
     assert rollouts.velocities[1, :6, 0] == pytest.approx([0.2, 0.4, 0.6, 0.8, 1.0, 1.0], abs=1e-6)
+
+
+@pytest.mark.parametrize("rates", [(1.0, 2.0), (2.0, 1.0)])
+@pytest.mark.parametrize("start", [-0.4, 0.0, 0.4])
+@pytest.mark.parametrize("wanted", [-0.5, -0.35, 0.0, 0.35, 0.5])
+def test_rollouts_change_speed_by_the_rule_of_the_drivetrain(rates, start, wanted):
+    """In one step from either direction; a rollout never passes through zero from 0.4 m/s."""
+    rise, fall = rates
+    limits = {"linear_acceleration": rise, "linear_deceleration": fall, "reverse_speed": 0.5}
+    rollouts = driven(
+        constant(wanted, 0.0, steps=1), limits=limits, start=(start, 0.0, 0.0), time_step=0.1,
+        reverse_speed=0.5,
+    )  # fmt: skip
+    expected = limit_speed(start, wanted, 0.1, rise, fall)
+    assert rollouts.velocities[0, 0, 0] == pytest.approx(expected, abs=1e-6)
 
 
 def test_excess_is_what_controls_ask_beyond_the_limits():
