@@ -205,8 +205,11 @@ def _describe_robot(name: str) -> str:
     lines = [f"{name}: {_robot_summary(name)}"]
     for title, part in (
         ("limits", robot.limits), ("lidar", robot.lidar), ("camera", robot.camera),
-        ("imu", robot.imu), ("odometry", robot.odometry), ("battery", robot.battery),
+        ("imu", robot.imu), ("odometry", robot.odometry), ("skid", robot.skid),
+        ("battery", robot.battery),
     ):  # fmt: skip
+        if part is robot.skid and not robot.drivetrain.skids:
+            continue
         if part is None:
             lines.append(f"{title}: none")
             continue

@@ -112,9 +112,10 @@ def test_speeds_rise_and_fall_by_the_robots_accelerations():
 
 
 @pytest.mark.parametrize("rates", [(1.0, 2.0), (2.0, 1.0)])
-@pytest.mark.parametrize("start", [-0.4, -0.05, 0.0, 0.05, 0.4])
-@pytest.mark.parametrize("wanted", [-0.5, -0.05, 0.0, 0.05, 0.5])
+@pytest.mark.parametrize("start", [-0.4, 0.0, 0.4])
+@pytest.mark.parametrize("wanted", [-0.5, -0.35, 0.0, 0.35, 0.5])
 def test_rollouts_change_speed_by_the_rule_of_the_drivetrain(rates, start, wanted):
+    """In one step from either direction; a rollout never passes through zero from 0.4 m/s."""
     rise, fall = rates
     limits = {"linear_acceleration": rise, "linear_deceleration": fall, "reverse_speed": 0.5}
     rollouts = driven(
