@@ -8,9 +8,11 @@ MODULES = {
     "stack.description": "stack.drivetrain.description",
     "stack.kinematics": "stack.drivetrain.kinematics",
     "stack.findings": "stack.documents",
-    "stack.control.track": "stack.control.path_progress",
+    "stack.control.track": "stack.geometry.path_segment",
+    "stack.control.path_progress": "stack.geometry.path_segment",
     "stack.control.ends": "stack.control.goal_alignment",
-    "stack.control.legs": "stack.control.cusp_splitter",
+    "stack.control.legs": "stack.control.path_follower",
+    "stack.control.cusp_splitter": "stack.control.path_follower",
     "stack.costmap.footprint": "stack.geometry.polygons",
     "stack.costmap.painting": "stack.costmap.layer_compositor",
 }

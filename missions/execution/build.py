@@ -17,7 +17,7 @@ from missions.trees.debugging import TreeDebugger, addresses
 from missions.trees.mission_tree import MissionTree
 from robots.simulated import SimulatedBody
 from stack.components import Controller
-from stack.control.cusp_splitter import controller_for
+from stack.control.path_follower import PathFollower
 from stack.costmap.costmap import Costmap
 from stack.costmap.unexplored import Ground, unexplored
 from stack.drivetrain.description import DriveKind
@@ -103,7 +103,6 @@ def build(
     safety = Safety(robot, safety_choice.parameters, period, safety_choice.parts)
     navigator = _navigator(plan, period, local_costmap, global_costmap, telemetry)
     localiser = _localiser(plan, grid, seed)
-    controller = navigator.controller
     tracker = _tracker(plan, grid, local_costmap, global_costmap)
     facade = RobotFacade(
         FacadeParts(
@@ -119,7 +118,9 @@ def build(
             cover=_ignore if plan.is_mapped else Ground(grid, [global_costmap]).cover,
             forget_tracks=_ignore if tracker is None else tracker.clear,
             tunables={
-                "controller": Tunable.of(controller),
+                "controller": Tunable.of(navigator.path_follower),
+                "goal_checker": Tunable.of(navigator.goal_checker),
+                "progress_checker": Tunable.of(navigator.progress_checker),
                 "navigator": Tunable.of(navigator),
                 "safety": Tunable.of(safety),
                 "local_costmap": Tunable.of(local_costmap),
@@ -225,11 +226,14 @@ def _navigator(
     global_costmap: Costmap,
     telemetry: Telemetry,
 ) -> Navigator:
-    planner, controller = plan.choices["planner"], plan.choices["controller"]
+    choices, robot = plan.choices, plan.robot
+    controller = choices["controller"]
     return Navigator(
-        robot=plan.robot,
-        planner=planner.create(plan.robot),
-        controller=controller_for(controller.component, controller.parameters, plan.robot, period),
+        robot=robot,
+        planner=choices["planner"].create(robot),
+        path_follower=PathFollower(controller.created_with, controller.parameters, robot, period),
+        goal_checker=choices["goal_checker"].create(robot),
+        progress_checker=choices["progress_checker"].create(robot),
         parameters=plan.choices["navigator"].parameters,
         local_costmap=local_costmap,
         global_costmap=global_costmap,

@@ -1,4 +1,4 @@
-"""Planners, controllers and costmap layers in the plugins of a mission."""
+"""Components of navigation in the plugins of a mission."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ from stack.errors import InputError
 METHODS = {
     "planner": ("plan",),
     "controller": ("set_path", "command"),
+    "goal_checker": ("set_goal", "reached"),
+    "progress_checker": ("stuck",),
     "costmap_layer": ("lay_out", "paint"),
 }
 """Methods that make a class with `Parameters` a component, by kind.

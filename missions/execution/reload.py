@@ -32,6 +32,7 @@ from stack.telemetry.records import MissionState
 TUNED = {
     "controller": ("controller",), "navigator": ("navigator",), "safety": ("safety",),
     "costmap": ("local_costmap", "global_costmap"), "planner": (),
+    "goal_checker": ("goal_checker",), "progress_checker": ("progress_checker",),
 }  # fmt: skip
 """Kind of component -> its names in live tuning."""
 
