@@ -2,7 +2,7 @@
 
 from stack.control.path_follower import PathFollower
 from stack.errors import NavigationError
-from stack.types import STANDSTILL
+from stack.types import STANDSTILL, FailureCode
 
 PATIENCE = 1.0
 """Seconds without a safe command after which the failure is raised, not a standstill returned."""
@@ -44,9 +44,10 @@ class Driver:
             self.progress.advance(state.pose)
         try:
             twist = self.follower.step(state)
-        except NavigationError:
+        except NavigationError as error:
             self._since = state.time if self._since is None else self._since
-            if state.time - self._since >= self._patience:
+            blocked = error.failure.code == FailureCode.COLLISION_AHEAD
+            if not blocked or state.time - self._since >= self._patience:
                 raise
             return STANDSTILL
         self._since = None
