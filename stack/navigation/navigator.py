@@ -128,7 +128,9 @@ class Navigator:
     @property
     def local_plan(self) -> Path | None:
         """Planned motion of the controller, map frame."""
-        return None if self.path is None else self._tools.path_follower.local_plan
+        current = self._activities.current
+        driving = isinstance(current, GoalDrive | PathDrive) and current.path is not None
+        return self._tools.path_follower.local_plan if driving else None
 
     @property
     def counters(self) -> dict[str, float]:
@@ -316,8 +318,8 @@ class Navigator:
 
     @property
     def _drive(self) -> GoalDrive | PathDrive | None:
-        current = self._activities.current
-        return current if isinstance(current, GoalDrive | PathDrive) else None
+        shown = self._activities.shown
+        return shown if isinstance(shown, GoalDrive | PathDrive) else None
 
     def _recovery_tools(self) -> RecoveryTools:
         return RecoveryTools(self._robot, self.parameters, self._monitor, self._period)

@@ -86,7 +86,8 @@ def test_a_detour_is_no_time_without_progress(toy):
     for goal in (Pose2D(2.0, 5.0), Pose2D(2.0, 1.0), here):  # away for longer than progress_time
         assert toy.finish(toy.navigator.navigate_to(goal)) is TaskStatus.SUCCEEDED
     toy.run(10.0)
-    assert task.running and toy.navigator.goal is None
+    assert task.running and toy.navigator.goal == GOAL  # still shown, and held
+    assert toy.navigator.local_plan is None
     toy.navigator.resume(toy.world.time)
     assert toy.finish(task) is TaskStatus.SUCCEEDED, task.failure
 
