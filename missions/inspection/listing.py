@@ -24,7 +24,13 @@ from stack.errors import InputError
 from stack.parameters import Declaration, declarations, suggestion
 
 CURRENT_FOLDER = Path()
-COMPONENTS = {"planners": "planner", "controllers": "controller", "layers": "costmap_layer"}
+COMPONENTS = {
+    "planners": "planner",
+    "controllers": "controller",
+    "goal_checkers": "goal_checker",
+    "progress_checkers": "progress_checker",
+    "layers": "costmap_layer",
+}
 """Word of `treepilot list` -> kind of component."""
 
 
