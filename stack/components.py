@@ -10,29 +10,27 @@ stack/costmap/layer.py.
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from importlib import import_module
 from importlib.metadata import entry_points
-from typing import Any, ClassVar
+from typing import Any
 
-import numpy as np
-
-from stack.drivetrain.description import RobotDescription
-from stack.errors import InputError, NavigationError, ParameterError
-from stack.geometry.path_segment import PathSegment
-from stack.lifecycle import Lifecycle
-from stack.parameters import build, suggestion
-from stack.types import (
-    CostGrid,
-    FailureCode,
-    FloatArray,
-    Footprint,
-    Path,
-    Pose2D,
-    TrackedObject,
-    Twist,
+from stack.component_bases import (
+    DEFAULT_PLAN_OPTIONS,
+    CancelToken,
+    Component,
+    Controller,
+    ControlState,
+    DriveState,
+    GoalChecker,
+    Planner,
+    PlanOptions,
+    ProgressChecker,
+    StopCriterion,
 )
+from stack.errors import InputError
+from stack.geometry.path_segment import PathSegment
+from stack.parameters import build, suggestion
 
 BUILT_IN: dict[str, dict[str, str]] = {
     "planner": {
@@ -73,262 +71,6 @@ GROUPS = {
     "progress_checker": "treepilot.progress_checkers",
     "costmap_layer": "treepilot.costmap_layers",
 }
-
-
-class CancelToken:
-    """Cancels a search from any thread.
-
-    Attributes:
-        flag: (1,) uint8, 0 until cancellation is requested; compiled loops poll it.
-    """
-
-    def __init__(self) -> None:
-        self.flag = np.zeros(1, np.uint8)
-
-    def request(self) -> None:
-        """Request cancellation."""
-        self.flag[0] = 1
-
-    def check(self) -> None:
-        """Raise NavigationError CANCELLED if cancellation was requested."""
-        if self.flag[0]:
-            raise NavigationError(FailureCode.CANCELLED, "the plan was cancelled")
-
-
-@dataclass(frozen=True)
-class PlanOptions:
-    """Options of a plan request.
-
-    Attributes:
-        partial: accept a path to the nearest reachable pose, whatever the planner's parameters.
-        direction: +1 or -1 if the robot drives forward or backward at the start of the plan, 0 if
-            it stands. Planners with directions count a change of direction there as anywhere.
-        cancel: when cancellation is requested, the planner may fail with CANCELLED.
-    """
-
-    partial: bool = False
-    direction: int = 0
-    cancel: CancelToken = field(default_factory=CancelToken)
-
-
-DEFAULT_PLAN_OPTIONS = PlanOptions()
-"""Default options; such a plan is never cancelled."""
-
-
-class Component:
-    """Base class of components.
-
-    Attributes:
-        Parameters: a frozen dataclass.
-        parameters: current parameters.
-    """
-
-    Parameters: ClassVar[type]
-    parameters: Any
-
-    @staticmethod
-    def check(parameters: Any, robot: RobotDescription) -> None:
-        """Check the parameters against the robot, before anything moves.
-
-        Raises:
-            InputError: they do not fit the robot.
-        """
-
-    def configure(self, parameters: Any) -> None:
-        """Apply new parameters; live tuning calls it between two steps."""
-        self.parameters = parameters
-
-
-class Planner(Component, ABC):
-    """A global planner.
-
-    Attributes:
-        has_route_graph: whether `with_edge` opens and closes edges of a route graph.
-    """
-
-    has_route_graph: ClassVar[bool] = False
-
-    def __init__(self, parameters: Any, robot: RobotDescription) -> None:
-        self.parameters = parameters
-
-    @abstractmethod
-    def plan(
-        self,
-        costs: CostGrid,
-        start: Pose2D,
-        goal: Pose2D,
-        options: PlanOptions = DEFAULT_PLAN_OPTIONS,
-    ) -> Path:
-        """Plan a smooth, collision-free path from start to goal, map frame.
-
-        Headings are those of the robot: on backward segments they point against the motion. A
-        planner may ignore the options. If it ignores `options.cancel`, an obsolete plan is computed
-        to its end before the next one starts.
-
-        Raises:
-            NavigationError: NO_VALID_PATH, START_OCCUPIED, GOAL_OCCUPIED, START_OUTSIDE_MAP,
-                GOAL_OUTSIDE_MAP, TIMED_OUT at the limit of expansions, or CANCELLED.
-        """
-
-    def with_edge(self, edge: str, *, closed: bool) -> Planner:
-        """Return a copy with an edge of the route graph closed or open.
-
-        Raises:
-            ParameterError: there is no such edge, or the planner has no route graph.
-        """
-        raise ParameterError(
-            "edge", f"{edge!r}: the planner in use has no route graph",
-            "use `planner: {use: route, graph: FILE}`",
-        )  # fmt: skip
-
-
-@dataclass(frozen=True, slots=True)
-class ControlState:
-    """Input of a controller in one step.
-
-    Attributes:
-        time: seconds on the robot's clock.
-        pose: estimate, map frame.
-        twist: measured velocity, base frame.
-        costs: local costmap around the robot, map frame.
-        tracks: moving objects extrapolated to `time`, map frame; only for controllers with
-            `needs_tracks`.
-        points: (m, 2) end points of the newest scan in the current base frame, metres; None
-            without a scan.
-        at_goal: whether the goal's position is reached and only its heading is left, by the
-            controller's `stop_criterion`.
-    """
-
-    time: float
-    pose: Pose2D
-    twist: Twist
-    costs: CostGrid
-    tracks: tuple[TrackedObject, ...] = ()
-    points: FloatArray | None = None
-    at_goal: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class StopCriterion:
-    """Where the robot stops driving along the path and turns to the goal's heading.
-
-    The navigator judges it. It is a property of the controller: how exactly it can stop.
-
-    Attributes:
-        distance: metres to the goal.
-        along_path: measure the rest of the path instead of the straight line to the goal: for a
-            controller that does not approach a goal beside it again.
-    """
-
-    distance: float = 0.05
-    along_path: bool = False
-
-
-class Controller(Component, Lifecycle, ABC):
-    """A path-following controller.
-
-    It gets a segment of the path and steers along it. The navigator knows how far the robot is,
-    when it has arrived, and how long it waits before an obstacle.
-
-    Lifecycle: `start` at the beginning of a drive, `set_segment` for each new segment, `step` in
-    each control step, `stop` at the end. `pause` and `resume` enclose a time in which the robot is
-    held or drives elsewhere: it does not count for time limits.
-
-    Attributes:
-        needs_tracks: whether the controller uses tracks of moving objects.
-    """
-
-    needs_tracks: ClassVar[bool] = False
-
-    def __init__(self, parameters: Any, robot: RobotDescription, period: float) -> None:
-        self.parameters = parameters
-
-    @property
-    def stop_criterion(self) -> StopCriterion:
-        """When `ControlState.at_goal` becomes true."""
-        return StopCriterion()
-
-    @abstractmethod
-    def set_segment(self, segment: PathSegment) -> None:
-        """Set the segment to drive along, map frame; before each step it is up to date."""
-
-    @abstractmethod
-    def step(self, state: ControlState) -> Twist:
-        """Compute the velocity command of this step, base frame.
-
-        Raises:
-            NavigationError: COLLISION_AHEAD if no command is safe; the robot then stands.
-        """
-
-    @staticmethod
-    def blocked() -> NavigationError:
-        """Return the failure to raise when no command is safe."""
-        return NavigationError(FailureCode.COLLISION_AHEAD, "an obstacle blocks the path ahead")
-
-    @property
-    def local_plan(self) -> Path | None:
-        """The motion planned for the next seconds, map frame, for displays."""
-        return None
-
-
-@dataclass(frozen=True, slots=True)
-class DriveState:
-    """Input of the goal checker and the progress checker in one step.
-
-    Attributes:
-        time: seconds on the robot's clock.
-        pose: estimate, map frame.
-        standing: whether the robot stands and is not commanded to move.
-        remaining: metres of the path that are left.
-    """
-
-    time: float
-    pose: Pose2D
-    standing: bool
-    remaining: float
-
-
-class GoalChecker(Component, Lifecycle, ABC):
-    """Decides when a drive has reached its goal. The navigator has one.
-
-    Lifecycle: `start` at the beginning of a drive, `set_goal` for each new path, `reached` in each
-    control step, `stop` at the end, `pause` and `resume` as for controllers.
-    """
-
-    def __init__(self, parameters: Any, robot: RobotDescription) -> None:
-        self.parameters = parameters
-
-    @abstractmethod
-    def set_goal(self, goal: Pose2D, tolerance: float | None) -> None:
-        """Set the end of a new path, map frame, and the position tolerance of the task (m).
-
-        Without a tolerance of the task the parameters apply.
-        """
-
-    @abstractmethod
-    def reached(self, state: DriveState) -> bool:
-        """Whether the goal is reached."""
-
-    @property
-    def at_position(self) -> bool:
-        """Whether at most the heading was missing at the last check."""
-        return False
-
-
-class ProgressChecker(Component, Lifecycle, ABC):
-    """Decides when a drive makes no progress. The navigator has one.
-
-    Lifecycle: `start` at the beginning of a drive, `stuck` in each control step in which the robot
-    follows its path, `stop` at the end, `pause` and `resume` as for controllers.
-    """
-
-    def __init__(self, parameters: Any, robot: RobotDescription) -> None:
-        self.parameters = parameters
-
-    @abstractmethod
-    def stuck(self, state: DriveState) -> str:
-        """Why the drive fails with NO_PROGRESS; empty while it makes progress."""
-
 
 BASES: dict[str, type[Component]] = {
     "planner": Planner,
@@ -431,7 +173,7 @@ def choose(kind: str, name: str, values: dict[str, Any]) -> Choice:
 
 
 __all__ = [
-    "CancelToken", "Choice", "Component", "ControlState", "Controller", "DriveState", "Footprint",
-    "GoalChecker", "PathSegment", "PlanOptions", "Planner", "ProgressChecker", "StopCriterion",
-    "available", "choose", "component",
+    "DEFAULT_PLAN_OPTIONS", "CancelToken", "Choice", "Component", "ControlState", "Controller",
+    "DriveState", "GoalChecker", "PathSegment", "PlanOptions", "Planner", "ProgressChecker",
+    "StopCriterion", "available", "choose", "component",
 ]  # fmt: skip

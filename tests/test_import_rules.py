@@ -39,9 +39,12 @@ MAY_IMPORT = {
     "stack.drivetrain": {"stack.types", "stack.parameters"},
     "stack.robot": {"stack.types"},
     "stack.body": {"stack.types", "stack.drivetrain"},
+    "stack.component_bases": {
+        "stack.types", "stack.errors", "stack.drivetrain", "stack.geometry", "stack.lifecycle",
+    },
     "stack.components": {
-        "stack.types", "stack.errors", "stack.parameters", "stack.drivetrain", "stack.geometry",
-        "stack.lifecycle",
+        "stack.types", "stack.errors", "stack.parameters", "stack.geometry",
+        "stack.component_bases",
     },
     "stack.telemetry": {"stack.types", "stack.errors"},
     "stack.mapping": FOUNDATION,
