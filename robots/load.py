@@ -14,7 +14,7 @@ import numpy as np
 
 from robots.declared import FOOTPRINT, RADIUS, SHAPE, URDF, X, Y, length
 from robots.sensors import parameters_of, read_camera, read_lidar, read_lidars, read_sonars
-from robots.wheels import check_joints, check_lateral_speed, read_wheels
+from robots.wheels import check_joints, check_lateral_speed, read_skid, read_wheels
 from stack.documents import Findings, Node, Section, read_document
 from stack.drivetrain.description import (
     BatteryDescription,
@@ -83,6 +83,7 @@ def read_robot(path: Path, text: str | None = None) -> RobotDescription:
     urdf = _urdf(top, path, wheels)
     limits = parameters_of(top.section("limits"), Limits)
     check_lateral_speed(top, wheels, limits)
+    skid = read_skid(top, wheels)
     odometry = parameters_of(top.section("odometry"), OdometryNoise)
     lidar, camera = read_lidar(top.section("lidar")), read_camera(top.section("camera"))
     lidars, sonars = read_lidars(top), read_sonars(top)
@@ -95,7 +96,7 @@ def read_robot(path: Path, text: str | None = None) -> RobotDescription:
     assert footprint is not None and wheels is not None and urdf is not None
     return RobotDescription(
         name, footprint, height, urdf, wheels, limits, odometry, lidar, camera, imu, battery,
-        navigation, path, lidars, sonars, body,
+        navigation, path, lidars, sonars, body, skid,
     )  # fmt: skip
 
 

@@ -10,19 +10,21 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from robots.declared import HEADING, RADIUS, SHAPE, URDF, X, Y, length
+from robots.declared import FARTHEST, HEADING, RADIUS, SHAPE, URDF, X, Y, length
+from robots.sensors import parameters_of
 from stack.documents import Node, Section
 from stack.drivetrain.ackermann import Ackermann, SteeredWheels
 from stack.drivetrain.differential import Differential, Wheels
 from stack.drivetrain.drivetrain import WheelGeometry
 from stack.drivetrain.limits import Limits
 from stack.drivetrain.omnidirectional import Omnidirectional, OmniWheels
+from stack.drivetrain.skid_steered import Skid, SkidSteered, SkidWheels
 from stack.parameters import Declaration, suggestion
 from stack.types import Pose2D
 
 DRIVE = Declaration(
     "drive", str, "kind of drive", default=Differential.kind,
-    one_of=(Differential.kind, Omnidirectional.kind, Ackermann.kind),
+    one_of=(Differential.kind, SkidSteered.kind, Omnidirectional.kind, Ackermann.kind),
 )  # fmt: skip
 LEFT = Declaration("left", list[str], "URDF joints of the left wheels")
 RIGHT = Declaration("right", list[str], "URDF joints of the right wheels")
@@ -44,14 +46,24 @@ STEERING_SPEED = Declaration(
     "steering_speed", float, "rate of the steering angle", "rad/s", above=0.0
 )
 
+EFFECTIVE_TRACK = length(
+    "effective_track",
+    "track for which the difference of both sides gives the turn; larger than track, calibrated",
+)
+ICR_OFFSET = Declaration(
+    "icr_offset", float, "position of the centres of rotation along x of the base frame", "m", 0.0,
+    at_least=-FARTHEST, at_most=FARTHEST,
+)  # fmt: skip
+
 KEYS: dict[str, tuple[Declaration, ...]] = {
     Differential.kind: (LEFT, RIGHT, RADIUS, SEPARATION),
+    SkidSteered.kind: (LEFT, RIGHT, RADIUS, TRACK, EFFECTIVE_TRACK, ICR_OFFSET),
     Omnidirectional.kind: (MOUNTS, RADIUS),
     Ackermann.kind: (
         STEERING, REAR, RADIUS, WHEELBASE, TRACK, STEERING_ANGLE, STEERING_SPEED,
     ),
 }  # fmt: skip
-"""The keys of `wheels` besides `drive`, by kind of drive; all are required."""
+"""The keys of `wheels` besides `drive`, by kind of drive."""
 
 LEAST_SINGULAR_VALUE = 1e-3
 """Of the wheels' Jacobian; below it some velocity needs wheels a thousand times as fast."""
@@ -90,6 +102,16 @@ def check_lateral_speed(top: Section, wheels: WheelGeometry | None, limits: Limi
         top.findings.error(SHAPE, node.mark, sentence, hint)
 
 
+def read_skid(top: Section, wheels: WheelGeometry | None) -> Skid:
+    """Read the section `skid`, which only a skid-steered drive may have."""
+    section = top.section("skid")
+    if section is not None and wheels is not None and not wheels.drivetrain(Limits()).skids:
+        sentence = "skid: these wheels do not skid in turns"
+        hint = f"remove it, or describe a skid-steered drive (drive: {SkidSteered.kind})"
+        top.findings.error(SHAPE, section.node.mark, sentence, hint)
+    return parameters_of(section, Skid)
+
+
 def check_joints(top: Section, root: ElementTree.Element, wheels: WheelGeometry) -> None:
     """Check that wheels are continuous joints of the URDF and steering joints revolute ones."""
     joints = {str(joint.get("name")): joint for joint in root.iter("joint")}
@@ -108,16 +130,36 @@ def check_joints(top: Section, root: ElementTree.Element, wheels: WheelGeometry)
 
 
 def _differential(section: Section) -> Wheels | None:
-    left, right = section.value(LEFT), section.value(RIGHT)
+    sides = _sides(section)
     radius, separation = section.value(RADIUS), section.value(SEPARATION)
+    if sides is None or radius is None or separation is None:
+        return None
+    return Wheels(*sides, radius, separation)
+
+
+def _skid_steered(section: Section) -> SkidWheels | None:
+    sides, radius = _sides(section), section.value(RADIUS)
+    track, effective = section.value(TRACK), section.value(EFFECTIVE_TRACK)
+    offset = section.value(ICR_OFFSET)
+    if sides is None or radius is None or track is None or effective is None or offset is None:
+        return None
+    for side, joints in zip((LEFT.name, RIGHT.name), sides, strict=True):
+        if len(joints) > 1:
+            sentence = f"wheels: {side} has {len(joints)} joints, expected one"
+            hint = "model the robot in the URDF on one axle with casters; see docs/robots.md"
+            section.findings.error(SHAPE, section.node.mark, sentence, hint)
+            return None
+    return SkidWheels(*sides, radius, track, effective, offset)
+
+
+def _sides(section: Section) -> tuple[tuple[str, ...], tuple[str, ...]] | None:
+    left, right = section.value(LEFT), section.value(RIGHT)
     for side, joints in (("left", left), ("right", right)):
         if joints == []:
             sentence = f"wheels: {side} has no joint"
             hint = f"add one, e.g. {side}: [{side}_wheel]"
             section.findings.error(SHAPE, section.node.mark, sentence, hint)
-    if left is None or right is None or radius is None or separation is None:
-        return None
-    return Wheels(tuple(left), tuple(right), radius, separation)
+    return None if left is None or right is None else (tuple(left), tuple(right))
 
 
 def _omni(section: Section) -> OmniWheels | None:
@@ -184,6 +226,7 @@ def _pair(
 
 READERS: dict[str, Callable[[Section], WheelGeometry | None]] = {
     Differential.kind: _differential,
+    SkidSteered.kind: _skid_steered,
     Omnidirectional.kind: _omni,
     Ackermann.kind: _steered,
 }
@@ -191,16 +234,19 @@ READERS: dict[str, Callable[[Section], WheelGeometry | None]] = {
 
 
 def _report_misplaced(section: Section, kind: str) -> None:
-    """Report keys that belong to another kind of drive."""
-    own = {declared.name for declared in KEYS[kind]}
-    for other, keys in KEYS.items():
-        for name in [declared.name for declared in keys if declared.name not in own]:
-            if section.node.get(name) is None:
-                continue
-            node = section.node_of(name)
-            assert node is not None
-            sentence = f"wheels: {name!r} is for drive: {other}, but this is drive: {kind}"
-            section.findings.error(SHAPE, node.mark, sentence)
+    """Report keys that belong to other kinds of drive."""
+    kinds: dict[str, list[str]] = {}
+    for each, keys in KEYS.items():
+        for declared in keys:
+            kinds.setdefault(declared.name, []).append(each)
+    for name, its_kinds in kinds.items():
+        if kind in its_kinds or section.node.get(name) is None:
+            continue
+        node = section.node_of(name)
+        assert node is not None
+        others = " or ".join(its_kinds)
+        sentence = f"wheels: {name!r} is for drive: {others}, but this is drive: {kind}"
+        section.findings.error(SHAPE, node.mark, sentence)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""Components: planners, controllers and costmap layers, chosen by name and extensible by plugins.
+"""Components of navigation, chosen by name and extensible by plugins.
 
 A component class inherits the base class of its kind, which gives defaults for what is optional. It
 has a class attribute `Parameters` (a frozen dataclass of `parameter(...)` fields) and a docstring
@@ -20,6 +20,8 @@ import numpy as np
 
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError, NavigationError, ParameterError
+from stack.geometry.path_segment import PathSegment
+from stack.lifecycle import Lifecycle
 from stack.parameters import build, suggestion
 from stack.types import (
     CostGrid,
@@ -46,6 +48,14 @@ BUILT_IN: dict[str, dict[str, str]] = {
         "dwb": "stack.control.dwb.controller:Dwb",
         "graceful": "stack.control.graceful:Graceful",
     },
+    "goal_checker": {
+        "stopped_goal": "stack.control.checkers:StoppedGoalChecker",
+        "simple_goal": "stack.control.checkers:SimpleGoalChecker",
+    },
+    "progress_checker": {
+        "pose_progress": "stack.control.checkers:PoseProgressChecker",
+        "simple_progress": "stack.control.checkers:SimpleProgressChecker",
+    },
     "costmap_layer": {
         "static": "stack.costmap.static_layer:StaticLayer",
         "obstacle": "stack.costmap.obstacle_layer:ObstacleLayer",
@@ -59,6 +69,8 @@ BUILT_IN: dict[str, dict[str, str]] = {
 GROUPS = {
     "planner": "treepilot.planners",
     "controller": "treepilot.controllers",
+    "goal_checker": "treepilot.goal_checkers",
+    "progress_checker": "treepilot.progress_checkers",
     "costmap_layer": "treepilot.costmap_layers",
 }
 
@@ -183,6 +195,8 @@ class ControlState:
             `needs_tracks`.
         points: (m, 2) end points of the newest scan in the current base frame, metres; None
             without a scan.
+        at_goal: whether the goal's position is reached and only its heading is left, by the
+            controller's `stop_criterion`.
     """
 
     time: float
@@ -191,14 +205,34 @@ class ControlState:
     costs: CostGrid
     tracks: tuple[TrackedObject, ...] = ()
     points: FloatArray | None = None
+    at_goal: bool = False
 
 
-class Controller(Component, ABC):
+@dataclass(frozen=True, slots=True)
+class StopCriterion:
+    """Where the robot stops driving along the path and turns to the goal's heading.
+
+    The navigator judges it. It is a property of the controller: how exactly it can stop.
+
+    Attributes:
+        distance: metres to the goal.
+        along_path: measure the rest of the path instead of the straight line to the goal: for a
+            controller that does not approach a goal beside it again.
+    """
+
+    distance: float = 0.05
+    along_path: bool = False
+
+
+class Controller(Component, Lifecycle, ABC):
     """A path-following controller.
 
-    Lifecycle: `start` at the beginning of a drive, `set_path` for each new path, `command` in each
-    control step, `stop` at the end. `pause` and `resume` enclose a time in which the robot is held
-    or drives elsewhere: it does not count for time limits.
+    It gets a segment of the path and steers along it. The navigator knows how far the robot is,
+    when it has arrived, and how long it waits before an obstacle.
+
+    Lifecycle: `start` at the beginning of a drive, `set_segment` for each new segment, `step` in
+    each control step, `stop` at the end. `pause` and `resume` enclose a time in which the robot is
+    held or drives elsewhere: it does not count for time limits.
 
     Attributes:
         needs_tracks: whether the controller uses tracks of moving objects.
@@ -209,29 +243,27 @@ class Controller(Component, ABC):
     def __init__(self, parameters: Any, robot: RobotDescription, period: float) -> None:
         self.parameters = parameters
 
-    def start(self, now: float) -> None:
-        """Begin a drive at a time in seconds."""
+    @property
+    def stop_criterion(self) -> StopCriterion:
+        """When `ControlState.at_goal` becomes true."""
+        return StopCriterion()
 
     @abstractmethod
-    def set_path(self, path: Path) -> None:
-        """Set the path to follow, map frame."""
+    def set_segment(self, segment: PathSegment) -> None:
+        """Set the segment to drive along, map frame; before each step it is up to date."""
 
     @abstractmethod
-    def command(self, state: ControlState) -> Twist:
+    def step(self, state: ControlState) -> Twist:
         """Compute the velocity command of this step, base frame.
 
         Raises:
-            NavigationError: COLLISION_AHEAD if no command is safe.
+            NavigationError: COLLISION_AHEAD if no command is safe; the robot then stands.
         """
 
-    def pause(self, now: float) -> None:
-        """Hold the drive; no commands follow until `resume`."""
-
-    def resume(self, now: float) -> None:
-        """Continue the drive; the robot stands, perhaps at another place."""
-
-    def stop(self, now: float) -> None:
-        """End the drive."""
+    @staticmethod
+    def blocked() -> NavigationError:
+        """Return the failure to raise when no command is safe."""
+        return NavigationError(FailureCode.COLLISION_AHEAD, "an obstacle blocks the path ahead")
 
     @property
     def local_plan(self) -> Path | None:
@@ -239,7 +271,71 @@ class Controller(Component, ABC):
         return None
 
 
-BASES: dict[str, type[Component]] = {"planner": Planner, "controller": Controller}
+@dataclass(frozen=True, slots=True)
+class DriveState:
+    """Input of the goal checker and the progress checker in one step.
+
+    Attributes:
+        time: seconds on the robot's clock.
+        pose: estimate, map frame.
+        standing: whether the robot stands and is not commanded to move.
+        remaining: metres of the path that are left.
+    """
+
+    time: float
+    pose: Pose2D
+    standing: bool
+    remaining: float
+
+
+class GoalChecker(Component, Lifecycle, ABC):
+    """Decides when a drive has reached its goal. The navigator has one.
+
+    Lifecycle: `start` at the beginning of a drive, `set_goal` for each new path, `reached` in each
+    control step, `stop` at the end, `pause` and `resume` as for controllers.
+    """
+
+    def __init__(self, parameters: Any, robot: RobotDescription) -> None:
+        self.parameters = parameters
+
+    @abstractmethod
+    def set_goal(self, goal: Pose2D, tolerance: float | None) -> None:
+        """Set the end of a new path, map frame, and the position tolerance of the task (m).
+
+        Without a tolerance of the task the parameters apply.
+        """
+
+    @abstractmethod
+    def reached(self, state: DriveState) -> bool:
+        """Whether the goal is reached."""
+
+    @property
+    def at_position(self) -> bool:
+        """Whether at most the heading was missing at the last check."""
+        return False
+
+
+class ProgressChecker(Component, Lifecycle, ABC):
+    """Decides when a drive makes no progress. The navigator has one.
+
+    Lifecycle: `start` at the beginning of a drive, `stuck` in each control step in which the robot
+    follows its path, `stop` at the end, `pause` and `resume` as for controllers.
+    """
+
+    def __init__(self, parameters: Any, robot: RobotDescription) -> None:
+        self.parameters = parameters
+
+    @abstractmethod
+    def stuck(self, state: DriveState) -> str:
+        """Why the drive fails with NO_PROGRESS; empty while it makes progress."""
+
+
+BASES: dict[str, type[Component]] = {
+    "planner": Planner,
+    "controller": Controller,
+    "goal_checker": GoalChecker,
+    "progress_checker": ProgressChecker,
+}
 """The class that components of a kind inherit."""
 
 
@@ -267,8 +363,12 @@ class Choice:
         Raises:
             InputError: the class does not accept them.
         """
+        return self.created_with(self.parameters, *arguments)
+
+    def created_with(self, parameters: Any, *arguments: Any) -> Any:
+        """Create the component with other parameters; else as `create`."""
         try:
-            return self.component(self.parameters, *arguments)
+            return self.component(parameters, *arguments)
         except TypeError as error:
             what = f"{self.kind.replace('_', ' ')} {self.name!r}"
             raise InputError(f"the {what} cannot be created: {error}") from error
@@ -331,6 +431,7 @@ def choose(kind: str, name: str, values: dict[str, Any]) -> Choice:
 
 
 __all__ = [
-    "CancelToken", "Choice", "Component", "ControlState", "Controller", "Footprint", "PlanOptions",
-    "Planner", "available", "choose", "component",
+    "CancelToken", "Choice", "Component", "ControlState", "Controller", "DriveState", "Footprint",
+    "GoalChecker", "PathSegment", "PlanOptions", "Planner", "ProgressChecker", "StopCriterion",
+    "available", "choose", "component",
 ]  # fmt: skip

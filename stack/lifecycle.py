@@ -1,4 +1,4 @@
-"""Timers of activities that run over many control steps and can be paused.
+"""Lifecycle and timers of activities that run over many control steps and can be paused.
 
 There is one clock, the body's, and it goes on while the robot is held. Whoever holds an activity
 calls `pause(now)` and `resume(now)`; its timers then leave the time in between out. Nothing infers
@@ -6,6 +6,22 @@ a pause from the time between two calls.
 """
 
 from __future__ import annotations
+
+
+class Lifecycle:
+    """Calls around the steps of an activity; each may be left out. Times are seconds."""
+
+    def start(self, now: float) -> None:
+        """Begin, before the first step."""
+
+    def pause(self, now: float) -> None:
+        """Hold; no steps follow until `resume`."""
+
+    def resume(self, now: float) -> None:
+        """Continue; the robot stands, perhaps at another place."""
+
+    def stop(self, now: float) -> None:
+        """End, after the last step."""
 
 
 class Timer:

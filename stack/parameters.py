@@ -174,6 +174,8 @@ def build(parameters: type[T], values: Mapping[str, Any]) -> T:
         if name not in known:
             # YAML keys inside a component's value may be null or a number.
             hint = suggestion(str(name), known)
+            if name in MOVED and RENAMED.get(name) not in known:
+                hint = f"write `{MOVED[name]}`"
             raise ParameterError(str(name), f"there is no parameter {name!r} here", hint)
         checked[name] = known[name].read(raw)
     return parameters(**checked)
@@ -184,8 +186,21 @@ RENAMED = {
     "lost_quality": "lost_health",
     "min_quality": "min_health",
     "quality_window": "health_window",
+    "goal_position": "stop_distance",
+    "goal_heading": "turn_precision",
 }
 """Renamed names of mission and parameter files: old -> new (CHANGELOG.md)."""
+
+MOVED = {
+    "goal_position": "goal_checker: {position: …}",
+    "goal_heading": "goal_checker: {heading: …}",
+    "goal_settle": "goal_checker: {settle: …}",
+    "progress_distance": "progress_checker: {distance: …}",
+    "progress_angle": "progress_checker: {angle: …}",
+    "progress_time": "progress_checker: {time: …}",
+    "patience": "navigator: {replan_patience: …}",
+}
+"""Parameters that belong to another component now: old name -> what to write."""
 
 
 def suggestion(word: str, known: typing.Iterable[str]) -> str:

@@ -39,7 +39,10 @@ MAY_IMPORT = {
     "stack.drivetrain": {"stack.types", "stack.parameters"},
     "stack.robot": {"stack.types"},
     "stack.body": {"stack.types", "stack.drivetrain"},
-    "stack.components": {"stack.types", "stack.errors", "stack.parameters", "stack.drivetrain"},
+    "stack.components": {
+        "stack.types", "stack.errors", "stack.parameters", "stack.drivetrain", "stack.geometry",
+        "stack.lifecycle",
+    },
     "stack.telemetry": {"stack.types", "stack.errors"},
     "stack.mapping": FOUNDATION,
     "stack.localisation": FOUNDATION,

@@ -19,6 +19,8 @@ class Kind(StrEnum):
     MISSIONS = "missions"
     PLANNERS = "planners"
     CONTROLLERS = "controllers"
+    GOAL_CHECKERS = "goal_checkers"
+    PROGRESS_CHECKERS = "progress_checkers"
     LAYERS = "layers"
 
 

@@ -111,7 +111,7 @@ def abort(context: typer.Context) -> None:
 
 @tell_app.command()
 def estop(context: typer.Context) -> None:
-    """Trigger the emergency stop; reset it with `release`."""
+    """Trigger the emergency stop; `release` resets it, then `resume` continues."""
     _send(context, "estop", reason="operator")
 
 

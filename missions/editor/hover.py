@@ -141,7 +141,9 @@ def _declared_here(reading: Reading, item: Item, word: str) -> str:
 
 def _component(reading: Reading, item: Item, word: str) -> str:
     name = str(item.node.value)
-    if item.owner not in ("planner", "controller") or name not in available(item.owner):
+    from missions.execution.component_choices import DEFAULTS
+
+    if item.owner not in DEFAULTS or name not in available(item.owner):
         return ""
     return f"**{name}**: {inspect.cleandoc(component(item.owner, name).__doc__ or '')}"
 

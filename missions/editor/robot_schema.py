@@ -17,6 +17,7 @@ from stack.drivetrain.description import (
     SonarDescription,
 )
 from stack.drivetrain.limits import Limits
+from stack.drivetrain.skid_steered import Skid
 from stack.parameters import Declaration, declarations
 
 HEIGHT = length("height", "total height of the robot")
@@ -41,6 +42,7 @@ def robot_schema() -> Schema:
         "urdf": documented({"type": "string"}, "URDF file, relative to this file."),
         "wheels": documented(_wheels(), "Wheels and drive, which define the possible motions."),
         "limits": _part(Limits),
+        "skid": _part(Skid),
         "odometry": _part(OdometryNoise),
         "lidar": documented(section(lidar), str(LidarDescription.__doc__)),
         "lidars": documented(_named(lidar), "Additional lidars by name."),
@@ -78,14 +80,15 @@ def _wheels() -> Schema:
 
 def _kind(kind: str) -> Schema:
     """Return the required and forbidden keys of `drive: KIND`; no `drive` is the default kind."""
-    own = [item.name for item in KEYS[kind]]
+    own = {item.name for item in KEYS[kind]}
+    required = [item.name for item in KEYS[kind] if item.required]
     others = {item.name for items in KEYS.values() for item in items}.difference(own)
     chosen: Schema = {"properties": {"drive": {"const": str(kind)}}}
     if kind != DRIVE.default:
         chosen["required"] = ["drive"]
     return {
         "if": chosen,
-        "then": {"required": own, "properties": dict.fromkeys(sorted(others), False)},
+        "then": {"required": required, "properties": dict.fromkeys(sorted(others), False)},
     }
 
 

@@ -18,7 +18,7 @@ from missions.trees.mission_tree import MissionTree
 from robots.bodies import BodySetup, MakeBody, find_body
 from stack.body import Body, SimulatedWorld
 from stack.components import Controller
-from stack.control.cusp_splitter import controller_for
+from stack.control.path_follower import PathFollower
 from stack.costmap.costmap import Costmap
 from stack.costmap.speed_limits import SpeedLimits
 from stack.costmap.unexplored import Ground, unexplored
@@ -152,7 +152,9 @@ def build(
             forget_tracks=world_model.forget_tracks,
             lidar=MAIN_LIDAR,
             tunables={
-                "controller": Tunable.of(navigator.controller),
+                "controller": Tunable.of(navigator.path_follower),
+                "goal_checker": Tunable.of(navigator.goal_checker),
+                "progress_checker": Tunable.of(navigator.progress_checker),
                 "navigator": Tunable.of(navigator),
                 "safety": Tunable.of(safety),
                 "local_costmap": Tunable.of(local_costmap),
@@ -281,11 +283,14 @@ def _navigator(
     global_costmap: Costmap,
     telemetry: Telemetry,
 ) -> Navigator:
-    planner, controller = plan.choices["planner"], plan.choices["controller"]
+    choices, robot = plan.choices, plan.robot
+    controller = choices["controller"]
     return Navigator(
-        robot=plan.robot,
-        planner=planner.create(plan.robot),
-        controller=controller_for(controller.component, controller.parameters, plan.robot, period),
+        robot=robot,
+        planner=choices["planner"].create(robot),
+        path_follower=PathFollower(controller.created_with, controller.parameters, robot, period),
+        goal_checker=choices["goal_checker"].create(robot),
+        progress_checker=choices["progress_checker"].create(robot),
         parameters=plan.choices["navigator"].parameters,
         local_costmap=local_costmap,
         global_costmap=global_costmap,

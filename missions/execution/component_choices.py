@@ -1,8 +1,8 @@
 """Components and settings under `navigation`: chosen by name, checked.
 
-`planner` and `controller` are components and can come from a plugin; `costmap`, `speed_limits`,
-`navigator`, `safety` and `tracker` are settings of fixed parts. The costmap reads its own list of
-`layers`, the safety stage its own list of `zones`.
+`planner`, `controller`, `goal_checker` and `progress_checker` are components and can come from a
+plugin; `costmap`, `speed_limits`, `navigator`, `safety` and `tracker` are settings of fixed parts.
+The costmap reads its own list of `layers`, the safety stage its own list of `zones`.
 """
 
 from __future__ import annotations
@@ -22,7 +22,12 @@ from stack.perception.tracker_parameters import TrackerParameters
 from stack.safety.parameters import SafetyParameters
 from stack.safety.zones import read_zones
 
-DEFAULTS = {"planner": "astar", "controller": "pure_pursuit"}
+DEFAULTS = {
+    "planner": "astar",
+    "controller": "pure_pursuit",
+    "goal_checker": "stopped_goal",
+    "progress_checker": "pose_progress",
+}
 SETTINGS: dict[str, type] = {
     "costmap": CostmapParameters,
     "speed_limits": SpeedLimitParameters,

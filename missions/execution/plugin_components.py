@@ -1,4 +1,4 @@
-"""Planners, controllers and costmap layers in the plugins of a mission."""
+"""Components of navigation in the plugins of a mission."""
 
 from __future__ import annotations
 
@@ -11,7 +11,12 @@ from stack.components import BASES, GROUPS, available
 from stack.costmap.layer import Layer
 from stack.errors import InputError
 
-METHODS = {"planner": ("plan",), "controller": ("set_path", "command")}
+METHODS = {
+    "planner": ("plan",),
+    "controller": ("set_path", "command"),
+    "goal_checker": ("set_goal", "reached"),
+    "progress_checker": ("stuck",),
+}
 """Methods that make a class with `Parameters` a component, by kind.
 
 A planner or controller that does not inherit the base class is found too: choosing it is an error

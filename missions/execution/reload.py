@@ -34,6 +34,7 @@ TUNED = {
     "controller": ("controller",), "navigator": ("navigator",), "safety": ("safety",),
     "costmap": ("local_costmap", "global_costmap"), "planner": (), "speed_limits": (),
     "tracker": (),
+    "goal_checker": ("goal_checker",), "progress_checker": ("progress_checker",),
 }  # fmt: skip
 """Kind of component -> its names in live tuning."""
 

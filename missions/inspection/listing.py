@@ -24,7 +24,13 @@ from stack.errors import InputError
 from stack.parameters import Declaration, declarations, suggestion
 
 CURRENT_FOLDER = Path()
-COMPONENTS = {"planners": "planner", "controllers": "controller", "layers": "costmap_layer"}
+COMPONENTS = {
+    "planners": "planner",
+    "controllers": "controller",
+    "goal_checkers": "goal_checker",
+    "progress_checkers": "progress_checker",
+    "layers": "costmap_layer",
+}
 """Word of `treepilot list` -> kind of component."""
 
 
@@ -205,8 +211,11 @@ def _describe_robot(name: str) -> str:
     lines = [f"{name}: {_robot_summary(name)}"]
     for title, part in (
         ("limits", robot.limits), ("lidar", robot.lidar), ("camera", robot.camera),
-        ("imu", robot.imu), ("odometry", robot.odometry), ("battery", robot.battery),
+        ("imu", robot.imu), ("odometry", robot.odometry), ("skid", robot.skid),
+        ("battery", robot.battery),
     ):  # fmt: skip
+        if part is robot.skid and not robot.drivetrain.skids:
+            continue
         if part is None:
             lines.append(f"{title}: none")
             continue

@@ -109,5 +109,7 @@ def _short(plan: PreparedMission, file: str) -> str:
 def _shown(declared: Declaration, value: Any) -> str:
     if isinstance(value, bool) or value is None:
         return str(value).lower()
+    if isinstance(value, tuple):
+        return ", ".join(map(str, value)) or "none"
     text = f"{value:g}" if isinstance(value, float) else str(value)
     return f"{text} {declared.unit}" if declared.unit else text

@@ -219,12 +219,18 @@ SMOOTHERS = {
     "ConstrainedSmoother": "constrained",
 }
 
-GOAL_CHECKER: Table = _renamed(xy_goal_tolerance="goal_position", yaw_goal_tolerance="goal_heading")
-PROGRESS_CHECKER: Table = _renamed(
-    required_movement_radius="progress_distance",
-    required_movement_angle="progress_angle",
-    movement_time_allowance="progress_time",
-)
+_TOLERANCES = _renamed(xy_goal_tolerance="position", yaw_goal_tolerance="heading")
+GOAL_CHECKERS: Mapping[str, tuple[str, Table]] = {
+    "SimpleGoalChecker": ("simple_goal", _TOLERANCES),
+    "StoppedGoalChecker": ("stopped_goal", _TOLERANCES),
+}
+_MOVEMENT = _renamed(required_movement_radius="distance", movement_time_allowance="time")
+PROGRESS_CHECKERS: Mapping[str, tuple[str, Table]] = {
+    "SimpleProgressChecker": ("simple_progress", _MOVEMENT),
+    "PoseProgressChecker": (
+        "pose_progress", {**_MOVEMENT, **_renamed(required_movement_angle="angle")}
+    ),
+}  # fmt: skip
 CONTROLLER_SERVER: Table = {
     "failure_tolerance": Equivalent("collision_patience", lambda v: v if v > 0.0 else None),
 }

@@ -71,11 +71,23 @@ def _controller_server(importer: Importer) -> None:
     if server is None:
         return
     importer.copy(server, "navigator", tables.CONTROLLER_SERVER)
-    importer.copy(_first(server, "goal_checker_plugins"), "navigator", tables.GOAL_CHECKER)
-    importer.copy(_first(server, "progress_checker_plugins"), "navigator", tables.PROGRESS_CHECKER)
+    _checker(importer, server, "goal_checker", tables.GOAL_CHECKERS)
+    _checker(importer, server, "progress_checker", tables.PROGRESS_CHECKERS)
     section = _first(server, "controller_plugins")
     if section is not None:
         _controller(importer, section)
+
+
+def _checker(
+    importer: Importer, server: Section, kind: str, known: Mapping[str, tuple[str, tables.Table]]
+) -> None:
+    """Import the first goal or progress checker."""
+    section = _first(server, f"{kind}_plugins")
+    if section is None or section.plugin not in known:
+        return
+    ours, table = known[section.plugin]
+    importer.use(kind, section, ours)
+    importer.copy(section, kind, table)
 
 
 def _controller(importer: Importer, section: Section) -> None:

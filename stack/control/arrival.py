@@ -1,34 +1,53 @@
-"""Detects that the end position of a path is reached and only the final heading is left."""
+"""Detects that the goal's position is reached and only the final heading is left."""
 
 from __future__ import annotations
 
+from stack.components import StopCriterion
+from stack.geometry.path_segment import PathSegment
 from stack.types import Path, Pose2D
 
 SAME_GOAL = 0.02
 """Metres up to which the end of a new path counts as the same goal."""
 
+SAME_POSITION = 0.06
+"""Distance to the goal in metres within which a new short path to it counts as arrived."""
+
 
 class Arrival:
     """Remembers that the robot has reached the goal's position.
 
-    Turning in place moves a robot slightly. The position counts as left only when a new path leads
-    to another goal, or when the robot is farther away than twice the tolerance.
+    Turning in place moves a robot slightly. Measured straight to the goal, the position counts as
+    left only when a new path leads to another goal, or when the robot is farther away than twice
+    the distance of the criterion. Measured along the path, it counts until the next path.
     """
 
     def __init__(self) -> None:
         self._goal: Pose2D | None = None
-        self._arrived = False
+        self._arrived, self._fresh = False, True
 
     def set_path(self, path: Path) -> None:
         """Set the path to follow."""
         if self._goal is None or self._goal.distance_to(path.goal) > SAME_GOAL:
             self._arrived = False
-        self._goal = path.goal
+        self._goal, self._fresh = path.goal, True
 
-    def reached(self, pose: Pose2D, position: float) -> bool:
-        """Whether a pose (map frame) is at the goal's position, within `position` metres."""
-        if self._goal is None:
+    def reached(self, pose: Pose2D, segment: PathSegment, criterion: StopCriterion) -> bool:
+        """Whether the robot is at the goal's position.
+
+        Args:
+            pose: of the robot, map frame.
+            segment: that it drives, up to date with the pose.
+            criterion: of the controller.
+        """
+        if self._goal is None or not segment.is_last:
             return False
         distance = pose.distance_to(self._goal)
-        self._arrived = distance <= position * (2.0 if self._arrived else 1.0)
+        if not criterion.along_path:
+            self._arrived = distance <= criterion.distance * (2.0 if self._arrived else 1.0)
+            return self._arrived
+        if self._fresh:
+            short = segment.length <= 2.0 * SAME_POSITION
+            self._arrived = short and distance <= SAME_POSITION
+        self._fresh = False
+        self._arrived = self._arrived or segment.remaining <= criterion.distance
         return self._arrived

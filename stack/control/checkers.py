@@ -1,59 +1,209 @@
-"""Goal checker, progress checker and localisation checker."""
+"""Goal checkers, progress checkers and the localisation check of drives."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from math import pi
+
+from stack.components import DriveState, GoalChecker, ProgressChecker
+from stack.drivetrain.description import RobotDescription
 from stack.lifecycle import Timers
+from stack.parameters import parameter
 from stack.types import Pose2D, wrap_angle
 
 
-class GoalChecker:
-    """Goal checker: position and heading within their tolerances.
+@dataclass(frozen=True)
+class SimpleGoalParameters:
+    """Tolerances at the goal."""
 
-    A controller that still moves inside the tolerances may finish: the goal is reached when the
-    robot stands, or after `settle` seconds inside. While the robot turns to the final heading, the
-    position tolerance is doubled.
+    position: float = parameter(
+        0.15, "m", above=0.0, help="position tolerance at the goal, unless a task sets its own"
+    )
+    heading: float = parameter(0.15, "rad", above=0.0, help="heading tolerance at the goal")
+
+
+class SimpleGoalChecker(GoalChecker):
+    """Goal checker: reached as soon as position and heading are within their tolerances.
+
+    While the robot turns to the final heading, the position tolerance is doubled.
     """
 
-    def __init__(
-        self, goal: Pose2D, position: float = 0.15, heading: float = 0.15, settle: float = 2.0
-    ) -> None:
-        self.goal, self.position, self.heading, self.settle = goal, position, heading, settle
-        self.at_position = False
-        self.timers = Timers()
-        self._settling = self.timers.new()
+    Parameters = SimpleGoalParameters
+    parameters: SimpleGoalParameters
 
-    def reached(self, time: float, pose: Pose2D, *, standing: bool) -> bool:
-        """Whether the goal is reached at this time (s) and pose (map frame)."""
-        distance = pose.distance_to(self.goal)
-        self.at_position = distance <= self.position * (2.0 if self.at_position else 1.0)
-        turned = abs(wrap_angle(self.goal.heading - pose.heading)) <= self.heading
-        if not (self.at_position and turned):
+    def __init__(self, parameters: SimpleGoalParameters, robot: RobotDescription) -> None:
+        super().__init__(parameters, robot)
+        self._goal: Pose2D | None = None
+        self._tolerance: float | None = None
+        self._at_position = False
+
+    @property
+    def at_position(self) -> bool:
+        """Whether the position was within its tolerance at the last check."""
+        return self._at_position
+
+    def set_goal(self, goal: Pose2D, tolerance: float | None) -> None:
+        """Set the end of a new path, map frame, and the position tolerance of the task (m)."""
+        self._goal, self._tolerance, self._at_position = goal, tolerance, False
+
+    def reached(self, state: DriveState) -> bool:
+        """Whether position and heading are within their tolerances."""
+        if self._goal is None:
+            return False
+        p, pose = self.parameters, state.pose
+        limit = p.position if self._tolerance is None else self._tolerance
+        distance = pose.distance_to(self._goal)
+        self._at_position = distance <= limit * (2.0 if self._at_position else 1.0)
+        turned = abs(wrap_angle(self._goal.heading - pose.heading)) <= p.heading
+        return self._at_position and turned
+
+
+@dataclass(frozen=True)
+class StoppedGoalParameters(SimpleGoalParameters):
+    """Parameters of `StoppedGoalChecker`."""
+
+    settle: float = parameter(
+        2.0, "s", at_least=0.0, help="after this time within tolerance a moving robot has arrived"
+    )
+
+
+class StoppedGoalChecker(SimpleGoalChecker):
+    """Goal checker: reached when the robot stands within the tolerances.
+
+    A controller that still moves inside the tolerances may finish; after `settle` seconds inside,
+    the goal is reached in any case.
+    """
+
+    Parameters = StoppedGoalParameters
+    parameters: StoppedGoalParameters
+
+    def __init__(self, parameters: StoppedGoalParameters, robot: RobotDescription) -> None:
+        super().__init__(parameters, robot)
+        self._timers = Timers()
+        self._settling = self._timers.new()
+
+    def start(self, now: float) -> None:
+        """Begin a drive."""
+        self._timers.resume(now)
+        self._settling.reset()
+
+    def pause(self, now: float) -> None:
+        """Hold the time to settle."""
+        self._timers.pause(now)
+
+    def resume(self, now: float) -> None:
+        """Continue the time to settle."""
+        self._timers.resume(now)
+
+    def set_goal(self, goal: Pose2D, tolerance: float | None) -> None:
+        """Set the end of a new path, map frame, and the position tolerance of the task (m)."""
+        super().set_goal(goal, tolerance)
+        self._settling.reset()
+
+    def reached(self, state: DriveState) -> bool:
+        """Whether the robot stands within the tolerances, or has been within them for a while."""
+        if not super().reached(state):
             self._settling.reset()
             return False
-        self._settling.start_once(time)
-        return standing or self._settling.elapsed(time) >= self.settle
+        self._settling.start_once(state.time)
+        return state.standing or self._settling.elapsed(state.time) >= self.parameters.settle
 
 
-class ProgressChecker:
-    """Reports no progress when position (m) and heading (rad) change too little for some time."""
+@dataclass(frozen=True)
+class SimpleProgressParameters:
+    """Parameters of `SimpleProgressChecker`."""
 
-    def __init__(self, distance: float = 0.3, angle: float = 0.4, seconds: float = 8.0) -> None:
-        self.distance, self.angle, self.seconds = distance, angle, seconds
-        self.timers = Timers()
-        self._still = self.timers.new()
+    distance: float = parameter(0.3, "m", above=0.0, help="distance that counts as progress")
+    time: float = parameter(
+        8.0, "s", above=0.0, help="a drive fails after this time without progress"
+    )
+
+
+class SimpleProgressChecker(ProgressChecker):
+    """Progress checker: the robot must move by a distance in a time."""
+
+    Parameters = SimpleProgressParameters
+    parameters: SimpleProgressParameters
+
+    def __init__(self, parameters: SimpleProgressParameters, robot: RobotDescription) -> None:
+        super().__init__(parameters, robot)
+        self._timers = Timers()
+        self._still = self._timers.new()
         self._place: Pose2D | None = None
 
-    def stuck(self, time: float, pose: Pose2D) -> bool:
-        """Whether the robot has stayed near one pose for too long."""
-        place = self._place
-        if place is not None:
-            moved = place.distance_to(pose) >= self.distance
-            turned = abs(wrap_angle(pose.heading - place.heading)) >= self.angle
-            if not (moved or turned):
-                return self._still.elapsed(time) >= self.seconds
+    def start(self, now: float) -> None:
+        """Begin a drive."""
+        self._timers.resume(now)
+        self._place = None
+
+    def pause(self, now: float) -> None:
+        """Hold the time without progress."""
+        self._timers.pause(now)
+
+    def resume(self, now: float) -> None:
+        """Continue the time without progress."""
+        self._timers.resume(now)
+
+    def stuck(self, state: DriveState) -> str:
+        """Why the drive fails; empty while the robot moves."""
+        p = self.parameters
+        if self._place is None or self._place.distance_to(state.pose) >= p.distance:
+            self._begin_at(state.pose)
+            self._still.start(state.time)
+        elif self._turned(state.pose):
+            self._still.start(state.time)
+        if self._still.elapsed(state.time) < p.time:
+            return ""
+        return f"moved less than {p.distance:g} m in {p.time:g} s"
+
+    def _begin_at(self, pose: Pose2D) -> None:
+        """Measure from a new place."""
         self._place = pose
-        self._still.start(time)
+
+    def _turned(self, pose: Pose2D) -> bool:
+        """Whether a turn at the same place counts as progress."""
         return False
+
+
+@dataclass(frozen=True)
+class PoseProgressParameters(SimpleProgressParameters):
+    """Parameters of `PoseProgressChecker`."""
+
+    angle: float = parameter(
+        0.4, "rad", above=0.0,
+        help="turn that counts as progress, at one place once for each direction",
+    )  # fmt: skip
+
+
+class PoseProgressChecker(SimpleProgressChecker):
+    """Progress checker: the robot must move by a distance, or turn to new headings, in a time.
+
+    At one place a turn counts only while it leads beyond the headings that the robot has had there,
+    and at most for a full turn. So a robot that turns to and fro before an obstacle, or round and
+    round, makes no progress.
+    """
+
+    Parameters = PoseProgressParameters
+    parameters: PoseProgressParameters
+
+    def __init__(self, parameters: PoseProgressParameters, robot: RobotDescription) -> None:
+        super().__init__(parameters, robot)
+        self._heading = 0.0
+        self._turn = 0.0
+        self._counted = (0.0, 0.0)
+
+    def _begin_at(self, pose: Pose2D) -> None:
+        super()._begin_at(pose)
+        self._heading, self._turn, self._counted = pose.heading, 0.0, (0.0, 0.0)
+
+    def _turned(self, pose: Pose2D) -> bool:
+        self._turn += wrap_angle(pose.heading - self._heading)
+        self._heading = pose.heading
+        (right, left), angle = self._counted, self.parameters.angle
+        if right - angle < self._turn < left + angle or left - right >= 2.0 * pi:
+            return False
+        self._counted = min(right, self._turn), max(left, self._turn)
+        return True
 
 
 class LostChecker:

@@ -19,8 +19,8 @@ import numpy as np
 from stack.components import ControlState
 from stack.control.goal_alignment import GoalAlignmentParameters
 from stack.control.path_controller import PathController
-from stack.control.path_progress import PathProgress
 from stack.control.ramps import stopping_speed
+from stack.geometry.path_segment import PathSegment
 from stack.parameters import parameter
 from stack.types import FloatArray, Pose2D, Twist, wrap_angle
 
@@ -68,7 +68,7 @@ class Graceful(PathController[GracefulParameters]):
 
     Parameters = GracefulParameters
 
-    def _follow(self, progress: PathProgress, state: ControlState) -> Twist | None:
+    def _follow(self, segment: PathSegment, state: ControlState) -> Twist | None:
         """Drive to the farthest target whose simulated motion is clear; None if there is none.
 
         A nearer target keeps closer to the path. When the motion to every target is blocked, the
@@ -78,7 +78,7 @@ class Graceful(PathController[GracefulParameters]):
         if self._alignment.held:
             return self._alignment.realigned(state)
         speed = self._top_speed(state)
-        for target in self._targets(progress, state.pose):
+        for target in self._targets(segment, state.pose):
             poses = self._simulate(state.pose, target, speed)
             clear = int(self._swept.clear_poses(state.costs, state.pose, poses[None])[0])
             if clear == len(poses):
@@ -100,15 +100,15 @@ class Graceful(PathController[GracefulParameters]):
         cost = int(costs.cells[cell]) if costs.contains(*cell) else 0
         if cost <= 254:
             cruise *= 1.0 - p.cost_slowdown * min(cost, 252) / 252.0
-        distance = self._alignment.distance_left(state) - 0.5 * p.goal_position
+        distance = self._alignment.distance_left(state) - 0.5 * p.stop_distance
         brake = p.brake_share * limits.linear_deceleration
         stopping = stopping_speed(distance, brake, p.response_time + self._period)
         return min(cruise, max(stopping, 0.5 * p.min_speed))
 
-    def _targets(self, progress: PathProgress, pose: Pose2D) -> list[Pose2D]:
+    def _targets(self, segment: PathSegment, pose: Pose2D) -> list[Pose2D]:
         """Poses on the path between the lookahead distances, farthest first, map frame."""
         p = self.parameters
-        points = progress.sampled(p.max_lookahead, SPACING)
+        points = segment.sampled(p.max_lookahead, SPACING)
         away = np.hypot(points[:, 0] - pose.x, points[:, 1] - pose.y)
         eligible = np.flatnonzero((away >= p.min_lookahead) & (away <= p.max_lookahead))
         if not len(eligible):

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 from math import copysign, inf
 
 from stack.components import ControlState
-from stack.control.path_progress import PathProgress
 from stack.control.swept import SweptFootprint
 from stack.drivetrain.description import RobotDescription
 from stack.drivetrain.kinematics import moved
+from stack.geometry.path_segment import PathSegment
 from stack.types import Pose2D, Twist, wrap_angle
 
 AHEAD = (0.0, 0.3, -0.3, 0.8, -0.8, 1.6, -1.6, 3.0, -3.0, 5.0, -5.0, 8.0, -8.0)
@@ -82,19 +82,19 @@ class Manoeuvres:
         self._back = [curvature for curvature in BACK if reverses and abs(curvature) <= tightest]
         self._turns = () if robot.turning_radius else TURNS
 
-    def ahead(self, state: ControlState, progress: PathProgress) -> ArcPrimitive | None:
+    def ahead(self, state: ControlState, segment: PathSegment) -> ArcPrimitive | None:
         """The clear arc ahead that ends nearest to the path."""
         arcs = self._ahead(state, state.pose)
-        return min(arcs, key=lambda arc: _end_error(arc, progress), default=None)
+        return min(arcs, key=lambda arc: _end_error(arc, segment), default=None)
 
-    def around(self, state: ControlState, progress: PathProgress) -> tuple[ArcPrimitive, ...]:
+    def around(self, state: ControlState, segment: PathSegment) -> tuple[ArcPrimitive, ...]:
         """A short reverse or turn, then an arc ahead; empty when nothing improves the pose."""
         best: tuple[ArcPrimitive, ...] = ()
-        best_error = _path_error(state.pose, progress) - GAIN
+        best_error = _path_error(state.pose, segment) - GAIN
         for first in self._first(state):
             price = FIRST + (REVERSE * first.span if first.twist.linear else 0.0)
             for arc in self._ahead(state, first.end):
-                error = _path_error(arc.end, progress) + price
+                error = _path_error(arc.end, segment) + price
                 if error < best_error:
                     best, best_error = (first, arc), error
         return best
@@ -128,15 +128,15 @@ class Manoeuvres:
         return free
 
 
-def _end_error(arc: ArcPrimitive, progress: PathProgress) -> float:
+def _end_error(arc: ArcPrimitive, segment: PathSegment) -> float:
     """Error of an arc's end against the path pose after the same length, metres."""
-    there = progress.pose_ahead(arc.span)
+    there = segment.pose_ahead(arc.span)
     turn = abs(wrap_angle(arc.end.heading - there.heading))
     return arc.end.distance_to(there) + HEADING * turn - PROGRESS * arc.span
 
 
-def _path_error(pose: Pose2D, progress: PathProgress) -> float:
+def _path_error(pose: Pose2D, segment: PathSegment) -> float:
     """Error of a pose against the path, less its progress along it, metres."""
-    length, offset, heading = progress.foot(pose)
+    length, offset, heading = segment.foot(pose)
     turn = abs(wrap_angle(pose.heading - heading))
-    return offset + HEADING * turn - PROGRESS * (length - progress.travelled)
+    return offset + HEADING * turn - PROGRESS * (length - segment.travelled)

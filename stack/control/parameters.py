@@ -23,9 +23,6 @@ class FollowingParameters:
     response_time: float = parameter(
         0.1, "s", at_least=0.0, help="delay from a command to the robot's response"
     )
-    goal_heading: float = parameter(
+    turn_precision: float = parameter(
         0.02, "rad", above=0.0, help="heading error at which a turn in place ends"
-    )
-    patience: float = parameter(
-        1.0, "s", at_least=0.0, help="waits this long for the path to clear, then fails"
     )

@@ -5,11 +5,11 @@ from __future__ import annotations
 from abc import abstractmethod
 from typing import Generic, TypeVar
 
-from stack.components import Controller, ControlState
+from stack.components import Controller, ControlState, StopCriterion
 from stack.control.goal_alignment import GoalAlignment, GoalAlignmentParameters
-from stack.control.path_progress import PathProgress
 from stack.control.swept import SweptFootprint
 from stack.drivetrain.description import RobotDescription
+from stack.geometry.path_segment import PathSegment
 from stack.types import STANDSTILL, FloatArray, Path, Twist
 
 P = TypeVar("P", bound=GoalAlignmentParameters)
@@ -29,7 +29,7 @@ class PathController(Controller, Generic[P]):
     def __init__(self, parameters: P, robot: RobotDescription, period: float) -> None:
         self._robot, self._period = robot, period
         self._swept = SweptFootprint(robot.footprint)
-        self._path: Path | None = None
+        self._segment: PathSegment | None = None
         self._local_plan: FloatArray | None = None
         self.configure(parameters)
 
@@ -37,44 +37,50 @@ class PathController(Controller, Generic[P]):
         """Apply new parameters."""
         self.parameters = parameters
         self._alignment = GoalAlignment(parameters, self._robot, self._swept, self._period)
-        if self._path is not None:
-            self._alignment.set_path(self._path)
+        if self._segment is not None:
+            self._alignment.set_segment(self._segment)
 
-    def pause(self, now: float) -> None:
-        """Hold the drive; waiting for the path to clear does not count meanwhile."""
-        self._alignment.patience.timers.pause(now)
+    @property
+    def stop_criterion(self) -> StopCriterion:
+        """When the robot stops and turns to the goal's heading."""
+        return self._alignment.stop_criterion
 
-    def resume(self, now: float) -> None:
-        """Continue the drive."""
-        self._alignment.patience.timers.resume(now)
+    def set_segment(self, segment: PathSegment) -> None:
+        """Set the segment to drive along, map frame."""
+        self._segment = segment
+        self._alignment.set_segment(segment)
 
-    def set_path(self, path: Path) -> None:
-        """Set the path to follow, map frame."""
-        self._path = path
-        self._alignment.set_path(path)
-
-    def command(self, state: ControlState) -> Twist:
+    def step(self, state: ControlState) -> Twist:
         """Compute the velocity command for this step.
 
         Raises:
-            NavigationError: COLLISION_AHEAD when there was no safe command for `patience`.
+            NavigationError: COLLISION_AHEAD when no command is safe.
         """
-        alignment = self._alignment
-        progress = alignment.begin(state)
-        if progress is None:
+        if self._segment is None:
             return STANDSTILL
-        there = alignment.reached(state)
-        if there:
-            chosen = alignment.finish(state)
-        else:
-            chosen = alignment.turned(state) if self._may_stand_and_turn(state) else None
-        if there or chosen is not None:
+        self._alignment.begin(state)
+        chosen = self._choose(self._segment, state)
+        self._commanded(chosen or STANDSTILL)
+        if chosen is None:
+            raise self.blocked()
+        return chosen
+
+    def _choose(self, segment: PathSegment, state: ControlState) -> Twist | None:
+        """A turn at an end of the path, or a motion along it; None when none is safe."""
+        alignment = self._alignment
+        if state.at_goal:
             self._stand()
-        else:
-            chosen = self._follow(progress, state)
-            if chosen is None:  # a turn in place also ends a mutual wait with a person
-                chosen = alignment.turned(state)
-        return alignment.end(state, chosen)
+            return alignment.finish(state)
+        turn = alignment.turned(state) if self._may_stand_and_turn(state) else None
+        if turn is not None:
+            self._stand()
+            return turn
+        # a turn in place also ends a mutual wait with a person
+        return self._follow(segment, state) or alignment.turned(state)
+
+    def _commanded(self, twist: Twist) -> None:
+        """Note the command of this step."""
+        self._alignment.last = twist
 
     @property
     def local_plan(self) -> Path | None:
@@ -90,5 +96,5 @@ class PathController(Controller, Generic[P]):
         return True
 
     @abstractmethod
-    def _follow(self, progress: PathProgress, state: ControlState) -> Twist | None:
+    def _follow(self, segment: PathSegment, state: ControlState) -> Twist | None:
         """Compute the velocity along the path; None when no motion is safe."""

@@ -6,7 +6,7 @@ Autonomous Robots 47, 2023; pure pursuit itself: R. C. Coulter, CMU-RI-TR-92-01,
 The robot drives the arc through a lookahead point on the path: curvature 2 y / d² for a point at
 distance d and lateral offset y. Speed is regulated by curvature, by the costs ahead, by
 the distance to the goal and by the time to collision. Additions: the path is extended beyond the
-goal for steering (see `PathProgress`), shorter lookahead distances are tried when an arc would hit
+goal for steering (see `PathSegment`), shorter lookahead distances are tried when an arc would hit
 an obstacle that the path avoids, and all commands respect the robot's accelerations. A car respects
 its turning radius and never turns in place; an omnidirectional robot drives straight to the
 lookahead point and turns to the target heading at the same time.
@@ -19,17 +19,16 @@ from math import cos, hypot, inf, sin
 
 import numpy as np
 
-from stack.components import Controller, ControlState
+from stack.components import Controller, ControlState, StopCriterion
 from stack.control.manoeuvre import ArcPrimitive, Manoeuvres
 from stack.control.parameters import FollowingParameters
-from stack.control.path_progress import PathProgress
-from stack.control.patience import Patience
 from stack.control.ramps import Ramp, stopping_speed
 from stack.control.swept import SweptFootprint
 from stack.control.turning import TurnInPlace, TurnStyle, turning_speed
 from stack.costmap.route_costs import blocked_at
 from stack.drivetrain.description import RobotDescription
 from stack.drivetrain.kinematics import moved, speed_towards
+from stack.geometry.path_segment import PathSegment
 from stack.parameters import parameter
 from stack.types import LETHAL_COST, STANDSTILL, Path, Pose2D, Twist
 from stack.types import wrap_angle as wrap
@@ -45,9 +44,6 @@ CLEAR_AHEAD = 0.8
 
 FORGOTTEN = 0.5
 """Seconds of interruption after which a started manoeuvre is dropped."""
-
-SAME_POSITION = 0.06
-"""Distance to the goal in metres within which a new short path to it counts as arrived."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +71,7 @@ class PurePursuitParameters(FollowingParameters):
         0.785, "rad", above=0.0, help="angle to the path above which the robot turns in place"
     )
     turn_speed: float = parameter(1.4, "rad/s", above=0.0, help="top speed of turns in place")
-    goal_position: float = parameter(
+    stop_distance: float = parameter(
         0.01, "m", above=0.0, help="remaining path at which the robot turns to the goal's heading"
     )
     time_to_collision: float = parameter(
@@ -134,9 +130,8 @@ class PurePursuit(Controller):
         self._swept = SweptFootprint(robot.footprint, padding=parameters.padding, exact=True)
         self._manoeuvres = Manoeuvres(self._swept, robot)
         self._primitives: tuple[ArcPrimitive, ...] = ()
-        self._patience = Patience()
-        self._progress: PathProgress | None = None
-        self._arrived = self._turning = False
+        self._segment: PathSegment | None = None
+        self._turning = False
         self._last = STANDSTILL
         self._state: ControlState | None = None
         self._left_at: float | None = None
@@ -150,13 +145,11 @@ class PurePursuit(Controller):
         self._return(now)
 
     def pause(self, now: float) -> None:
-        """Hold the drive; waiting for the path to clear does not count meanwhile."""
-        self._patience.timers.pause(now)
+        """Hold the drive."""
         self._leave(now)
 
     def resume(self, now: float) -> None:
         """Continue the drive."""
-        self._patience.timers.resume(now)
         self._return(now)
 
     def stop(self, now: float) -> None:
@@ -172,73 +165,68 @@ class PurePursuit(Controller):
             self._primitives = ()
         self._left_at = None
 
-    def set_path(self, path: Path) -> None:
-        """Set the path to follow, map frame."""
-        self._progress = PathProgress(path, steered=not self._drivetrain.turns_in_place)
-        self._arrived = self._turning = False
+    @property
+    def stop_criterion(self) -> StopCriterion:
+        """At the end of the path."""
+        return StopCriterion(self.parameters.stop_distance, along_path=True)
 
-    def command(self, state: ControlState) -> Twist:
+    def set_segment(self, segment: PathSegment) -> None:
+        """Set the segment to drive along, map frame."""
+        self._segment, self._turning = segment, False
+
+    def step(self, state: ControlState) -> Twist:
         """Compute the velocity command for this step.
 
         Raises:
-            NavigationError: COLLISION_AHEAD when there was no safe command for `patience`.
+            NavigationError: COLLISION_AHEAD when no command is safe.
         """
-        progress, self._state = self._progress, state
+        segment, self._state = self._segment, state
         self._swept.seen = None if state.points is None else state.pose.transform(state.points)
-        if progress is None:
+        if segment is None:
             return STANDSTILL
-        fresh = progress.travelled == 0.0
-        progress.advance(state.pose)
         self._last = self._ramp.rebased(self._last, state.twist)
-        if self._has_arrived(progress, state.pose, fresh):
-            chosen = self._turn(state, wrap(progress.path.goal.heading - state.pose.heading))
+        if state.at_goal:
+            chosen = self._turn(state, wrap(segment.path.goal.heading - state.pose.heading))
         elif self._drivetrain.can_move_sideways:
-            chosen = self._drive_omni(progress, state)
+            chosen = self._drive_omni(segment, state)
         else:
-            chosen = self._pursue(progress, state)
-        self._last = STANDSTILL
-        self._last = self._patience.resolve(chosen, state.time, self.parameters.patience)
-        return self._last
+            chosen = self._pursue(segment, state)
+        self._last = chosen or STANDSTILL
+        if chosen is None:
+            raise self.blocked()
+        return chosen
 
     @property
     def local_plan(self) -> Path | None:
         """The last command, driven for `time_to_collision`, map frame."""
-        if self._state is None or self._progress is None:
+        if self._state is None or self._segment is None:
             return None
         times = np.linspace(0.0, self.parameters.time_to_collision, 11)
         poses = [self._state.pose.compose(moved(self._last, time)) for time in times]
         return Path(np.array([(pose.x, pose.y, pose.heading) for pose in poses]))
 
-    def _has_arrived(self, progress: PathProgress, pose: Pose2D, fresh: bool) -> bool:
-        """Whether only the final heading is left; stays true for this path."""
-        short = progress.length <= 2.0 * SAME_POSITION
-        if fresh and short and pose.distance_to(progress.path.goal) <= SAME_POSITION:
-            self._arrived = True
-        self._arrived = self._arrived or progress.remaining <= self.parameters.goal_position
-        return self._arrived
-
-    def _pursue(self, progress: PathProgress, state: ControlState) -> Twist | None:
+    def _pursue(self, segment: PathSegment, state: ControlState) -> Twist | None:
         """Follow the path: a clear arc or a turn in place; None when neither is safe."""
         manoeuvre = self._continue_manoeuvre(state)
         if manoeuvre is not None:
             return manoeuvre
-        lookahead = self._lookahead_distance(state.twist.linear, progress.remaining)
-        arc = self._arc(progress, state, progress.lookahead_point(state.pose, lookahead))
-        if abs(arc.bearing) > self._turn_threshold(progress, state):
+        lookahead = self._lookahead_distance(state.twist.linear, segment.remaining)
+        arc = self._arc(segment, state, segment.lookahead_point(state.pose, lookahead))
+        if abs(arc.bearing) > self._turn_threshold(segment, state):
             self._turning = True
             return self._turn(state, arc.bearing)
         self._turning = False
-        wanted = self._speed(arc, progress.remaining)
+        wanted = self._speed(arc, segment.remaining)
         for share in SHORTER[1:]:
             clear = arc.free >= wanted * self.parameters.time_to_collision
-            if clear or self._at_end(arc, progress):
+            if clear or self._at_end(arc, segment):
                 break
-            other = self._arc(progress, state, progress.nearer_point(state.pose, share * lookahead))
+            other = self._arc(segment, state, segment.nearer_point(state.pose, share * lookahead))
             if other.free > arc.free and abs(other.bearing) < self.parameters.turn_angle:
                 arc = other
         if arc.free > self.parameters.clearance:
-            return self._driven(arc, progress.remaining)
-        return self._return_to_path(progress, state)
+            return self._driven(arc, segment.remaining)
+        return self._return_to_path(segment, state)
 
     def _continue_manoeuvre(self, state: ControlState) -> Twist | None:
         """The next command of the current manoeuvre; None when there is none."""
@@ -248,14 +236,14 @@ class PurePursuit(Controller):
             self._primitives = ()
         return self._primitive_twist(state, self._primitives[0]) if self._primitives else None
 
-    def _return_to_path(self, progress: PathProgress, state: ControlState) -> Twist | None:
+    def _return_to_path(self, segment: PathSegment, state: ControlState) -> Twist | None:
         """A manoeuvre onto the path, for when the path is clear but no arc to it is."""
-        if self._is_blocked(progress, state):
+        if self._is_blocked(segment, state):
             return None
-        ahead = self._manoeuvres.ahead(state, progress)
+        ahead = self._manoeuvres.ahead(state, segment)
         if ahead is not None:
             return self._primitive_twist(state, ahead)
-        self._primitives = self._manoeuvres.around(state, progress)
+        self._primitives = self._manoeuvres.around(state, segment)
         return self._continue_manoeuvre(state)
 
     def _primitive_twist(self, state: ControlState, primitive: ArcPrimitive) -> Twist | None:
@@ -271,48 +259,48 @@ class PurePursuit(Controller):
         turn = abs(linear) * primitive.twist.angular
         return Twist(linear, self._ramp.turn(self._last.angular, turn))
 
-    def _is_blocked(self, progress: PathProgress, state: ControlState) -> bool:
+    def _is_blocked(self, segment: PathSegment, state: ControlState) -> bool:
         """Whether an obstacle is on the path itself, and not only near it.
 
         The cells of the costmap are coarser than the scan: a near obstacle may still leave room.
         """
-        points = progress.ahead(CLEAR_AHEAD)
+        points = segment.ahead(CLEAR_AHEAD)
         return blocked_at(state.costs, points, state.pose, 0.0, LETHAL_COST) is not None
 
-    def _drive_omni(self, progress: PathProgress, state: ControlState) -> Twist | None:
+    def _drive_omni(self, segment: PathSegment, state: ControlState) -> Twist | None:
         """Drive straight to a lookahead point; turn at the same time if that is clear too."""
         speed = hypot(state.twist.linear, state.twist.lateral)
-        lookahead = self._lookahead_distance(speed, progress.remaining)
+        lookahead = self._lookahead_distance(speed, segment.remaining)
         best: _Arc | None = None
         for share in SHORTER:
-            point = progress.nearer_point(state.pose, share * lookahead)
+            point = segment.nearer_point(state.pose, share * lookahead)
             for turning in (True, False):
-                arc = self._line(progress, state, point, turning=turning)
-                room = self._speed(arc, progress.remaining) * self.parameters.time_to_collision
-                if arc.free >= room or self._at_end(arc, progress):
-                    return self._driven(arc, progress.remaining)
+                arc = self._line(segment, state, point, turning=turning)
+                room = self._speed(arc, segment.remaining) * self.parameters.time_to_collision
+                if arc.free >= room or self._at_end(arc, segment):
+                    return self._driven(arc, segment.remaining)
                 if best is None or arc.free > best.free:
                     best = arc
         free = best is not None and best.free > self.parameters.clearance
-        return self._driven(best, progress.remaining) if best and free else None
+        return self._driven(best, segment.remaining) if best and free else None
 
     def _line(
-        self, progress: PathProgress, state: ControlState, point: tuple[float, float],
+        self, segment: PathSegment, state: ControlState, point: tuple[float, float],
         *, turning: bool,
     ) -> _Arc:  # fmt: skip
         """The straight motion to a point of the map frame, with its free distance and cost."""
-        p, pose, goal = self.parameters, state.pose, progress.path.goal
+        p, pose, goal = self.parameters, state.pose, segment.path.goal
         towards = pose.bearing_to(Pose2D(*point))
-        near = progress.remaining <= p.max_lookahead
+        near = segment.remaining <= p.max_lookahead
         heading = goal.heading if near or p.omni_heading == "goal" else towards
         bearing, speed = wrap(towards - pose.heading), max(self._cruise(), p.creep_speed)
         rate = turning_speed(wrap(heading - pose.heading), self._style, self._ramp)
         curvature = rate / speed if turning else 0.0
         line = _Arc(curvature, bearing, 0.0, 0, sideways=True)
-        return self._checked(line, progress, state)
+        return self._checked(line, segment, state)
 
-    def _at_end(self, arc: _Arc, progress: PathProgress) -> bool:
-        return arc.free >= progress.remaining
+    def _at_end(self, arc: _Arc, segment: PathSegment) -> bool:
+        return arc.free >= segment.remaining
 
     def _lookahead_distance(self, speed: float, remaining: float) -> float:
         """Lookahead distance, metres: proportional to speed, near the goal at most up to it.
@@ -325,7 +313,7 @@ class PurePursuit(Controller):
             return distance
         return min(distance, max(remaining, 0.5 * p.min_lookahead))
 
-    def _turn_threshold(self, progress: PathProgress, state: ControlState) -> float:
+    def _turn_threshold(self, segment: PathSegment, state: ControlState) -> float:
         """Angle to the path above which the robot turns in place, radians.
 
         Larger while it drives, so that it takes corners of up to 110 degrees without a stop.
@@ -339,11 +327,11 @@ class PurePursuit(Controller):
             return min(0.1, p.turn_angle)
         if abs(state.twist.linear) >= p.min_speed:
             return 1.5 * p.turn_angle
-        if progress.travelled < 0.05:
-            return p.turn_angle * min(1.0, max(0.15, progress.remaining))
+        if segment.travelled < 0.05:
+            return p.turn_angle * min(1.0, max(0.15, segment.remaining))
         return p.turn_angle
 
-    def _arc(self, progress: PathProgress, state: ControlState, point: tuple[float, float]) -> _Arc:
+    def _arc(self, segment: PathSegment, state: ControlState, point: tuple[float, float]) -> _Arc:
         """The arc through a point of the map frame, with its free distance and cost."""
         (x, y), pose = point, state.pose
         dx, dy = x - pose.x, y - pose.y
@@ -354,14 +342,14 @@ class PurePursuit(Controller):
         curvature = 2.0 * left / square
         if self._radius:
             curvature = min(max(curvature, -1.0 / self._radius), 1.0 / self._radius)
-        return self._checked(_Arc(curvature, bearing, 0.0, 0), progress, state)
+        return self._checked(_Arc(curvature, bearing, 0.0, 0), segment, state)
 
-    def _checked(self, arc: _Arc, progress: PathProgress, state: ControlState) -> _Arc:
+    def _checked(self, arc: _Arc, segment: PathSegment, state: ControlState) -> _Arc:
         """Return the arc with its free distance and cost."""
         p, speed = self.parameters, self._cruise()
         brake = p.brake_share * self._limits.linear_deceleration
         reach = max(speed * p.time_to_collision, speed * p.response_time + speed**2 / (2 * brake))
-        reach = min(reach + p.clearance, progress.remaining + p.goal_position)
+        reach = min(reach + p.clearance, segment.remaining + p.stop_distance)
         free, cost = self._swept.arc(state.costs, state.pose, arc.twist(1.0), reach)
         return replace(arc, free=free, cost=cost)
 
@@ -381,7 +369,7 @@ class PurePursuit(Controller):
         elif arc.curvature:
             speed = min(speed, self._limits.angular_speed / abs(arc.curvature))
         stopping = stopping_speed(
-            remaining - 0.5 * p.goal_position,
+            remaining - 0.5 * p.stop_distance,
             p.brake_share * self._limits.linear_deceleration,
             p.response_time + self._period,
         )
@@ -402,13 +390,13 @@ class PurePursuit(Controller):
     def _turn(self, state: ControlState, angle: float) -> Twist | None:
         """Turn in place; a car can only stop."""
         if not self._drivetrain.turns_in_place:
-            return self._ramp.stopped(self._last) if self._arrived else None
+            return self._ramp.stopped(self._last) if state.at_goal else None
         return TurnInPlace(self._swept, self._ramp, self._style).twist(state, self._last, angle)
 
     @property
     def _style(self) -> TurnStyle:
         p = self.parameters
-        return TurnStyle(p.turn_speed, p.brake_share, p.goal_heading)
+        return TurnStyle(p.turn_speed, p.brake_share, p.turn_precision)
 
     @property
     def _ramp(self) -> Ramp:

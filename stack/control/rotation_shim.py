@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import asin
 
 from stack.components import ControlState
-from stack.control.path_progress import PathProgress
+from stack.geometry.path_segment import PathSegment
 from stack.types import Pose2D, wrap_angle
 
 LOOKAHEAD = 0.4
@@ -31,20 +31,20 @@ class RotationShim:
         self._turning = False
 
     def angle(
-        self, progress: PathProgress, state: ControlState, least: float, precision: float
+        self, segment: PathSegment, state: ControlState, least: float, precision: float
     ) -> float | None:
         """Return the angle to turn by, radians; None when the robot can drive along the path.
 
         Args:
-            progress: progress on the path, updated with the current pose.
+            segment: that the robot drives, up to date with its pose.
             state: of the robot.
             least: angle to the path that starts a turn, radians.
             precision: position tolerance at the goal, metres.
         """
-        pose, goal = state.pose, progress.path.goal
+        pose, goal = state.pose, segment.path.goal
         distance = pose.distance_to(goal)
-        if progress.remaining > LOOKAHEAD:
-            x, y = progress.nearer_point(pose, LOOKAHEAD)
+        if segment.remaining > LOOKAHEAD:
+            x, y = segment.nearer_point(pose, LOOKAHEAD)
             goal = Pose2D(x, y)
         elif distance <= precision:
             self._turning = False

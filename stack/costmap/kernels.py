@@ -284,8 +284,8 @@ def write_changed(base, canvas, canvas_top, canvas_left, top, bottom, left, righ
 def _rows_to_lethal(base, limit, top, bottom, left, right):
     """Distance in rows to the nearest lethal cell of the same column, capped at limit + 1."""
     rows = base.shape[0]
-    distances = np.empty((bottom - top, right - left), np.int64)
-    gaps = np.full(right - left, limit + 1, np.int64)
+    distances = np.empty((bottom - top, right - left), np.int32)
+    gaps = np.full(right - left, limit + 1, np.int32)
     for row in range(max(top - limit, 0), bottom):
         for column in range(left, right):
             near = 0 if base[row, column] == LETHAL else gaps[column - left] + 1
@@ -322,7 +322,8 @@ def _lower_envelope(heights, limit, outer_left, left, right, sites, squares, sta
             away, near = column - first, first - site
             if square + away * away >= squares[count - 1] + near * near:
                 rise = square + column * column - squares[count - 1] - site * site
-                start = rise // (2 * (column - site)) + 1
+                # most sites are neighbours, and a shift is cheaper than a division
+                start = (rise >> 1 if column - site == 1 else rise // (2 * (column - site))) + 1
                 break
             count -= 1
         if start < right:
@@ -343,18 +344,15 @@ def inflate(cells, base, costs, limit, top, bottom, left, right):
     widths = np.array([int(np.sqrt(limit * limit - up * up)) for up in range(limit + 1)])
     sites, squares, starts = np.empty((3, outer_right - outer_left), np.int64)
     for row in range(top, bottom):
-        for column in range(left, right):
-            cells[row, column] = base[row, column]
-        count = _lower_envelope(
-            heights[row - top], limit, outer_left, left, right, sites, squares, starts
-        )
+        source, target, high = base[row], cells[row], heights[row - top]
+        target[left:right] = source[left:right]
+        count = _lower_envelope(high, limit, outer_left, left, right, sites, squares, starts)
         for part in range(count):
             site, square = sites[part], squares[part]
-            width = widths[heights[row - top, site - outer_left]]
+            width = widths[high[site - outer_left]]
             end = starts[part + 1] if part + 1 < count else right
             for column in range(max(starts[part], site - width), min(end, site + width + 1)):
-                value = base[row, column]
+                value = source[column]
                 cost = costs[square + (column - site) * (column - site)]
-                # as in Nav2, unknown cells stay unknown unless the robot would certainly collide
                 if (value == UNKNOWN and cost >= INSCRIBED) or (value != UNKNOWN and cost > value):
-                    cells[row, column] = cost
+                    target[column] = cost

@@ -32,6 +32,9 @@ class Zone:
     def __post_init__(self) -> None:
         object.__setattr__(self, "corners", read_corners(self.corners))
 
+    def __str__(self) -> str:
+        return self.name
+
     @property
     def points(self) -> FloatArray:
         """(n, 2) corners, metres."""

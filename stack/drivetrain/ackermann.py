@@ -66,6 +66,7 @@ class Ackermann(Drivetrain):
         super().__init__(limits)
         self._wheels = wheels
         self.turning_radius = wheels.turning_radius
+        self.track = self.effective_track = wheels.track
 
     @property
     def at_rest(self) -> DriveState:

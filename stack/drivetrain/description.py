@@ -10,6 +10,7 @@ from typing import Any
 
 from stack.drivetrain.drivetrain import Drivetrain, WheelGeometry
 from stack.drivetrain.limits import Limits
+from stack.drivetrain.skid_steered import Skid
 from stack.parameters import parameter
 from stack.types import CameraModel, Footprint, Pose2D
 
@@ -121,6 +122,7 @@ class RobotDescription:
         wheels: geometry and URDF joints of the wheels.
         limits: of speed and acceleration.
         odometry: errors of the wheel odometry.
+        skid: sliding of the wheels in turns; for skid-steered drives only.
         lidar: main lidar, which localisation uses; None without one.
         navigation: component choices and parameters of this robot, as raw values by kind
             ({"controller": {"use": "pure_pursuit", "cruise_speed": 0.5}}); those of the mission
@@ -147,6 +149,7 @@ class RobotDescription:
     lidars: Mapping[str, LidarDescription] = field(default_factory=dict)
     sonars: Mapping[str, SonarDescription] = field(default_factory=dict)
     body: str = "simulated"
+    skid: Skid = field(default_factory=Skid)
 
     @property
     def all_lidars(self) -> dict[str, LidarDescription]:

@@ -38,7 +38,8 @@ class Differential(Drivetrain):
 
     def __init__(self, wheels: Wheels, limits: Limits) -> None:
         super().__init__(limits)
-        self._wheels, self._separation = wheels, wheels.separation
+        self._wheels = wheels
+        self.track = self.effective_track = wheels.separation
 
     @property
     def driven_joints(self) -> tuple[str, ...]:
@@ -48,7 +49,7 @@ class Differential(Drivetrain):
     def to_wheels(self, state: DriveState) -> WheelCommand:
         """Speeds of the left wheels, then of the right wheels."""
         wheels, twist = self._wheels, state.twist
-        rim = twist.angular * self._separation / 2.0
+        rim = twist.angular * self.effective_track / 2.0
         left, right = (twist.linear - rim) / wheels.radius, (twist.linear + rim) / wheels.radius
         return WheelCommand((left,) * len(wheels.left) + (right,) * len(wheels.right))
 
@@ -63,9 +64,9 @@ class Differential(Drivetrain):
     ) -> Pose2D:
         """Displacement forward, the mean of both sides; turn (right - left) / separation."""
         left, right = rolled[0] + slips[0], rolled[1] + slips[1]
-        return Pose2D((left + right) / 2.0, 0.0, (right - left) / self._separation)
+        return Pose2D((left + right) / 2.0, 0.0, (right - left) / self.effective_track)
 
     def wheel_force(self, force: float, moment: float) -> float:
         """Both sides push; they turn the base by a couple with the separation as its arm."""
         count = len(self.driven_joints)
-        return (force + 2.0 * moment / self._separation) / count
+        return (force + 2.0 * moment / self.effective_track) / count

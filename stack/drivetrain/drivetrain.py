@@ -67,6 +67,9 @@ class Drivetrain(ABC):
             determine the heading.
         turning_radius: of the tightest circle of the base frame's origin, metres; 0 if the robot
             turns in place.
+        track: distance between the centres of left and right wheels, metres; 0 without sides.
+        effective_track: the track for which the difference of both sides gives the turn, metres;
+            larger than `track` for wheels that skid.
         slides_along_axles: whether driven wheels slide freely along their axles (rollers).
         limits: of speed and acceleration.
     """
@@ -77,6 +80,8 @@ class Drivetrain(ABC):
     skids: ClassVar[bool] = False
     slides_along_axles: ClassVar[bool] = False
     turning_radius: float = 0.0
+    track: float = 0.0
+    effective_track: float = 0.0
 
     def __init__(self, limits: Limits) -> None:
         self.limits = limits

@@ -1,11 +1,13 @@
-"""Arithmetic with twists: scaling to speed limits and the displacement by a constant twist."""
+"""Arithmetic with twists: scaling to speed limits, and the motion by a constant twist."""
 
 from __future__ import annotations
 
-from math import cos, hypot, inf, sin
+from math import cos, hypot, inf, pi, sin
+
+import numpy as np
 
 from stack.drivetrain.limits import Limits
-from stack.types import Pose2D, Twist
+from stack.types import FloatArray, Pose2D, Twist
 
 
 def share_within_limits(twist: Twist, limits: Limits, top_speed: float = inf) -> float:
@@ -56,3 +58,34 @@ def moved(twist: Twist, seconds: float) -> Pose2D:
         chord * (s * twist.linear + c * twist.lateral),
         2.0 * half,
     )
+
+
+def swept_poses(
+    start: Pose2D, twist: Twist, amount: float, radius: float, spacing: float
+) -> tuple[FloatArray, FloatArray]:
+    """Poses along a constant twist, so dense that they represent the area that an outline sweeps.
+
+    Args:
+        start: start pose in any fixed frame.
+        twist: per unit of `amount`.
+        amount: seconds, or metres or radians for a twist per metre or radian.
+        radius: circumscribed radius of the outline, metres.
+        spacing: maximum motion of any point of the outline between two poses, metres.
+
+    Returns:
+        (k,) amounts after the start, and (k, 3) poses x, y, heading.
+    """
+    rim = hypot(twist.linear, twist.lateral) + abs(twist.angular) * radius
+    count = max(1, int(np.ceil(amount * rim / spacing)))
+    amounts = np.linspace(0.0, amount, count + 1)[1:]
+    half = 0.5 * twist.angular * amounts
+    chord = amounts * np.sinc(half / pi)
+    c, s = np.cos(start.heading + half), np.sin(start.heading + half)
+    poses = np.column_stack(
+        [
+            start.x + chord * (c * twist.linear - s * twist.lateral),
+            start.y + chord * (s * twist.linear + c * twist.lateral),
+            start.heading + 2.0 * half,
+        ]
+    )
+    return amounts, poses

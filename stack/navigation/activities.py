@@ -34,6 +34,13 @@ class Activities:
         executor = self._detour if self.paused else self._mission
         return executor if executor is not None and executor.task.running else None
 
+    @property
+    def shown(self) -> MotionExecutor | None:
+        """The motion to display: the current one, or else the held one of the mission."""
+        mission = self._mission
+        held = mission if mission is not None and mission.task.running else None
+        return self.current or held
+
     def begin(self, executor: MotionExecutor) -> None:
         """Run an executor from the next step on; cancels the current one.
 

@@ -165,7 +165,7 @@ class GoalDrive(MotionExecutor):
         progress = self._follower.progress
         if progress is None:
             return
-        progress.advance(pose)
+        self._follower.update(pose)
         while len(self._goals) > 1 and len(self._leg_ends) == len(self._goals):
             distance = pose.distance_to(self._goals[0])
             self._nearest = min(self._nearest, distance)

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from math import degrees, hypot, inf
 
-from stack.components import Controller, ControlState
-from stack.control.checkers import GoalChecker, LostChecker, ProgressChecker
-from stack.control.cusp_splitter import cusps_of
-from stack.control.path_progress import PathProgress
+from stack.components import ControlState, DriveState, GoalChecker, ProgressChecker
+from stack.control.checkers import LostChecker
+from stack.control.path_follower import PathFollower
 from stack.errors import NavigationError
-from stack.lifecycle import Timers
+from stack.geometry.path_progress import PathProgress
+from stack.lifecycle import Lifecycle, Timers
 from stack.navigation.parameters import NavigationParameters
 from stack.navigation.path_speeds import PathSpeeds, slower
 from stack.navigation.planner_worker import PlannerWorker
 from stack.navigation.tasks import CostmapLike, Emit, MotionExecutor, MotionTask, NavigationState
-from stack.types import STANDSTILL, FailureCode, Path, Twist, wrap_angle
+from stack.types import STANDSTILL, FailureCode, Path, Pose2D, Twist, wrap_angle
 
 STANDING_SPEED, STANDING_TURN = 0.02, 0.05
 """Speeds in m/s and rad/s below which the robot counts as standing."""
@@ -27,18 +26,19 @@ IDLE_BEFORE_REPLAN = 0.5
 
 @dataclass
 class Tools:
-    """Components used by drives; parameters and controller may be replaced between steps.
+    """Components used by drives; the parameters may be replaced between steps.
 
     Attributes:
         clear_of: radius around the robot, metres, in which a blocked path is ignored.
         deceleration: of the robot, m/s², for braking before a path's speed limit.
         turns_in_place: whether the robot can turn in place; a car cannot.
-        has_legs: whether paths have forward and backward segments; not for omnidirectional robots.
         counters: plans, replans, recoveries and distance, for the snapshot.
-        steered_by: the drive whose path the controller follows.
+        steered_by: the drive whose path is followed.
     """
 
-    controller: Controller
+    path_follower: PathFollower
+    goal_checker: GoalChecker
+    progress_checker: ProgressChecker
     planner_worker: PlannerWorker
     parameters: NavigationParameters
     local_costmap: CostmapLike
@@ -47,9 +47,13 @@ class Tools:
     clear_of: float
     deceleration: float = 1.0
     turns_in_place: bool = True
-    has_legs: bool = True
     counters: dict[str, float] = field(default_factory=dict)
     steered_by: object = None
+
+    @property
+    def shared(self) -> tuple[Lifecycle, ...]:
+        """The parts with a lifecycle, which all drives share."""
+        return self.path_follower, self.goal_checker, self.progress_checker
 
     def count(self, what: str) -> None:
         """Increment a counter."""
@@ -67,23 +71,15 @@ class Follower:
 
     Attributes:
         progress: progress on the current path; None before the first path.
-        path: the path to follow; None before the first path.
         waiting: whether the controller stands in front of an obstacle.
         idle: runs while the robot stands before the goal.
     """
 
     def __init__(self, tools: Tools, tolerance: float | None) -> None:
-        p = tools.parameters
-        self._tools = tools
-        self._tolerance = p.goal_position if tolerance is None else tolerance
-        self._progress_checker = ProgressChecker(
-            p.progress_distance, p.progress_angle, p.progress_time
-        )
-        self._goal: GoalChecker | None = None
+        self._tools, self._tolerance = tools, tolerance
         self._last = STANDSTILL
         self._timers = Timers()
-        self.idle, self._blocked = self._timers.new(), self._timers.new()
-        self.path: Path | None = None
+        self.idle, self._blocked, self._waited = (self._timers.new() for _ in range(3))
         self.progress: PathProgress | None = None
         self._speeds: PathSpeeds | None = None
         self.waiting = False
@@ -91,56 +87,64 @@ class Follower:
     @property
     def at_position(self) -> bool:
         """Whether only the final heading is left."""
-        return self._goal is not None and self._goal.at_position
+        return self._steers and self._tools.goal_checker.at_position
 
     def pause(self, now: float) -> None:
         """Hold the drive; does nothing while it is held."""
         if self._timers.paused:
             return
-        for timers in self._all_timers():
-            timers.pause(now)
-        if self._tools.steered_by is self:
-            self._tools.controller.pause(now)
+        self._timers.pause(now)
+        if self._steers:
+            for part in self._tools.shared:
+                part.pause(now)
 
     def resume(self, now: float) -> None:
         """Continue; does nothing unless held."""
         if not self._timers.paused:
             return
-        for timers in self._all_timers():
-            timers.resume(now)
-        if self._tools.steered_by is self:
-            self._tools.controller.resume(now)
-        elif self.path is not None:  # another drive has used the controller
-            self._steer(self.path, now)
+        self._timers.resume(now)
+        if self._steers:
+            for part in self._tools.shared:
+                part.resume(now)
+        elif self.progress is not None:  # another drive has used the controller
+            self._steer(self.progress, now)
 
     def stop(self, now: float) -> None:
         """End the drive."""
-        if self._tools.steered_by is self:
-            self._tools.controller.stop(now)
+        if self._steers:
+            for part in self._tools.shared:
+                part.stop(now)
             self._tools.steered_by = None
 
-    def _all_timers(self) -> Iterator[Timers]:
-        yield self._timers
-        yield self._progress_checker.timers
-        if self._goal is not None:
-            yield self._goal.timers
+    @property
+    def _steers(self) -> bool:
+        """Whether the controller follows the path of this drive."""
+        return self._tools.steered_by is self
 
-    def _steer(self, path: Path, now: float) -> None:
-        """Give a path to the controller."""
-        if self._tools.steered_by is not self:
-            self._tools.controller.start(now)
-            self._tools.steered_by = self
-        self._tools.controller.set_path(path)
+    def _steer(self, progress: PathProgress, now: float) -> None:
+        """Let the controller follow a path, and the checkers judge the drive on it."""
+        tools = self._tools
+        if not self._steers:
+            for part in tools.shared:
+                if tools.steered_by is not None:
+                    part.stop(now)
+                part.start(now)
+            tools.steered_by = self
+        tools.goal_checker.set_goal(progress.path.goal, self._tolerance)
+        tools.path_follower.follow(progress)
 
     def set_path(self, path: Path, now: float) -> None:
         """Set the path to follow."""
         self.resume(now)
-        p, self.path = self._tools.parameters, path
-        self.progress = PathProgress(path, cusps_of(path) if self._tools.has_legs else ())
+        self.progress = self._tools.path_follower.progress_on(path)
         self._speeds = PathSpeeds(path, self._tools.deceleration)
-        self._goal = GoalChecker(path.goal, self._tolerance, p.goal_heading, p.goal_settle)
-        self._steer(path, now)
+        self._steer(self.progress, now)
         self.idle.reset()
+
+    def update(self, pose: Pose2D) -> None:
+        """Update the progress on the path with the pose of this step, map frame."""
+        if self.progress is not None:
+            self.progress.advance(pose)
 
     @property
     def posted_limit(self) -> float:
@@ -151,13 +155,11 @@ class Follower:
 
     def off_heading(self, state: NavigationState) -> str:
         """Describe the heading error of a car that stands at the goal's position; else empty."""
-        stands = self.idles(state.time)
-        if self._tools.turns_in_place or self._goal is None or not (stands and self.at_position):
+        stands = self.idles(state.time) and standing(state.odometry.twist)
+        if self._tools.turns_in_place or self.progress is None or not (stands and self.at_position):
             return ""
-        goal, pose = self._goal.goal, state.estimate.pose
+        goal, pose = self.progress.path.goal, state.estimate.pose
         off = abs(wrap_angle(goal.heading - pose.heading))
-        if off <= self._tools.parameters.goal_heading:
-            return ""
         return (
             f"{pose.distance_to(goal):.2f} m from the goal, but {degrees(off):.0f} deg off its "
             "heading, and this robot cannot turn in place"
@@ -169,10 +171,13 @@ class Follower:
 
     def reached(self, state: NavigationState) -> bool:
         """Whether the end of the path is reached."""
-        if self._goal is None:
-            return False
+        return self.progress is not None and self._tools.goal_checker.reached(
+            self._drive_state(state, self.progress)
+        )
+
+    def _drive_state(self, state: NavigationState, progress: PathProgress) -> DriveState:
         still = self._last == STANDSTILL and standing(state.odometry.twist)
-        return self._goal.reached(state.time, state.estimate.pose, standing=still)
+        return DriveState(state.time, state.estimate.pose, still, progress.remaining)
 
     def step(self, state: NavigationState) -> Twist:
         """Compute the velocity for this step.
@@ -181,12 +186,11 @@ class Follower:
             NavigationError: NO_PROGRESS, or COLLISION_AHEAD for longer than collision_patience.
         """
         self.resume(state.time)
-        p = self._tools.parameters
-        if self._progress_checker.stuck(state.time, state.estimate.pose):
-            raise NavigationError(
-                FailureCode.NO_PROGRESS,
-                f"moved less than {p.progress_distance:g} m in {p.progress_time:g} s",
-            )
+        if self.progress is None:
+            return STANDSTILL
+        stuck = self._tools.progress_checker.stuck(self._drive_state(state, self.progress))
+        if stuck:
+            raise NavigationError(FailureCode.NO_PROGRESS, stuck)
         self._last = self._command(state)
         if self._last != STANDSTILL:
             self.idle.reset()
@@ -201,13 +205,14 @@ class Follower:
             state.obstacles.points,
         )  # fmt: skip
         try:
-            twist = self._tools.controller.command(control_state)
+            twist = self._tools.path_follower.step(control_state)
         except NavigationError as error:
             self._hold(error, state.time)
             return STANDSTILL
         self.waiting = False
+        self._blocked.reset()
         if twist != STANDSTILL:
-            self._blocked.reset()
+            self._waited.reset()
         if self._speeds is None or self.progress is None:
             return twist
         return slower(twist, self._speeds.at(self.progress.travelled))
@@ -216,10 +221,16 @@ class Follower:
         """Stand in front of an obstacle; raise the error when patience is over."""
         if error.failure.code != FailureCode.COLLISION_AHEAD:
             raise error
-        self.waiting = True
+        p = self._tools.parameters
         self._blocked.start_once(time)
-        if self._blocked.elapsed(time) >= self._tools.parameters.collision_patience:
-            raise error
+        blocked = self._blocked.elapsed(time)
+        self.waiting = blocked >= p.replan_patience
+        if not self.waiting:
+            return
+        self._waited.start_once(time)
+        if self._waited.elapsed(time) >= p.collision_patience:
+            sentence = f"{error.failure.sentence}; waited {blocked:.1f} s for it to clear"
+            raise NavigationError(FailureCode.COLLISION_AHEAD, sentence) from error
 
 
 class PathDrive(MotionExecutor):
@@ -261,7 +272,7 @@ class PathDrive(MotionExecutor):
                 follower.pause(state.time)
                 return STANDSTILL
             if follower.progress is not None:
-                follower.progress.advance(state.estimate.pose)
+                follower.update(state.estimate.pose)
                 task.report(drive_feedback(follower), follower.progress.remaining)
             if follower.reached(state):
                 task.succeed("reached the end of the path")

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import degrees
 
-from stack.components import Controller, Planner
+from stack.components import GoalChecker, Planner, ProgressChecker
+from stack.control.path_follower import PathFollower
 from stack.drivetrain.description import RobotDescription
 from stack.errors import ParameterError
 from stack.navigation.activities import Activities
@@ -39,8 +40,10 @@ class Navigator:
     Args:
         robot: outline and limits.
         planner: global planner.
-        controller: path follower.
-        parameters: tolerances and patience.
+        path_follower: with the controller.
+        goal_checker: decides when a drive has reached its goal.
+        progress_checker: decides when a drive makes no progress.
+        parameters: patience, planning and recoveries.
         local_costmap: around the robot, for the controller.
         global_costmap: for planning.
         emit: called with (kind, text, level="info", **fields) for each event.
@@ -48,18 +51,19 @@ class Navigator:
     """
 
     def __init__(  # noqa: PLR0913 - called once, by the composition root
-        self, robot: RobotDescription, planner: Planner, controller: Controller,
+        self, robot: RobotDescription, planner: Planner, path_follower: PathFollower,
+        goal_checker: GoalChecker, progress_checker: ProgressChecker,
         parameters: NavigationParameters, local_costmap: CostmapLike, global_costmap: CostmapLike,
         emit: Emit, period: float,
     ) -> None:  # fmt: skip
         self._robot, self._period, self._emit = robot, period, emit
         self._monitor = CollisionMonitor(robot)
         self._tools = Tools(
-            controller, PlannerWorker(planner), parameters, local_costmap, global_costmap, emit,
+            path_follower, goal_checker, progress_checker, PlannerWorker(planner), parameters,
+            local_costmap, global_costmap, emit,
             clear_of=robot.footprint.inscribed_radius,
             deceleration=robot.limits.linear_deceleration,
             turns_in_place=robot.drivetrain.turns_in_place,
-            has_legs=not robot.drivetrain.can_move_sideways,
             counters={"plans": 0.0, "replans": 0.0, "recoveries": 0.0, "distance": 0.0},
         )  # fmt: skip
         self._surroundings = Surroundings()
@@ -95,15 +99,19 @@ class Navigator:
         self._emit("route", f"edge {edge} is now {'closed' if closed else 'open'}", edge=edge)
 
     @property
-    def controller(self) -> Controller:
-        """Current controller; may be replaced between steps and then follows the current path."""
-        return self._tools.controller
+    def path_follower(self) -> PathFollower:
+        """The follower with the controller."""
+        return self._tools.path_follower
 
-    @controller.setter
-    def controller(self, controller: Controller) -> None:
-        self._tools.controller = controller
-        if self.path is not None:
-            controller.set_path(self.path)
+    @property
+    def goal_checker(self) -> GoalChecker:
+        """Decides when a drive has reached its goal."""
+        return self._tools.goal_checker
+
+    @property
+    def progress_checker(self) -> ProgressChecker:
+        """Decides when a drive makes no progress."""
+        return self._tools.progress_checker
 
     @property
     def goal(self) -> Pose2D | None:
@@ -120,7 +128,9 @@ class Navigator:
     @property
     def local_plan(self) -> Path | None:
         """Planned motion of the controller, map frame."""
-        return None if self.path is None else self._tools.controller.local_plan
+        current = self._activities.current
+        driving = isinstance(current, GoalDrive | PathDrive) and current.path is not None
+        return self._tools.path_follower.local_plan if driving else None
 
     @property
     def counters(self) -> dict[str, float]:
@@ -308,8 +318,8 @@ class Navigator:
 
     @property
     def _drive(self) -> GoalDrive | PathDrive | None:
-        current = self._activities.current
-        return current if isinstance(current, GoalDrive | PathDrive) else None
+        shown = self._activities.shown
+        return shown if isinstance(shown, GoalDrive | PathDrive) else None
 
     def _recovery_tools(self) -> RecoveryTools:
         return RecoveryTools(self._robot, self.parameters, self._monitor, self._period)

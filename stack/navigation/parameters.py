@@ -1,4 +1,4 @@
-"""Parameters of navigation: tolerances, patience, planning and recoveries."""
+"""Parameters of navigation: patience, planning and recoveries."""
 
 from __future__ import annotations
 
@@ -11,22 +11,8 @@ from stack.parameters import parameter
 class NavigationParameters:
     """Parameters of `Navigator`."""
 
-    goal_position: float = parameter(
-        0.15, "m", above=0.0, help="position tolerance at the goal, unless a task sets its own"
-    )
-    goal_heading: float = parameter(0.15, "rad", above=0.0, help="heading tolerance at the goal")
-    goal_settle: float = parameter(
-        2.0, "s", at_least=0.0, help="after this time within tolerance a moving robot has arrived"
-    )
     via_radius: float = parameter(
         0.4, "m", above=0.0, help="distance within which a via pose is passed"
-    )
-    progress_distance: float = parameter(
-        0.3, "m", above=0.0, help="distance that counts as progress"
-    )
-    progress_angle: float = parameter(0.4, "rad", above=0.0, help="turn that counts as progress")
-    progress_time: float = parameter(
-        8.0, "s", above=0.0, help="a drive fails after this time without progress"
     )
     planning_latency: float = parameter(
         0.1, "s", at_least=0.0, help="time from the request of a plan to its use"
@@ -52,8 +38,11 @@ class NavigationParameters:
     patience: float = parameter(
         2.0, "s", at_least=0.0, help="a standing robot without a path fails after this time"
     )
+    replan_patience: float = parameter(
+        1.0, "s", at_least=0.0, help="waits this long in front of an obstacle, then replans"
+    )
     collision_patience: float = parameter(
-        5.0, "s", at_least=0.0, help="waits this long in front of an obstacle, then fails"
+        5.0, "s", at_least=0.0, help="waits this long after that, then fails"
     )
     lost_health: float = parameter(
         0.3, at_least=0.0, at_most=1.0, help="localisation health below which the robot stops"

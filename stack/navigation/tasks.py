@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from stack.lifecycle import Timers
+from stack.lifecycle import Lifecycle, Timers
 from stack.navigation.planner_worker import PlanFuture
 from stack.types import (
     CostGrid,
@@ -138,12 +138,11 @@ class MotionTask:
         self._ended(self)
 
 
-class MotionExecutor(ABC):
+class MotionExecutor(Lifecycle, ABC):
     """Executes a motion task: a drive or a recovery.
 
-    Lifecycle: `start` before the first step, then `step` in each control step. `pause` and `resume`
-    enclose a time in which the robot is held or drives elsewhere. `stop` follows the end of the
-    task, whatever ended it. Times are seconds on the robot's clock.
+    `start` precedes the first step; `pause` and `resume` enclose a time in which the robot is held
+    or drives elsewhere; `stop` follows the end of the task, whatever ended it.
 
     Attributes:
         task: handle of the task.
@@ -154,20 +153,14 @@ class MotionExecutor(ABC):
         self.task = task
         self.timers = Timers()
 
-    def start(self, now: float) -> None:  # noqa: B027 - optional
-        """Begin, before the first step."""
-
     @abstractmethod
     def step(self, state: NavigationState) -> Twist:
         """Compute the velocity for this control step; ends the task when it is done."""
 
     def pause(self, now: float) -> None:
-        """Hold the motion; no steps follow until `resume`."""
+        """Hold the motion, and its time limits."""
         self.timers.pause(now)
 
     def resume(self, now: float) -> None:
-        """Continue; the robot stands, perhaps at another place."""
+        """Continue the motion."""
         self.timers.resume(now)
-
-    def stop(self, now: float) -> None:  # noqa: B027 - optional
-        """Release what the motion uses, after the task has ended."""

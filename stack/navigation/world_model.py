@@ -48,7 +48,7 @@ class WorldModel:
         cover: Callable[[Iterable[Pose2D]], None],
     ) -> None:  # fmt: skip
         self.local_costmap, self.global_costmap = local_costmap, global_costmap
-        self._tracker, self._lidar, self._deceleration = tracker, lidar, deceleration
+        self.tracker, self._lidar, self._deceleration = tracker, lidar, deceleration
         self._speed_limits = speed_limits
         self.cover = cover
         self._tracks: tuple[TrackedObject, ...] = ()
@@ -85,13 +85,13 @@ class WorldModel:
     ) -> tuple[TrackedObject, ...] | None:
         """Return all tracks after a scan of the main lidar; None without one."""
         posed = scans.get(self._lidar)
-        if self._tracker is None or posed is None:
+        if self.tracker is None or posed is None:
             return None
-        self._tracks = self._tracker.update(posed.pose, posed.scan, now)
+        self._tracks = self.tracker.update(posed.pose, posed.scan, now)
         return self._tracks
 
     def forget_tracks(self) -> None:
         """Remove all tracks, for example after a jump of the pose."""
         self._tracks = ()
-        if self._tracker is not None:
-            self._tracker.clear()
+        if self.tracker is not None:
+            self.tracker.clear()

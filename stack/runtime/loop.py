@@ -63,7 +63,7 @@ class Runtime:
         """Run one control period; while a simulation is frozen, only serve the operator."""
         p, state, measure = self.parts, self.parts.state, self.stages.measure
         p.telemetry.advance(self.steps, p.body.time)
-        if self._is_frozen():
+        if self.is_frozen:
             self._serve_operator()
             return
         self.stages.begin_step()
@@ -186,7 +186,8 @@ class Runtime:
             self.parts.navigator.resume(now)
             self.parts.tree.resume(now)
 
-    def _is_frozen(self) -> bool:
+    @property
+    def is_frozen(self) -> bool:
         """Whether the world stands still: the robot is held and stands, in a simulation."""
         return (
             isinstance(self.parts.body, SimulatedWorld)

@@ -125,7 +125,7 @@ class MissionStateMachine:
 
         Args:
             event: to apply.
-            reason: of the new state, shown to the operator; for an emergency stop, why.
+            reason: of the new state, shown to the operator.
         """
         refusal = self.refusal(event)
         if refusal:
@@ -136,7 +136,7 @@ class MissionStateMachine:
             self._emergency_stop = ""
         if not self._state.is_over:
             before, self._state = self._state, TRANSITIONS[self._state][event]
-            self._reason = "" if event is MissionEvent.EMERGENCY_STOP else reason
+            self._reason = reason
             if self._state is not before:
                 self._changed(before, self._state)
         return ""

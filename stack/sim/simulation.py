@@ -17,6 +17,7 @@ from stack.sim.sensors.lidar import Lidar
 from stack.sim.sensors.odometry import Encoders, Odometry
 from stack.sim.sensors.rendering import RenderRequest
 from stack.sim.sensors.sonar import Sonar
+from stack.sim.skidding import wheel_motion_of
 from stack.sim.timeline import Timeline
 from stack.sim.wheel_controller import WheelController
 from stack.sim.worlds.world import World, WorldEvent
@@ -70,6 +71,7 @@ class Simulation:
         self._timeline = Timeline(world.timeline)
         self._physics = Physics(description, world, start, settings)
         self._friction = FrictionZones(world, self._physics)
+        self._wheel_motion = wheel_motion_of(description, self._physics, seed)
         self._begin()
 
     @property
@@ -92,9 +94,7 @@ class Simulation:
         physics, drive = self._physics, self.drive
         for _ in range(steps):
             if drive.advance():
-                wheels = drive.wheels
-                physics.set_wheel_speeds(*wheels.speeds)
-                physics.steer(wheels.steering)
+                self._set_wheels()
             physics.step()
             self._step += 1
             if self._step % self._scene_steps == 0:
@@ -156,6 +156,11 @@ class Simulation:
             self._measure(name)
         self._measure_clearance()
 
+    def _set_wheels(self) -> None:
+        wheels = self.drive.wheels
+        self._physics.set_wheel_speeds(*self._wheel_motion.motor_speeds(wheels.speeds))
+        self._physics.steer(wheels.steering)
+
     def _update_scene(self, period: float) -> None:
         truth = self._physics.truth()
         if self.people.walk(period, truth.pose):
@@ -164,10 +169,13 @@ class Simulation:
         self._battery.update(truth, period)
         self._friction.update(truth.pose)
         self._trail.append((self.time, truth.pose))
+        if self._wheel_motion.update(self._friction.floor_at(truth.pose.x, truth.pose.y)):
+            self._set_wheels()
         self._count_contacts(truth)
 
     def _encoders(self) -> Encoders:
-        return Encoders(self._physics.wheel_angles(), self._physics.steering_angles())
+        wheels = self._wheel_motion.encoder_angles(self._physics.wheel_angles())
+        return Encoders(wheels, self._physics.steering_angles())
 
     def _count_contacts(self, truth: GroundTruth) -> None:
         touching = self._physics.touching()

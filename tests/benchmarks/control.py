@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from stack.components import ControlState, component
+from stack.control.path_follower import PathFollower
 from stack.types import Pose2D
 from tests.stack.control.test_pure_pursuit import polyline
 from tests.stack.navigation.toy_world import ToyCostmap, ToyWorld, robot, room
@@ -42,14 +43,19 @@ def run() -> list[dict[str, Any]]:
 def row(name: str, place: str) -> dict[str, Any]:
     """Commands of one controller at its defaults, on a straight path 3.9 m long."""
     world, cls = PLACES[place](), component("controller", name)
-    controller, costs = cls(cls.Parameters(), world.robot, world.period), ToyCostmap(world)
+    follower, costs = (
+        PathFollower(cls, cls.Parameters(), world.robot, world.period),
+        ToyCostmap(world),
+    )
     path = polyline((0.6, world.pose.y), (4.5, world.pose.y))
-    controller.set_path(path)
+    progress = follower.progress_on(path)
+    follower.follow(progress)
     times = []
     for _ in range(COMMANDS):
         state = ControlState(world.time, world.pose, world.twist, costs.grid)
         began = perf_counter()
-        twist = controller.command(state)
+        progress.advance(world.pose)
+        twist = follower.step(state)
         times.append(1e3 * (perf_counter() - began))
         world.drive(twist)
         if world.pose.distance_to(path.goal) < 0.3:

@@ -70,10 +70,13 @@ def test_each_costmap_gets_the_layers_that_are_meant_for_it(mission):
     try:
         parts = engine.runtime.parts
         lanes = "preferred_lanes"
-        assert lanes in parts.global_costmap.layers and lanes not in parts.local_costmap.layers
-        assert parts.global_costmap.explain(6.5, 4.8).source == "stairs"
-        assert parts.global_costmap.explain(8.25, 4.75).layer == "painted"
-        assert parts.tracker is not None
+        assert (
+            lanes in parts.world_model.global_costmap.layers
+            and lanes not in parts.world_model.local_costmap.layers
+        )
+        assert parts.world_model.global_costmap.explain(6.5, 4.8).source == "stairs"
+        assert parts.world_model.global_costmap.explain(8.25, 4.75).layer == "painted"
+        assert parts.world_model.tracker is not None
     finally:
         engine.body.close()
 
@@ -81,8 +84,8 @@ def test_each_costmap_gets_the_layers_that_are_meant_for_it(mission):
 def test_without_the_social_layer_nobody_follows_people():
     plan = prepare("01_drive_to_a_point", RunOptions(serve=False))
     engine = wired(plan)
-    assert engine.runtime.parts.tracker is None
-    assert engine.runtime.parts.local_costmap.layers == ("static", "obstacle")
+    assert engine.runtime.parts.world_model.tracker is None
+    assert engine.runtime.parts.world_model.local_costmap.layers == ("static", "obstacle")
     engine.body.close()
 
 
@@ -138,7 +141,7 @@ def test_each_costmap_has_its_inflation(mission):
     engine = wired(prepare(path, RunOptions(serve=False)))
     try:
         parts = engine.runtime.parts
-        grids = parts.local_costmap.grid, parts.global_costmap.grid
+        grids = parts.world_model.local_costmap.grid, parts.world_model.global_costmap.grid
         local, whole = (sorted({int(c) for c in np.unique(grid.cells)} - {255}) for grid in grids)
         # The radius of the scout is 0.22 m:
         # 252 exp(-4 (0.25 - 0.22)) = 223.5 and 252 exp(-(1 - 0.22)) = 115.5 at the radius
@@ -199,9 +202,7 @@ def test_a_class_named_by_its_module_is_checked_as_a_layer(mission):
 def test_an_incomplete_layer_says_which_method_is_missing(mission):
     with pytest.raises(InputError, match="there is no costmap layer 'quiet'"):
         quiet(mission, INCOMPLETE, "quiet")  # a base class of the plugin's own layers
-    with pytest.raises(
-        InputError, match="not a complete costmap layer; it does not implement paint"
-    ):
+    with pytest.raises(InputError, match="cannot be used: it does not implement paint"):
         prepare(mission("      - {use: 'stack.costmap.layer:Layer'}\n"), RunOptions())
 
 

@@ -52,7 +52,7 @@ def test_a_controller_that_asks_for_tracks_gets_a_tracker_as_the_mission_sets_it
     plan = prepare(mission(), RunOptions(serve=False))
     telemetry = Telemetry(run_info(plan, "test", 0), [], lambda text: None)
     engine = build(plan, RunOptions(serve=False), telemetry, None)
-    tracker = engine.runtime.parts.tracker
+    tracker = engine.runtime.parts.world_model.tracker
     engine.body.close()
     assert tracker is not None
     assert tracker.parameters.confirm == 3

@@ -51,6 +51,15 @@ CAR = f"""{HEAD}wheels:
   steering_angle: 30 deg
   steering_speed: 2.0
 """
+SKID = f"""{HEAD}wheels:
+  drive: skid_steered
+  left: [a]
+  right: [b]
+  radius: 10 cm
+  track: 40 cm
+  effective_track: 60 cm
+skid: {{icr_ratio: 1.4}}
+"""
 SIDES = f"{HEAD}wheels: {{left: [a], right: [b], radius: 5 cm, separation: 0.3}}\n"
 
 
@@ -68,6 +77,13 @@ def test_the_default_drive_is_differential(read):
     robot = read(SIDES)
     assert (robot.drivetrain.kind, robot.turning_radius) == ("differential", 0.0)
     assert read(SIDES.replace("{left", "{drive: differential, left")).wheels == robot.wheels
+
+
+def test_a_skid_steered_robot(read):
+    robot = read(SKID)
+    assert (robot.drivetrain.kind, robot.drivetrain.skids) == ("skid_steered", True)
+    assert (robot.drivetrain.track, robot.drivetrain.effective_track) == (0.4, 0.6)
+    assert (robot.skid.icr_ratio, robot.skid.slip) == (1.4, 1.0)
 
 
 def test_an_omnidirectional_robot(read):
@@ -89,8 +105,12 @@ def test_a_car(read):
     [
         (SIDES, "{left", "{drive: omnii, left", "5:17 E301 drive: 'omnii' is not one of"),
         (SIDES, "separation: 0.3", "wheelbase: 0.3", "5:9 E301 `wheels` needs the key 'sepa"),
-        (SIDES, "0.3}", "0.3, track: 0.3}", "5:71 E301 wheels: 'track' is for drive: ackermann"),
+        (SIDES, "0.3}", "0.3, track: 0.3}",
+         "5:71 E301 wheels: 'track' is for drive: skid_steered or ackermann"),
         (SIDES, "0.3}", "0.3, trak: 0.3}", "5:64 E301 `wheels` has no key 'trak'"),
+        (SIDES, "0.3}", "0.3}\nskid: {}", "6:7 E301 skid: these wheels do not skid in turns"),
+        (SKID, "[a]", "[a, c]", "6:3 E301 wheels: left has 2 joints, expected one"),
+        (SKID, "  track: 40 cm\n", "", "6:3 E301 `wheels` needs the key 'track'"),
         (OMNI, "  radius", "  left: [a]\n  radius", "7:9 E301 wheels: 'left' is for drive: diff"),
         (OMNI, "  radius: 5 cm\n", "", "6:3 E301 `wheels` needs the key 'radius'"),
         (OMNI, "joint: a, ", "", "9:7 E301 a wheel under `mounts` needs the key 'joint'"),
@@ -172,9 +192,8 @@ def placed():
         physics.close()
 
 
-@pytest.mark.parametrize("name", ["scout", "jackal"])
-def test_the_urdf_s_sides_are_the_odometry_s(placed, name):
-    robot, places = placed(name)
+def test_the_urdf_s_sides_are_the_odometry_s(placed):
+    robot, places = placed("scout")
     half = robot.wheels.separation / 2
     assert places == pytest.approx(np.array([[0.0, half], [0.0, -half]]), abs=2e-3)
 

@@ -30,10 +30,10 @@ class Duck:
     def plan(self, costs, start, goal):
         raise NotImplementedError
 
-    def set_path(self, path):
+    def set_segment(self, segment):
         raise NotImplementedError
 
-    def command(self, state):
+    def step(self, state):
         return STANDSTILL
 
 
@@ -58,11 +58,11 @@ class KeywordOnly(Beeline):
 
 
 class Unfinished(Controller):
-    """Does not implement `command`."""
+    """Does not implement `step`."""
 
     Parameters = Settings
 
-    def set_path(self, path):
+    def set_segment(self, segment):
         raise NotImplementedError
 
 
@@ -81,7 +81,7 @@ def plugin(monkeypatch):
                            "write `class Duck(Controller):`"),
     ("planner", "Unfinished", "it does not inherit stack.components.Planner; "
                               "write `class Unfinished(Planner):`"),
-    ("controller", "Unfinished", "it does not implement command"),
+    ("controller", "Unfinished", "it does not implement step"),
     ("planner", "Bare", "it has no `Parameters`"),
 ])  # fmt: skip
 def test_a_class_that_does_not_fit_is_an_error_that_says_what_to_write(kind, name, reason):
@@ -92,7 +92,7 @@ def test_a_class_that_does_not_fit_is_an_error_that_says_what_to_write(kind, nam
 
 def test_a_constructor_that_does_not_accept_the_arguments_is_an_input_error():
     choice = choose("planner", "some_plugin:KeywordOnly", {})
-    with pytest.raises(InputError, match=r"cannot be created: .*takes 1 positional"):
+    with pytest.raises(InputError, match=r"cannot be created: .* 1 positional argument"):
         choice.create(None)
 
 

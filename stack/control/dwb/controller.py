@@ -17,11 +17,11 @@ from stack.components import ControlState
 from stack.control.dwb.critics import Sampling, Speeds, total_cost
 from stack.control.dwb.parameters import DwbParameters
 from stack.control.path_controller import PathController
-from stack.control.path_progress import PathProgress
 from stack.control.ramps import stopping_speed
 from stack.control.swept import BoolArray
 from stack.drivetrain.description import RobotDescription
 from stack.drivetrain.limits import limit_speeds
+from stack.geometry.path_segment import PathSegment
 from stack.types import FloatArray, Pose2D, Twist, wrap_angle
 
 SPACING = 0.05
@@ -61,20 +61,20 @@ class Dwb(PathController[DwbParameters]):
         super().__init__(parameters, robot, period)
         self._direction = _Direction()
 
-    def _follow(self, progress: PathProgress, state: ControlState) -> Twist | None:
+    def _follow(self, segment: PathSegment, state: ControlState) -> Twist | None:
         """The best speeds; if none is clear, slower ones over less time, then a turn in place."""
         turn = self._alignment.realigned(state) if self._alignment.held else None
         if turn is not None:
             return turn
         for share in SHORTER:
-            twist = self._best(progress, state, share)
+            twist = self._best(segment, state, share)
             if twist is not None:
                 self._note_direction(state.pose, twist)
                 return twist
         self._local_plan, self._direction = None, _Direction()
         return self._alignment.realigned(state)
 
-    def _best(self, progress: PathProgress, state: ControlState, share: float) -> Twist | None:
+    def _best(self, segment: PathSegment, state: ControlState, share: float) -> Twist | None:
         """The best collision-free sample; None when there is none or the best one is standstill."""
         last = self._alignment.last
         p, top = self._before_goal(state, share)
@@ -83,9 +83,9 @@ class Dwb(PathController[DwbParameters]):
         poses = drive(p, self._robot, state.pose, last, speeds)
         reach = top * p.simulation_time + p.forward_point
         sampling = Sampling(
-            speeds, poses, progress.sampled(reach, SPACING),
-            progress.sampled(reach, SPACING, beyond=True), SPACING, state.costs,
-            near_goal=progress.remaining <= p.forward_point and not self._robot.turning_radius,
+            speeds, poses, segment.sampled(reach, SPACING),
+            segment.sampled(reach, SPACING, beyond=True), SPACING, state.costs,
+            near_goal=segment.remaining <= p.forward_point and not self._robot.turning_radius,
         )  # fmt: skip
         scores = total_cost(sampling, p)
         scores[self._swept.clear_poses(state.costs, state.pose, poses) < poses.shape[1]] = np.inf

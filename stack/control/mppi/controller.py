@@ -12,8 +12,8 @@ from stack.control.mppi.optimiser import Optimiser
 from stack.control.mppi.parameters import MppiParameters
 from stack.control.mppi.scene import Array32, LocalPath, Obstacles, Outline, clearance_to
 from stack.control.path_controller import PathController
-from stack.control.path_progress import PathProgress
 from stack.drivetrain.description import RobotDescription
+from stack.geometry.path_segment import PathSegment
 from stack.types import FloatArray, Twist
 
 SLOWER = (1.0, 0.5, 0.25)
@@ -44,15 +44,9 @@ class Mppi(PathController[MppiParameters]):
         self._optimiser = Optimiser(parameters, self._robot, self._period)
         super().configure(parameters)
 
-    def command(self, state: ControlState) -> Twist:
-        """Compute the velocity command for this step.
-
-        Raises:
-            NavigationError: COLLISION_AHEAD when there was no safe command for `patience`.
-        """
-        twist = super().command(state)
+    def _commanded(self, twist: Twist) -> None:
         self._optimiser.remember(twist)
-        return twist
+        super()._commanded(twist)
 
     def _stand(self) -> None:
         self._optimiser.reset()
@@ -67,11 +61,11 @@ class Mppi(PathController[MppiParameters]):
             for track in state.tracks
         )
 
-    def _follow(self, progress: PathProgress, state: ControlState) -> Twist | None:
+    def _follow(self, segment: PathSegment, state: ControlState) -> Twist | None:
         """The first step of the improved plan, slower if needed to be safe; None if unsafe."""
         optimiser, p, costs = self._optimiser, self.parameters, state.costs
         reach = optimiser.top_speed * p.steps * p.time_step + p.path_follow_ahead
-        path = LocalPath.of(progress, state.pose, costs, reach, p.path_spacing)
+        path = LocalPath.of(segment, state.pose, costs, reach, p.path_spacing)
         body = self._swept.body(costs.resolution)
         around = Obstacles.of(costs, state.pose, body, state.tracks if p.moving_weight else ())
         outline = self._outline_for(costs.resolution)

@@ -9,7 +9,7 @@ from math import ceil, hypot
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.control.path_progress import PathProgress
+from stack.geometry.path_segment import PathSegment
 from stack.geometry.polygons import fill_polygon, outline_points
 from stack.types import (
     INSCRIBED_COST,
@@ -194,10 +194,10 @@ class LocalPath:
 
     @staticmethod
     def of(
-        progress: PathProgress, pose: Pose2D, costs: CostGrid, reach: float, spacing: float
+        segment: PathSegment, pose: Pose2D, costs: CostGrid, reach: float, spacing: float
     ) -> LocalPath:
         """Create from the next `reach` metres of a path."""
-        points = progress.sampled(reach, spacing)
+        points = segment.sampled(reach, spacing)
         columns, rows = (
             np.floor((points[:, k] - costs.origin[k]) / costs.resolution).astype(int)
             for k in (0, 1)
@@ -207,10 +207,10 @@ class LocalPath:
         free = np.ones(len(points), dtype=bool)
         found = costs.cells[rows[inside], columns[inside]]
         free[inside] = (found < INSCRIBED_COST) | (found > LETHAL_COST)
-        goal = progress.arrival
+        goal = segment.arrival
         return LocalPath(
             np.ascontiguousarray(points - (pose.x, pose.y), dtype=np.float32), free, spacing,
-            Pose2D(goal.x - pose.x, goal.y - pose.y, goal.heading), progress.remaining,
+            Pose2D(goal.x - pose.x, goal.y - pose.y, goal.heading), segment.remaining,
         )  # fmt: skip
 
     @property

@@ -14,6 +14,7 @@ from math import copysign, cos, hypot, pi, radians, sin
 import numpy as np
 
 from stack.drivetrain.description import RobotDescription
+from stack.drivetrain.kinematics import swept_poses
 from stack.types import FloatArray, Pose2D, Twist
 
 SPACING = 0.02
@@ -90,12 +91,8 @@ def roll_out(start: Pose2D, segments: Sequence[EscapeSegment], radius: float) ->
     """
     parts, length, turned = [], 0.0, 0.0
     for number, segment in enumerate(segments):
-        rim = (
-            hypot(segment.twist.linear, segment.twist.lateral) + abs(segment.twist.angular) * radius
-        )
-        count = max(1, int(np.ceil(segment.amount * rim / SPACING)))
-        amounts = np.linspace(0.0, segment.amount, count + 1)[1:]
-        poses = _along(start, segment.twist, amounts)
+        amounts, poses = swept_poses(start, segment.twist, segment.amount, radius, SPACING)
+        count = len(amounts)
         driven = np.zeros(count) if segment.turns else amounts
         spun = amounts if segment.turns else np.zeros(count)
         columns = (np.full(count, number), amounts, length + driven, turned + spun)
@@ -104,20 +101,6 @@ def roll_out(start: Pose2D, segments: Sequence[EscapeSegment], radius: float) ->
         start = Pose2D(*map(float, poses[-1]))
     rows = np.concatenate(parts)
     return Rollout(np.ascontiguousarray(rows[:, :3]), *rows[:, 3:].T)
-
-
-def _along(start: Pose2D, twist: Twist, amounts: FloatArray) -> FloatArray:
-    """Return the (k, 3) poses after driving a twist for each of the amounts (k,)."""
-    half = 0.5 * twist.angular * amounts
-    chord = amounts * np.sinc(half / pi)
-    c, s = np.cos(start.heading + half), np.sin(start.heading + half)
-    return np.column_stack(
-        [
-            start.x + chord * (c * twist.linear - s * twist.lateral),
-            start.y + chord * (s * twist.linear + c * twist.lateral),
-            start.heading + 2.0 * half,
-        ]
-    )
 
 
 def motions(

@@ -18,6 +18,7 @@ class FrictionZones:
 
     def __init__(self, world: World, physics: Physics) -> None:
         self._world, self._physics = world, physics
+        self._frictions = [world.friction, *(zone.friction for zone in world.friction_zones)]
         self._now = [world.friction] * len(physics.wheel_places)
 
     def update(self, robot: Pose2D) -> None:
@@ -26,14 +27,15 @@ class FrictionZones:
             return
         places = robot.transform(self._physics.wheel_places).tolist()
         for wheel, (x, y) in enumerate(places):
-            friction = self._floor_friction(x, y)
+            friction = self._frictions[self.floor_at(x, y)]
             if friction != self._now[wheel]:
                 self._now[wheel] = friction
                 self._physics.set_wheel_friction(wheel, friction)
 
-    def _floor_friction(self, x: float, y: float) -> float:
-        for zone in self._world.friction_zones:
+    def floor_at(self, x: float, y: float) -> int:
+        """Number of the friction zone at a point, from 1 on; 0 for the floor outside of them."""
+        for number, zone in enumerate(self._world.friction_zones, 1):
             x_min, y_min, x_max, y_max = zone.bounds
             if x_min <= x <= x_max and y_min <= y <= y_max:
-                return zone.friction
-        return self._world.friction
+                return number
+        return 0

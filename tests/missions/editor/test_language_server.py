@@ -190,7 +190,7 @@ def test_a_world_file_has_its_own_findings(client, folder):
         ("battery.ch|arge", ["state of charge"]),
         ("use: ins|pect", ["Drive there and look.", "`target` (Pose)", "`picture` (text)"]),
         ("im|age: $p", ["**image**"]),
-        ("plugi|ns", ["your own behaviours, planners and controllers"]),
+        ("plugi|ns", ["your own behaviours and components of navigation"]),
         ("use: as|tar", ["A* on an 8-connected grid"]),
         ("allow|_unknown", ["plan through unknown cells".capitalize()]),
         ("type: dur|ation", ["duration"]),

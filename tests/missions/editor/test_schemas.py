@@ -211,6 +211,7 @@ def test_the_schema_of_worlds_has_every_key_of_the_reader(tmp_path):
     assert set(world_schema()["properties"]) == keys_of(read_world, file)
 
 
+SKID = "{drive: skid_steered, left: [a], right: [b], radius: 1, track: 1"
 SIDES = "{left: [a], right: [b], radius: 1 cm, separation: 30 cm}"
 MOUNTS = "[{joint: a, at: [0, 0, 0]}, {joint: b, at: [1, 0, 0]}, {joint: c, at: [0, 1, 90 deg]}]"
 
@@ -221,6 +222,14 @@ MOUNTS = "[{joint: a, at: [0, 0, 0]}, {joint: b, at: [1, 0, 0]}, {joint: c, at: 
         (SIDES, None),
         (SIDES.replace("{", "{drive: differential, "), None),
         (f"{{drive: omni, radius: 5 cm, mounts: {MOUNTS}}}", None),
+        (
+            "{drive: skid_steered, left: [a], right: [b], radius: 1, track: 1, effective_track: 2}",
+            None,
+        ),
+        (
+            "{drive: skid_steered, left: [a], right: [b], radius: 1, track: 1}",
+            "'effective_track' is",
+        ),
         (SIDES.replace("{", "{drive: tracks, "), "does not match"),
         (SIDES.replace("{", "{drive: omni, "), "'mounts' is a required property"),
         (SIDES.replace("{", "{track: 1, "), "False schema does not allow 1"),

@@ -108,7 +108,7 @@ class LiveRun:
 
     @property
     def speed(self) -> float:
-        twist = self.runtime.odometry.twist
+        twist = self.runtime.parts.state.motion.twist
         return max(abs(twist.linear), abs(twist.angular))
 
     @property

@@ -93,9 +93,11 @@ def test_an_operator_pauses_resumes_stops_and_aborts(engine):
     state_becomes(client, MissionState.EMERGENCY_STOP)
     assert not order(client, "resume").done  # a resume does not undo an emergency stop
     assert order(client, "release").done
+    state_becomes(client, MissionState.PAUSED)  # a reset never starts motion
+    assert order(client, "resume").done
     state_becomes(client, MissionState.RUNNING)
-    assert order(client, "set_parameter", name="navigator.goal_position", value=0.2).done
-    wrong = order(client, "set_parameter", name="navigator.goal_position", value=-1)
+    assert order(client, "set_parameter", name="goal_checker.position", value=0.2).done
+    wrong = order(client, "set_parameter", name="goal_checker.position", value=-1)
     assert not wrong.done
     assert "above 0" in wrong.reason
     assert order(client, "abort").done

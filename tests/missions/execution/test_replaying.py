@@ -48,7 +48,7 @@ class Obeying(LiveRun):
         self.kept.commands = self.due
 
     def due(self):
-        now = (self.runtime.steps, self.runtime._held_and_standing())
+        now = (self.runtime.steps, self.runtime.is_frozen)
         found = []
         while self.left and (self.left[0].step, self.left[0].fields["held"]) == now:
             event = self.left.pop(0)

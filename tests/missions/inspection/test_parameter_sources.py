@@ -63,6 +63,11 @@ def test_a_wrong_parameter_is_refused_with_its_name(name: str, value: str, sente
     assert sentence in str(refused.value)
 
 
+def test_a_list_of_zones_is_shown_by_their_names() -> None:
+    values = {item.name: item.value for item in parameters_of("16_house_rules")}
+    assert values["speed_limits.zones"] == "meeting room"
+
+
 def test_a_run_takes_parameters() -> None:
     slow = missions.run("01_drive_to_a_point", parameters={"controller.cruise_speed": "0.3"})
     usual = missions.run("01_drive_to_a_point")

@@ -38,8 +38,10 @@ def test_the_shipped_file_chooses_what_it_says() -> None:
     found = read_nav2(SHIPPED)
     assert {kind: chosen.use for kind, chosen in found.kinds.items()} == {
         "navigator": None, "controller": "mppi", "planner": "astar", "costmap": None,
-        "safety": None,
+        "safety": None, "goal_checker": "simple_goal", "progress_checker": "simple_progress",
     }  # fmt: skip
+    assert values(found, "goal_checker") == {"position": 0.2, "heading": 0.3}
+    assert values(found, "progress_checker") == {"distance": 0.4, "time": 12.0}
     assert values(found, "planner") == {
         "tolerance": 0.125, "allow_unknown": False, "cost_weight": 2.5,
         "smoother": "savitzky_golay",
@@ -189,3 +191,48 @@ def test_a_damaged_file_is_read_or_refused(data: st.DataObject) -> None:
     assert list(lines_of(found))
     assert parameter_file(found, "a")
     warnings_of(found)
+
+
+def costmaps(local: dict[str, object], whole: dict[str, object]) -> dict[str, object]:
+    """What is imported from two costmaps with one inflation layer each."""
+    plugin = {"plugin": "nav2_costmap_2d::InflationLayer"}
+    servers = {
+        f"{which}_costmap": {
+            f"{which}_costmap": {
+                "ros__parameters": {"plugins": ["inflation"], "inflation": {**plugin, **layer}}
+            }
+        }
+        for which, layer in (("local", local), ("global", whole))
+    }
+    return values(read(yaml.safe_dump(servers)), "costmap")
+
+
+def test_costmaps_that_inflate_differently_keep_their_values() -> None:
+    found = costmaps(
+        {"inflation_radius": 0.3, "cost_scaling_factor": 5.0},
+        {"inflation_radius": 0.7, "cost_scaling_factor": 5.0},
+    )
+    assert found == {"inflation_radius": 0.7, "local_inflation_radius": 0.3, "cost_scaling": 5.0}
+
+
+def test_a_costmap_without_inflation_gets_the_radius_0() -> None:
+    found = costmaps({"enabled": False}, {"inflation_radius": 0.7})
+    assert found == {"inflation_radius": 0.7, "local_inflation_radius": 0.0}
+    assert costmaps({"enabled": False}, {"enabled": False}) == {"inflation_radius": 0.0}
+
+
+def test_checkers_are_imported_by_their_class() -> None:
+    server = {
+        "goal_checker_plugins": ["precise"],
+        "precise": {"plugin": "nav2_controller::StoppedGoalChecker", "xy_goal_tolerance": 0.05},
+        "progress_checker_plugins": ["progress"],
+        "progress": {
+            "plugin": "nav2_controller::PoseProgressChecker", "required_movement_angle": 0.5,
+            "required_movement_radius": 0.5, "movement_time_allowance": 10.0,
+        },
+    }  # fmt: skip
+    found = read(yaml.safe_dump({"controller_server": {"ros__parameters": server}}))
+    assert found.kinds["goal_checker"].use == "stopped_goal"
+    assert values(found, "goal_checker") == {"position": 0.05}
+    assert found.kinds["progress_checker"].use == "pose_progress"
+    assert values(found, "progress_checker") == {"angle": 0.5, "distance": 0.5, "time": 10.0}

@@ -7,10 +7,10 @@ from itertools import pairwise
 from math import pi
 
 from stack.components import component
-from stack.control.cusp_splitter import controller_for
 from stack.planning.astar import Astar, AstarParameters
 from stack.planning.kinematic.hybrid_astar import HybridAstar, HybridAstarParameters
 from stack.types import Footprint, Pose2D
+from tests.stack.control.driver import Driver
 from tests.stack.navigation.toy_drive import ToyDrive
 from tests.stack.navigation.toy_world import RECTANGLE, ToyWorld, moving
 
@@ -82,10 +82,10 @@ def course(name: str, shape: str) -> Course:
 
 
 def controller(name: str, world: ToyWorld, **parameters):
-    """A controller by name, as missions choose it."""
+    """A controller by name, as missions choose it, with its own progress on a path."""
     cls = component("controller", name)
     chosen = replace(cls.Parameters(), **parameters)
-    return controller_for(cls, chosen, world.robot, world.period)
+    return Driver(cls, chosen, world.robot, world.period)
 
 
 def toy_drive(name, walls, start, shape="box", kind="differential", **parameters) -> ToyDrive:
@@ -96,4 +96,4 @@ def toy_drive(name, walls, start, shape="box", kind="differential", **parameters
         planner = HybridAstar(HybridAstarParameters(turning_radius=radius), world.robot)
     else:
         planner = Astar(AstarParameters(), world.robot)
-    return ToyDrive(world, planner=planner, controller=controller(name, world, **parameters))
+    return ToyDrive(world, planner=planner, follower=controller(name, world, **parameters).follower)

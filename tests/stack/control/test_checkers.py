@@ -1,51 +1,179 @@
+from dataclasses import replace
+from math import pi
+
 import pytest
 
-from stack.control.checkers import GoalChecker, ProgressChecker
+from stack.components import DriveState, choose
+from stack.control.checkers import (
+    PoseProgressChecker,
+    PoseProgressParameters,
+    SimpleGoalChecker,
+    SimpleGoalParameters,
+    SimpleProgressChecker,
+    SimpleProgressParameters,
+    StoppedGoalChecker,
+    StoppedGoalParameters,
+)
 from stack.types import Pose2D
+from tests.stack.navigation.toy_world import robot
 
 GOAL = Pose2D(1.0, 1.0, 0.0)
 
 
+def goal_checker(goal=GOAL, tolerance=None, **parameters):
+    values = {"position": 0.1, "heading": 0.1, **parameters}
+    checker = StoppedGoalChecker(replace(StoppedGoalParameters(), **values), robot())
+    checker.start(0.0)
+    checker.set_goal(goal, tolerance)
+    return checker
+
+
+def reached(checker, time, pose, standing):
+    return checker.reached(DriveState(time, pose, standing, 0.0))
+
+
+def progress_checker(cls=PoseProgressChecker, parameters=PoseProgressParameters, **values):
+    checker = cls(replace(parameters(), **values), robot())
+    checker.start(0.0)
+    return checker
+
+
+def stuck(checker, time, pose):
+    return checker.stuck(DriveState(time, pose, standing=False, remaining=1.0))
+
+
 def test_a_goal_counts_once_the_robot_stands_within_both_tolerances():
-    checker = GoalChecker(GOAL, 0.1, 0.1)
-    assert not checker.reached(0.0, Pose2D(0.85, 1.0, 0.0), standing=True)
-    assert not checker.reached(0.1, Pose2D(0.95, 1.0, 0.2), standing=True)
-    assert not checker.reached(0.2, Pose2D(0.95, 1.0, 0.0), standing=False)
-    assert checker.reached(0.3, Pose2D(0.95, 1.0, 0.0), standing=True)
+    checker = goal_checker()
+    assert not reached(checker, 0.0, Pose2D(0.85, 1.0, 0.0), standing=True)
+    assert not reached(checker, 0.1, Pose2D(0.95, 1.0, 0.2), standing=True)
+    assert not reached(checker, 0.2, Pose2D(0.95, 1.0, 0.0), standing=False)
+    assert reached(checker, 0.3, Pose2D(0.95, 1.0, 0.0), standing=True)
 
 
 @pytest.mark.pain("n4921", "n1492")
 def test_a_goal_counts_after_a_while_within_though_moving():
-    checker = GoalChecker(GOAL, 0.1, 0.1, settle=2.0)
+    checker = goal_checker(settle=2.0)
     near = Pose2D(0.95, 1.0, 0.05)
-    assert not checker.reached(0.0, near, standing=False)
-    assert not checker.reached(1.9, near, standing=False)
-    assert checker.reached(2.0, near, standing=False)
+    assert not reached(checker, 0.0, near, standing=False)
+    assert not reached(checker, 1.9, near, standing=False)
+    assert reached(checker, 2.0, near, standing=False)
+
+
+def test_a_pause_is_no_time_to_settle():
+    checker = goal_checker(settle=2.0)
+    near = Pose2D(0.95, 1.0, 0.05)
+    reached(checker, 0.0, near, standing=False)
+    checker.pause(1.0)
+    checker.resume(11.0)
+    assert not reached(checker, 11.9, near, standing=False)
+    assert reached(checker, 12.0, near, standing=False)
+
+
+def test_the_simple_checker_does_not_wait_for_a_standstill():
+    checker = SimpleGoalChecker(SimpleGoalParameters(0.1, 0.1), robot())
+    assert not reached(checker, 0.0, GOAL, standing=True)  # no goal yet
+    checker.set_goal(GOAL, None)
+    assert reached(checker, 0.0, Pose2D(0.95, 1.0, 0.05), standing=False)
+    assert not reached(checker, 0.0, Pose2D(0.95, 1.0, 0.2), standing=True)
+
+
+def test_a_task_may_set_its_own_tolerance():
+    assert reached(goal_checker(tolerance=0.5), 0.0, Pose2D(0.6, 1.0), standing=True)
+    assert not reached(goal_checker(tolerance=0.01), 0.0, Pose2D(0.95, 1.0), standing=True)
 
 
 def test_position_is_remembered_while_turning_up_to_twice_its_tolerance():
-    checker = GoalChecker(GOAL, 0.1, 0.1)
-    checker.reached(0.0, Pose2D(0.95, 1.0, 1.0), standing=False)
-    assert checker.reached(1.0, Pose2D(0.85, 1.0, 0.0), standing=True)
-    assert not checker.reached(2.0, Pose2D(0.75, 1.0, 0.0), standing=True)
-    assert not checker.reached(3.0, Pose2D(0.85, 1.0, 0.0), standing=True)
+    checker = goal_checker()
+    reached(checker, 0.0, Pose2D(0.95, 1.0, 1.0), standing=False)
+    assert checker.at_position
+    assert reached(checker, 1.0, Pose2D(0.85, 1.0, 0.0), standing=True)
+    assert not reached(checker, 2.0, Pose2D(0.75, 1.0, 0.0), standing=True)
+    assert not reached(checker, 3.0, Pose2D(0.85, 1.0, 0.0), standing=True)
+    assert not checker.at_position
 
 
 def test_headings_compare_across_the_turn():
-    assert GoalChecker(Pose2D(0, 0, 3.1), 0.1, 0.1).reached(0, Pose2D(0, 0, -3.12), standing=True)
+    checker = goal_checker(Pose2D(0, 0, 3.1))
+    assert reached(checker, 0.0, Pose2D(0, 0, -3.12), standing=True)
 
 
 def test_standing_still_is_stuck_after_the_time():
-    checker = ProgressChecker(0.3, 0.4, 8.0)
-    assert not checker.stuck(0.0, Pose2D(0, 0))
-    assert not checker.stuck(7.9, Pose2D(0.29, 0, 0.39))
-    assert checker.stuck(8.0, Pose2D(0.29, 0, 0.39))
+    checker = progress_checker()
+    assert not stuck(checker, 0.0, Pose2D(0, 0))
+    assert not stuck(checker, 7.9, Pose2D(0.29, 0, 0.39))
+    assert stuck(checker, 8.0, Pose2D(0.29, 0, 0.39)) == "moved less than 0.3 m in 8 s"
 
 
 def test_enough_motion_or_rotation_restarts_the_time():
-    checker = ProgressChecker(0.3, 0.4, 8.0)
-    checker.stuck(0.0, Pose2D(0, 0))
-    assert not checker.stuck(7.0, Pose2D(0.31, 0))
-    assert not checker.stuck(14.0, Pose2D(0.31, 0, 0.41))
-    assert not checker.stuck(21.9, Pose2D(0.31, 0, 0.41))
-    assert checker.stuck(22.0, Pose2D(0.31, 0, 0.41))
+    checker = progress_checker()
+    stuck(checker, 0.0, Pose2D(0, 0))
+    assert not stuck(checker, 7.0, Pose2D(0.31, 0))
+    assert not stuck(checker, 14.0, Pose2D(0.31, 0, 0.41))
+    assert not stuck(checker, 21.9, Pose2D(0.31, 0, 0.41))
+    assert stuck(checker, 22.0, Pose2D(0.31, 0, 0.41))
+
+
+def test_a_pause_and_a_new_drive_are_no_time_without_progress():
+    checker = progress_checker()
+    stuck(checker, 0.0, Pose2D(0, 0))
+    checker.pause(5.0)
+    checker.resume(105.0)
+    assert not stuck(checker, 107.9, Pose2D(0, 0))
+    assert stuck(checker, 108.0, Pose2D(0, 0))
+    checker.pause(109.0)
+    checker.stop(110.0)
+    checker.start(150.0)
+    assert not stuck(checker, 150.0, Pose2D(0, 0))
+    assert stuck(checker, 158.0, Pose2D(0, 0))
+
+
+def first_stuck(checker, heading_at, until=120.0):
+    """Time of the first report while the robot turns at one place; one check each 0.05 s."""
+    for step in range(round(until / 0.05)):
+        time = 0.05 * step
+        if stuck(checker, time, Pose2D(0.0, 0.0, heading_at(time))):
+            return time
+    return None
+
+
+def to_and_fro(time):
+    """A triangle wave between 0 and 0.5 rad at 0.5 rad/s."""
+    return 0.5 * (1.0 - abs(time % 2.0 - 1.0))
+
+
+def test_turning_to_and_fro_is_no_progress():
+    # 0.4 rad are reached after 0.8 s and count once; 8 s later the drive fails.
+    assert first_stuck(progress_checker(), to_and_fro) == pytest.approx(8.8, abs=0.051)
+
+
+def test_turning_round_and_round_is_progress_for_one_turn_at_most():
+    # At 1 rad/s the last new 0.4 rad before a full turn end at 16 · 0.4 = 6.4 s.
+    found = first_stuck(progress_checker(), lambda time: (time + pi) % (2.0 * pi) - pi)
+    assert found == pytest.approx(6.4 + 8.0, abs=0.4)
+
+
+def test_a_slow_turn_to_a_path_behind_is_progress():
+    assert first_stuck(progress_checker(), lambda time: min(pi, 0.1 * time), until=34.0) is None
+
+
+def test_both_directions_count():
+    checker = progress_checker()
+    for time, heading in [(0.0, 0.0), (7.0, 0.5), (14.0, -0.5), (21.0, 0.95)]:
+        assert not stuck(checker, time, Pose2D(0, 0, heading)), time
+    assert stuck(checker, 29.0, Pose2D(0, 0, 0.95))
+
+
+def test_the_simple_checker_counts_no_turn():
+    checker = progress_checker(SimpleProgressChecker, SimpleProgressParameters)
+    assert first_stuck(checker, lambda time: 0.1 * time) == pytest.approx(8.0)
+
+
+@pytest.mark.parametrize(("kind", "names"), [
+    ("goal_checker", ("stopped_goal", "simple_goal")),
+    ("progress_checker", ("pose_progress", "simple_progress")),
+])  # fmt: skip
+def test_checkers_are_chosen_by_name(kind, names):
+    for name in names:
+        made = choose(kind, name, {}).create(robot())
+        assert made.parameters == type(made).Parameters()
+        made.configure(type(made).Parameters())

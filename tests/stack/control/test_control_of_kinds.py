@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from stack.components import ControlState
-from stack.control.cusp_splitter import SEGMENT_END, cusps_of, facing_backward, segments_of
-from stack.control.path_progress import PathProgress
+from stack.control.path_follower import SEGMENT_END, facing_backward
 from stack.errors import NavigationError
+from stack.geometry.path_progress import PathProgress, split_at_cusps
 from stack.types import STANDSTILL, FailureCode, Path, Pose2D, TaskStatus
 from tests.stack.control.courses import controller, toy_drive
 from tests.stack.control.test_pure_pursuit import polyline
@@ -90,14 +90,14 @@ def test_a_car_reverses_where_its_path_does(name):
 
 
 def test_a_path_is_cut_at_its_cusps():
-    legs = segments_of(there_and_back())
+    legs = split_at_cusps(there_and_back())
     assert [leg.backward for leg in legs] == [False, True]
     assert [round(leg.path.length, 6) for leg in legs] == [1.5, 1.0]
     assert legs[1].path.points[0] == pytest.approx([2.5, 3.0, 0.0])
     points = polyline((0, 0), (1, 0)).points.copy()
     points[0, 2] = points[-1, 2] = pi  # where the robot looks, and where it is to look at the goal
-    assert [leg.backward for leg in segments_of(Path(points))] == [False]
-    assert segments_of(Path(np.zeros((2, 3))))[0].path.length == 0.0
+    assert [leg.backward for leg in split_at_cusps(Path(points))] == [False]
+    assert split_at_cusps(Path(np.zeros((2, 3))))[0].path.length == 0.0
 
 
 @pytest.mark.parametrize("name", CONTROLLERS)
@@ -134,10 +134,13 @@ def test_a_car_does_not_spin():
 
 def test_progress_on_a_path_that_folds_back_is_made_in_order():
     path = there_and_back(1.5, 1.2)
-    progress = PathProgress(path, cusps_of(path))
+    progress = PathProgress(path)
     for x in np.arange(1.0, 2.41, 0.05):
         progress.advance(Pose2D(float(x), 3.01))
     assert progress.travelled == pytest.approx(1.4, abs=0.01)
+    assert not progress.segment.is_last and not progress.segment.backward
+    progress.begin_next(Pose2D(2.47, 3.01))
+    assert progress.segment.is_last and progress.segment.backward
     for x in np.arange(2.4, 1.29, -0.05):
         progress.advance(Pose2D(float(x), 3.01))
     assert progress.remaining == pytest.approx(0.0, abs=0.06)

@@ -6,10 +6,12 @@ from math import inf, pi
 import numpy as np
 import pytest
 
-from stack.components import ControlState
+from stack.components import ControlState, StopCriterion
+from stack.control.arrival import Arrival
 from stack.control.goal_alignment import GoalAlignment, GoalAlignmentParameters
 from stack.control.ramps import Ramp, stopping_speed
 from stack.control.swept import SweptFootprint
+from stack.geometry.path_segment import PathSegment
 from stack.types import STANDSTILL, CostGrid, Pose2D, Twist
 from tests.stack.control.test_pure_pursuit import polyline
 from tests.stack.navigation.toy_world import RECTANGLE, robot
@@ -25,11 +27,12 @@ def ends(path, **parameters):
     made = GoalAlignment(
         replace(GoalAlignmentParameters(), **parameters), robot(), SweptFootprint(RECTANGLE), 0.05
     )
-    made.set_path(path)
+    made.set_segment(PathSegment(path))
     return made
 
 
 def begun(made, state):
+    made.segment.advance(state.pose)
     made.begin(state)
     return made
 
@@ -74,13 +77,44 @@ def test_a_robot_under_way_is_not_stopped_by_a_corner():
 
 def test_the_goal_is_kept_though_turning_shifts_the_robot():
     path = polyline((1, 1), (2, 1), heading=pi / 2)
-    made = begun(ends(path), at(Pose2D(1.98, 1)))
-    assert made.reached(at(Pose2D(1.98, 1)))
-    assert made.reached(at(Pose2D(1.95, 1)))  # within twice the tolerance of 0.03 m
-    made.set_path(polyline((1.95, 1), (2, 1), heading=pi / 2))  # the same goal again
-    assert made.reached(at(Pose2D(1.95, 1)))
-    made.set_path(polyline((1.95, 1), (2.5, 1)))
-    assert not made.reached(at(Pose2D(1.95, 1)))
+    arrival, criterion = Arrival(), StopCriterion(0.03)
+    for new_path, x, reached in [
+        (path, 1.98, True),
+        (None, 1.95, True),  # within twice the distance of 0.03 m
+        (polyline((1.95, 1), (2, 1), heading=pi / 2), 1.95, True),  # the same goal again
+        (polyline((1.95, 1), (2.5, 1)), 1.95, False),
+    ]:
+        if new_path is not None:
+            arrival.set_path(new_path)
+            segment = PathSegment(new_path)
+        assert arrival.reached(Pose2D(x, 1), segment, criterion) == reached
+
+
+def test_measured_along_the_path_a_goal_is_reached_beside_it_and_once_for_all():
+    path = polyline((1, 1), (2, 1))
+    arrival, segment, criterion = Arrival(), PathSegment(path), StopCriterion(0.01, along_path=True)
+    arrival.set_path(path)
+    for pose, reached in [
+        (Pose2D(1.9, 1.0), False), (Pose2D(1.995, 1.1), True), (Pose2D(1.8, 1.0), True),
+    ]:  # fmt: skip
+        segment.advance(pose)
+        assert arrival.reached(pose, segment, criterion) == reached
+    arrival.set_path(path)  # the next path
+    assert not arrival.reached(Pose2D(1.8, 1.0), PathSegment(path), criterion)
+    short = polyline((2, 1.05), (2, 1))
+    arrival.set_path(short)  # 5 cm from where it was to end: only the heading is left
+    assert arrival.reached(Pose2D(2, 1.05), PathSegment(short), criterion)
+
+
+def test_the_end_of_a_segment_before_a_cusp_is_no_goal():
+    path = polyline((1, 1), (2, 1))
+    arrival, segment = Arrival(), PathSegment(path, is_last=False)
+    arrival.set_path(path)
+    assert not arrival.reached(Pose2D(2, 1), segment, StopCriterion(0.1))
+
+
+def test_at_the_goal_the_robot_turns_to_its_heading():
+    path = polyline((1, 1), (2, 1), heading=pi / 2)
     turn = begun(ends(path), at(Pose2D(1.98, 1))).finish(at(Pose2D(1.98, 1)))
     assert turn is not None
     assert turn.linear == 0.0 and turn.angular > 0.0
@@ -92,7 +126,7 @@ def test_a_robot_that_does_not_follow_its_commands_counts_as_held():
         state = at(Pose2D(1, 1))
         made.begin(state)
         assert made.held == (step >= 10)  # 0.5 s
-        made.end(state, Twist(0.3))
+        made.last = Twist(0.3)
     for _ in range(10):
         made.begin(at(Pose2D(1, 1), Twist(0.3)))
         made.last = Twist(0.3)

@@ -9,15 +9,16 @@ import pytest
 
 from stack.components import ControlState
 from stack.control.manoeuvre import REACH, ArcPrimitive, Manoeuvres
-from stack.control.path_progress import PathProgress
 from stack.control.pure_pursuit import PurePursuit, PurePursuitParameters
 from stack.control.swept import SweptFootprint
+from stack.geometry.path_segment import PathSegment
 from stack.types import STANDSTILL, CostGrid, Pose2D, Twist
+from tests.stack.control.driver import Driver
 from tests.stack.control.test_pure_pursuit import polyline
 from tests.stack.navigation.toy_world import RECTANGLE, moving, robot
 
 CELL = 0.05
-AHEAD = PathProgress(polyline((3, 3), (5, 3)))
+AHEAD = PathSegment(polyline((3, 3), (5, 3)))
 
 
 def lane(width):
@@ -125,7 +126,7 @@ def test_shut_in_it_finds_nothing():
 def test_pure_pursuit_does_not_dodge_what_stands_on_the_path():
     """It waits instead: somebody may be about to step aside."""
     described = robot()
-    driver = PurePursuit(PurePursuitParameters(), described, 0.05)
+    driver = Driver(PurePursuit, PurePursuitParameters(), described, 0.05)
     cells = np.zeros((120, 120), np.uint8)
     cells[56:64, 66:72] = 254
     cells[50:70, 60:78] = np.maximum(cells[50:70, 60:78], 253)

@@ -18,8 +18,8 @@ from stack.control.mppi.noise import NoiseTable
 from stack.control.mppi.optimiser import bounds, savitzky_golay
 from stack.control.mppi.parameters import MppiParameters
 from stack.control.mppi.scene import LocalPath, Obstacles, Outline, Rollouts
-from stack.control.path_progress import PathProgress
 from stack.drivetrain.limits import limit_speed
+from stack.geometry.path_segment import PathSegment
 from stack.geometry.polygons import fill_polygon
 from stack.types import STANDSTILL, CostGrid, Footprint, Path, Pose2D
 from tests.stack.control.courses import controller, toy_drive
@@ -112,9 +112,10 @@ def test_speeds_rise_and_fall_by_the_robots_accelerations():
 
 
 @pytest.mark.parametrize("rates", [(1.0, 2.0), (2.0, 1.0)])
-@pytest.mark.parametrize("start", [-0.4, -0.05, 0.0, 0.05, 0.4])
-@pytest.mark.parametrize("wanted", [-0.5, -0.05, 0.0, 0.05, 0.5])
+@pytest.mark.parametrize("start", [-0.4, 0.0, 0.4])
+@pytest.mark.parametrize("wanted", [-0.5, -0.35, 0.0, 0.35, 0.5])
 def test_rollouts_change_speed_by_the_rule_of_the_drivetrain(rates, start, wanted):
+    """In one step from either direction; a rollout never passes through zero from 0.4 m/s."""
     rise, fall = rates
     limits = {"linear_acceleration": rise, "linear_deceleration": fall, "reverse_speed": 0.5}
     rollouts = driven(
@@ -411,7 +412,7 @@ def test_discs_cover_a_footprint_and_its_core_lies_within():
 
 
 def test_the_local_path_begins_at_the_robot_and_ends_at_the_goal():
-    progress = PathProgress(polyline((0, 0), (2, 0)))
+    progress = PathSegment(polyline((0, 0), (2, 0)))
     pose = Pose2D(1.0, 0.1)
     progress.advance(pose)
     cells = np.zeros((10, 100), np.uint8)
@@ -428,7 +429,7 @@ def test_the_local_path_begins_at_the_robot_and_ends_at_the_goal():
 def test_a_path_beside_the_costmap_is_open(y):
     """Ten rows of 5 cm from y = 0 on, all lethal; the path runs a row below or above them."""
     costs = CostGrid(np.full((10, 40), 254, np.uint8), 0.05, (0.0, 0.0))
-    track = PathProgress(polyline((0.1, y), (1.1, y)))
+    track = PathSegment(polyline((0.1, y), (1.1, y)))
     assert LocalPath.of(track, Pose2D(0.1, y), costs, 5.0, 0.05).open.all()
 
 

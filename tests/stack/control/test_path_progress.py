@@ -5,9 +5,9 @@ from math import cos, pi, sin
 import numpy as np
 import pytest
 
-from stack.control import kernels
-from stack.control.cusp_splitter import segments_of
-from stack.control.path_progress import PathProgress
+from stack.geometry import kernels
+from stack.geometry.path_progress import PathProgress, split_at_cusps
+from stack.geometry.path_segment import PathSegment
 from stack.types import Path, Pose2D
 from tests.stack.control.test_pure_pursuit import polyline
 
@@ -63,13 +63,13 @@ def test_the_first_place_ahead_at_a_distance(place, length, distance, expected):
     ],
 )
 def test_samples_of_a_path_end_with_its_goal(travelled, distance, expected):
-    track = PathProgress(polyline((0, 0), (1, 0)))
+    track = PathSegment(polyline((0, 0), (1, 0)))
     track.travelled = travelled
     assert track.sampled(distance, 0.3)[:, 0] == pytest.approx(expected)
 
 
 def test_samples_may_go_on_beyond_the_goal():
-    track = PathProgress(polyline((0, 0), (1, 0)))
+    track = PathSegment(polyline((0, 0), (1, 0)))
     track.travelled = 0.5
     assert track.sampled(1.0, 0.25, beyond=True)[:, 0] == pytest.approx([0.5, 0.75, 1.0, 1.25, 1.5])
 
@@ -83,7 +83,7 @@ def arc(turn, radius=1.0, last=None):
 
 
 def test_beyond_its_end_a_cars_path_goes_on_as_the_car_looks():
-    track = PathProgress(arc(pi / 2), steered=True)
+    track = PathSegment(arc(pi / 2), steered=True)
     assert track.arrival.heading == pytest.approx(pi / 2, abs=1e-9)
     assert track.sampled(track.length + 1.0, track.length + 1.0, beyond=True)[-1] == pytest.approx(
         [1.0, 2.0], abs=1e-3
@@ -92,13 +92,13 @@ def test_beyond_its_end_a_cars_path_goes_on_as_the_car_looks():
 
 def test_a_heading_that_does_not_belong_to_the_path_is_left_to_the_robot():
     """The chord of the last 0.15 m of a circle of 1 m lies about 0.075 rad behind its tangent."""
-    track = PathProgress(arc(pi / 2, last=-pi / 2), steered=True)
+    track = PathSegment(arc(pi / 2, last=-pi / 2), steered=True)
     assert track.arrival.heading == pytest.approx(pi / 2 - 0.075, abs=0.025)
-    assert PathProgress(arc(pi / 2, last=-pi / 2)).arrival.heading == -pi / 2
+    assert PathSegment(arc(pi / 2, last=-pi / 2)).arrival.heading == -pi / 2
 
 
 def test_a_path_of_one_place_goes_on_as_its_goal_looks():
-    track = PathProgress(Path(np.array([[1.0, 2.0, 0.5], [1.0, 2.0, 0.5]])))
+    track = PathSegment(Path(np.array([[1.0, 2.0, 0.5], [1.0, 2.0, 0.5]])))
     assert track.sampled(1.0, 1.0, beyond=True)[-1] == pytest.approx(
         [1.0 + cos(0.5), 2.0 + sin(0.5)]
     )
@@ -108,7 +108,7 @@ def test_a_path_is_cut_where_its_direction_changes():
     """0.4 m ahead, 0.2 m back, 0.3 m ahead, in steps of 0.1 m and all the time along x."""
     xs = np.array([0.0, 0.1, 0.2, 0.3, 0.4, 0.3, 0.2, 0.3, 0.4, 0.5])
     path = Path(np.column_stack([xs, 0.0 * xs, 0.0 * xs]))
-    legs = segments_of(path)
+    legs = split_at_cusps(path)
     assert [leg.backward for leg in legs] == [False, True, False]
     ends = [(leg.path.points[0, 0], leg.path.points[-1, 0]) for leg in legs]
     assert ends == [(0.0, 0.4), (0.4, 0.2), (0.2, 0.5)]
@@ -116,14 +116,32 @@ def test_a_path_is_cut_where_its_direction_changes():
 
 
 def test_a_path_without_a_step_is_one_leg_ahead():
-    (leg,) = segments_of(Path(np.array([[1.0, 2.0, 0.5], [1.0, 2.0, 0.9]])))
+    (leg,) = split_at_cusps(Path(np.array([[1.0, 2.0, 0.5], [1.0, 2.0, 0.9]])))
     assert not leg.backward
 
 
 def test_progress_never_shrinks_and_waits_at_a_cusp():
     xs = np.concatenate([np.arange(0.0, 1.01, 0.1), np.arange(0.9, -0.01, -0.1)])
-    track = PathProgress(Path(np.column_stack([xs, 0.0 * xs, 0.0 * xs])), [1.0])
-    for x, travelled in ((0.5, 0.5), (0.4, 0.5), (0.8, 0.8), (0.95, 0.95), (0.7, 1.3)):
+    track = PathProgress(Path(np.column_stack([xs, 0.0 * xs, 0.0 * xs])))
+    for x, travelled in ((0.5, 0.5), (0.4, 0.5), (0.8, 0.8), (0.95, 0.95), (0.7, 0.95), (1.1, 1.0)):
         track.advance(Pose2D(x, 0.0))
         assert track.travelled == pytest.approx(travelled)
+    assert track.remaining == pytest.approx(1.0)
+    track.begin_next(Pose2D(0.97, 0.0))
+    assert track.travelled == pytest.approx(1.03)
+    track.advance(Pose2D(0.7, 0.0))
+    assert track.travelled == pytest.approx(1.3)
     assert track.remaining == pytest.approx(0.7)
+    assert track.ahead(0.25)[:, 0] == pytest.approx([0.7, 0.6, 0.5, 0.4], abs=0.11)
+
+
+def test_a_backward_segment_is_driven_by_a_robot_that_faces_backward():
+    xs = np.arange(1.0, -0.01, -0.1)
+    (backward, forward) = (
+        PathProgress(Path(np.column_stack([xs, 0.0 * xs, 0.0 * xs])), directional=directional)
+        for directional in (True, False)
+    )
+    assert backward.segment.backward and not forward.segment.backward
+    assert backward.segment.path.goal.heading == pytest.approx(pi)
+    assert forward.segment.path.goal.heading == 0.0
+    assert backward.path is not backward.segment.path and backward.path.goal.heading == 0.0

@@ -8,13 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stack.components import ControlState
-from stack.control.cusp_splitter import CuspSplitter
 from stack.control.manoeuvre import ArcPrimitive
-from stack.control.path_progress import PathProgress
 from stack.control.pure_pursuit import PurePursuit, PurePursuitParameters
 from stack.errors import NavigationError
+from stack.geometry.path_segment import PathSegment
 from stack.navigation.tuning import Tunable
 from stack.types import STANDSTILL, Footprint, Path, Pose2D, Twist, wrap_angle
+from tests.stack.control.driver import Driver
 from tests.stack.navigation.toy_world import ToyCostmap, ToyWorld, heading_error, robot, room
 
 PERIOD = 0.05
@@ -37,7 +37,7 @@ def polyline(*corners, heading=None, spacing=0.05):
 def follow(world, path, *, seconds=60.0, parameters=None, inflated=True):
     """Drive until the controller stands; the world then holds where, `trace` how."""
     parameters = parameters or PurePursuitParameters()
-    controller = PurePursuit(parameters, world.robot, world.period)
+    controller = Driver(PurePursuit, parameters, world.robot, world.period)
     costs = ToyCostmap(world, inflation=0.55 if inflated else 0.0)
     controller.set_path(path)
     trace = []
@@ -140,8 +140,8 @@ def test_speed_falls_with_curvature_and_near_obstacles():
 
 def test_it_waits_before_an_obstacle_and_goes_on_when_it_has_gone():
     world = ToyWorld(room(9, 4), robot(), Pose2D(1.0, 2.0), circles=[(4.0, 2.0, 0.2)])
-    controller = PurePursuit(
-        replace(PurePursuitParameters(), patience=60.0), world.robot, world.period
+    controller = Driver(
+        PurePursuit, PurePursuitParameters(), world.robot, world.period, patience=60.0
     )
     controller.set_path(polyline((1, 2), (7, 2)))
     costs = ToyCostmap(world)
@@ -186,7 +186,7 @@ def test_a_loop_is_driven_all_the_way_round():
 
 
 def test_progress_counts_the_remaining_length():
-    progress = PathProgress(polyline((0, 0), (2, 0), (2, 1)))
+    progress = PathSegment(polyline((0, 0), (2, 0), (2, 1)))
     progress.advance(Pose2D(1.5, 0.1))
     assert (progress.length, progress.remaining) == (pytest.approx(3.0), pytest.approx(1.5))
     assert progress.offset == pytest.approx(0.1)
@@ -196,7 +196,7 @@ def test_progress_counts_the_remaining_length():
 
 def test_the_local_plan_is_the_arc_commanded():
     world = ToyWorld(room(6, 6), robot(Footprint.circle(0.2)), Pose2D(1.0, 3.0))
-    controller = PurePursuit(PurePursuitParameters(), world.robot, world.period)
+    controller = Driver(PurePursuit, PurePursuitParameters(), world.robot, world.period)
     assert controller.local_plan is None
     controller.set_path(polyline((1, 3), (5, 3)))
     costs = ToyCostmap(world)
@@ -210,7 +210,7 @@ def test_the_local_plan_is_the_arc_commanded():
 def test_the_local_plan_of_a_leg_looks_as_the_robot_does(goal, sign):
     """Ahead or backward along x, the robot looks along x all the time."""
     world = ToyWorld(room(6, 6), robot(), Pose2D(3.0, 3.0))
-    driver = CuspSplitter(PurePursuit, PurePursuitParameters(), world.robot, world.period)
+    driver = Driver(PurePursuit, PurePursuitParameters(), world.robot, world.period)
     path = polyline((3, 3), (goal, 3))
     driver.set_path(Path(path.points * (1.0, 1.0, 0.0)))
     costs = ToyCostmap(world)
@@ -223,28 +223,34 @@ def test_the_local_plan_of_a_leg_looks_as_the_robot_does(goal, sign):
 
 def test_padding_tuned_live_is_kept_from_the_next_command_on():
     world = ToyWorld(room(9, 4), robot(), Pose2D(1.0, 2.0))
-    controller = PurePursuit(PurePursuitParameters(), world.robot, world.period)
+    controller = Driver(PurePursuit, PurePursuitParameters(), world.robot, world.period)
     controller.set_path(polyline((1, 2), (7, 2)))
     costs = ToyCostmap(world, inflation=0.0)
     costs.update()
     beside = np.array([[0.5, 0.26]])  # the robot's side is at 0.2 m: 6 cm to pass by
     for padding, passes in ((0.02, True), (0.1, False), (0.02, True)):
-        Tunable.of(controller).apply(replace(controller.parameters, padding=padding))
+        Tunable.of(controller.follower).apply(replace(controller.parameters, padding=padding))
         state = ControlState(world.time, world.pose, world.twist, costs.grid, points=beside)
-        progress = PathProgress(polyline((1, 2), (7, 2)))
         controller.command(state)
-        arc = controller._arc(progress, state, (2.0, 2.0))
+        segment = PathSegment(polyline((1, 2), (7, 2)))
+        arc = controller.controller._arc(segment, state, (2.0, 2.0))
         assert (arc.free == np.inf) == passes
 
 
 def test_a_motion_begun_long_ago_is_not_gone_on_with():
     world = ToyWorld(room(9, 4), robot(), Pose2D(4.0, 2.0))
-    controller = PurePursuit(PurePursuitParameters(), world.robot, world.period)
+    controller = Driver(PurePursuit, PurePursuitParameters(), world.robot, world.period)
     costs = ToyCostmap(world, inflation=0.0)
     costs.update()
     controller.set_path(polyline((4, 2), (7, 2)))
     controller.command(ControlState(0.0, world.pose, STANDSTILL, costs.grid))
-    controller._primitives = (ArcPrimitive.of(Pose2D(4.5, 2.0, 0.0), Twist(-1.0), 0.25),)
+    primitives = (ArcPrimitive.of(Pose2D(4.5, 2.0, 0.0), Twist(-1.0), 0.25),)
+    controller.controller._primitives = primitives
+    controller.follower.stop(1.0)
+    controller.follower.start(1.5)
+    assert controller.controller._primitives == primitives  # a newer goal just replaces the older
+    controller.follower.stop(2.0)
+    controller.follower.start(30.0)
     controller.set_path(polyline((6, 2), (8, 2)))
     later = ControlState(30.0, Pose2D(6.0, 2.0), STANDSTILL, costs.grid)
     assert controller.command(later).linear > 0.0  # not 1.75 m back to where that was to end

@@ -324,6 +324,7 @@ def test_scans_from_outside_the_map_are_harmless():
     assert sensed(costmap).any()
 
 
+@settings(deadline=None)  # the first call compiles the kernel
 @given(st.integers(0, 2**32 - 1))
 def test_the_lower_envelope_gives_the_nearest_lethal_cell_in_any_box(seed):
     """Against the definition: the smallest squared distance to a lethal cell, by brute force."""

@@ -25,6 +25,7 @@ def expire_everywhere(marked_at, oldest):
     return old
 
 
+@settings(deadline=None)  # the first call compiles the kernel
 @given(st.integers(0, 2**32 - 1), st.floats(0.0, 10.0))
 def test_expiry_clears_what_a_search_of_every_cell_clears(seed, oldest):
     random = np.random.default_rng(seed)

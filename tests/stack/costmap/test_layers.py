@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from stack.components import available, component
 from stack.costmap.choosing import read_layers, usual_layers
 from stack.costmap.costmap import Costmap
-from stack.costmap.layer import CellProvenance, edges
+from stack.costmap.layer import CellProvenance, Layer, edges
 from stack.costmap.parameters import CostmapParameters
 from stack.errors import InputError, ParameterError
 from stack.mapping.ros_map import write_ros_map
@@ -66,7 +66,32 @@ def sonar(distance, opening=pi / 6):
 def test_every_named_layer_can_be_made_and_describes_itself():
     for name in available("costmap_layer"):
         cls = component("costmap_layer", name)
-        assert cls.__doc__ and cls(cls.Parameters(), ROUND).needs_tracks in (True, False)
+        assert cls.__doc__ and issubclass(cls, Layer)
+        assert cls(cls.Parameters(), ROUND).needs_tracks is (name == "social")
+
+
+class Puddle(Layer):
+    """A plugin layer with the only method that is required: one lethal cell."""
+
+    def paint(self, canvas):
+        top, bottom, left, right = canvas.box
+        row, column = 40 - top, 60 - left
+        if 0 <= row < bottom - top and 0 <= column < right - left:
+            canvas.cells[row, column] = LETHAL_COST
+
+
+def test_a_layer_needs_only_to_paint():
+    use = f"{__name__}:Puddle"
+    costmap = made("static", use, parameters=CostmapParameters(), footprint=ROUND)
+    assert costmap.grid.cells[40, 60] == LETHAL_COST and costmap.grid.cells[40, 61] == 253
+    costmap.update(seen(Pose2D(0.0, 0.0), scan([1.0]), 0.0))
+    costmap.clear()
+    assert costmap.grid.cells[40, 60] == LETHAL_COST
+    assert costmap.explain(*costmap.grid.centre_of(40, 60)) is None  # it names no origin
+    beside = made(
+        "static", {"use": use, "inflated": False}, parameters=CostmapParameters(), footprint=ROUND
+    )
+    assert np.count_nonzero(beside.grid.cells) == 1
 
 
 def test_a_costmap_without_a_list_has_the_default_layers():

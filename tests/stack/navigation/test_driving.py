@@ -3,6 +3,7 @@ from math import pi
 import numpy as np
 import pytest
 
+from stack.control.checkers import PoseProgressChecker, PoseProgressParameters
 from stack.errors import NavigationError, ParameterError
 from stack.streams import stream
 from stack.types import STANDSTILL, FailureCode, Path, Pose2D, TaskStatus, Twist
@@ -69,7 +70,8 @@ def test_the_same_drive_twice_is_the_same_to_the_last_bit(make):
 
 def test_a_person_in_the_way_is_waited_for(make):
     world = ToyWorld(room(8, 1.2), robot(), Pose2D(1.0, 0.6))
-    toy = make(world, patience=30.0, collision_patience=30.0, progress_time=60.0)
+    slow = PoseProgressChecker(PoseProgressParameters(time=60.0), world.robot)
+    toy = make(world, progress=slow, patience=30.0, collision_patience=30.0)
     task = toy.navigator.navigate_to(Pose2D(7.0, 0.6, 0.0))
     toy.run(2.0)
     world.circles.append((4.5, 0.6, 0.25))

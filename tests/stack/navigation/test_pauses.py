@@ -3,6 +3,7 @@
 import pytest
 
 from stack.components import Controller
+from stack.control.path_follower import PathFollower
 from stack.control.pure_pursuit import PurePursuit, PurePursuitParameters
 from stack.lifecycle import Timers
 from stack.navigation.activities import Activities
@@ -20,9 +21,9 @@ class Noting(PurePursuit):
         super().__init__(PurePursuitParameters(), world.robot, world.period)
         self.world, self.lags, self.calls = world, [], []
 
-    def command(self, state):
+    def step(self, state):
         self.lags.append(self.world.time - state.time)
-        return super().command(state)
+        return super().step(state)
 
     def start(self, now):
         self.calls.append(("start", now))
@@ -44,7 +45,11 @@ class Noting(PurePursuit):
 @pytest.fixture
 def toy(make):
     world = ToyWorld(room(8, 6), robot(), Pose2D(1.0, 3.0))
-    return make(world, controller=Noting(world))
+    noting = Noting(world)
+    follower = PathFollower(lambda *_: noting, noting.parameters, world.robot, world.period)
+    made = make(world, follower=follower)
+    made.controller = noting
+    return made
 
 
 def hold(toy, seconds):
@@ -81,7 +86,8 @@ def test_a_detour_is_no_time_without_progress(toy):
     for goal in (Pose2D(2.0, 5.0), Pose2D(2.0, 1.0), here):  # away for longer than progress_time
         assert toy.finish(toy.navigator.navigate_to(goal)) is TaskStatus.SUCCEEDED
     toy.run(10.0)
-    assert task.running and toy.navigator.goal is None
+    assert task.running and toy.navigator.goal == GOAL  # still shown, and held
+    assert toy.navigator.local_plan is None
     toy.navigator.resume(toy.world.time)
     assert toy.finish(task) is TaskStatus.SUCCEEDED, task.failure
 
@@ -235,10 +241,10 @@ def test_an_exception_in_any_call_of_the_lifecycle_stays_in_the_task(where):
 
 def test_the_lifecycle_of_a_controller_is_optional():
     class Least(Controller):
-        def set_path(self, path):
+        def set_segment(self, segment):
             pass
 
-        def command(self, state):
+        def step(self, state):
             return Twist(0.1)
 
     least = Least("parameters", None, 0.05)

@@ -94,7 +94,7 @@ class Rig:
                 self.estimator, self.toy.local, self.toy.globe, ToyStore(),
                 self.toy.emit, (MARKER,), self.detector,
                 {
-                    "controller": Tunable.of(self.toy.controller),
+                    "controller": Tunable.of(self.toy.follower),
                     "navigation": Tunable.of(navigator),
                     "safety": Tunable.of(self.toy.safety),
                 },

@@ -4,6 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from stack.control.checkers import (
+    PoseProgressChecker,
+    PoseProgressParameters,
+    StoppedGoalChecker,
+    StoppedGoalParameters,
+)
+from stack.control.path_follower import PathFollower
 from stack.control.pure_pursuit import PurePursuit, PurePursuitParameters
 from stack.navigation.navigator import Navigator
 from stack.navigation.parameters import NavigationParameters
@@ -21,16 +28,22 @@ class ToyDrive:
         follow_changes: whether the costmaps see what changes in the world.
     """
 
-    def __init__(self, world: ToyWorld, *, planner=None, controller=None, **settings) -> None:
+    def __init__(
+        self, world: ToyWorld, *, planner=None, follower=None, progress=None, **settings
+    ) -> None:
         self.world, self.health, self.follow_changes = world, 0.9, True
         self.events: list[tuple[str, str, dict]] = []
         self.planner = planner or ToyPlanner()
         self.local, self.globe = ToyCostmap(world), ToyCostmap(world)
-        self.controller = controller or PurePursuit(
-            PurePursuitParameters(), world.robot, world.period
+        self.follower = follower or PathFollower(
+            PurePursuit, PurePursuitParameters(), world.robot, world.period
+        )
+        self.progress_checker = progress or PoseProgressChecker(
+            PoseProgressParameters(), world.robot
         )
         self.navigator = Navigator(
-            world.robot, self.planner, self.controller,
+            world.robot, self.planner, self.follower,
+            StoppedGoalChecker(StoppedGoalParameters(), world.robot), self.progress_checker,
             replace(NavigationParameters(), **settings), self.local, self.globe, self.emit,
             world.period,
         )  # fmt: skip

@@ -15,7 +15,7 @@ from pathlib import Path as FilePath
 import cv2
 import numpy as np
 
-from stack.components import PlanOptions
+from stack.components import Planner, PlanOptions
 from stack.drivetrain.ackermann import SteeredWheels
 from stack.drivetrain.description import LidarDescription, RobotDescription
 from stack.drivetrain.differential import Wheels
@@ -217,7 +217,7 @@ class ToyCostmap:
         self.cleared += 1
 
 
-class ToyPlanner:
+class ToyPlanner(Planner):
     """A* with a heap; cost-aware, 8-connected, points 5 cm apart, then averaged."""
 
     def __init__(self) -> None:

@@ -1,8 +1,7 @@
-"""Progress along a path: nearest point, remaining length and points ahead."""
+"""A directional segment of a path: nearest point, remaining length and points ahead."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from math import atan2, cos, sin
 
 import numpy as np
@@ -21,9 +20,6 @@ HEADING_SPAN = 0.1
 OFF_PATH = 1.0
 """Offset in metres above which the whole remaining path is searched."""
 
-CUSP_REACHED = 0.1
-"""Metres before a cusp at which it counts as reached."""
-
 ALIGNED_COSINE = 0.7
 """Minimum cosine of the angle between a path's last direction and its last heading at which the
 heading is used as the direction."""
@@ -32,41 +28,46 @@ EXTENSION = 2.0
 """Metres by which the path is extended, so that lookahead points near the goal stay ahead."""
 
 
-class PathProgress:
-    """Progress of the robot along a path.
+class PathSegment:
+    """A part of a path that is driven in one direction, and how far the robot is along it.
+
+    A controller steers along segments. For a backward segment it drives a robot that faces
+    backward: the headings of `path` and all poses are turned by 180 degrees.
 
     The path is extended straight beyond its end, so that the lookahead point keeps its distance and
     the steering stays calm up to the goal. (With a lookahead point that stops at the goal the
     curvature grows, see Macenski et al. 2023.)
 
-    A path that reverses folds back on itself. Points beyond a cusp count only after the cusp has
-    been reached.
-
     Attributes:
-        path: the path to follow.
+        path: the part of the path, headings as driven forward.
+        backward: whether the robot reverses along it.
+        is_last: whether it ends at the goal, and not at a cusp.
         length: metres.
-        travelled: metres along the path; never decreases; above `length` past the end.
+        travelled: metres along it; never decreases; above `length` past the end.
         offset: distance between robot and path at the last update, metres.
     """
 
-    def __init__(self, path: Path, cusps: Sequence[float] = (), *, steered: bool = False) -> None:
-        """Start at the beginning of a path.
+    def __init__(
+        self, path: Path, *, backward: bool = False, is_last: bool = True, steered: bool = False
+    ) -> None:
+        """Start at the beginning.
 
         Args:
-            path: to follow.
-            cusps: metres along the path at which the driving direction changes.
+            path: headings as driven forward.
+            backward: whether the robot reverses along it.
+            is_last: whether it ends at the goal.
             steered: for a car, which arrives with the path's final direction as its heading.
         """
-        from stack.control import kernels
+        from stack.geometry import kernels
 
         self._kernels = kernels
-        self.path = path
+        self.path, self.backward, self.is_last = path, backward, is_last
         self.length = path.length
         self._points = _extended(path, self.length, steered=steered)
         steps = np.linalg.norm(np.diff(self._points, axis=0), axis=1)
         self._lengths = np.concatenate([[0.0], np.cumsum(steps)])
-        self._segment, self._reach, self._aimed = 0, FIRST_REACH, 0.0
-        self._cusps, self._steered = list(cusps), steered
+        self._vertex, self._reach, self._aimed = 0, FIRST_REACH, 0.0
+        self._steered = steered
         self.travelled, self.offset = 0.0, 0.0
 
     @property
@@ -84,21 +85,12 @@ class PathProgress:
         return max(0.0, self.length - self.travelled)
 
     def advance(self, pose: Pose2D) -> None:
-        """Update the progress to the path point nearest to a pose."""
-        segment, travelled, offset = self._nearest(pose, self._up_to_cusp())
+        """Update the progress to the path point nearest to a pose; the navigator calls it."""
+        vertex, travelled, offset = self._nearest(pose, self._reach)
         if offset > OFF_PATH:
-            segment, travelled, offset = self._nearest(pose, np.inf)
-        self._segment, self._reach = segment, REACH
+            vertex, travelled, offset = self._nearest(pose, np.inf)
+        self._vertex, self._reach = vertex, REACH
         self.travelled, self.offset = max(self.travelled, travelled), offset
-        while self._cusps and self.travelled >= self._cusps[0] - CUSP_REACHED:
-            self._segment = int(np.searchsorted(self._lengths, self._cusps.pop(0) - 1e-6))
-
-    def _up_to_cusp(self) -> float:
-        """Metres of the path to search, up to the next cusp."""
-        if not self._cusps:
-            return self._reach
-        left = self._cusps[0] - float(self._lengths[self._segment]) - 1e-3
-        return max(0.0, min(self._reach, left))
 
     def lookahead_point(self, pose: Pose2D, distance: float) -> tuple[float, float]:
         """Return the first path point ahead at a straight-line distance, map frame.
@@ -162,7 +154,7 @@ class PathProgress:
 
     def _nearest(self, pose: Pose2D, reach: float) -> tuple[int, float, float]:
         found: tuple[int, float, float] = self._kernels.project(
-            self._points, self._lengths, pose.x, pose.y, self._segment, reach
+            self._points, self._lengths, pose.x, pose.y, self._vertex, reach
         )
         return found
 

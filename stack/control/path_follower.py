@@ -1,0 +1,191 @@
+"""Follows a path segment by segment with a controller, forward or backward, and stops at cusps.
+
+In a base frame whose x axis points backward, reversing is driving forward with the footprint
+rotated by 180 degrees; the arcs and their radii are the same. Any controller for forward driving
+therefore follows backward segments when it gets poses in this frame.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from math import pi
+from typing import Any
+
+from stack.components import Controller, ControlState
+from stack.control.arrival import Arrival
+from stack.control.ramps import Ramp
+from stack.drivetrain.description import RobotDescription
+from stack.errors import NavigationError
+from stack.geometry.path_progress import PathProgress, turned
+from stack.geometry.path_segment import PathSegment
+from stack.lifecycle import Lifecycle
+from stack.types import STANDSTILL, FailureCode, Footprint, Path, Pose2D, Twist, wrap_angle
+
+SEGMENT_END = 0.05
+"""Remaining length in metres at which a segment before a cusp is complete."""
+
+STANDING = 0.02
+"""m/s below which the direction may be changed."""
+
+
+CreateController = Callable[[Any, RobotDescription, float], Controller]
+
+
+class PathFollower(Lifecycle):
+    """Drives the segments of a path in turn with a controller.
+
+    The drive owns the progress on its path; the follower only begins the next segment when the
+    robot stands at a cusp. So another drive can use the follower in between.
+
+    Args:
+        create: creates the controller from parameters, robot and period; its class, for example.
+        parameters: of the controller.
+        robot: outline, limits and kind of drive.
+        period: seconds between two steps.
+    """
+
+    def __init__(
+        self, create: CreateController, parameters: Any, robot: RobotDescription, period: float
+    ) -> None:
+        self._create, self._robot, self._period = create, robot, period
+        self._forward = create(parameters, robot, period)
+        self._backward: Controller | None = None
+        self._arrival = Arrival()
+        self._progress: PathProgress | None = None
+        self._segment: PathSegment | None = None
+        self._last, self._began_at = STANDSTILL, 0.0
+        self._ramp = Ramp(robot.drivetrain, period, 0.0)
+
+    @property
+    def parameters(self) -> Any:
+        """Current parameters of the controller."""
+        return self._forward.parameters
+
+    def configure(self, parameters: Any) -> None:
+        """Apply new parameters."""
+        for controller in self._controllers():
+            controller.configure(parameters)
+
+    def start(self, now: float) -> None:
+        """Begin a drive."""
+        self._began_at = now
+        for controller in self._controllers():
+            controller.start(now)
+
+    def pause(self, now: float) -> None:
+        """Hold the drive."""
+        for controller in self._controllers():
+            controller.pause(now)
+
+    def resume(self, now: float) -> None:
+        """Continue the drive."""
+        for controller in self._controllers():
+            controller.resume(now)
+
+    def stop(self, now: float) -> None:
+        """End the drive."""
+        for controller in self._controllers():
+            controller.stop(now)
+
+    def progress_on(self, path: Path) -> PathProgress:
+        """Return the progress at the beginning of a path, as this robot drives it."""
+        return PathProgress(
+            path,
+            directional=not self._robot.drivetrain.can_move_sideways,
+            steered=not self._robot.drivetrain.turns_in_place,
+        )
+
+    def follow(self, progress: PathProgress) -> None:
+        """Follow a path from where the robot is on it.
+
+        Raises:
+            NavigationError: NO_VALID_PATH for a backward segment when the robot cannot reverse.
+        """
+        self._progress = progress
+        self._arrival.set_path(progress.path)
+        self._set_segment(progress.segment)
+
+    def step(self, state: ControlState) -> Twist:
+        """Compute the velocity command for this step.
+
+        Args:
+            state: of the robot; the progress is up to date with its pose.
+
+        Raises:
+            NavigationError: COLLISION_AHEAD when no safe command exists; NO_VALID_PATH for a
+                backward segment when the robot cannot reverse.
+        """
+        progress = self._progress
+        if progress is None:
+            return STANDSTILL
+        segment = progress.segment
+        if not segment.is_last and segment.remaining <= SEGMENT_END:
+            if abs(state.twist.linear) >= STANDING or self._last != STANDSTILL:
+                last = self._ramp.rebased(self._last, state.twist)  # ignores an earlier drive's
+                self._last = self._ramp.stopped(last)
+                return self._last
+            progress.begin_next(state.pose)
+            segment = progress.segment
+            self._set_segment(segment)
+        criterion = self._forward.stop_criterion
+        at_goal = self._arrival.reached(state.pose, segment, criterion)
+        self._last = STANDSTILL
+        self._last = self._steer(segment, replace(state, at_goal=at_goal))
+        return self._last
+
+    @property
+    def local_plan(self) -> Path | None:
+        """Planned motion of the next seconds, map frame."""
+        if self._segment is None:
+            return None
+        plan = self._driver(self._segment).local_plan
+        return plan if plan is None or not self._segment.backward else turned(plan)
+
+    def _steer(self, segment: PathSegment, state: ControlState) -> Twist:
+        if not segment.backward:
+            return self._forward.step(state)
+        pose, twist = state.pose, state.twist
+        reversed_state = replace(
+            state,
+            pose=Pose2D(pose.x, pose.y, wrap_angle(pose.heading + pi)),
+            twist=Twist(-twist.linear, twist.angular, -twist.lateral),
+            points=None if state.points is None else -state.points,
+        )
+        twist = self._driver(segment).step(reversed_state)
+        return Twist(-twist.linear, twist.angular, -twist.lateral)
+
+    def _driver(self, segment: PathSegment) -> Controller:
+        """The controller for a segment; the one for backward driving is created when needed."""
+        if not segment.backward:
+            return self._forward
+        if self._backward is None:
+            self._backward = self._create(
+                self.parameters, facing_backward(self._robot), self._period
+            )
+            self._backward.start(self._began_at)
+        return self._backward
+
+    def _controllers(self) -> Iterator[Controller]:
+        yield self._forward
+        if self._backward is not None:
+            yield self._backward
+
+    def _set_segment(self, segment: PathSegment) -> None:
+        if segment.backward and not self._robot.limits.reverse_speed:
+            raise NavigationError(
+                FailureCode.NO_VALID_PATH,
+                "the path has a backward segment, but the robot's reverse_speed is 0 m/s; "
+                "use a planner that does not reverse, or raise the robot's reverse_speed",
+            )
+        self._segment = segment
+        self._driver(segment).set_segment(segment)
+
+
+def facing_backward(robot: RobotDescription) -> RobotDescription:
+    """Return the robot with a base frame that faces backward."""
+    limits = replace(
+        robot.limits, linear_speed=robot.limits.reverse_speed,
+        reverse_speed=min(robot.limits.linear_speed, robot.limits.reverse_speed),
+    )  # fmt: skip
+    return replace(robot, footprint=Footprint(-robot.footprint.points), limits=limits)
