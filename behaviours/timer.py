@@ -1,7 +1,8 @@
 """Timers that stand still while the mission is paused.
 
 A pause has a beginning and an end, `pause(now)` and `resume(now)`, with times of the robot's clock.
-There is no second clock: `resume` moves the start of a timer by the length of the pause.
+There is no second clock: `resume` moves the start of a timer by the length of the pause. The timers
+of stack/lifecycle.py work alike, but get the time with each call; these read it from their robot.
 """
 
 from __future__ import annotations

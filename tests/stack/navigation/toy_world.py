@@ -125,7 +125,9 @@ class ToyWorld:
         if self._steps % 2 == 0 and not self.frozen_scan:
             self._see()
         self._sense({self.lidar: self.scan} if self.scan.stamp == self.time else {})
-        self.nearest = min(self.nearest, self.clearance())
+        centre = np.array([[self.pose.x, self.pose.y]])
+        if self._clearance(centre) - self.robot.footprint.circumscribed_radius < self.nearest:
+            self.nearest = min(self.nearest, self.clearance())
 
     def _sense(self, scans: dict[str, Scan]) -> None:
         self._frames.add(self.odometry)
@@ -134,14 +136,13 @@ class ToyWorld:
     def _see(self) -> None:
         angles = np.arange(self.beams) * (2 * np.pi / self.beams)
         c, s = np.cos(angles + self.pose.heading), np.sin(angles + self.pose.heading)
-        best = np.full(self.beams, np.inf)
-        for x1, y1, x2, y2 in self.walls:
-            ex, ey, rx, ry = x2 - x1, y2 - y1, x1 - self.pose.x, y1 - self.pose.y
-            with np.errstate(all="ignore"):
-                cross = c * ey - s * ex
-                along, share = (rx * ey - ry * ex) / cross, (rx * s - ry * c) / cross
-            hit = (along > 0) & (share >= 0) & (share <= 1)
-            best[hit] = np.minimum(best[hit], along[hit])
+        (ex, ey), (rx, ry) = self._spans.T[..., None], self._starts.T[..., None]
+        rx, ry = rx - self.pose.x, ry - self.pose.y
+        with np.errstate(all="ignore"):  # (walls, beams)
+            cross = c * ey - s * ex
+            along, share = (rx * ey - ry * ex) / cross, (rx * s - ry * c) / cross
+        hit = (along > 0) & (share >= 0) & (share <= 1)
+        best = np.where(hit, along, np.inf).min(axis=0)
         for x, y, radius in self.circles:
             rx, ry = x - self.pose.x, y - self.pose.y
             middle = rx * c + ry * s
@@ -155,7 +156,9 @@ class ToyWorld:
 
     def clearance(self) -> float:
         """Metres between the outline (points 1 cm apart) and the nearest thing."""
-        points = self.pose.transform(self._outline)
+        return self._clearance(self.pose.transform(self._outline))
+
+    def _clearance(self, points) -> float:
         from_starts = points[:, None] - self._starts
         share = np.einsum("pwk,wk->pw", from_starts, self._spans) / self._squares
         away = from_starts - np.clip(share, 0.0, 1.0)[..., None] * self._spans
