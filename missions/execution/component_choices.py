@@ -8,6 +8,7 @@ The costmap reads its own list of `layers`, the safety stage its own list of `zo
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any
 
 from stack.components import Choice, choose
@@ -89,6 +90,9 @@ def all_chosen(
                 wanted = {}
             wanted.update(source)
         choices[kind] = chosen(kind, wanted)
+        if kind == "costmap" and "layers" not in wanted:
+            layers = usual_layers(tuple(robot.all_lidars), tuple(robot.sonars))
+            choices[kind] = replace(choices[kind], parts=layers)
     return choices
 
 

@@ -15,7 +15,6 @@ from stack.errors import InputError, ParameterError
 from stack.parameters import build, declarations, suggestion
 from stack.types import Footprint
 
-USUAL = ("static", "obstacle")
 COSTMAPS = ("both", "global", "local")
 _WORDS = ("use", "name", "only", "inflated")
 _MOVED = {
@@ -98,9 +97,23 @@ class LayerChoice:
         return replace(self, values={**self.values, "mask": file})
 
 
-def usual_layers() -> tuple[LayerChoice, ...]:
-    """Return the default layers, used when a mission does not list any."""
-    return read_layers(USUAL, CostmapParameters())
+def usual_layers(
+    lidars: Sequence[str] = ("lidar",), sonars: Sequence[str] = ()
+) -> tuple[LayerChoice, ...]:
+    """Return the default layers, used when a mission does not list any.
+
+    The map, one obstacle layer for each lidar, and the sonars of a robot without a lidar. Beside a
+    lidar, the wide cones of sonars would close doors; list `range` where they are wanted.
+    """
+    layers: list[Any] = ["static"]
+    layers += [
+        "obstacle" if name == "lidar"
+        else {"use": "obstacle", "name": f"obstacle_{name}", "source": name}
+        for name in lidars
+    ]  # fmt: skip
+    if sonars and not lidars:
+        layers.append("range")
+    return read_layers(layers, CostmapParameters())
 
 
 def read_layers(raw: Any, costmap: CostmapParameters) -> tuple[LayerChoice, ...]:

@@ -54,15 +54,16 @@ class Kept:
 class LiveRun:
     """A mission in a file of its own, watched; `save` writes it as an editor would."""
 
-    def __init__(self, folder: Path, text: str, **options) -> None:
+    def __init__(self, folder: Path, text: str, head=HEAD, make_body=None, **options) -> None:
         folder.mkdir(exist_ok=True)
+        self.head = head
         self.file = folder / "lively.yaml"
         self.save(text)
         self.kept = Kept()
         self.options = RunOptions(**{"seed": 1, "watch": True, "serve": False} | options)
         plan = prepare(self.file, self.options)
         self.telemetry = Telemetry(replace(run_info(plan, "run", 1), versions={}), [self.kept])
-        self.engine = build(plan, self.options, self.telemetry, None)
+        self.engine = build(plan, self.options, self.telemetry, None, make_body)
         self.runtime = self.engine.runtime
         self._clock = 0
         files = FileWatch([], clock=lambda: self._clock * PERIOD)
@@ -72,7 +73,7 @@ class LiveRun:
         """Replace a file by a new one, as editors do; the mission's own gets its head."""
         file = self.file.with_name(name) if name else self.file
         new = file.with_name(f".{uuid4().hex}")
-        new.write_text(dedent(text) if name else HEAD + dedent(text))
+        new.write_text(dedent(text) if name else self.head + dedent(text))
         new.replace(file)
 
     def steps(self, count: int = 1) -> None:

@@ -98,6 +98,13 @@ def test_a_costmap_without_a_list_has_the_default_layers():
     assert [layer.name for layer in usual_layers()] == ["static", "obstacle"]
 
 
+def test_every_lidar_marks_by_default_and_sonars_where_there_is_no_lidar():
+    both = usual_layers(("lidar", "rear"), ("front",))
+    assert [layer.name for layer in both] == ["static", "obstacle", "obstacle_rear"]
+    assert both[2].values["source"] == "rear"
+    assert [layer.name for layer in usual_layers((), ("front",))] == ["static", "range"]
+
+
 # Who marked it
 
 
