@@ -27,3 +27,7 @@ def length(name: str, help: str) -> Declaration:
 X, Y, Z = coordinate("x"), coordinate("y"), coordinate("z")
 HEADING = Declaration("heading", float, "base frame", "rad", at_least=-2 * pi, at_most=2 * pi)
 RADIUS = length("radius", "radius of the circle or wheel")
+
+BODY = Declaration(
+    "body", str, "what drives the robot", default="simulated", one_of=("simulated", "scripted")
+)

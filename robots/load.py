@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from robots.declared import FOOTPRINT, RADIUS, SHAPE, URDF, X, Y, length
+from robots.declared import BODY, FOOTPRINT, RADIUS, SHAPE, URDF, X, Y, length
 from robots.sensors import parameters_of, read_camera, read_lidar, read_lidars, read_sonars
 from robots.wheels import check_joints, check_lateral_speed, read_skid, read_wheels
 from stack.documents import Findings, Node, Section, read_document
@@ -29,10 +29,6 @@ from stack.parameters import Declaration, suggestion
 from stack.types import FloatArray, Footprint
 
 HERE = Path(__file__).parent
-
-BODY = Declaration(
-    "body", str, "what drives the robot", default="simulated", one_of=("simulated", "scripted")
-)
 
 
 def robot_names() -> list[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from missions.editor.mission_schema import DRAFT
 from missions.editor.value_schemas import Schema, documented, of_declaration, parts, section
 from missions.execution.component_choices import DEFAULTS, SETTINGS
-from robots.declared import RADIUS, X, Y, Z, length
+from robots.declared import BODY, RADIUS, X, Y, Z, length
 from robots.sensors import FIELD_OF_VIEW, PITCH, PIXELS, YAW
 from robots.wheels import AT, DRIVE, JOINT, KEYS, LEFT, MOUNTS, REAR, RIGHT, STEERING
 from stack.drivetrain.description import (
@@ -39,6 +39,7 @@ def robot_schema() -> Schema:
         "doc": documented({"type": "string"}, "Description."),
         "footprint": documented(_footprint(), "Outline in the base frame."),
         "height": _of(HEIGHT),
+        "body": _of(BODY),
         "urdf": documented({"type": "string"}, "URDF file, relative to this file."),
         "wheels": documented(_wheels(), "Wheels and drive, which define the possible motions."),
         "limits": _part(Limits),

@@ -137,3 +137,17 @@ def test_a_fault_of_the_hardware_pauses_the_mission_and_says_so(live):
     assert run.order("resume").done
     run.until("mission_ended")
     assert run.runtime.state is MissionState.SUCCESS
+
+
+def test_nothing_waits_for_a_plan_where_time_cannot_be_frozen(live):
+    class Rover(ScriptedBody):
+        @property
+        def is_real_time(self):
+            return True
+
+    for body, waits in ((Rover, False), (ScriptedBody, True)):
+        run = live(
+            "run: {wait: {time: 1 s}}\n",
+            make_body=lambda setup, body=body: body(setup.robot, start=setup.start),
+        )
+        assert run.runtime.parts.navigator.parameters.wait_for_plan is waits
