@@ -1,5 +1,6 @@
 """More than one lidar, and sonars: from the robot file to the observation and the wheels."""
 
+import re
 from dataclasses import replace
 from math import pi
 
@@ -109,9 +110,28 @@ def test_a_second_lidar_that_fell_silent_stops_the_robot_and_is_named():
     assert safety.reason == "stopped: the newest rear scan is 0.50 s old"
 
 
+def without_sonars(folder):
+    """The scout without its sonars, beside its URDF."""
+    robot = folder / "deaf"
+    robot.mkdir()
+    (robot / "scout.urdf").write_bytes(SCOUT.with_name("scout.urdf").read_bytes())
+    text = re.sub(r"sonars:.*\n(  .*\n)+", "", SCOUT.read_text("utf-8"))
+    (robot / "robot.yaml").write_text(text, "utf-8")
+    return str(robot / "robot.yaml")
+
+
 def test_a_robot_without_a_low_sensor_drives_into_a_pallet(tmp_path):
-    """What mission 18's range layer is for: without it there is contact."""
+    """What the sonars of mission 18 are for: without them there is contact."""
     source = find_mission("18_below_the_lidar").read_text("utf-8")
     path = tmp_path / "deaf.yaml"
     path.write_text(source.replace("[obstacle, range]", "[obstacle]"), "utf-8")
-    assert missions.run(path, seed=0).collisions > 0
+    assert missions.run(path, seed=0, robot=without_sonars(tmp_path)).collisions > 0
+
+
+def test_the_safety_stage_stops_at_what_only_the_sonars_see(tmp_path):
+    """Without the range layer the path leads over the pallet; the robot stands before it."""
+    source = find_mission("18_below_the_lidar").read_text("utf-8")
+    path = tmp_path / "unmapped.yaml"
+    path.write_text(source.replace("[obstacle, range]", "[obstacle]"), "utf-8")
+    report = missions.run(path, seed=0)
+    assert (report.status, report.collisions) == ("failure", 0)

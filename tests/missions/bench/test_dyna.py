@@ -76,7 +76,7 @@ def test_a_robot_that_stands_is_struck(tmp_path):
 def test_a_robot_that_moves_has_a_contact_even_with_what_overtakes_it(tmp_path):
     told = story(tmp_path, "drive_for: {linear: -0.3 m/s, time: 20 s}", [[7.5, 4], [0.9, 4]])
     assert told.run.status == "contact"
-    assert 0.5 < told.run.driven < 1.5
+    assert 0.3 < told.run.driven < 1.0  # at 0.15 m/s: the jackal is blind behind
     assert told.walkers.shape == (1, 3)
 
 

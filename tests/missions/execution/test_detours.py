@@ -46,7 +46,8 @@ class Run:
         return self.runtime.parts.scorer.truth
 
     def stands_at(self, goal):
-        still = self.runtime.odometry.twist.linear < 0.02 and self.runtime.commanded == STANDSTILL
+        state = self.runtime.parts.state
+        still = state.motion.twist.linear < 0.02 and state.commanded == STANDSTILL
         turn = abs(wrap_angle(self.pose.heading - goal.heading))
         return still and turn < 0.15 and self.pose.distance_to(goal) < 0.15
 
@@ -89,7 +90,7 @@ def test_an_emergency_stop_during_a_detour_ends_it(run):
     where = run.pose
     run.order("release")
     run.step(3.0)
-    assert run.runtime.commanded == STANDSTILL
+    assert run.runtime.parts.state.commanded == STANDSTILL
     assert run.pose.distance_to(where) < 0.01
     assert run.runtime.state is MissionState.PAUSED
     run.order("resume")

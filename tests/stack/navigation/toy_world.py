@@ -124,7 +124,8 @@ class ToyWorld:
         self._steps += 1
         if self._steps % 2 == 0 and not self.frozen_scan:
             self._see()
-        self._sense({self.lidar: self.scan} if self.scan.stamp == self.time else {})
+        fresh = self.scan is not None and self.scan.stamp == self.time
+        self._sense({self.lidar: self.scan} if fresh else {})
         centre = np.array([[self.pose.x, self.pose.y]])
         if self._clearance(centre) - self.robot.footprint.circumscribed_radius < self.nearest:
             self.nearest = min(self.nearest, self.clearance())

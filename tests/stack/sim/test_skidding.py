@@ -33,8 +33,8 @@ def turned(skid, effective_track, *, seed=1, seconds=4.0, world=EMPTY, start=Pos
     for _ in range(round(seconds / 0.05)):
         (seen,) = drive(body, Twist(0.0, 1.0), 0.05)
         truth += wrap_angle(body.truth.pose.heading - last)
-        odometry += wrap_angle(seen.odometry.pose.heading - estimated)
-        last, estimated = body.truth.pose.heading, seen.odometry.pose.heading
+        odometry += wrap_angle(seen.wheels.pose.heading - estimated)
+        last, estimated = body.truth.pose.heading, seen.wheels.pose.heading
     body.close()
     return truth, odometry
 
@@ -106,7 +106,7 @@ def test_straight_drives_do_not_skid():
     )  # fmt: skip
     seen = drive(body, Twist(0.5), 2.0)[-1]
     assert body.truth.pose.heading == pytest.approx(0.0, abs=1e-3)
-    assert seen.odometry.pose.x == pytest.approx(body.truth.pose.x, rel=2e-3)
+    assert seen.wheels.pose.x == pytest.approx(body.truth.pose.x, rel=2e-3)
     body.close()
 
 
@@ -126,7 +126,7 @@ def test_the_axle_of_the_urdf_is_the_line_of_the_centres(tmp_path):
     robot = replace(JACKAL, urdf=tmp_path / "ahead.urdf", wheels=wheels, skid=EXACT)
     body = SimulatedBody(robot, EMPTY, start=Pose2D(0.0, 0.0), seed=1)
     seen = drive(body, Twist(0.0, 1.0), 0.5 * pi)[-1]
-    truth, odometry = body.truth.pose, seen.odometry.pose
+    truth, odometry = body.truth.pose, seen.wheels.pose
     # A turn by the angle a about (0.05, 0): the origin ends at 0.05 (1 - cos a, -sin a).
     expected = 0.05 * (1.0 - np.cos(truth.heading)), -0.05 * np.sin(truth.heading)
     assert (truth.x, truth.y) == pytest.approx(expected, abs=2e-3)
