@@ -110,7 +110,6 @@ def roll_out(
     top, back, fastest, sideways = bounds[0], bounds[1], bounds[2], bounds[3]
     rise, fall, swing = bounds[4], bounds[5], bounds[6]
     inverse_radius, step, heading = bounds[7], bounds[8], bounds[9]
-    braking = rise / fall  # see stack.drivetrain.limits.limit_speed; kernels call no other module
     for b in range(batch):
         excess[b] = ZERO
     linear, angular = np.full(batch, start[0]), np.full(batch, start[1])
@@ -124,8 +123,8 @@ def roll_out(
             reached = min(max(wanted, -back), top)
             beyond = abs(wanted - reached)
             now = linear[b]
-            low = now - fall if now >= fall else (now * braking if now > ZERO else now) - rise
-            high = now + fall if now <= -fall else (now * braking if now < ZERO else now) + rise
+            low = now - (fall if now > ZERO else rise)
+            high = now + (rise if now >= ZERO else fall)
             linear[b] = min(max(reached, low), high)
             wanted = controls[1, t, b]
             most = fastest
@@ -141,8 +140,8 @@ def roll_out(
                 reached = min(max(wanted, -sideways), sideways)
                 excess[b] += abs(wanted - reached)
                 now = lateral[b]
-                low = now - fall if now >= fall else (now * braking if now > ZERO else now) - rise
-                high = now + fall if now <= -fall else (now * braking if now < ZERO else now) + rise
+                low = now - (fall if now > ZERO else rise)
+                high = now + (rise if now >= ZERO else fall)
                 lateral[b] = min(max(reached, low), high)
                 velocities[2, t, b] = lateral[b]
         for b in range(batch):
