@@ -117,6 +117,13 @@ def build(
     for warning in (*plan.world.warnings, *plan.warnings):
         where = f"{Path(warning.mark.file).name}:{warning.mark.line}"
         telemetry.emit("world", f"{where} {warning.sentence}", source="world", level="warning")
+    if not (robot.all_lidars or robot.sonars):
+        telemetry.emit(
+            "safety",
+            f"{robot.name} has no lidar and no sonar: it does not see obstacles and drives at most"
+            f" {plan.choices['safety'].parameters.blind_speed:g} m/s",
+            source="safety", level="warning",
+        )  # fmt: skip
     rates = Rates()
     period = 1.0 / rates.control
     grid = _map_of(plan)

@@ -93,6 +93,23 @@ def test_a_robot_without_a_lidar_sees_by_its_sonars(live):
     assert 0.2 < np.hypot(*points.T).min() < 0.6
 
 
+def test_a_robot_that_cannot_see_says_so_before_it_drives(live):
+    def blind(robot: str) -> str:
+        return re.sub(r"sonars:.*\n(  .*\n)+", "", without_lidar(robot))
+
+    run = live("map: none\nrun: {drive_on_heading: {distance: 0.5 m, speed: 0.3}}\n", blind)
+    warning = next(event for event in run.kept.events if event.kind == "safety")
+    assert warning.text == (
+        "scout has no lidar and no sonar: it does not see obstacles and drives at most 0.15 m/s"
+    )
+    assert warning.time == 0.0
+    speeds = []
+    while not run.runtime.state.is_over:
+        run.steps()
+        speeds.append(run.runtime.parts.state.commanded.linear)
+    assert max(speeds) == pytest.approx(0.15)
+
+
 def test_holding_the_robot_does_not_stop_a_world_that_cannot_freeze(live):
     """Time, measurements and estimates go on; the mission's own time does not."""
 
