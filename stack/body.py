@@ -2,7 +2,7 @@
 
 Time is `body.time`; only `wait` advances it. A body stops by itself when it has received no command
 for DEAD_MAN seconds of its own time. What only a simulation can do is a second interface,
-`SimulatedWorld`; whoever needs it asks `isinstance(body, SimulatedWorld)`.
+`SimulatedWorld`; test for it with `isinstance(body, SimulatedWorld)`.
 """
 
 from __future__ import annotations

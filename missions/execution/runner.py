@@ -59,6 +59,8 @@ def execute(
 ) -> Report:
     """Run a prepared mission to its end; in any case stop the robot and close the records."""
     began = perf_counter()
+    if options.record and options.out is None:
+        raise InputError("`record` needs a run folder: set `out`")
     options = _as_recorded(plan, options)
     network_sinks = _network_sinks(options)  # refuses a bad address before anything is written
     folder = RunFolder.create(options.out, plan.text) if options.out is not None else None
@@ -119,7 +121,10 @@ def _as_recorded(plan: PreparedMission, options: RunOptions) -> RunOptions:
             f"{options.replay} was recorded with the robot {about.get('robot')!r}, this mission"
             f" has {plan.robot.name!r}; choose it with --robot"
         )
-    return replace(options, seed=int(about.get("seed", options.seed)))
+    seed = about.get("seed", "")
+    if not seed.isdecimal():
+        raise InputError(f"{options.replay}: the seed {seed!r} in its metadata is not a number")
+    return replace(options, seed=int(seed))
 
 
 def default_run_name(plan: PreparedMission) -> str:

@@ -7,19 +7,18 @@ from math import copysign, inf
 
 import numpy as np
 
-from stack.control.checkers import LostChecker
 from stack.costmap.route_costs import blocked_at, route_cost
 from stack.errors import NavigationError
 from stack.navigation.blockages import Blockages
 from stack.navigation.following import (
-    Follower,
+    Drive,
     Tools,
     check_not_lost,
     drive_feedback,
     standing,
 )
 from stack.navigation.planner_worker import Plan, PlanRequest
-from stack.navigation.tasks import MotionExecutor, MotionTask, NavigationState
+from stack.navigation.tasks import MotionTask, NavigationState
 from stack.types import STANDSTILL, Failure, FailureCode, Path, Pose2D, Twist
 
 PERMANENT_FAILURES = frozenset({FailureCode.GOAL_OUTSIDE_MAP, FailureCode.START_OUTSIDE_MAP})
@@ -51,7 +50,7 @@ ROUTINE = ""
 """Replanning reason: a periodic search for a better path."""
 
 
-class GoalDrive(MotionExecutor):
+class GoalDrive(Drive):
     """Drives through goals in turn to the last one.
 
     Attributes:
@@ -66,12 +65,10 @@ class GoalDrive(MotionExecutor):
     def __init__(
         self, task: MotionTask, tools: Tools, goals: Sequence[Pose2D], tolerance: float | None
     ) -> None:
-        super().__init__(task)
+        super().__init__(task, tools, tolerance)
         self.goal = goals[-1]
         self.path: Path | None = None
         self._tools, self._goals, self._tolerance = tools, tuple(goals), tolerance
-        self._follower = Follower(tools, tolerance)
-        self._lost = LostChecker(tools.parameters.lost_health, tools.parameters.lost_time)
         self._reason = "first plan"
         self._requested_at = -inf
         self._failing = self.timers.new()
@@ -83,22 +80,6 @@ class GoalDrive(MotionExecutor):
         self._blockages = Blockages()
         self._planner = self._requested_from = tools.planner_worker.planner
         self._corrections = 0
-
-    def pause(self, now: float) -> None:
-        """Hold the drive."""
-        super().pause(now)
-        self._lost.timers.pause(now)
-        self._follower.pause(now)
-
-    def resume(self, now: float) -> None:
-        """Continue from where the robot stands."""
-        super().resume(now)
-        self._lost.timers.resume(now)
-        self._follower.resume(now)
-
-    def stop(self, now: float) -> None:
-        """Release the controller."""
-        self._follower.stop(now)
 
     def step(self, state: NavigationState) -> Twist:
         """Compute the velocity for this step."""

@@ -233,19 +233,13 @@ class Follower:
             raise NavigationError(FailureCode.COLLISION_AHEAD, sentence) from error
 
 
-class PathDrive(MotionExecutor):
-    """Follows a fixed path, without planning."""
+class Drive(MotionExecutor):
+    """Base of drives along paths: a follower, and a check that the robot is not lost."""
 
-    def __init__(self, task: MotionTask, tools: Tools, path: Path) -> None:
+    def __init__(self, task: MotionTask, tools: Tools, tolerance: float | None) -> None:
         super().__init__(task)
-        self.path, self.goal = path, path.goal
-        self._follower = Follower(tools, None)
+        self._follower = Follower(tools, tolerance)
         self._lost = LostChecker(tools.parameters.lost_health, tools.parameters.lost_time)
-        task.path = path
-
-    def start(self, now: float) -> None:
-        """Give the path to the controller."""
-        self._follower.set_path(self.path, now)
 
     def pause(self, now: float) -> None:
         """Hold the drive."""
@@ -262,6 +256,19 @@ class PathDrive(MotionExecutor):
     def stop(self, now: float) -> None:
         """Release the controller."""
         self._follower.stop(now)
+
+
+class PathDrive(Drive):
+    """Follows a fixed path, without planning."""
+
+    def __init__(self, task: MotionTask, tools: Tools, path: Path) -> None:
+        super().__init__(task, tools, None)
+        self.path, self.goal = path, path.goal
+        task.path = path
+
+    def start(self, now: float) -> None:
+        """Give the path to the controller."""
+        self._follower.set_path(self.path, now)
 
     def step(self, state: NavigationState) -> Twist:
         """Compute the velocity for this step."""

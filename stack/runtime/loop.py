@@ -213,10 +213,20 @@ class Runtime:
             self.parts.telemetry.emit("body", text, source="body", level=level)
             if health.problem:
                 self.mission.send(MissionEvent.PAUSE, health.problem)
-        if self.parts.sensor_log is not None:
-            self.parts.sensor_log.write(observation)
+        self._record(observation)
         self._image = next(iter(observation.of(Image).values()), self._image)
         return observation
+
+    def _record(self, observation: Observation) -> None:
+        """Append to the sensor log; a full disk ends the log, not the mission."""
+        if self.parts.sensor_log is None:
+            return
+        try:
+            self.parts.sensor_log.write(observation)
+        except OSError as error:
+            self.parts.sensor_log = None
+            text = f"the sensor log ends here: {error.strerror}"
+            self.parts.telemetry.emit("record", text, source="records", level="error")
 
     def _publish_state(
         self, observation: Observation, motion: Odometry, estimate: PoseEstimate,

@@ -12,6 +12,7 @@ from __future__ import annotations
 import dataclasses
 import struct
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from types import NoneType, UnionType
 from typing import Any, BinaryIO, Union, get_args, get_origin, get_type_hints
@@ -72,10 +73,12 @@ class SensorLog:
         self._file.flush()
 
     def close(self) -> None:
-        """Write the index. Safe to call twice."""
+        """Write the index if the disk has room; the log is readable without it. Safe twice."""
         if not self._file.closed:
-            self._writer.finish()  # type: ignore[no-untyped-call]
-            self._file.close()
+            with suppress(OSError):
+                self._writer.finish()  # type: ignore[no-untyped-call]
+            with suppress(OSError):
+                self._file.close()
 
     def _channel(self, name: str, measurement: Measurement) -> int:
         if name not in self._channels:
@@ -127,15 +130,19 @@ def read_observations(path: Path) -> Iterator[Observation]:
             elif isinstance(record, Channel):
                 channels[record.id] = record.topic.lstrip("/"), schemas.get(record.schema_id, "")
             elif isinstance(record, Message):
-                name, kind = channels[record.channel_id]
-                if kind not in KINDS:
-                    raise InputError(f"{path}: {name} has an unknown type {kind!r}")
                 if record.sequence != sequence and measurements:
                     yield Observation(time, measurements)
                     measurements = {}
-                fields = msgpack.unpackb(record.data)
-                sequence, time = record.sequence, fields.pop("time")
-                measurements[name] = _read(fields, KINDS[kind])
+                sequence = record.sequence
+                try:
+                    name, kind = channels[record.channel_id]
+                    fields = msgpack.unpackb(record.data)
+                    time = fields.pop("time")
+                    measurements[name] = _read(fields, KINDS[kind])
+                except (LookupError, TypeError, ValueError, AttributeError) as error:
+                    raise InputError(
+                        f"{path}: the message after {time:g} s is damaged: {error!r}"
+                    ) from None
     if measurements:
         yield Observation(time, measurements)
 

@@ -102,6 +102,27 @@ def test_a_wrong_file_is_an_error_of_the_user(recorded, tmp_path, content, words
         list(read_observations(file))
 
 
+def test_a_recording_needs_a_folder(recorded):
+    mission, _, _ = recorded
+    with pytest.raises(InputError, match="`record` needs a run folder"):
+        missions.run(mission, record=["sensors"])
+
+
+def test_a_damaged_message_and_a_damaged_seed_are_named(recorded, tmp_path):
+    mission, folder, _ = recorded
+    log = tmp_path / "sensors.mcap"
+    content = (folder / "sensors.mcap").read_bytes()
+    log.write_bytes(
+        content.replace(b"\xa4time", b"\xa4tame", 3).replace(b"\xa4tame", b"\xa4time", 2)
+    )
+    with pytest.raises(InputError, match=r"the message after 0 s is damaged: KeyError\('time'\)"):
+        list(read_observations(log))
+    writer = SensorLog(log, {"robot": "scout", "seed": "seven"})
+    writer.close()
+    with pytest.raises(InputError, match="the seed 'seven' in its metadata is not a number"):
+        missions.run(mission, replay=log)
+
+
 @pytest.mark.slow
 def test_the_log_of_a_killed_run_can_be_read(tmp_path):
     folder = tmp_path / "run"

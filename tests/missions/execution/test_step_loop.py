@@ -12,6 +12,7 @@ import pytest
 from robots.scripted import ScriptedBody, scans_of
 from stack.body import SimulatedWorld
 from stack.telemetry.records import MissionState
+from stack.telemetry.sensor_log import SensorLog
 from stack.types import RangeReading, wrap_angle
 from tests.missions.execution.live_run import LiveRun
 
@@ -168,3 +169,15 @@ def test_nothing_waits_for_a_plan_where_time_cannot_be_frozen(live):
             make_body=lambda setup, body=body: body(setup.robot, start=setup.start),
         )
         assert run.runtime.parts.navigator.parameters.wait_for_plan is waits
+
+
+def test_a_full_disk_ends_the_sensor_log_and_not_the_mission(live):
+    run = live("run: {wait: {time: 1 s}}\n")
+    log = run.runtime.parts.sensor_log = SensorLog(Path("/dev/full"), {})
+    error = run.until("record")
+    assert (error.level, error.text) == (
+        "error", "the sensor log ends here: No space left on device",
+    )  # fmt: skip
+    run.until("mission_ended")
+    assert run.runtime.state is MissionState.SUCCESS
+    log.close()
