@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from stack.parameters import parameter
+from stack.types import LOST_HEALTH
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,10 @@ class NavigationParameters:
         5.0, "s", at_least=0.0, help="waits this long after that, then fails"
     )
     lost_health: float = parameter(
-        0.3, at_least=0.0, at_most=1.0, help="localisation health below which the robot stops"
+        LOST_HEALTH,
+        at_least=0.0,
+        at_most=1.0,
+        help="localisation health below which the robot stops",
     )
     lost_time: float = parameter(
         1.5, "s", at_least=0.0, help="a drive fails after this time below lost_health"

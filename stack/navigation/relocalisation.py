@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from stack.components import Estimator, Match
 from stack.errors import NavigationError
-from stack.localisation.estimator import Estimator, Match
 from stack.navigation.following import standing
 from stack.navigation.tasks import MotionExecutor, MotionTask, NavigationState
 from stack.types import STANDSTILL, FailureCode, Pose2D, Scan, Twist

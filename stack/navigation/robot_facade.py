@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 from math import degrees
 from typing import Any, Protocol
 
+from stack.components import Estimator, Match
 from stack.drivetrain.description import RobotDescription
 from stack.errors import ParameterError
-from stack.localisation.estimator import Estimator, Match
 from stack.navigation.loop_state import LoopState
 from stack.navigation.navigator import Navigator
 from stack.navigation.relocalisation import Relocalisation
