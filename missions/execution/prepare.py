@@ -133,7 +133,8 @@ def prepare(name: str | Path, options: RunOptions) -> PreparedMission:
     try:
         choices = all_chosen(robot, wanted, mapped=mission.map != "none")
     except ParameterError as error:  # not from the mission: its values were checked on reading
-        given = [name for name in options.parameters or {} if name.endswith(f".{error.name}")]
+        names = list(options.parameters or {})
+        given = [name for name in names if name.endswith(f".{error.name}")] or names
         hint = f"; {error.hint}" if error.hint else ""
         source = f"--parameter {', '.join(given)}" if given else f"robot {robot.name}: {error.name}"
         raise InputError(f"{source}: {error.sentence}{hint}") from None
@@ -200,7 +201,7 @@ def _check_rate(loop: LoopParameters, mission: Mission) -> None:
         SimulationSettings().steps("control period", loop.period)
     except ParameterError as error:
         mark = _mark_of_component(mission, "loop", "control_rate")
-        raise InputError([Finding(mark, "E111", str(error), error.hint)]) from None
+        raise InputError([Finding(mark, "E111", error.sentence, error.hint)]) from None
 
 
 Wanted = dict[str, tuple[str | None, Mapping[str, Any]]]

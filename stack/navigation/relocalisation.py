@@ -7,24 +7,28 @@ from collections.abc import Callable
 from stack.components import Estimator, Match
 from stack.errors import NavigationError
 from stack.navigation.following import standing
+from stack.navigation.parameters import NavigationParameters
 from stack.navigation.tasks import MotionExecutor, MotionTask, NavigationState
 from stack.types import STANDSTILL, FailureCode, Pose2D, Scan, Twist
 
-SCANS = 3
-"""Number of scans matched together; more scans of the same view only average the noise."""
-
-SCAN_PATIENCE = 5.0
-"""Seconds within which the robot must stop and the scans must arrive."""
-
 
 class Relocalisation(MotionExecutor):
-    """Stands still, collects scans and lets the estimator match them with the whole map."""
+    """Stands still, collects scans and lets the estimator match them with the whole map.
+
+    Args:
+        task: handle of the task.
+        estimator: that searches the map.
+        parameters: number of scans, and the time in which they must arrive.
+        found: called with the pose before and the match.
+    """
 
     def __init__(
-        self, task: MotionTask, estimator: Estimator, found: Callable[[Pose2D, Match], None]
-    ) -> None:
+        self, task: MotionTask, estimator: Estimator, parameters: NavigationParameters,
+        found: Callable[[Pose2D, Match], None],
+    ) -> None:  # fmt: skip
         super().__init__(task)
         self._estimator, self._found = estimator, found
+        self._wanted, self._patience = parameters.search_scans, parameters.search_time
         self._views: list[tuple[Pose2D, Scan]] = []
         self._waiting = self.timers.new()
         self._standing_since: float | None = None
@@ -37,14 +41,14 @@ class Relocalisation(MotionExecutor):
         """Return standstill; end the task when there are enough scans."""
         if standing(state.odometry.twist):
             self._gather(state)
-        self.task.report(f"scan {len(self._views)} of {SCANS}", 0.0)
-        if len(self._views) == SCANS:
+        self.task.report(f"scan {len(self._views)} of {self._wanted}", 0.0)
+        if len(self._views) == self._wanted:
             self._match(state.odometry.pose)
-        elif self._waiting.elapsed(state.time) >= SCAN_PATIENCE:
+        elif self._waiting.elapsed(state.time) >= self._patience:
             self.task.fail(
                 FailureCode.LOST,
-                f"received {len(self._views)} of {SCANS} lidar scans while standing still "
-                f"within {SCAN_PATIENCE:g} s",
+                f"received {len(self._views)} of {self._wanted} lidar scans while standing still "
+                f"within {self._patience:g} s",
             )
         return STANDSTILL
 

@@ -31,9 +31,6 @@ from stack.types import (
     wrap_angle,
 )
 
-JUMP, TURN = 0.3, 0.2
-"""Jump of the pose in metres and radians above which sensed obstacles are cleared."""
-
 
 class MarkerDetector(Protocol):
     """Detects known markers in images."""
@@ -275,7 +272,9 @@ class RobotFacade:
     def relocalise(self) -> MotionTask:
         """Find the pose on the whole map by lidar alone; fails AMBIGUOUS when several poses fit."""
         task = self._navigation.new_task("relocalise")
-        executor = Relocalisation(task, self._parts.estimator, self._relocalised)
+        executor = Relocalisation(
+            task, self._parts.estimator, self._navigation.parameters, self._relocalised
+        )
         self._navigation.start(executor, "recovery", "searching for the pose on the whole map")
         return task
 
@@ -302,7 +301,8 @@ class RobotFacade:
         """Report a new pose, and clear obstacles sensed from a wrong one."""
         jump = before.distance_to(pose)
         turn = abs(wrap_angle(pose.heading - before.heading))
-        if jump > JUMP or turn > TURN:
+        p = self._navigation.parameters
+        if jump > p.jump_distance or turn > p.jump_angle:
             self._parts.forget_tracks()
             self._parts.local_costmap.clear()
             self._parts.global_costmap.clear()
