@@ -48,7 +48,7 @@ class Runtime:
         """
         self.parts, self._idle = parts, idle
         self.period = 1.0 / rates.control
-        self.steps = 0
+        self.steps, self.is_frozen = 0, False
         self.mission = MissionStateMachine(self._state_changed)
         self.stages = Stages(self.period)
         self.distance = 0.0
@@ -63,6 +63,7 @@ class Runtime:
         """Run one control period; while a simulation is frozen, only serve the operator."""
         p, state, measure = self.parts, self.parts.state, self.stages.measure
         p.telemetry.advance(self.steps, p.body.time)
+        self.is_frozen = self._freeze()
         if self.is_frozen:
             self._serve_operator()
             return
@@ -186,15 +187,13 @@ class Runtime:
             self.parts.navigator.resume(now)
             self.parts.tree.resume(now)
 
-    @property
-    def is_frozen(self) -> bool:
-        """Whether the world stands still: the robot is held and stands, in a simulation."""
-        return (
-            isinstance(self.parts.body, SimulatedWorld)
-            and self.mission.is_held
-            and self._standing()
-            and not self._commands.drives_to_operator_goal
+    def _freeze(self) -> bool:
+        """Freeze a simulation while the robot is held and stands; return whether time stands."""
+        body = self.parts.body
+        idle = (
+            self.mission.is_held and self._standing() and not self._commands.drives_to_operator_goal
         )
+        return isinstance(body, SimulatedWorld) and body.freeze(idle)
 
     def _serve_operator(self) -> None:
         """Apply commands and publish, without a step; time stands still."""
