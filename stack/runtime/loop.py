@@ -143,9 +143,16 @@ class Runtime:
     def stand_still(self, patience: float = 3.0) -> None:
         """Step with a zero command until the robot stands, at most `patience` seconds."""
         for _ in range(round(patience / self.period)):
-            if self._standing() or self.parts.body.has_ended:
+            if self.is_standing or self.parts.body.has_ended:
                 return
             self.step()
+
+    @property
+    def is_standing(self) -> bool:
+        """Whether the measured velocity of the robot is below STANDING_SPEED."""
+        twist = self.parts.state.motion.twist
+        speed = hypot(twist.linear, twist.lateral)
+        return speed < STANDING_SPEED and abs(twist.angular) < STANDING_SPEED
 
     @property
     def real_time_factor(self) -> float:
@@ -191,7 +198,7 @@ class Runtime:
         """Freeze a simulation while the robot is held and stands; return whether time stands."""
         body = self.parts.body
         idle = (
-            self.mission.is_held and self._standing() and not self._commands.drives_to_operator_goal
+            self.mission.is_held and self.is_standing and not self._commands.drives_to_operator_goal
         )
         return isinstance(body, SimulatedWorld) and body.freeze(idle)
 
@@ -277,15 +284,10 @@ class Runtime:
         return body.slept if isinstance(body, SimulatedWorld) else 0.0
 
     def _install_next_tree(self) -> None:
-        if self._next_tree is not None and self._standing() and not self.state.is_over:
+        if self._next_tree is not None and self.is_standing and not self.state.is_over:
             self.parts.tree, self._next_tree = self._next_tree(), None
             if self.mission.is_held:
                 self.parts.tree.pause(self.parts.body.time)
-
-    def _standing(self) -> bool:
-        twist = self.parts.state.motion.twist
-        speed = hypot(twist.linear, twist.lateral)
-        return speed < STANDING_SPEED and abs(twist.angular) < STANDING_SPEED
 
     def _log_pose(self) -> None:
         """Log the exact pose once per second of robot time; the log is hashed."""
