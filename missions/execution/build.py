@@ -50,9 +50,6 @@ from stack.types import Observation, OccupancyGrid, Pose2D
 IDLE_SECONDS = 0.02
 """Wall seconds between two checks for commands while the robot is held."""
 
-MAIN_LIDAR = "lidar"
-"""Name of the lidar that localisation and tracker use."""
-
 LOCAL_WINDOW = 5.0
 """Side of the rolling local costmap, metres."""
 
@@ -112,6 +109,7 @@ def build(
         InputError: a breakpoint or a forced outcome of the options is refused.
     """
     seed, robot = options.seed, plan.robot
+    lidar = next(iter(robot.all_lidars), "")  # of localisation and tracker
     log = folder.log if folder is not None else _discard
     body = _body(plan, options, make_body)
     for warning in (*plan.world.warnings, *plan.warnings):
@@ -130,7 +128,7 @@ def build(
     local_costmap, global_costmap = _costmaps(plan, _costmap_grid(plan, grid))
     world_model = WorldModel(
         local_costmap, global_costmap, _tracker(plan, grid, local_costmap, global_costmap),
-        SpeedLimits(plan.choices["speed_limits"].parameters), lidar=MAIN_LIDAR,
+        SpeedLimits(plan.choices["speed_limits"].parameters), lidar=lidar,
         deceleration=robot.limits.linear_deceleration,
         cover=_ignore if plan.is_mapped else Ground(grid, [global_costmap]).cover,
     )  # fmt: skip
@@ -139,13 +137,19 @@ def build(
     navigator = _navigator(plan, period, local_costmap, global_costmap, telemetry)
     if body.is_real_time:
         navigator.configure(replace(navigator.parameters, wait_for_plan=False))
-    estimator = _estimator(plan, grid, seed)
-    state, camera = LoopState(), CameraLease(always=options.camera == "on")
+    estimator = _estimator(plan, grid, lidar, seed)
+    frames, state, camera = (
+        TransformBuffer(),
+        LoopState(),
+        CameraLease(always=options.camera == "on"),
+    )
     facade = RobotFacade(
         FacadeParts(
             robot=robot,
             state=state,
             clock=lambda: body.time,
+            frames=frames,
+            lidar=lidar,
             camera=camera,
             navigator=navigator,
             estimator=estimator,
@@ -157,7 +161,6 @@ def build(
             detector=MarkerDetector(plan.world.markers) if robot.camera else None,
             cover=world_model.cover,
             forget_tracks=world_model.forget_tracks,
-            lidar=MAIN_LIDAR,
             tunables={
                 "controller": Tunable.of(navigator.path_follower),
                 "goal_checker": Tunable.of(navigator.goal_checker),
@@ -179,7 +182,7 @@ def build(
     if "sensors" in options.record and folder is not None:
         sensor_log = SensorLog(folder.sensors, _about(plan, options))
     parts = Parts(
-        body=body, odometry=OdometryFusion(), frames=TransformBuffer(), estimator=estimator,
+        body=body, odometry=OdometryFusion(), frames=frames, estimator=estimator,
         obstacle_memory=ObstacleMemory(robot), world_model=world_model, tree=tree, facade=facade,
         navigator=navigator, safety=safety, camera=camera, telemetry=telemetry, state=state,
         map_layer=Layer(1, grid), scorer=scorer, debugger=debugger, sensor_log=sensor_log,
@@ -319,11 +322,11 @@ def _ignore(poses: Iterable[Pose2D] = ()) -> None:
     """Do nothing: a known map does not grow, and without a tracker there are no tracks."""
 
 
-def _estimator(plan: PreparedMission, grid: OccupancyGrid, seed: int) -> Estimator:
+def _estimator(plan: PreparedMission, grid: OccupancyGrid, lidar: str, seed: int) -> Estimator:
     if not plan.is_mapped:
         return DeadReckoning(plan.belief or MAP_ORIGIN)
     sideways = plan.robot.drivetrain.can_move_sideways
-    localiser = Localiser(grid, LocaliserParameters(), seed, sideways=sideways)
+    localiser = Localiser(grid, LocaliserParameters(lidar=lidar), seed, sideways=sideways)
     if plan.belief is None:
         localiser.scatter()
     else:

@@ -123,7 +123,7 @@ class RobotDescription:
         limits: of speed and acceleration.
         odometry: errors of the wheel odometry.
         skid: sliding of the wheels in turns; for skid-steered drives only.
-        lidar: main lidar, which localisation uses; None without one.
+        lidar: the lidar called `lidar`, which localisation uses; None without one.
         navigation: component choices and parameters of this robot, as raw values by kind
             ({"controller": {"use": "pure_pursuit", "cruise_speed": 0.5}}); those of the mission
             take precedence.
@@ -153,7 +153,7 @@ class RobotDescription:
 
     @property
     def all_lidars(self) -> dict[str, LidarDescription]:
-        """Every lidar by sensor name; the main one is `lidar`."""
+        """Every lidar by sensor name; localisation and tracker use the first one."""
         main = {} if self.lidar is None else {"lidar": self.lidar}
         return {**main, **self.lidars}
 

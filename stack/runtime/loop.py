@@ -271,11 +271,8 @@ class Runtime:
         if not (self.mission.ticks or self._commands.drives_to_operator_goal):
             return STANDSTILL
         p = self.parts
-        scan = p.facade.scan
         return p.navigator.step(
-            NavigationState(
-                p.body.time, p.estimator.estimate, motion, scan, world.tracks, obstacles
-            )
+            NavigationState(p.body.time, p.estimator.estimate, motion, world.tracks, obstacles)
         )
 
     def _slept(self) -> float:

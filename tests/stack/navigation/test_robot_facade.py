@@ -90,7 +90,8 @@ class Rig:
         self.state, self.camera = LoopState(), CameraLease()
         self.facade = RobotFacade(
             FacadeParts(
-                world.robot, self.state, lambda: world.time, self.camera, navigator,
+                world.robot, self.state, lambda: world.time, world.frames, world.lidar,
+                self.camera, navigator,
                 self.estimator, self.toy.local, self.toy.globe, ToyStore(),
                 self.toy.emit, (MARKER,), self.detector,
                 {
@@ -109,9 +110,7 @@ class Rig:
         self.state.motion = world.odometry
         self.state.obstacles = world.obstacles
         twist = self.toy.navigator.step(
-            NavigationState(
-                world.time, world.estimate, world.odometry, world.scan, (), world.obstacles
-            )
+            NavigationState(world.time, world.estimate, world.odometry, (), world.obstacles)
         )
         world.drive(self.toy.safety.limit(twist, world.odometry, world.obstacles))
         return twist
