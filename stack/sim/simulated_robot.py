@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from math import gcd
 
 from stack.body import ContactTally, GroundTruth
 from stack.drivetrain.description import RobotDescription
@@ -25,9 +26,6 @@ from stack.types import Image, Measurement, Observation, Pose2D
 CLEARANCE_REACH = 1.0
 """Largest clearance that is measured, metres."""
 
-NEVER = 1 << 62
-"""Period, in steps, of a sensor that the robot does not have."""
-
 
 class SimulatedRobot:
     """Drive, sensors, battery and contacts of one robot, each at its own rate.
@@ -47,6 +45,8 @@ class SimulatedRobot:
         clearance: smallest distance so far to an obstacle, metres; at most CLEARANCE_REACH.
         due: physics step up to which the robot lets time pass.
         wants_freeze: whether the robot asks for time to stand.
+        radius: distance from the base to the farthest corner, metres.
+        quiet_steps: physics steps from one time at which something may be due to the next.
     """
 
     def __init__(  # noqa: PLR0913 - a robot, its world and the settings
@@ -55,6 +55,7 @@ class SimulatedRobot:
     ) -> None:  # fmt: skip
         self.description = description
         self.due, self.wants_freeze = 0, False
+        self.radius = description.footprint.circumscribed_radius
         self._plan_rates(description, settings)
         self.clearance = CLEARANCE_REACH
         self._events: list[tuple[str, str]] = []
@@ -90,11 +91,6 @@ class SimulatedRobot:
     def shape(self) -> RobotShape:
         """The robot as the sensors of other robots see it."""
         return RobotShape(self.truth.pose, self.description.footprint, self.description.height)
-
-    @property
-    def radius(self) -> float:
-        """Distance from the base to the farthest corner, metres."""
-        return self.description.footprint.circumscribed_radius
 
     @property
     def tally(self) -> ContactTally:
@@ -185,7 +181,7 @@ class SimulatedRobot:
 
     def _plan_rates(self, description: RobotDescription, settings: SimulationSettings) -> None:
         self._clearance_steps = settings.steps("clearance period", 1.0 / settings.clearance_rate)
-        self._imu_steps = NEVER
+        self._imu_steps = self._clearance_steps
         rates = {name: lidar.rate for name, lidar in description.all_lidars.items()}
         rates |= {name: sonar.rate for name, sonar in description.sonars.items()}
         self._range_sensor_steps = {
@@ -193,6 +189,9 @@ class SimulatedRobot:
         }
         if description.imu:
             self._imu_steps = settings.steps("IMU period", 1.0 / description.imu.rate)
+        self.quiet_steps = gcd(
+            self._imu_steps, self._clearance_steps, *self._range_sensor_steps.values()
+        )
 
     def _set_wheels(self) -> None:
         wheels = self.drive.wheels

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import gcd
+
 from stack.drivetrain.description import RobotDescription
 from stack.sim.pace import Pace
 from stack.sim.people import People
@@ -35,6 +37,7 @@ class Simulation:
         self.world, self.settings, self.pace = world, settings, Pace(settings.pace)
         self._step, self._period = 0, 1.0 / settings.physics_rate
         self._scene_steps = settings.steps("scene period", 1.0 / settings.scene_rate)
+        self._quiet_steps = self._scene_steps
         self.doors = {door.name: door.closed for door in world.doors}
         self.scene_changes = 0
         self.people = People(world.people)
@@ -69,6 +72,7 @@ class Simulation:
         if self._has_begun:
             return
         self._has_begun = True
+        self._quiet_steps = gcd(self._scene_steps, *(robot.quiet_steps for robot in self._robots))
         self._physics.scene.place_people(self.people.places)
         self._apply_due_events()
         for robot in self._robots:
@@ -143,6 +147,8 @@ class Simulation:
         self._physics.step()
         self._step += 1
         step, time = self._step, self.time
+        if step % self._quiet_steps:
+            return
         if step % self._scene_steps == 0:
             self._update_scene()
         for robot in self._robots:

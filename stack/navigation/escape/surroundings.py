@@ -103,7 +103,7 @@ class Surroundings:
     def _keep(self, name: str, view: View) -> None:
         """Store a view unless there is one of the sensor near it; drop the sensor's oldest one."""
         same = [entry for entry in self._older if entry[0] == name]
-        if any(kept.near(view.base, APART, APART_TURN) for _, kept in same):
+        if any(kept.near(view.base, APART, APART_TURN) for _, kept in reversed(same)):
             return
         if len(same) == KEPT_VIEWS:
             self._older = [entry for entry in self._older if entry is not same[0]]

@@ -67,6 +67,8 @@ class PhysicsRobot:
 
     def __init__(self, physics: PhysicsWorld, description: RobotDescription, start: Pose2D) -> None:
         self.world, self._bullet, self.client = physics, physics.bullet, physics.client
+        self._known: tuple[Vector, tuple[float, ...], Vector, Vector] | None = None
+        self._known_at = 0
         self.robot = load_robot(self._bullet, self.client, description.urdf)
         self._prepare_robot(description, physics.friction)
         self.place_robot(start)
@@ -74,6 +76,7 @@ class PhysicsRobot:
 
     def place_robot(self, pose: Pose2D) -> None:
         """Place the robot at a pose, at rest, with wheels at rest."""
+        self._known = None
         turn = (0.0, 0.0, sin(pose.heading / 2.0), cos(pose.heading / 2.0))
         position, orientation = self._bullet.multiplyTransforms(
             (pose.x, pose.y, 0.0), turn, *self._inertial
@@ -162,8 +165,11 @@ class PhysicsRobot:
     def _base(self) -> tuple[Vector, tuple[float, ...], Vector, Vector]:
         """Return position, row-major rotation, velocity and spin of the base frame.
 
-        PyBullet gives these for the centre of mass; v = v_com + w x (base - com).
+        PyBullet gives these for the centre of mass; v = v_com + w x (base - com). They are computed
+        once in a physics step.
         """
+        if self._known is not None and self._known_at == self.world.steps:
+            return self._known
         com = self._bullet.getBasePositionAndOrientation(self.robot, physicsClientId=self.client)
         velocity, spin = self._bullet.getBaseVelocity(self.robot, physicsClientId=self.client)
         origin, turn = self._bullet.multiplyTransforms(*com, *self._from_inertial)
@@ -173,7 +179,9 @@ class PhysicsRobot:
             velocity[1] + spin[2] * rx - spin[0] * rz,
             velocity[2] + spin[0] * ry - spin[1] * rx,
         )
-        return origin, self._bullet.getMatrixFromQuaternion(turn), base_velocity, spin
+        rotation = self._bullet.getMatrixFromQuaternion(turn)
+        self._known, self._known_at = (origin, rotation, base_velocity, spin), self.world.steps
+        return self._known
 
     def touching(self) -> list[tuple[str, float, float]]:
         """Return the contacts except those with the floor: with what, and x, y in metres."""

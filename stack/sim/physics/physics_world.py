@@ -28,13 +28,14 @@ class PhysicsWorld:
         bullet: the pybullet module.
         client: number of the client; -1 when closed.
         friction: of the floor outside the friction zones.
+        steps: physics steps so far.
     """
 
     def __init__(self, world: World, settings: SimulationSettings) -> None:
         self.bullet: Any = loader.load()
         bullet = self.bullet
         self.client: int = bullet.connect(bullet.DIRECT)
-        self.friction = world.friction
+        self.friction, self.steps = world.friction, 0
         self._robots: dict[int, str] = {}
         try:
             bullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=self.client)
@@ -66,6 +67,7 @@ class PhysicsWorld:
     def step(self) -> None:
         """Advance by one physics period."""
         self.bullet.stepSimulation(physicsClientId=self.client)
+        self.steps += 1
 
     def close(self) -> None:
         """Disconnect. Safe to call twice."""
