@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from missions.execution.report import Report
     from robots.bodies import MakeBody
 
-__all__ = ["run"]
+__all__ = ["run", "run_together"]
 
 
 def run(  # noqa: PLR0913 - the settings of a run, all by keyword
@@ -68,3 +68,47 @@ def run(  # noqa: PLR0913 - the settings of a run, all by keyword
     )  # fmt: skip
     make_body = None if isinstance(body, str) else body
     return run_mission(mission, options, make_body=make_body)
+
+
+def run_together(  # noqa: PLR0913 - the settings of a run, all by keyword
+    missions: Sequence[str | Path],
+    *,
+    seed: int = 0,
+    arguments: Mapping[str, str] | None = None,
+    world: str | None = None,
+    out: str | Path | None = None,
+    speed: float = 0.0,
+    rerun: bool = False,
+    parameters: Mapping[str, str] | None = None,
+    record: Sequence[str] = (),
+) -> list[Report]:
+    """Run several missions in the caller's process: a robot each, in one world with one clock.
+
+    Args:
+        missions: the mission files, or names of shipped ones; at least two.
+        seed: of the first robot; the second one has `seed + 1`, and so on.
+        arguments: values for the missions' arguments, as text; each takes those that it declares.
+        world: replaces the missions' world: a name or a path.
+        out: receives a run folder for each mission, by its name. None writes no records.
+        speed: simulated seconds per wall second; 0 is as fast as possible.
+        rerun: record mission.rrd into the folders.
+        parameters: as for `run`, for all missions.
+        record: as for `run`.
+
+    Returns:
+        The reports, in the order of the missions.
+
+    Raises:
+        InputError: a mission has errors, they are in different worlds, or two robots start at the
+            same place; nothing has moved.
+    """
+    from missions.execution.prepare import RunOptions
+    from missions.execution.shared_world import prepare_together
+    from missions.execution.shared_world import run_together as run_entries
+
+    options = RunOptions(
+        seed=seed, arguments=dict(arguments or {}), world=world,
+        out=Path(out) if out is not None else None, speed=speed, rerun=rerun, serve=False,
+        parameters=dict(parameters or {}), record=tuple(record),
+    )  # fmt: skip
+    return run_entries(prepare_together(missions, options))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from stack.body import Body
 from stack.drivetrain.description import RobotDescription
@@ -11,6 +12,9 @@ from stack.errors import InputError
 from stack.parameters import suggestion
 from stack.sim.worlds.world import World
 from stack.types import Observation, Pose2D
+
+if TYPE_CHECKING:
+    from stack.sim.simulation import Simulation
 
 
 @dataclass(frozen=True)
@@ -44,6 +48,19 @@ def simulated(setup: BodySetup) -> Body:
     body = SimulatedBody(setup.robot, setup.world, start=setup.start, seed=setup.seed)
     body.pace = setup.pace
     return body
+
+
+def sharing(simulation: Simulation) -> MakeBody:
+    """Return a maker of simulated robots in one world, with one clock."""
+
+    def make(setup: BodySetup) -> Body:
+        from robots.simulated import SimulatedBody
+
+        return SimulatedBody(
+            setup.robot, setup.world, start=setup.start, seed=setup.seed, simulation=simulation
+        )
+
+    return make
 
 
 def scripted(setup: BodySetup) -> Body:

@@ -16,11 +16,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from stack.body import DEAD_MAN, Body, BodyCommand, BodyHealth
 from stack.drivetrain.description import RobotDescription
 from stack.drivetrain.kinematics import moved, scaled, share_within_limits
+from stack.sim.scene_state import SceneState
 from stack.sim.worlds.world import World
 from stack.types import (
     STANDSTILL,
@@ -59,8 +58,7 @@ def scans_of(robot: RobotDescription, world: World) -> Script:
     periods = {name: 1.0 / lidar.rate for name, lidar in robot.all_lidars.items()}
     periods |= {name: 1.0 / sonar.rate for name, sonar in robot.sonars.items()}
     due = dict.fromkeys(periods, 0.0)
-    doors = {door.name: door.closed for door in world.doors}
-    nobody = np.zeros((0, 3))
+    scene = SceneState(doors={door.name: door.closed for door in world.doors})
 
     def measure(time: float, pose: Pose2D) -> Mapping[str, Measurement]:
         found: dict[str, Measurement] = {}
@@ -69,9 +67,9 @@ def scans_of(robot: RobotDescription, world: World) -> Script:
                 continue
             due[name] = at + periods[name]
             if name in lidars:
-                found[name] = lidars[name].scan([(time, pose)], nobody, doors, 0, time)
+                found[name] = lidars[name].scan([(time, pose)], scene, 0, time)
             else:
-                found[name] = sonars[name].reading(pose, nobody, doors, 0, time)
+                found[name] = sonars[name].reading(pose, scene, 0, time)
         return found
 
     return measure

@@ -13,8 +13,6 @@ with any subset of sensors in use.
 
 from __future__ import annotations
 
-import time as wall_clock
-
 from stack.body import Body, BodyCommand, ContactTally, GroundTruth, SimulatedWorld
 from stack.drivetrain.description import RobotDescription
 from stack.sim.physics.settings import SimulationSettings
@@ -24,12 +22,12 @@ from stack.sim.simulation import Simulation
 from stack.sim.worlds.world import World
 from stack.types import FloatArray, Observation, Pose2D
 
-MAX_DELAY = 0.25
-"""Delay behind schedule, wall seconds, above which the schedule restarts from now."""
-
 
 class SimulatedBody(Body, SimulatedWorld):
     """Wheeled robot with lidar, odometry, IMU, camera and battery in PyBullet.
+
+    Several robots share a world if each is made with the same `simulation`. Time then passes for
+    all of them at once: `wait` returns, but time advances when every robot has called it.
 
     Args:
         description: the robot.
@@ -37,29 +35,33 @@ class SimulatedBody(Body, SimulatedWorld):
         start: pose of the base frame, world frame.
         seed: of every random stream.
         settings: rates and pace.
+        simulation: of this world, shared with other robots; None: one of its own.
 
     Raises:
         BodyError: the robot's URDF cannot be read.
         ParameterError: a sensor's period is not a multiple of the physics period.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 - a robot, its place and its world
         self, description: RobotDescription, world: World, *, start: Pose2D, seed: int,
         settings: SimulationSettings = SimulationSettings(),  # noqa: B008 - frozen
+        simulation: Simulation | None = None,
     ) -> None:  # fmt: skip
-        self._description = description
-        self._pace, self._slept = settings.pace, 0.0
-        self._settings, self._closed = settings, False
+        self._simulation = simulation or Simulation(world, settings)
+        try:
+            self._robot = self._simulation.add_robot(description, start, seed)
+        except BaseException:
+            if simulation is None:
+                self._simulation.close()
+            raise
         self._camera: Camera | None = None
         if description.camera is not None:
             self._camera = Camera(RenderSetup(world, description.urdf, description.camera, seed))
-        self._simulation = Simulation(description, world, start, seed, settings)
-        self._schedule: tuple[float, float] | None = None
 
     @property
     def description(self) -> RobotDescription:
         """Description of the robot."""
-        return self._description
+        return self._robot.description
 
     @property
     def time(self) -> float:
@@ -68,18 +70,19 @@ class SimulatedBody(Body, SimulatedWorld):
 
     def sense(self) -> Observation:
         """Return the measurements since the last call: newest scan and picture, all IMU samples."""
+        self._simulation.begin()
         image = self._camera.take(self.time) if self._camera else None
-        return self._simulation.observation(image)
+        return self._robot.observation(self.time, image)
 
     def command(self, command: BodyCommand) -> None:
         """Command a velocity; `wait` applies ramps, limits and the dead-man stop.
 
         Pictures are exposed now if the camera's rate allows, and delivered `latency` later.
         """
-        self._simulation.drive.command(command.twist)
+        self._robot.drive.command(command.twist)
         camera = self._camera
         if command.capture and camera is not None and camera.is_ready(self.time):
-            camera.expose(self.time, self._simulation.render_request())
+            camera.expose(self.time, self._simulation.render_request(self._robot))
 
     def wait(self, period: float) -> None:
         """Advance the simulation by `period` seconds, at the set pace.
@@ -87,34 +90,37 @@ class SimulatedBody(Body, SimulatedWorld):
         Raises:
             ParameterError: the period is not a multiple of the physics period.
         """
-        self._simulation.advance(self._settings.steps("control period", period))
-        if self._pace > 0.0:
-            self._keep_pace(period / self._pace)
-        else:
-            self._schedule = None
+        self._simulation.wait(self._robot, period)
 
     def close(self) -> None:
-        """Close physics and renderer. Safe to call twice."""
-        if not self._closed:
-            self._closed = True
-            self._simulation.close()
-            if self._camera is not None:
-                self._camera.close()
+        """Leave the simulation, which ends with its last robot. Safe to call twice."""
+        self._simulation.remove(self._robot)
+        if self._camera is not None:
+            self._camera.close()
+
+    @property
+    def is_due(self) -> bool:
+        """Whether the time of the last `wait` has passed; always, for a robot alone."""
+        return self._simulation.is_due(self._robot)
+
+    def freeze(self, wanted: bool) -> bool:
+        """Ask for time to stand, or to go on; return whether it stands: all robots ask for it."""
+        return self._simulation.freeze(self._robot, wanted)
 
     @property
     def truth(self) -> GroundTruth:
         """Exact pose and velocity of the base frame."""
-        return self._simulation.truth
+        return self._robot.truth
 
     @property
     def tally(self) -> ContactTally:
         """Contacts so far."""
-        return self._simulation.tally
+        return self._robot.tally
 
     @property
     def clearance(self) -> float:
         """Smallest distance so far between the robot and an obstacle, metres; at most 1 m."""
-        return self._simulation.clearance
+        return self._robot.clearance
 
     @property
     def people(self) -> FloatArray:
@@ -133,30 +139,18 @@ class SimulatedBody(Body, SimulatedWorld):
 
     def take_events(self) -> list[tuple[str, str]]:
         """Return the events of the world since the last call, each (kind, sentence)."""
-        return self._simulation.take_events()
+        return self._robot.take_events()
 
     @property
     def pace(self) -> float:
         """Simulated seconds per wall second; 0: as fast as possible."""
-        return self._pace
+        return self._simulation.pace.factor
 
     @pace.setter
     def pace(self, factor: float) -> None:
-        self._pace = factor
+        self._simulation.pace.factor = factor
 
     @property
     def slept(self) -> float:
         """Wall seconds slept so far to keep the pace."""
-        return self._slept
-
-    def _keep_pace(self, seconds: float) -> None:
-        """Sleep until the period is over on the wall clock; does not affect the simulation."""
-        now = wall_clock.monotonic()  # noqa: TID251 - pacing inside a body's wait
-        due, pace = self._schedule or (now, self._pace)
-        if pace != self._pace or now - due > MAX_DELAY:
-            due = now
-        due += seconds
-        self._schedule = (due, self._pace)
-        if due > now:
-            self._slept += due - now
-            wall_clock.sleep(due - now)  # noqa: TID251 - pacing inside a body's wait
+        return self._simulation.pace.slept

@@ -118,8 +118,22 @@ class SimulatedWorld(ABC):
     """What only a simulation can do: truth, scoring, events of the world, pace and freezing time.
 
     The runtime freezes a simulated world while the robot is held and stands; then `time` does not
-    advance. A body without this interface has a clock that cannot be stopped.
+    advance. A body without this interface has a clock that cannot be stopped. Several robots may be
+    in one world and share its clock.
     """
+
+    @abstractmethod
+    def freeze(self, wanted: bool) -> bool:
+        """Ask for time to stand, or to go on.
+
+        Returns:
+            Whether time stands: only while every robot in the world asks for it.
+        """
+
+    @property
+    @abstractmethod
+    def is_due(self) -> bool:
+        """Whether the last `wait` is over; time goes on once all robots in the world wait."""
 
     @property
     @abstractmethod

@@ -102,7 +102,7 @@ class Robot(Protocol):
 
     @property
     def scan(self) -> Scan | None:
-        """The newest lidar scan; None without one."""
+        """The newest scan of the lidar that the localisation uses; None without one."""
         ...
 
     @property
@@ -164,7 +164,7 @@ class Robot(Protocol):
     ) -> Task:
         """Drive straight by a distance, with the heading held by odometry.
 
-        Fails before it touches an obstacle that the lidar sees.
+        Fails before it touches an obstacle that a sensor sees.
 
         Args:
             distance: metres; negative: backward.
@@ -176,7 +176,7 @@ class Robot(Protocol):
     def escape(
         self, *, clearance: float | None = None, distance: float = 1.5, speed: float | None = None
     ) -> Task:
-        """Drive out of a tight spot by lidar and odometry, without costmap, map or pose estimate.
+        """Drive out of a tight spot by range sensors and odometry, without costmap, map or pose.
 
         Args:
             clearance: required free distance around the footprint, metres; None: the robot's own.

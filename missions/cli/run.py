@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from missions.cli.arguments import MissionArgument, assignments, on_a_terminal
+from missions.cli.arguments import assignments, on_a_terminal
 
 
 class Camera(StrEnum):
@@ -33,7 +33,13 @@ class BodyChoice(StrEnum):
 
 
 def run(  # noqa: PLR0913 - each is an option of the command
-    mission: MissionArgument,
+    missions: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="MISSION...",
+            help="mission file, or the name of a shipped mission; several share one world",
+        ),
+    ],
     headless: Annotated[
         bool,
         typer.Option("--headless", help="print progress lines and a summary, open no dashboard"),
@@ -63,7 +69,10 @@ def run(  # noqa: PLR0913 - each is an option of the command
         str | None, typer.Option(metavar="X,Y,HEADING", help="start elsewhere: a pose or a place")
     ] = None,
     out: Annotated[
-        Path | None, typer.Option(help="run folder [default: runs/<mission>-<time>]")
+        Path | None,
+        typer.Option(
+            help="run folder [default: runs/<mission>-<time>]; for several missions, their parent"
+        ),
     ] = None,
     no_rerun: Annotated[bool, typer.Option("--no-rerun", help="do not record mission.rrd")] = False,
     mavlink: Annotated[
@@ -108,11 +117,16 @@ def run(  # noqa: PLR0913 - each is an option of the command
     """Run a mission, in the dashboard or headless.
 
     The dashboard opens on a terminal; elsewhere, and with --headless, progress lines are printed.
+
+    Several missions run at once, a robot each, in one world with one clock. Their progress lines
+    begin with the mission's name; open a dashboard for one with `treepilot watch`. The robots have
+    the seeds SEED, SEED + 1, ... and run folders of their own.
     """
     from missions.execution.supervisor import LaunchOptions, launch
 
+    without_dashboard = headless or json or len(missions) > 1 or not on_a_terminal()
     options = LaunchOptions(
-        mission=mission, headless=headless or json or not on_a_terminal(), json=json, seed=seed,
+        missions=tuple(missions), headless=without_dashboard, json=json, seed=seed,
         speed=speed, arguments=assignments(set_ or []), robot=robot, world=world, start=start,
         out=out, rerun=not no_rerun, mavlink=mavlink, camera=camera.value, watch=watch,
         breakpoints=tuple(break_ or ()),

@@ -133,12 +133,14 @@ def build(
     estimator = _estimator(plan, grid, seed)
     odometry = OdometryFusion(plan.choices["odometry_fusion"].parameters)
     obstacle_memory = ObstacleMemory(robot, plan.choices["obstacle_memory"].parameters)
-    state, camera = LoopState(), CameraLease(loop.camera_time, always=options.camera == "on")
+    frames, state = TransformBuffer(loop.pose_history), LoopState()
+    camera = CameraLease(loop.camera_time, always=options.camera == "on")
     facade = RobotFacade(
         FacadeParts(
             robot=robot,
             state=state,
             clock=lambda: body.time,
+            frames=frames,
             camera=camera,
             navigator=navigator,
             estimator=estimator,
@@ -150,7 +152,6 @@ def build(
             detector=MarkerDetector(plan.world.markers) if robot.camera else None,
             cover=world_model.cover,
             forget_tracks=world_model.forget_tracks,
-            lidar=robot.main_lidar,
             tunables={
                 "controller": Tunable.of(navigator.path_follower),
                 "goal_checker": Tunable.of(navigator.goal_checker),
@@ -175,11 +176,10 @@ def build(
     if "sensors" in options.record and folder is not None:
         sensor_log = SensorLog(folder.sensors, _about(plan, options))
     parts = Parts(
-        body=body, odometry=odometry, frames=TransformBuffer(loop.pose_history),
-        estimator=estimator, obstacle_memory=obstacle_memory, world_model=world_model, tree=tree,
-        facade=facade, navigator=navigator, safety=safety, camera=camera, telemetry=telemetry,
-        state=state, map_layer=Layer(1, grid), scorer=scorer, debugger=debugger,
-        sensor_log=sensor_log,
+        body=body, odometry=odometry, frames=frames, estimator=estimator,
+        obstacle_memory=obstacle_memory, world_model=world_model, tree=tree, facade=facade,
+        navigator=navigator, safety=safety, camera=camera, telemetry=telemetry, state=state,
+        map_layer=Layer(1, grid), scorer=scorer, debugger=debugger, sensor_log=sensor_log,
     )  # fmt: skip
     runtime = Runtime(parts, loop, _idle)
     for command in options.first_commands():

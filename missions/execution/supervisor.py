@@ -10,7 +10,7 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from datetime import datetime
 from pathlib import Path
 from time import monotonic, sleep  # noqa: TID251 - waiting for another process
@@ -21,10 +21,14 @@ from missions.execution.progress import ProgressLines
 from missions.execution.report import Report
 from missions.execution.resources import find_mission
 from missions.execution.runner import execute
+from missions.execution.shared_world import prepare_together, run_together
 from stack.errors import InputError
 from stack.telemetry.rendezvous import RunHandle, find_run, live_runs
 
 WRONG_INPUT, ENGINE_LOST = 2, 3
+BY_SEVERITY = (3, 130, 1)
+"""Exit codes of several missions: the first of these that one of them has."""
+
 START_TIMEOUT, STOP_TIMEOUT = 60.0, 20.0
 """Wall seconds to wait for an engine to answer, and for its end after a stop."""
 
@@ -33,7 +37,7 @@ START_TIMEOUT, STOP_TIMEOUT = 60.0, 20.0
 class LaunchOptions:
     """Command-line options of `treepilot run`."""
 
-    mission: str
+    missions: tuple[str, ...]
     headless: bool = True
     json: bool = False
     speed: str = ""
@@ -54,32 +58,48 @@ class LaunchOptions:
     replay: Path | None = None
     record: tuple[str, ...] = ()
 
+    @property
+    def mission(self) -> str:
+        """The only, or the first, mission."""
+        return self.missions[0]
+
     def run_options(self) -> RunOptions:
         """Return the options of the engine, with the run folder and speed resolved."""
         return RunOptions(
             seed=self.seed, arguments=self.arguments, robot=self.robot, world=self.world,
-            start=self.start, out=self.out or default_folder(self.mission),
+            start=self.start, out=self._folder(),
             speed=_speed(self.speed or ("max" if self.headless else "1")), rerun=self.rerun,
             mavlink=self.mavlink, camera=self.camera, watch=self.watch,
             breakpoints=self.breakpoints, forced=self.forced,
             parameters=self.parameters, body=self.body, replay=self.replay, record=self.record,
         )  # fmt: skip
 
+    def _folder(self) -> Path | None:
+        """The run folder; of several missions their parent, None for the default."""
+        if self.out is not None or len(self.missions) > 1:
+            return self.out
+        return default_folder(self.mission)
+
 
 def launch(options: LaunchOptions) -> int:
-    """Run a mission with or without a dashboard; return the exit code."""
+    """Run missions, one with or without a dashboard, several without; return the exit code."""
+    if len(options.missions) > 1:
+        return _run_several(options)
     return _run_here(options) if options.headless else _run_with_dashboard(options)
 
 
 def default_folder(mission: str) -> Path:
     """Return `runs/<mission>-<date>-<time>` in the current folder, numbered if it exists."""
-    stamp = datetime.now().strftime("%Y%m%d-%H%M%S")
-    base = Path("runs") / f"{find_mission(mission).stem}-{stamp}"
+    base = Path("runs") / f"{find_mission(mission).stem}-{_time_stamp()}"
     folder, count = base, 1
     while folder.exists():
         count += 1
         folder = base.with_name(f"{base.name}-{count}")
     return folder
+
+
+def _time_stamp() -> str:
+    return datetime.now().strftime("%Y%m%d-%H%M%S")
 
 
 def watch_run(name: str) -> int:
@@ -139,6 +159,38 @@ def _run_here(options: LaunchOptions) -> int:
             )
         print(report.to_json() if options.json else report.summary(), file=out)
     return report.exit_code
+
+
+def _run_several(options: LaunchOptions) -> int:
+    """Run several missions in one world, in this process."""
+    settings, suffix = options.run_options(), ""
+    if settings.out is None:
+        settings, suffix = replace(settings, out=Path("runs")), f"-{_time_stamp()}"
+    with _clean_stdout(options.json) as out:
+        entries = prepare_together(options.missions, settings, suffix)
+        for entry in entries:
+            _announce_compilation(entry.plan)
+            for warning in entry.plan.mission.warnings:
+                print(warning, file=sys.stderr)
+        if not options.json:
+            entries = [replace(entry, sinks=[_labelled_lines(entry.label)]) for entry in entries]
+        with _interrupts() as caught:
+            reports = run_together(entries, lambda: bool(caught))
+        if options.json:
+            print(
+                json_format.dumps(
+                    [report.plain() for report in reports], indent=2, allow_nan=False
+                ),
+                file=out,
+            )
+        else:
+            print("\n\n".join(report.summary() for report in reports), file=out)
+    codes = [report.exit_code for report in reports]
+    return next((code for code in BY_SEVERITY if code in codes), 0)
+
+
+def _labelled_lines(label: str) -> ProgressLines:
+    return ProgressLines(lambda line: print(f"{label}: {line}", file=sys.stderr))
 
 
 @contextmanager

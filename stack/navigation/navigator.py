@@ -251,7 +251,7 @@ class Navigator:
     def escape(
         self, *, clearance: float | None = None, distance: float = 1.5, speed: float | None = None
     ) -> MotionTask:
-        """Drive out of a tight spot by lidar and odometry alone.
+        """Drive out of a tight spot by range sensors and odometry alone.
 
         Args:
             clearance: desired metres around the outline; None: room to turn, at least 15 cm.

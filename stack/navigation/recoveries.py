@@ -1,4 +1,4 @@
-"""Recovery motions by odometry and lidar alone: spin, back up, drive straight, drive for a time.
+"""Recovery motions by odometry and range sensors: spin, back up, drive straight, drive for a time.
 
 They need no map and no pose, so they also work when map or pose are wrong. Each of them ends: done,
 blocked, stalled or timed out.

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 from stack.components import Estimator, Match
 from stack.errors import NavigationError
+from stack.frames.buffer import TransformBuffer
 from stack.navigation.following import standing
 from stack.navigation.parameters import NavigationParameters
 from stack.navigation.tasks import MotionExecutor, MotionTask, NavigationState
@@ -17,19 +18,23 @@ class Relocalisation(MotionExecutor):
 
     Args:
         task: handle of the task.
-        estimator: that searches the map.
+        estimator: searches the map.
         parameters: number of scans, and the time in which they must arrive.
+        newest_scan: returns the newest deskewed scan of the lidar that the estimator uses.
+        frames: with the odometry at the stamps of the scans.
         found: called with the pose before and the match.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 - what it needs of the stack
         self, task: MotionTask, estimator: Estimator, parameters: NavigationParameters,
+        newest_scan: Callable[[], Scan | None], frames: TransformBuffer,
         found: Callable[[Pose2D, Match], None],
     ) -> None:  # fmt: skip
         super().__init__(task)
         self._estimator, self._found = estimator, found
         self._wanted, self._patience = parameters.search_scans, parameters.search_time
-        self._views: list[tuple[Pose2D, Scan]] = []
+        self._newest_scan, self._frames = newest_scan, frames
+        self._scans: list[Scan] = []
         self._waiting = self.timers.new()
         self._standing_since: float | None = None
 
@@ -40,31 +45,32 @@ class Relocalisation(MotionExecutor):
     def step(self, state: NavigationState) -> Twist:
         """Return standstill; end the task when there are enough scans."""
         if standing(state.odometry.twist):
-            self._gather(state)
-        self.task.report(f"scan {len(self._views)} of {self._wanted}", 0.0)
-        if len(self._views) == self._wanted:
-            self._match(state.odometry.pose)
+            self._gather(state.time)
+        self.task.report(f"scan {len(self._scans)} of {self._wanted}", 0.0)
+        if len(self._scans) == self._wanted:
+            self._match()
         elif self._waiting.elapsed(state.time) >= self._patience:
             self.task.fail(
                 FailureCode.LOST,
-                f"received {len(self._views)} of {self._wanted} lidar scans while standing still "
+                f"received {len(self._scans)} of {self._wanted} lidar scans while standing still "
                 f"within {self._patience:g} s",
             )
         return STANDSTILL
 
-    def _gather(self, state: NavigationState) -> None:
+    def _gather(self, now: float) -> None:
         """Store each scan that was taken while the robot stood."""
         if self._standing_since is None:
-            self._standing_since = state.time
-        newest = self._views[-1][1].stamp if self._views else self._standing_since - 1e-9
-        if state.scan is not None and state.scan.stamp > newest:
-            self._views.append((state.odometry.pose, state.scan))
+            self._standing_since = now
+        newest = self._scans[-1].stamp if self._scans else self._standing_since - 1e-9
+        scan = self._newest_scan()
+        if scan is not None and scan.stamp > newest:
+            self._scans.append(scan)
 
-    def _match(self, now: Pose2D) -> None:
-        *earlier, (_, newest) = self._views
-        views = [(pose.relative_to(now), scan) for pose, scan in earlier]
+    def _match(self) -> None:
+        *earlier, newest = self._scans
         before = self._estimator.estimate.pose
         try:
+            views = [(self._frames.motion(newest.stamp, scan.stamp), scan) for scan in earlier]
             match = self._estimator.localise_globally(newest, views)
         except NavigationError as error:
             self.task.fail(error.failure.code, error.failure.sentence)

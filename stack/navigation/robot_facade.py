@@ -10,6 +10,7 @@ from typing import Any, Protocol
 from stack.components import Estimator, Match
 from stack.drivetrain.description import RobotDescription
 from stack.errors import ParameterError
+from stack.frames.buffer import TransformBuffer
 from stack.navigation.loop_state import LoopState
 from stack.navigation.navigator import Navigator
 from stack.navigation.relocalisation import Relocalisation
@@ -56,10 +57,10 @@ class FacadeParts:
         robot: description of the robot.
         state: newest data of the step loop.
         clock: returns the seconds on the body's clock.
+        frames: poses by time stamp.
         camera: keeps the camera on while pictures are requested.
         markers: the known markers of the world, map frame.
         detector: None when the robot has no camera.
-        lidar: name of the main lidar.
         tunables: components whose parameters may be changed, by name.
         cover: without a map, grows the costmaps to contain some poses.
         forget_tracks: called after a jump of the pose, when old tracks have wrong positions.
@@ -68,6 +69,7 @@ class FacadeParts:
     robot: RobotDescription
     state: LoopState
     clock: Callable[[], float]
+    frames: TransformBuffer
     camera: CameraLease
     navigator: Navigator
     estimator: Estimator
@@ -80,7 +82,6 @@ class FacadeParts:
     tunables: Mapping[str, Tunable] = field(default_factory=dict)
     cover: Callable[[Iterable[Pose2D]], None] = lambda poses: None
     forget_tracks: Callable[[], None] = lambda: None
-    lidar: str = "lidar"
 
 
 class RobotFacade:
@@ -148,8 +149,8 @@ class RobotFacade:
 
     @property
     def scan(self) -> Scan | None:
-        """The newest scan of the main lidar."""
-        return self._state.newest(self._parts.lidar, Scan)
+        """The newest scan of the lidar that the localisation uses."""
+        return self._state.newest(self._parts.estimator.lidar, Scan)
 
     @property
     def markers(self) -> tuple[Marker, ...]:
@@ -204,7 +205,7 @@ class RobotFacade:
         return self._navigation.spin(angle, speed=speed)
 
     def back_up(self, distance: float, *, speed: float | None = None) -> MotionTask:
-        """Drive straight back by a distance; fails before it hits an obstacle that a lidar sees."""
+        """Drive straight back by a distance; fails before it hits what a sensor sees."""
         return self._navigation.back_up(distance, speed=speed)
 
     def drive_on_heading(
@@ -216,7 +217,7 @@ class RobotFacade:
     def escape(
         self, *, clearance: float | None = None, distance: float = 1.5, speed: float | None = None
     ) -> MotionTask:
-        """Drive out of a tight spot by lidar and odometry alone."""
+        """Drive out of a tight spot by range sensors and odometry alone."""
         return self._navigation.escape(clearance=clearance, distance=distance, speed=speed)
 
     def assisted_teleop(self, seconds: float, *, silence: float = 30.0) -> MotionTask:
@@ -272,8 +273,14 @@ class RobotFacade:
     def relocalise(self) -> MotionTask:
         """Find the pose on the whole map by lidar alone; fails AMBIGUOUS when several poses fit."""
         task = self._navigation.new_task("relocalise")
+        parts = self._parts
         executor = Relocalisation(
-            task, self._parts.estimator, self._navigation.parameters, self._relocalised
+            task,
+            parts.estimator,
+            self._navigation.parameters,
+            lambda: self.scan,
+            parts.frames,
+            self._relocalised,
         )
         self._navigation.start(executor, "recovery", "searching for the pose on the whole map")
         return task

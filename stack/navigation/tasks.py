@@ -18,7 +18,6 @@ from stack.types import (
     Path,
     Pose2D,
     PoseEstimate,
-    Scan,
     TaskStatus,
     TrackedObject,
     Twist,
@@ -36,7 +35,6 @@ class NavigationState:
         time: seconds on the robot's clock.
         estimate: estimated pose, map frame.
         odometry: dead-reckoned pose and measured velocity.
-        scan: the newest lidar scan.
         tracks: tracked objects around the robot at `time`, map frame.
         obstacles: points of all range sensors, compensated to `time`.
     """
@@ -44,7 +42,6 @@ class NavigationState:
     time: float
     estimate: PoseEstimate
     odometry: Odometry
-    scan: Scan | None = None
     tracks: tuple[TrackedObject, ...] = ()
     obstacles: ObstaclePoints = field(default_factory=ObstaclePoints)
 

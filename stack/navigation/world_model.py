@@ -83,7 +83,7 @@ class WorldModel:
     def _track(
         self, scans: Mapping[str, PosedScan], now: float
     ) -> tuple[TrackedObject, ...] | None:
-        """Return all tracks after a scan of the main lidar; None without one."""
+        """Return all tracks after a scan of the tracker's lidar; None without one."""
         posed = scans.get(self._lidar)
         if self.tracker is None or posed is None:
             return None

@@ -24,6 +24,7 @@ from stack.types import (
     ObstaclePoints,
     Pose2D,
     RangeReading,
+    RangeView,
     Scan,
     wrap_angle,
 )
@@ -61,10 +62,15 @@ class ObstacleMemoryParameters:
 
 @dataclass(frozen=True, slots=True)
 class _Measured:
-    """Points of one measurement: (n, 2) base frame at its stamp."""
+    """One measurement: its points (n, 2), base frame at its stamp, and its view."""
 
-    stamp: float
     points: FloatArray
+    view: RangeView
+
+    @property
+    def stamp(self) -> float:
+        """Of the measurement, seconds."""
+        return self.view.measurement.stamp
 
 
 class ObstacleMemory:
@@ -99,14 +105,17 @@ class ObstacleMemory:
         """
         now = observation.time
         for name, scan in observation.of(Scan).items():
-            self._newest[name] = _Measured(scan.stamp, steadied(scan.points()))
+            view = RangeView(frames.pose_at("odom", scan.stamp), scan)
+            self._newest[name] = _Measured(steadied(scan.points()), view)
         for name, reading in observation.of(RangeReading).items():
-            self._newest[name] = _Measured(reading.stamp, arc_points(reading))
+            view = RangeView(frames.pose_at("odom", reading.stamp), reading)
+            self._newest[name] = _Measured(arc_points(reading), view)
         visible = self._compensated(now, frames)
         remembered = self._remember(visible, now, frames)
         ages = {name: self._age(name, now) for name in self._sensors}
         points = np.concatenate([visible, remembered]) if len(remembered) else visible
-        return ObstaclePoints(now, points, ages, self._blind_sectors)
+        views = {name: measured.view for name, measured in self._newest.items()}
+        return ObstaclePoints(now, points, ages, self._blind_sectors, views)
 
     def _age(self, name: str, now: float) -> float:
         return now - self._newest[name].stamp if name in self._newest else inf

@@ -51,7 +51,7 @@ class Runtime:
         """
         self.parts, self._idle = parts, idle
         self.period = parameters.period
-        self.steps = 0
+        self.steps, self.is_frozen = 0, False
         self.mission = MissionStateMachine(self._state_changed)
         self.stages = Stages(self.period)
         self.distance = 0.0
@@ -66,6 +66,7 @@ class Runtime:
         """Run one control period; while a simulation is frozen, only serve the operator."""
         p, state, measure = self.parts, self.parts.state, self.stages.measure
         p.telemetry.advance(self.steps, p.body.time)
+        self.is_frozen = self._freeze()
         if self.is_frozen:
             self._serve_operator()
             return
@@ -145,9 +146,16 @@ class Runtime:
     def stand_still(self, patience: float = 3.0) -> None:
         """Step with a zero command until the robot stands, at most `patience` seconds."""
         for _ in range(round(patience / self.period)):
-            if self._standing() or self.parts.body.has_ended:
+            if self.is_standing or self.parts.body.has_ended:
                 return
             self.step()
+
+    @property
+    def is_standing(self) -> bool:
+        """Whether the measured velocity of the robot is below STANDING_SPEED."""
+        twist = self.parts.state.motion.twist
+        speed = hypot(twist.linear, twist.lateral)
+        return speed < STANDING_SPEED and abs(twist.angular) < STANDING_SPEED
 
     @property
     def real_time_factor(self) -> float:
@@ -189,15 +197,13 @@ class Runtime:
             self.parts.navigator.resume(now)
             self.parts.tree.resume(now)
 
-    @property
-    def is_frozen(self) -> bool:
-        """Whether the world stands still: the robot is held and stands, in a simulation."""
-        return (
-            isinstance(self.parts.body, SimulatedWorld)
-            and self.mission.is_held
-            and self._standing()
-            and not self._commands.drives_to_operator_goal
+    def _freeze(self) -> bool:
+        """Freeze a simulation while the robot is held and stands; return whether time stands."""
+        body = self.parts.body
+        idle = (
+            self.mission.is_held and self.is_standing and not self._commands.drives_to_operator_goal
         )
+        return isinstance(body, SimulatedWorld) and body.freeze(idle)
 
     def _serve_operator(self) -> None:
         """Apply commands and publish, without a step; time stands still."""
@@ -268,11 +274,8 @@ class Runtime:
         if not (self.mission.ticks or self._commands.drives_to_operator_goal):
             return STANDSTILL
         p = self.parts
-        scan = p.facade.scan
         return p.navigator.step(
-            NavigationState(
-                p.body.time, p.estimator.estimate, motion, scan, world.tracks, obstacles
-            )
+            NavigationState(p.body.time, p.estimator.estimate, motion, world.tracks, obstacles)
         )
 
     def _slept(self) -> float:
@@ -281,15 +284,10 @@ class Runtime:
         return body.slept if isinstance(body, SimulatedWorld) else 0.0
 
     def _install_next_tree(self) -> None:
-        if self._next_tree is not None and self._standing() and not self.state.is_over:
+        if self._next_tree is not None and self.is_standing and not self.state.is_over:
             self.parts.tree, self._next_tree = self._next_tree(), None
             if self.mission.is_held:
                 self.parts.tree.pause(self.parts.body.time)
-
-    def _standing(self) -> bool:
-        twist = self.parts.state.motion.twist
-        speed = hypot(twist.linear, twist.lateral)
-        return speed < STANDING_SPEED and abs(twist.angular) < STANDING_SPEED
 
     def _log_pose(self) -> None:
         """Log the exact pose once per second of robot time; the log is hashed."""

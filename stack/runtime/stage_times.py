@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from time import perf_counter
 
@@ -41,21 +40,19 @@ class Stages:
         """
         self._add("step", self._step)
 
-    @contextmanager
-    def measure(self, name: str, asleep: Callable[[], float] = lambda: 0.0) -> Iterator[None]:
-        """Add the run time of the block, without the time that it sleeps, to a stage.
+    def measure(self, name: str, asleep: Callable[[], float] | None = None) -> StageTimer:
+        """Return a context that adds its run time, without the time that it sleeps, to a stage.
 
         Args:
             name: of the stage.
-            asleep: returns the wall seconds slept so far.
+            asleep: returns the wall seconds slept so far; None: it does not sleep.
         """
-        began = perf_counter() - asleep()
-        try:
-            yield
-        finally:
-            taken = perf_counter() - asleep() - began
-            self._step += taken
-            self._add(name, taken)
+        return StageTimer(self, name, asleep)
+
+    def add(self, name: str, taken: float) -> None:
+        """Add a run of a stage, wall seconds."""
+        self._step += taken
+        self._add(name, taken)
 
     def _add(self, name: str, taken: float) -> None:
         stage = self.stages.setdefault(name, _Stage())
@@ -70,3 +67,22 @@ class Stages:
             name: StageTiming(stage.total / stage.count, stage.worst, stage.count, stage.overruns)
             for name, stage in self.stages.items()
         }
+
+
+class StageTimer:
+    """Context that measures one run of a stage."""
+
+    __slots__ = ("_asleep", "_began", "_name", "_stages")
+
+    def __init__(self, stages: Stages, name: str, asleep: Callable[[], float] | None) -> None:
+        self._stages, self._name, self._asleep = stages, name, asleep
+        self._began = 0.0
+
+    def __enter__(self) -> None:
+        self._began = self._awake()
+
+    def __exit__(self, *_: object) -> None:
+        self._stages.add(self._name, self._awake() - self._began)
+
+    def _awake(self) -> float:
+        return perf_counter() if self._asleep is None else perf_counter() - self._asleep()

@@ -1,7 +1,8 @@
-"""Simulated people: they walk along closed loops and may stop for the robot."""
+"""Simulated people: they walk along closed loops and may stop for a robot."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import hypot
 
 import numpy as np
@@ -16,6 +17,10 @@ SIDE_CLEARANCE = 0.05
 """Distance, metres, that a person keeps on each side when passing a robot."""
 
 
+Robots = Sequence[tuple[Pose2D, float]]
+"""True pose and circumscribed radius, metres, of each robot."""
+
+
 class Walker:
     """One person on a closed polyline: constant speed, with pauses at the corners.
 
@@ -24,8 +29,8 @@ class Walker:
         y: position in the world frame, metres.
     """
 
-    def __init__(self, person: Person, robot_radius: float) -> None:
-        self._person, self._robot_radius = person, robot_radius
+    def __init__(self, person: Person) -> None:
+        self._person = person
         self._points = np.asarray(person.waypoints, dtype=np.float64)
         following = np.roll(self._points, -1, axis=0)
         self._lengths: list[float] = np.hypot(*(following - self._points).T).tolist()
@@ -33,12 +38,12 @@ class Walker:
         self._advance(person.start * sum(self._lengths))
         self.x, self.y = self._position()
 
-    def walk(self, period: float, robot: Pose2D) -> bool:
+    def walk(self, period: float, robots: Robots) -> bool:
         """Advance by `period` seconds; return whether the person moved."""
         if self._pause_left > 0.0:
             self._pause_left = max(0.0, self._pause_left - period)
             return False
-        if self._person.yields and self._is_blocked_by(robot):
+        if self._person.yields and any(self._is_blocked_by(*robot) for robot in robots):
             return False
         self._along += self._person.speed * period
         if self._along >= self._lengths[self._segment]:
@@ -72,10 +77,10 @@ class Walker:
             return 1.0, 0.0
         return float(end[0] - start[0]) / length, float(end[1] - start[1]) / length
 
-    def _is_blocked_by(self, robot: Pose2D) -> bool:
-        """Whether the robot is close ahead, within the width of person and robot."""
+    def _is_blocked_by(self, robot: Pose2D, radius: float) -> bool:
+        """Whether a robot is close ahead, within the width of person and robot."""
         dx, dy = robot.x - self.x, robot.y - self.y
-        radii = self._robot_radius + self._person.radius
+        radii = radius + self._person.radius
         if hypot(dx, dy) > radii + YIELD_GAP:
             return False
         c, s = self._direction()
@@ -86,13 +91,13 @@ class Walker:
 class People:
     """All people of a world, in the order of the world file."""
 
-    def __init__(self, people: tuple[Person, ...], robot_radius: float) -> None:
-        self._walkers = [Walker(person, robot_radius) for person in people]
+    def __init__(self, people: tuple[Person, ...]) -> None:
+        self._walkers = [Walker(person) for person in people]
         self._radii = [person.radius for person in people]
 
-    def walk(self, period: float, robot: Pose2D) -> bool:
+    def walk(self, period: float, robots: Robots) -> bool:
         """Advance everyone by `period` seconds; return whether anyone moved."""
-        return any([walker.walk(period, robot) for walker in self._walkers])
+        return any([walker.walk(period, robots) for walker in self._walkers])
 
     @property
     def places(self) -> FloatArray:

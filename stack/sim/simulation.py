@@ -1,248 +1,191 @@
-"""Simulation of one robot, its sensors and its world, advanced in physics steps."""
+"""Simulation of a world and the robots in it, advanced in physics steps."""
 
 from __future__ import annotations
 
-from collections import deque
+from math import gcd
 
-from stack.body import ContactTally, GroundTruth
 from stack.drivetrain.description import RobotDescription
-from stack.sim.battery import Battery
+from stack.sim.pace import Pace
 from stack.sim.people import People
-from stack.sim.physics.contacts import ContactCounter
-from stack.sim.physics.friction import FrictionZones
-from stack.sim.physics.physics_world import Physics
+from stack.sim.physics.physics_world import PhysicsWorld
 from stack.sim.physics.settings import SimulationSettings
-from stack.sim.sensors.imu import Imu
-from stack.sim.sensors.lidar import Lidar
-from stack.sim.sensors.odometry import Encoders, Odometry
+from stack.sim.scene_state import SceneState
 from stack.sim.sensors.rendering import RenderRequest
-from stack.sim.sensors.sonar import Sonar
-from stack.sim.skidding import wheel_motion_of
+from stack.sim.simulated_robot import SimulatedRobot
 from stack.sim.timeline import Timeline
-from stack.sim.wheel_controller import WheelController
 from stack.sim.worlds.world import World, WorldEvent
-from stack.types import Image, Measurement, Observation, Pose2D
-
-CLEARANCE_REACH = 1.0
-"""Largest clearance that is measured, metres."""
-
-NEVER = 1 << 62
-"""Period, in steps, of a sensor that the robot does not have."""
+from stack.types import Pose2D
 
 
 class Simulation:
-    """One robot in one world. The clock counts physics steps.
+    """A world with one or several robots. The clock counts physics steps.
 
-    Physics and wheel controller run in every step; people, encoders, battery and contacts at the
-    scene rate; each sensor at its own rate. The timeline is evaluated after each `advance`.
+    Physics and wheel controllers run in every step; people, encoders, batteries and contacts at the
+    scene rate; each sensor at its own rate. The timeline is evaluated after each advance.
+
+    All robots have one clock: time advances once each of them has called `wait`, up to the earliest
+    of their times.
+
+    Attributes:
+        world: the world file's content.
+        settings: rates and pace.
+        doors: name -> closed.
+        scene_changes: number of door movements so far.
     """
 
-    def __init__(
-        self, description: RobotDescription, world: World, start: Pose2D, seed: int,
-        settings: SimulationSettings,
-    ) -> None:  # fmt: skip
-        self._step = 0
-        self._period = 1.0 / settings.physics_rate
-        self._plan_rates(description, settings)
+    def __init__(self, world: World, settings: SimulationSettings) -> None:
+        self.world, self.settings, self.pace = world, settings, Pace(settings.pace)
+        self._step, self._period = 0, 1.0 / settings.physics_rate
+        self._scene_steps = settings.steps("scene period", 1.0 / settings.scene_rate)
+        self._quiet_steps = self._scene_steps
         self.doors = {door.name: door.closed for door in world.doors}
-        self.scene_changes, self.clearance = 0, CLEARANCE_REACH
-        self._events: list[tuple[str, str]] = []
-
-        self.drive = WheelController(description.drivetrain, self._period)
-        self._odometry = Odometry(description, seed)
-        self._lidars = {
-            name: Lidar(lidar, world, seed, "lidar" if name == "lidar" else f"lidar:{name}")
-            for name, lidar in description.all_lidars.items()
-        }
-        self._sonars = {
-            name: Sonar(sonar, world, seed, name) for name, sonar in description.sonars.items()
-        }
-        self._measured: dict[str, Measurement] = {}
-        longest = max((lidar.rotation_time for lidar in self._lidars.values()), default=0.0)
-        self._trail: deque[tuple[float, Pose2D]] = deque(
-            maxlen=int(longest * settings.scene_rate) + 3 if longest > 0.0 else 0
-        )
-        self._imu = Imu(description.imu, seed) if description.imu else None
-        self._battery = Battery(
-            description.battery, description.limits, world.docks, settings.battery_charge
-        )
-        self.people = People(world.people, description.footprint.circumscribed_radius)
-        self._contacts = ContactCounter()
+        self.scene_changes = 0
+        self.people = People(world.people)
         self._timeline = Timeline(world.timeline)
-        self._physics = Physics(description, world, start, settings)
-        self._friction = FrictionZones(world, self._physics)
-        self._wheel_motion = wheel_motion_of(description, self._physics, seed)
-        self._begin()
+        self._physics = PhysicsWorld(world, settings)
+        self._robots: list[SimulatedRobot] = []
+        self._active: list[SimulatedRobot] = []
+        self._has_begun = False
 
     @property
     def time(self) -> float:
         """Seconds since the start."""
         return self._step * self._period
 
-    @property
-    def truth(self) -> GroundTruth:
-        """Exact pose and velocity of the robot."""
-        return self._physics.truth()
+    def add_robot(self, description: RobotDescription, start: Pose2D, seed: int) -> SimulatedRobot:
+        """Add a robot before the first step.
 
-    @property
-    def tally(self) -> ContactTally:
-        """Contacts so far."""
-        return self._contacts.tally
-
-    def advance(self, steps: int) -> None:
-        """Run this many physics steps."""
-        physics, drive = self._physics, self.drive
-        for _ in range(steps):
-            if drive.advance():
-                self._set_wheels()
-            physics.step()
-            self._step += 1
-            if self._step % self._scene_steps == 0:
-                self._update_scene(self._scene_steps * self._period)
-            if self._step % self._imu_steps == 0:
-                self._read_imu()
-            self._read_range_sensors()
-            if self._step % self._clearance_steps == 0:
-                self._measure_clearance()
-        self._apply_due_events()
-
-    def observation(self, image: Image | None) -> Observation:
-        """Return the measurements since the last call."""
-        measurements, self._measured = self._measured, {}
-        measurements["wheels"] = self._odometry.reading
-        measurements["battery"] = self._battery.reading(self.time)
-        samples = self._imu.take() if self._imu else None
-        if samples is not None:
-            measurements["imu"] = samples
-        if image is not None:
-            measurements["camera"] = image
-        return Observation(self.time, measurements)
-
-    def render_request(self) -> RenderRequest:
-        """Return the state that a camera renders: robot, people and doors as of now."""
-        position, orientation = self._physics.base_pose()
-        return RenderRequest(
-            self._step, position, orientation, self.people.places, dict(self.doors)
+        Raises:
+            BodyError: its URDF cannot be read.
+            ParameterError: a sensor's period is not a multiple of the physics period.
+        """
+        assert not self._has_begun
+        robot = SimulatedRobot(
+            description, self.world, self._physics, start=start, seed=seed, settings=self.settings
         )
+        self._robots.append(robot)
+        self._active.append(robot)
+        return robot
 
-    def take_events(self) -> list[tuple[str, str]]:
-        """Return the events since the last call, each (kind, sentence)."""
-        events, self._events = self._events, []
-        return events
+    def begin(self) -> None:
+        """Take the first measurements, once all robots are in the world. Safe to call twice."""
+        if self._has_begun:
+            return
+        self._has_begun = True
+        self._quiet_steps = gcd(self._scene_steps, *(robot.quiet_steps for robot in self._robots))
+        self._physics.scene.place_people(self.people.places)
+        self._apply_due_events()
+        for robot in self._robots:
+            robot.begin(self.scene_around(robot))
+
+    def wait(self, robot: SimulatedRobot, period: float) -> None:
+        """Let `period` seconds pass for a robot; time advances once every robot waits.
+
+        Raises:
+            ParameterError: the period is not a multiple of the physics period.
+        """
+        robot.due = self._step + self.settings.steps("control period", period)
+        self._advance_to_due()
+
+    def is_due(self, robot: SimulatedRobot) -> bool:
+        """Whether the time for which a robot waited is over."""
+        return robot.due <= self._step
+
+    def freeze(self, robot: SimulatedRobot, wanted: bool) -> bool:
+        """Ask for time to stand, or to go on; return whether it stands: all robots ask for it."""
+        robot.wants_freeze = wanted
+        return all(other.wants_freeze and self.is_due(other) for other in self._active)
+
+    def remove(self, robot: SimulatedRobot) -> None:
+        """Wait for a robot no longer; it stays in the world, and its dead-man stops it.
+
+        With the last one, disconnect from the physics engine. Safe to call twice.
+        """
+        if robot not in self._active:
+            return
+        self._active.remove(robot)
+        if self._active:
+            self._advance_to_due()
+        else:
+            self._physics.close()
 
     def close(self) -> None:
         """Disconnect from the physics engine. Safe to call twice."""
+        self._active.clear()
         self._physics.close()
 
-    def _plan_rates(self, description: RobotDescription, settings: SimulationSettings) -> None:
-        self._scene_steps = settings.steps("scene period", 1.0 / settings.scene_rate)
-        self._clearance_steps = settings.steps("clearance period", 1.0 / settings.clearance_rate)
-        self._imu_steps = NEVER
-        rates = {name: lidar.rate for name, lidar in description.all_lidars.items()}
-        rates |= {name: sonar.rate for name, sonar in description.sonars.items()}
-        self._range_sensor_steps = {
-            name: settings.steps(f"{name} period", 1.0 / rate) for name, rate in rates.items()
-        }
-        if description.imu:
-            self._imu_steps = settings.steps("IMU period", 1.0 / description.imu.rate)
+    def scene_around(self, robot: SimulatedRobot) -> SceneState:
+        """Return what a robot's sensors can see besides the static parts of the world."""
+        others = tuple(other.shape for other in self._robots if other is not robot)
+        return SceneState(self.people.places, self.doors, others)
 
-    def _begin(self) -> None:
-        self._physics.scene.place_people(self.people.places)
-        self._friction.update(self.truth.pose)
-        self._odometry.update(0.0, self._encoders())
-        self._apply_due_events()
-        self._trail.append((0.0, self.truth.pose))
-        for name in self._range_sensor_steps:
-            self._measure(name)
-        self._measure_clearance()
+    def render_request(self, robot: SimulatedRobot) -> RenderRequest:
+        """Return the state that a robot's camera renders: everything that moves, as of now."""
+        position, orientation = robot.physics.base_pose()
+        others = tuple(
+            (other.description.urdf, *other.physics.base_pose())
+            for other in self._robots
+            if other is not robot
+        )
+        return RenderRequest(
+            self._step, position, orientation, self.people.places, dict(self.doors), others
+        )
 
-    def _set_wheels(self) -> None:
-        wheels = self.drive.wheels
-        self._physics.set_wheel_speeds(*self._wheel_motion.motor_speeds(wheels.speeds))
-        self._physics.steer(wheels.steering)
-
-    def _update_scene(self, period: float) -> None:
-        truth = self._physics.truth()
-        if self.people.walk(period, truth.pose):
-            self._physics.scene.place_people(self.people.places)
-        self._odometry.update(self.time, self._encoders())
-        self._battery.update(truth, period)
-        self._friction.update(truth.pose)
-        self._trail.append((self.time, truth.pose))
-        if self._wheel_motion.update(self._friction.floor_at(truth.pose.x, truth.pose.y)):
-            self._set_wheels()
-        self._count_contacts(truth)
-
-    def _encoders(self) -> Encoders:
-        wheels = self._wheel_motion.encoder_angles(self._physics.wheel_angles())
-        return Encoders(wheels, self._physics.steering_angles())
-
-    def _count_contacts(self, truth: GroundTruth) -> None:
-        touching = self._physics.touching()
-        if self._contacts.update(self.time, bool(touching), truth.twist):
-            body, x, y = touching[0]
-            obstacle = self._physics.scene.obstacles[body]
-            self._report("contact", f"contact with {obstacle} at ({x:.2f}, {y:.2f})")
-
-    def _read_imu(self) -> None:
-        assert self._imu is not None
-        self._imu.sample(self.time, self._physics.base_state())
-
-    def _read_range_sensors(self) -> None:
-        """Read lidars and sonars, each at its own rate."""
-        for name, steps in self._range_sensor_steps.items():
-            if self._step % steps == 0:
-                self._measure(name)
-
-    def _measure(self, name: str) -> None:
-        truth, people = self.truth.pose, self.people.places
-        if name not in self._lidars:
-            self._measured[name] = self._sonars[name].reading(
-                truth, people, self.doors, self._step, self.time
-            )
+    def _advance_to_due(self) -> None:
+        steps = min(robot.due for robot in self._active) - self._step
+        if steps <= 0:
             return
-        lidar = self._lidars[name]
-        trail = [(0.0, truth)]
-        if lidar.rotation_time > 0.0:
-            self._trail.append((self.time, truth))
-            trail = list(self._trail)
-            if trail[0][0] > self.time - lidar.rotation_time:
-                return  # the first turn is not complete
-        self._measured[name] = lidar.scan(trail, people, self.doors, self._step, self.time)
+        self.begin()
+        for _ in range(steps):
+            self._advance_one_step()
+        self._apply_due_events()
+        self.pace.keep(steps * self._period)
 
-    def _measure_clearance(self) -> None:
-        self.clearance = self._physics.distance(self.clearance)
+    def _advance_one_step(self) -> None:
+        for robot in self._robots:
+            robot.drive_wheels()
+        self._physics.step()
+        self._step += 1
+        step, time = self._step, self.time
+        if step % self._quiet_steps:
+            return
+        if step % self._scene_steps == 0:
+            self._update_scene()
+        for robot in self._robots:
+            robot.measure_inertia(step, time)
+            if robot.measures_ranges(step):
+                robot.measure_ranges(step, time, self.scene_around(robot))
+            robot.measure_clearance(step)
+
+    def _update_scene(self) -> None:
+        period = self._scene_steps * self._period
+        truths = [robot.truth for robot in self._robots]
+        places = [
+            (truth.pose, robot.radius) for robot, truth in zip(self._robots, truths, strict=True)
+        ]
+        if self.people.walk(period, places):
+            self._physics.scene.place_people(self.people.places)
+        for robot, truth in zip(self._robots, truths, strict=True):
+            robot.update_scene(self.time, period, truth)
 
     def _apply_due_events(self) -> None:
-        for event in self._timeline.due(self.time, self.truth.pose):
-            self._apply(event)
+        poses = [robot.truth.pose for robot in self._robots]
+        for event, number in self._timeline.due(self.time, poses):
+            self._apply(event, self._robots[number])
 
-    def _apply(self, event: WorldEvent) -> None:
+    def _apply(self, event: WorldEvent, robot: SimulatedRobot) -> None:
         if event.open_door is not None:
             self._move_door(event.open_door, closed=False)
         if event.close_door is not None:
             self._move_door(event.close_door, closed=True)
         if event.move_robot is not None:
-            self._lift_robot(event.move_robot)
+            robot.lift(event.move_robot)
         if event.battery is not None:
-            self._battery.charge = event.battery
-            self._report("battery", f"battery charge set to {event.battery:.0%}")
+            robot.set_charge(event.battery)
 
     def _move_door(self, name: str, *, closed: bool) -> None:
         self._physics.scene.place_door(name, closed)
         self.doors[name] = closed
         self.scene_changes += 1
-        self._report("door", f"the door {name} {'closed' if closed else 'opened'}")
-
-    def _lift_robot(self, pose: Pose2D) -> None:
-        self.drive.halt()
-        self._physics.place_robot(pose)
-        self._trail.clear()
-        self._friction.update(pose)
-        if self._imu:
-            self._imu.reset_velocity()
-        where = f"({pose.x:.2f}, {pose.y:.2f}, {pose.heading:.2f})"
-        self._report("lifted", f"the robot was lifted to {where}")
-
-    def _report(self, kind: str, text: str) -> None:
-        self._events.append((kind, text))
+        for robot in self._robots:
+            robot.report("door", f"the door {name} {'closed' if closed else 'opened'}")

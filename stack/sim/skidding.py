@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from math import exp, sqrt
 
 from stack.drivetrain.description import RobotDescription
-from stack.sim.physics.physics_world import Physics
+from stack.sim.physics.physics_robot import PhysicsRobot
 from stack.streams import stream
 
 
@@ -95,7 +95,7 @@ class Skidding(Rolling):
         return calibrated + skid.slip * (ratio * self._drivetrain.track - calibrated)
 
 
-def wheel_motion_of(robot: RobotDescription, physics: Physics, seed: int) -> Rolling:
+def wheel_motion_of(robot: RobotDescription, physics: PhysicsRobot, seed: int) -> Rolling:
     """Return how the wheels of a robot move on the floor."""
     if not robot.drivetrain.skids:
         return Rolling()

@@ -28,7 +28,7 @@ from stack.types.grids import (
     CostGrid,
     OccupancyGrid,
 )
-from stack.types.obstacles import ObstaclePoints
+from stack.types.obstacles import ObstaclePoints, RangeView
 from stack.types.sensors import (
     Battery,
     CameraModel,
@@ -87,6 +87,7 @@ __all__ = [
     "PoseCandidate",
     "PoseEstimate",
     "RangeReading",
+    "RangeView",
     "STANDSTILL",
     "Scan",
     "TaskStatus",

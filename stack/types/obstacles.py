@@ -7,11 +7,25 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from stack.types.geometry import FloatArray
+from stack.types.geometry import FloatArray, Pose2D
+from stack.types.sensors import RangeReading, Scan
 
 
 def _none() -> FloatArray:
     return np.empty((0, 2))
+
+
+@dataclass(frozen=True, slots=True)
+class RangeView:
+    """A measurement of a range sensor, with the pose at which it was taken.
+
+    Attributes:
+        base: pose of the base at the measurement's stamp, odom frame.
+        measurement: a deskewed scan, or a reading.
+    """
+
+    base: Pose2D
+    measurement: Scan | RangeReading
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,12 +39,14 @@ class ObstaclePoints:
             the first one.
         blind_sectors: (k, 2) first bearing and width of the sectors around the base that no sensor
             covers, radians; the last one may cross half a turn.
+        views: newest measurement of each range sensor by name, for free ground along the beams.
     """
 
     stamp: float = 0.0
     points: FloatArray = field(default_factory=_none)
     ages: Mapping[str, float] = field(default_factory=dict)
     blind_sectors: FloatArray = field(default_factory=_none)
+    views: Mapping[str, RangeView] = field(default_factory=dict)
 
     def is_blind(self, bearing: float) -> bool:
         """Return whether no sensor covers a bearing, radians in the base frame."""

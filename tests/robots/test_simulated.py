@@ -4,7 +4,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-import robots.simulated
+import stack.sim.pace
 from robots.simulated import SimulatedBody, SimulationSettings
 from stack.body import Body, BodyCommand
 from stack.errors import ParameterError
@@ -169,7 +169,7 @@ class Clock:
 
 def test_pace_is_kept_against_the_wall_clock(build, monkeypatch):
     clock = Clock()
-    monkeypatch.setattr(robots.simulated, "wall_clock", clock)
+    monkeypatch.setattr(stack.sim.pace, "wall_clock", clock)
     body = build(pace=2.0)
     for _ in range(4):
         body.wait(0.1)

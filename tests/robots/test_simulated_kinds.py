@@ -128,7 +128,7 @@ def test_the_car_s_front_wheels_stand_as_ackermann_says(build):
     body = build(CAR)
     drive(body, Twist(0.6, 9.0), 2.0)
     radius, half = CAR.turning_radius, CAR.wheels.track / 2
-    left, right = body._simulation._physics.steering_angles()
+    left, right = body._robot.physics.steering_angles()
     assert left == pytest.approx(atan(0.44 / (radius - half)), abs=2e-3)
     assert right == pytest.approx(atan(0.44 / (radius + half)), abs=2e-3)
 
@@ -139,7 +139,7 @@ def test_the_car_steers_at_its_own_pace(build):
     angles = []
     for _ in range(20):
         drive(body, Twist(0.3, 9.0), 0.02, 0.02)
-        angles.append(body._simulation.drive.setpoint.steering)
+        angles.append(body._robot.drive.setpoint.steering)
     # 2 rad/s to 32 degrees: 0.279 s.
     assert np.diff(angles).max() <= 2.0 * 0.02 + 1e-9
     assert np.argmax(np.array(angles) >= 32 * pi / 180 - 1e-9) == round(0.28 / 0.02) - 1
@@ -209,7 +209,7 @@ def test_a_wall_stops_it(build, robot, twist, heading):
         farthest.append(body.truth.pose.transform(robot.footprint.points)[:, 0].max())
     assert 1.48 < max(farthest) < 1.51
     assert body.tally.by_robot >= 1
-    assert body._simulation._physics.base_state().rotation[2, 2] > 0.999  # nor does it climb
+    assert body._robot.physics.base_state().rotation[2, 2] > 0.999  # nor does it climb
 
 
 @pytest.mark.parametrize(("robot", "twist"), [(OMNI, Twist(0.0, 0.0, 0.5)), (CAR, Twist(0.5))])

@@ -42,6 +42,7 @@ def test_driving_into_a_box_is_one_contact_of_the_robot(build):
 
 def test_passing_by_leaves_the_clearance(build):
     body = build(replace(EMPTY, boxes=(Box(Pose2D(1.0, 0.8), (0.5, 0.6, 0.5)),)))
+    body.sense()
     assert body.clearance < 1.0
     drive(body, Twist(0.5), 4.0)
     # The box begins at y = 0.5, a wheel (sphere of 0.08 at 0.16) ends at 0.24.

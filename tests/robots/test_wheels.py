@@ -14,7 +14,8 @@ from robots.load import find_robot, read_robot
 from stack.drivetrain.ackermann import SteeredWheels
 from stack.drivetrain.omnidirectional import OmniWheels
 from stack.errors import InputError
-from stack.sim.physics.physics_world import Physics
+from stack.sim.physics.physics_robot import PhysicsRobot
+from stack.sim.physics.physics_world import PhysicsWorld
 from stack.sim.physics.settings import SimulationSettings
 from stack.sim.worlds.world import World
 from stack.types import Pose2D
@@ -184,8 +185,8 @@ def placed():
     def place(name):
         robot = read_robot(find_robot(name, Path()))
         world = World("empty", (-2.0, -2.0, 2.0, 2.0))
-        opened.append(Physics(robot, world, Pose2D(0.0, 0.0), SimulationSettings()))
-        return robot, opened[-1].wheel_places
+        opened.append(PhysicsWorld(world, SimulationSettings()))
+        return robot, PhysicsRobot(opened[-1], robot, Pose2D(0.0, 0.0)).wheel_places
 
     yield place
     for physics in opened:
@@ -227,7 +228,7 @@ def test_an_axle_across_its_link_is_refused(tmp_path):
     with pytest.raises(
         BodyError, match=r"axle of the wheel joint 'left_wheel' is .* use the axis 0 1"
     ):
-        Physics(
-            replace(robot, urdf=tmp_path / "askew.urdf"),
-            World("empty", (-2.0, -2.0, 2.0, 2.0)), Pose2D(0.0, 0.0), SimulationSettings(),
+        PhysicsRobot(
+            PhysicsWorld(World("empty", (-2.0, -2.0, 2.0, 2.0)), SimulationSettings()),
+            replace(robot, urdf=tmp_path / "askew.urdf"), Pose2D(0.0, 0.0),
         )  # fmt: skip

@@ -10,7 +10,7 @@ from stack.navigation.escape.surroundings import Surroundings
 from stack.navigation.following import standing
 from stack.navigation.recoveries import DONE, MotionProfile, RecoveryTools, StraightLine
 from stack.navigation.tasks import MotionExecutor, MotionTask, NavigationState
-from stack.types import STANDSTILL, FailureCode, Pose2D, Scan, Twist
+from stack.types import STANDSTILL, FailureCode, Pose2D, Twist
 
 LOOK_AGAIN = 0.5
 """Seconds between two searches while no motion is found."""
@@ -64,7 +64,7 @@ class Escape(MotionExecutor):
         self._rate, self._driven, self._travelled = 0.0, 0.0, 0.0
         self._banned: list[MotionId] = []
         self._last: Pose2D | None = None
-        self._scan: Scan | None = None
+        self._measured_at = 0
         self._total, self._rest, self._stall, self._wait_time, self._look_time = (
             self.timers.new() for _ in range(5)
         )
@@ -93,8 +93,8 @@ class Escape(MotionExecutor):
         self._follow_up(state)
         if self._out_of_time(state) or not self._sees(state):
             return STANDSTILL
-        if state.scan is not self._scan:
-            self._measure(state.scan, pose)
+        if self._surroundings.updates != self._measured_at:
+            self._measure(pose)
         self.task.report(f"clearance {self._clearance:.2f} m", self._remaining)
         if self._is_over():
             return self._finish(state)
@@ -107,19 +107,21 @@ class Escape(MotionExecutor):
     def _remaining(self) -> float:
         return max(0.0, self._goal.distance - self._driven)
 
-    def _measure(self, scan: Scan | None, pose: Pose2D) -> None:
-        """Update the clearance with a new scan."""
-        first = self._scan is None
-        self._scan = scan
+    def _measure(self, pose: Pose2D) -> None:
+        """Update the clearance with new views."""
+        first = self._measured_at == 0
+        self._measured_at = self._surroundings.updates
         self._clearance = self._search.clearance(pose, self._goal.clearance)
         if first:
             self._first = self._clearance
 
     def _sees(self, state: NavigationState) -> bool:
-        """Whether there is a scan; the task fails without one when patience is over."""
-        if self._surroundings.newest is not None:
+        """Whether there is a view; the task fails without one when patience is over."""
+        if self._surroundings.updates:
             return True
-        self._wait(state, FailureCode.FAILED, "no lidar scan received: an escape needs one")
+        self._wait(
+            state, FailureCode.FAILED, "no measurement received: an escape needs a lidar or a sonar"
+        )
         return False
 
     def _wait(self, state: NavigationState, code: FailureCode, sentence: str) -> None:

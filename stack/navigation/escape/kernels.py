@@ -10,17 +10,15 @@ from stack.types import FloatArray
 
 
 @njit(cache=True, nogil=True)
-def _sees(
-    view: FloatArray, ranges: FloatArray, angle_min: float, increment: float, x: float, y: float
-) -> bool:
+def _sees(view: FloatArray, ranges: FloatArray, x: float, y: float) -> bool:
     """Whether the beams on both sides of a point reach at least as far as the point."""
-    dx, dy = x - view[0], y - view[1]
-    n = ranges.shape[0]
-    turn = (atan2(dy, dx) - view[2] - angle_min) % (2.0 * pi)
+    dx, dy, increment = x - view[0], y - view[1], view[4]
+    n = int(view[5])
+    turn = (atan2(dy, dx) - view[2] - view[3]) % (2.0 * pi)
     beam = turn / increment
     first = int(beam)
     second = first + 1
-    if n * increment > 2.0 * pi - 1.5 * increment:  # the scan covers 360 degrees
+    if n * increment > 2.0 * pi - 1.5 * increment:  # the beams cover 360 degrees
         first, second = first % n, second % n
     elif second >= n:
         return False
@@ -56,7 +54,7 @@ def _driven_through(trail: FloatArray, corners: FloatArray, x: float, y: float) 
 @njit(cache=True, nogil=True)
 def known_until(
     poses: FloatArray, outline: FloatArray, views: FloatArray, ranges: FloatArray,
-    angle_min: float, increment: float, trail: FloatArray, corners: FloatArray,
+    trail: FloatArray, corners: FloatArray,
 ) -> int:  # fmt: skip
     """Index of the first pose whose outline leaves the known ground; len(poses) for none.
 
@@ -65,10 +63,9 @@ def known_until(
     Args:
         poses: (k, 3) x, y, heading of the motion, odom frame.
         outline: (m, 2) points along the footprint's edge, base frame, metres.
-        views: (v, 3) poses of the lidar, odom frame, newest last.
+        views: (v, 6), newest last: x, y, heading of the sensor, odom frame; direction of beam 0 in
+            the sensor frame and angle between two beams, radians; number of beams.
         ranges: (v, n) length of free ground along each beam, metres; NaN: invalid beam.
-        angle_min: direction of beam 0, lidar frame, radians.
-        increment: angle between two beams, radians.
         trail: (t, 3) past poses of the robot, odom frame, newest last.
         corners: (c, 2) of the slightly enlarged footprint, base frame, metres.
     """
@@ -79,7 +76,7 @@ def known_until(
             y = poses[i, 1] + s * outline[j, 0] + c * outline[j, 1]
             seen = False
             for v in range(views.shape[0] - 1, -1, -1):
-                if _sees(views[v], ranges[v], angle_min, increment, x, y):
+                if _sees(views[v], ranges[v], x, y):
                     seen = True
                     break
             if not seen and not _driven_through(trail, corners, x, y):

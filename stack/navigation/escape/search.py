@@ -73,7 +73,7 @@ class Search:
     """Sweeps the outline along each motion and checks it against the known surroundings.
 
     The outline is the robot's polygon, at poses that move it by at most 2 cm: it must keep the
-    padding to every scan point, and stay on ground that was seen or driven through.
+    padding to every obstacle point, and stay on ground that was seen or driven through.
 
     Args:
         robot: outline and drive.
@@ -177,17 +177,19 @@ class Search:
 
     def _known_until(self, poses: FloatArray) -> int:
         views = self._surroundings.views
-        scan = views[-1].scan
-        same = [view for view in views if view.scan.ranges.shape == scan.ranges.shape]
-        sensors = np.array([(v.sensor.x, v.sensor.y, v.sensor.heading) for v in same])
-        ranges = np.array([view.scan.ranges for view in same], dtype=np.float64)
-        reaches = np.minimum(ranges, scan.range_max) + NOISE  # NaN stays: invalid beam
+        longest = max(view.ranges.size for view in views)
+        sensors, reaches = np.empty((len(views), 6)), np.full((len(views), longest), np.nan)
+        for row, view in enumerate(views):
+            sensor, count = view.sensor, view.ranges.size
+            sensors[row] = (
+                sensor.x, sensor.y, sensor.heading, view.angle_min, view.angle_increment, count
+            )  # fmt: skip
+            reaches[row, :count] = np.minimum(view.ranges, view.range_max) + NOISE
         return int(
             self._kernels.known_until(
-                poses, self._outline, sensors, reaches, scan.angle_min, scan.angle_increment,
-                self._surroundings.trail, self._widened,
+                poses, self._outline, sensors, reaches, self._surroundings.trail, self._widened
             )
-        )  # fmt: skip
+        )
 
 
 def _scores(

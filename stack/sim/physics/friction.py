@@ -5,7 +5,7 @@ Changing the wheel's friction gives the same motion as a patch of other floor wo
 
 from __future__ import annotations
 
-from stack.sim.physics.physics_world import Physics
+from stack.sim.physics.physics_robot import PhysicsRobot
 from stack.sim.worlds.world import World
 from stack.types import Pose2D
 
@@ -16,7 +16,7 @@ class FrictionZones:
     Where zones overlap, the first one in the world file applies.
     """
 
-    def __init__(self, world: World, physics: Physics) -> None:
+    def __init__(self, world: World, physics: PhysicsRobot) -> None:
         self._world, self._physics = world, physics
         self._frictions = [world.friction, *(zone.friction for zone in world.friction_zones)]
         self._now = [world.friction] * len(physics.wheel_places)

@@ -1,7 +1,7 @@
 """Planar lidar: analytic ray casting in the scan plane, then noise and lost beams.
 
-With a rotation time, each beam is measured from the pose of the robot at its own time; people and
-doors stand still during a scan.
+With a rotation time, each beam is measured from the pose of the robot at its own time; everything
+else stands still during a scan.
 
 The scan plane is horizontal at the sensor's height. Ray tests on the physics mesh give the same
 ranges and take thirty times as long (2.6 ms for 720 beams among 300 cylinders).
@@ -9,7 +9,7 @@ ranges and take thirty times as long (2.6 ms for 720 beams among 300 cylinders).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from math import inf, pi
 
 import numpy as np
@@ -17,6 +17,7 @@ import numpy as np
 from stack.drivetrain.description import LidarDescription
 from stack.sim.physics.meshes import box_outline, slab, wall_pillars, wall_slabs
 from stack.sim.physics.scene import PERSON_HEIGHT
+from stack.sim.scene_state import SceneState
 from stack.sim.worlds.world import Door, World
 from stack.streams import stream
 from stack.types import FloatArray, Pose2D, Scan
@@ -47,21 +48,18 @@ class Lidar:
         self.rotation_time = description.rotation_time
         self._time_increment = self.rotation_time * self._increment / (2.0 * pi)
 
-    def scan(
-        self, trail: Trail, people: FloatArray, doors: dict[str, bool], step: int, time: float
-    ) -> Scan:
+    def scan(self, trail: Trail, scene: SceneState, step: int, time: float) -> Scan:
         """Measure one scan.
 
         Args:
             trail: true poses of the base with their times, the newest last, world frame. Without a
                 rotation time only the newest is used.
-            people: (n, 3) x, y, radius, world frame, metres.
-            doors: name -> closed.
+            scene: everything else that moves.
             step: physics step; selects the noise.
             time: of the last beam, seconds; the stamp of the scan is that of its middle.
         """
         d = self._description
-        outlines = self._scene.outlines(people, doors)
+        outlines = self._scene.outlines(scene)
         stamp = time - 0.5 * (d.beams - 1) * self._time_increment
         if self.rotation_time > 0.0:
             measured = self._kernels.cast_from(*self._origins(trail, time), *outlines)
@@ -109,17 +107,19 @@ class SensedScene:
     """Outlines, in a horizontal plane at some height, of everything that reaches above it."""
 
     def __init__(self, world: World, height: float) -> None:
+        self._height = height
         self._segments, self._circles = _static_outlines(world, height)
         self._doors = {door.name: _door(door) for door in world.doors if door.height > height}
         self._sees_people = height < PERSON_HEIGHT
 
-    def outlines(
-        self, people: FloatArray, doors: Mapping[str, bool]
-    ) -> tuple[FloatArray, FloatArray]:
+    def outlines(self, scene: SceneState) -> tuple[FloatArray, FloatArray]:
         """Return segments (n, 4) x, y, x, y and circles (m, 3) x, y, radius, world frame."""
-        closed = [lines for name, lines in self._doors.items() if doors[name]]
-        circles = np.concatenate([self._circles, people]) if self._sees_people else self._circles
-        return np.concatenate([self._segments, *closed]), circles
+        closed = [lines for name, lines in self._doors.items() if scene.doors[name]]
+        robots = [robot.edges() for robot in scene.robots if robot.height > self._height]
+        circles = self._circles
+        if self._sees_people:
+            circles = np.concatenate([circles, scene.people])
+        return np.concatenate([self._segments, *closed, *robots]), circles
 
 
 def _static_outlines(world: World, height: float) -> tuple[FloatArray, FloatArray]:

@@ -52,7 +52,12 @@ class Odometry:
         self._metres_per_tick = self._drawn_scales(noise, robot.wheels.radius)
         self._ticks: list[int] | None = None
         self._recent: deque[tuple[float, list[float]]] = deque(maxlen=SPEED_WINDOW)
-        self.reading = OdometryReading(0.0, Pose2D(0.0, 0.0), STANDSTILL)
+        self._stamp, self._pose = 0.0, Pose2D(0.0, 0.0)
+
+    @property
+    def reading(self) -> OdometryReading:
+        """The pose after the last update, and the mean velocity of the last SPEED_WINDOW."""
+        return OdometryReading(self._stamp, self._pose, self._speed())
 
     def update(self, time: float, encoders: Encoders) -> None:
         """Add one reading of the encoders, taken at `time` seconds."""
@@ -68,11 +73,11 @@ class Odometry:
             (now - then) * metres
             for now, then, metres in zip(ticks, before, self._metres_per_tick, strict=True)
         ]
-        self._recent.append((time - self.reading.stamp, rolled))
+        self._recent.append((time - self._stamp, rolled))
         # Slip affects only the pose: encoders do not measure it, so the speed stays smooth.
         slips = [self._slip * sqrt(abs(r)) * draw for r, draw in zip(rolled, draws, strict=True)]
-        pose = self._moved_by(self._drivetrain.from_wheels(rolled, slips, self._steering))
-        self.reading = OdometryReading(time, pose, self._speed())
+        step = self._drivetrain.from_wheels(rolled, slips, self._steering)
+        self._stamp, self._pose = time, self._moved_by(step)
 
     def _drawn_scales(self, noise: OdometryNoise, radius: float) -> list[float]:
         """Draw the distance per encoder tick that odometry assumes for each wheel, metres."""
@@ -81,7 +86,7 @@ class Odometry:
 
     def _moved_by(self, step: Pose2D) -> Pose2D:
         """Return the pose after a small displacement, taken along its chord."""
-        pose = self.reading.pose
+        pose = self._pose
         middle = pose.heading + step.heading / 2.0
         c, s = cos(middle), sin(middle)
         return Pose2D(
@@ -91,6 +96,8 @@ class Odometry:
         )
 
     def _speed(self) -> Twist:
+        if not self._recent:
+            return STANDSTILL
         seconds = sum(period for period, _ in self._recent)
         speeds = [
             sum(rolled[wheel] for _, rolled in self._recent) / seconds

@@ -8,13 +8,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path as FilePath
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stack.drivetrain.description import CameraDescription
 from stack.sim.physics import bullet as loader
-from stack.sim.physics.physics_world import load_robot
+from stack.sim.physics.physics_robot import load_robot
 from stack.sim.physics.scene import Scene
 from stack.sim.worlds.world import World
 from stack.streams import stream
@@ -22,6 +23,9 @@ from stack.types import CameraModel, FloatArray
 
 NEAR = 0.02
 """Near clipping plane, metres in front of the camera."""
+
+Position = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
 
 _FLIP = np.diag([1.0, -1.0, -1.0, 1.0])
 """Transform between OpenGL's eye frame (y up, looking along -z) and the optical frame."""
@@ -47,13 +51,15 @@ class RenderRequest:
         orientation: quaternion x, y, z, w of the base frame.
         people: (n, 3) x, y, radius, world frame, metres.
         doors: name -> closed.
+        robots: (URDF, position, orientation) of the other robots, always in the same order.
     """
 
     step: int
-    position: tuple[float, float, float]
-    orientation: tuple[float, float, float, float]
+    position: Position
+    orientation: Quaternion
     people: FloatArray
     doors: dict[str, bool]
+    robots: tuple[tuple[FilePath, Position, Quaternion], ...] = ()
 
 
 class CameraRenderer:
@@ -70,8 +76,8 @@ class CameraRenderer:
         with TemporaryDirectory(prefix="treepilot-") as folder:
             path = FilePath(folder)
             self._scene = Scene.with_visual_shapes(bullet, self._client, setup.world, path)
-        self._robot = load_robot(bullet, self._client, setup.urdf)
-        self._inertial = bullet.getDynamicsInfo(self._robot, -1, physicsClientId=self._client)[3:5]
+        self._robot = self._load(setup.urdf)
+        self._others: list[tuple[int, Any]] = []
         model = setup.camera.model
         self._projection = projection(model, NEAR, setup.camera.range_max)
 
@@ -106,12 +112,26 @@ class CameraRenderer:
             self._client = -1
 
     def _place_bodies(self, request: RenderRequest) -> None:
-        bullet = self._bullet
-        place = bullet.multiplyTransforms(request.position, request.orientation, *self._inertial)
-        bullet.resetBasePositionAndOrientation(self._robot, *place, physicsClientId=self._client)
+        self._place_robot(self._robot, request.position, request.orientation)
+        self._others += [self._load(urdf) for urdf, *_ in request.robots[len(self._others) :]]
+        for robot, (_, position, orientation) in zip(self._others, request.robots, strict=True):
+            self._place_robot(robot, position, orientation)
         self._scene.place_people(request.people)
         for name, closed in request.doors.items():
             self._scene.place_door(name, closed)
+
+    def _load(self, urdf: FilePath) -> tuple[int, Any]:
+        """Load a robot; return its body number and the pose of its centre of mass."""
+        robot = load_robot(self._bullet, self._client, urdf)
+        dynamics = self._bullet.getDynamicsInfo(robot, -1, physicsClientId=self._client)
+        return robot, dynamics[3:5]
+
+    def _place_robot(
+        self, robot: tuple[int, Any], position: Position, orientation: Quaternion
+    ) -> None:
+        body, inertial = robot
+        place = self._bullet.multiplyTransforms(position, orientation, *inertial)
+        self._bullet.resetBasePositionAndOrientation(body, *place, physicsClientId=self._client)
 
     def _view(self, request: RenderRequest) -> FloatArray:
         """Return (4, 4) OpenGL eye frame from world."""

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from math import inf, nan
 
 import numpy as np
 
 from stack.drivetrain.description import SonarDescription
+from stack.sim.scene_state import SceneState
 from stack.sim.sensors.lidar import SensedScene
 from stack.sim.worlds.world import World
 from stack.streams import stream
@@ -31,15 +31,13 @@ class Sonar:
         self._description, self._seed, self._name = description, seed, name
         self._scene = SensedScene(world, description.height)
 
-    def reading(
-        self, robot: Pose2D, people: FloatArray, doors: Mapping[str, bool], step: int, time: float
-    ) -> RangeReading:
+    def reading(self, robot: Pose2D, scene: SceneState, step: int, time: float) -> RangeReading:
         """Measure one distance; arguments as in `Lidar.scan`."""
         d = self._description
         sensor = robot.compose(d.mount)
         measured: FloatArray = self._cast(
             sensor.x, sensor.y, sensor.heading - d.field_of_view / 2.0,
-            d.field_of_view / (RAYS - 1), RAYS, *self._scene.outlines(people, doors),
+            d.field_of_view / (RAYS - 1), RAYS, *self._scene.outlines(scene),
         )  # fmt: skip
         noise = stream(self._seed, f"sonar:{self._name}", step).normal(0.0, d.noise)
         distance = float(np.min(measured)) + noise

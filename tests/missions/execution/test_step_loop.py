@@ -13,7 +13,7 @@ from robots.scripted import ScriptedBody, scans_of
 from stack.body import SimulatedWorld
 from stack.telemetry.records import MissionState
 from stack.telemetry.sensor_log import SensorLog
-from stack.types import RangeReading, wrap_angle
+from stack.types import RangeReading, TaskStatus, wrap_angle
 from tests.missions.execution.live_run import LiveRun
 
 SCOUT = Path(__file__).parents[3] / "robots/scout"
@@ -92,6 +92,33 @@ def test_a_robot_without_a_lidar_sees_by_its_sonars(live):
     # it stands before the wall that the sonars see
     points = run.runtime.parts.state.obstacles.points
     assert 0.2 < np.hypot(*points.T).min() < 0.6
+
+
+def test_a_lidar_of_any_name_serves_the_localisation(live):
+    """The only lidar is called `rear` and looks back."""
+
+    def renamed(robot: str) -> str:
+        lidar = re.search(r"lidar:\n((  .*\n)+)", robot)
+        section = "lidars:\n  rear:\n    yaw: 180 deg\n" + re.sub("^", "  ", lidar[1], flags=re.M)
+        return robot.replace(lidar[0], section.rstrip() + "\n")
+
+    run = live("run: {wait: {time: 5 s}}\n", renamed)
+    run.steps(2)
+    task, truth = run.runtime.parts.facade.relocalise(), run.runtime.parts.scorer.truth
+    run.steps(20)
+    assert task.status is TaskStatus.SUCCEEDED
+    assert run.runtime.parts.estimator.estimate.pose.distance_to(truth) < 0.05
+    assert run.runtime.parts.estimator.estimate.corrected_at > 0.5
+    assert run.runtime.parts.facade.scan.mount.heading == pytest.approx(np.pi)
+
+
+def test_a_robot_without_a_lidar_escapes_by_its_sonars(live):
+    run = live("map: none\nrun: {wait: {time: 5 s}}\n", without_lidar)
+    run.steps(2)
+    task = run.runtime.parts.facade.escape()
+    run.steps(5)
+    assert task.status is TaskStatus.SUCCEEDED
+    assert task.feedback.startswith("clearance 0.15 m")
 
 
 def test_a_robot_that_cannot_see_says_so_before_it_drives(live):

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from stack.drivetrain.description import LidarDescription
 from stack.frames.buffer import TransformBuffer
 from stack.frames.deskew import deskew, deskew_observation
+from stack.sim.scene_state import SceneState
 from stack.sim.sensors.lidar import Lidar
 from stack.types import STANDSTILL, Observation, Odometry, Pose2D, Scan
 from tests.stack.sim.sim_rover import square_room
@@ -39,7 +40,7 @@ def distance_to_walls(points: np.ndarray) -> np.ndarray:
 def test_end_points_are_on_the_walls(linear, lateral, angular):
     """At 4 rad/s and 2 m/s, raw end points are up to 1 m off: 0.2 rad at 5 m."""
     trail = driven(linear, lateral, angular)
-    scan = Lidar(PERFECT, square_room(HALF), 1).scan(trail, np.zeros((0, 3)), {}, 1, 0.4)
+    scan = Lidar(PERFECT, square_room(HALF), 1).scan(trail, SceneState(), 1, 0.4)
     frames = TransformBuffer()
     for stamp, pose in trail:
         frames.add(Odometry(stamp, pose, STANDSTILL))
@@ -51,7 +52,7 @@ def test_end_points_are_on_the_walls(linear, lateral, angular):
 
 def test_a_turning_lidar_is_wrong_without_deskewing():
     trail = driven(0.0, 0.0, 4.0)
-    scan = Lidar(PERFECT, square_room(HALF), 1).scan(trail, np.zeros((0, 3)), {}, 1, 0.4)
+    scan = Lidar(PERFECT, square_room(HALF), 1).scan(trail, SceneState(), 1, 0.4)
     frames = TransformBuffer()
     for stamp, pose in trail:
         frames.add(Odometry(stamp, pose, STANDSTILL))
@@ -65,7 +66,7 @@ def test_a_moving_cast_of_a_standing_lidar_is_the_cast_of_one_instant():
     world = square_room(HALF)
     people = np.array([[1.0, 1.0, 0.3], [-2.0, 0.5, 0.2]])
     turned, instant = (
-        Lidar(d, world, 1).scan(still, people, {}, 1, 0.4) for d in (PERFECT, at_once)
+        Lidar(d, world, 1).scan(still, SceneState(people), 1, 0.4) for d in (PERFECT, at_once)
     )
     assert turned.ranges == pytest.approx(instant.ranges, abs=1e-5)
     assert (turned.time_increment, instant.time_increment) == (pytest.approx(0.1 / 360), 0.0)

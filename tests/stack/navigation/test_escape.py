@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 from itertools import pairwise
-from math import cos, hypot, pi, sin
+from math import cos, hypot, inf, pi, sin
 
 import numpy as np
 import pytest
@@ -14,16 +14,21 @@ from stack.drivetrain.omnidirectional import OmniWheels
 from stack.errors import ParameterError
 from stack.navigation.escape import kernels
 from stack.navigation.escape.primitives import EscapeSegment, motions, roll_out
+from stack.navigation.escape.search import Search
 from stack.navigation.escape.surroundings import Surroundings
+from stack.navigation.escape.views import View
 from stack.navigation.following import standing
 from stack.navigation.tasks import NavigationState
 from stack.types import (
     STANDSTILL,
     FailureCode,
     Footprint,
+    ObstaclePoints,
     Odometry,
     Pose2D,
     PoseEstimate,
+    RangeReading,
+    RangeView,
     Scan,
     TaskStatus,
     Twist,
@@ -70,6 +75,7 @@ def noisy(world, seed=1, deviation=0.01, blind=lambda angle: False):
 
     world._see = look
     look()
+    world._sense({world.lidar: world.scan})
     return world
 
 
@@ -179,14 +185,12 @@ def test_a_robot_that_crawls_runs_out_of_time(make):
     assert toy.world.time == pytest.approx(3 * (0.5 / 0.15 + 4 * pi) + 5, abs=0.3)
 
 
-def test_without_a_lidar_it_says_what_is_missing(make):
-    world = ToyWorld(room(6, 6), robot(lidar=False), MIDDLE)
-    world.scan, world.frozen_scan = None, True
-    toy = make(world)
+def test_without_a_sensor_it_says_what_is_missing(make):
+    toy = make(ToyWorld(room(6, 6), robot(lidar=False), MIDDLE))
     task = toy.navigator.escape()
     toy.finish(task)
     assert task.failure.code == FailureCode.FAILED
-    assert "no lidar scan received" in task.failure.sentence
+    assert "an escape needs a lidar or a sonar" in task.failure.sentence
 
 
 def test_a_direction_never_seen_is_not_free(make):
@@ -288,8 +292,9 @@ CROSS = np.array([[1.0, 2.0, 3.0, 4.0]])
 def known(point, ranges=CROSS, increment=pi / 2, trail=(), view=(0.0, 0.0, 0.0), angle_min=0.0):
     """Whether a point is known ground for a robot of 0.4 m by 0.2 m."""
     corners = np.array([[0.2, 0.1], [-0.2, 0.1], [-0.2, -0.1], [0.2, -0.1]])
+    views = np.array([[*view, angle_min, increment, ranges.shape[1]]])
     return kernels.known_until(
-        np.zeros((1, 3)), np.array([point]), np.array([view]), ranges, angle_min, increment,
+        np.zeros((1, 3)), np.array([point]), views, ranges,
         np.array(trail, dtype=float).reshape(-1, 3), corners,
     ) == 1  # fmt: skip
 
@@ -363,8 +368,14 @@ def test_rollouts_are_dense_and_end_where_the_segments_do(who):
 def looked(surroundings, ranges, pose=Pose2D(0.0, 0.0), time=0.0):
     """A scan of four beams: ahead, left, behind, right."""
     scan = Scan(time, np.array(ranges, dtype=np.float32), 0.0, pi / 2, 0.05, 10.0)
-    estimate = PoseEstimate(pose, np.eye(3), 1.0)
-    surroundings.look(NavigationState(time, estimate, Odometry(time, pose, STANDSTILL), scan))
+    look(surroundings, pose, lidar=scan)
+
+
+def look(surroundings, pose, **measured):
+    """Measurements of some sensors, all taken at a pose."""
+    estimate, odometry = PoseEstimate(pose, np.eye(3), 1.0), Odometry(0.0, pose, STANDSTILL)
+    views = {name: RangeView(pose, measurement) for name, measurement in measured.items()}
+    surroundings.look(NavigationState(0.0, estimate, odometry, (), ObstaclePoints(views=views)))
 
 
 def points(surroundings, pose=Pose2D(0.0, 0.0)):
@@ -387,3 +398,61 @@ def test_what_a_newer_scan_sees_through_is_forgotten_and_what_it_cannot_see_is_k
     assert points(surroundings) == [
         (-7.5, 0.0), (0.0, -4.0), (0.0, 2.0), (0.5, -1.0), (5.0, 0.0),
     ]  # fmt: skip
+
+
+HERE = Pose2D(0.0, 0.0)
+
+
+def reading(distance, yaw=0.0):
+    return RangeReading(0.0, distance, 0.44, 0.05, 2.5, Pose2D(0.0, 0.0, yaw))
+
+
+def test_a_newer_scan_clears_old_arcs_of_a_sonar_but_not_its_newest():
+    """A lidar may look over what a sonar sees; the arc of an old reading is only a guess."""
+    surroundings = Surroundings()
+    scan = Scan(0.0, np.full(8, 5.0, np.float32), 0.0, pi / 4, 0.05, 10.0)
+    look(surroundings, HERE, sonar=reading(1.0))
+    look(surroundings, HERE, lidar=scan)
+    assert np.hypot(*surroundings.points(HERE, 1.1).T) == pytest.approx(1.0)
+    look(surroundings, Pose2D(0.0, 0.0, pi), sonar=reading(inf))
+    assert not len(surroundings.points(HERE, 1.1))
+
+
+def test_what_a_second_lidar_sees_counts_and_is_kept_when_the_robot_turns_away():
+    surroundings = Surroundings()
+    ahead = Scan(0.0, np.full(181, 3.0, np.float32), -pi / 2, pi / 180, 0.05, 10.0)
+    behind = replace(ahead, ranges=np.full(181, 1.0, np.float32), mount=Pose2D(0.0, 0.0, pi))
+    look(surroundings, HERE, front=ahead, rear=behind)
+    assert np.hypot(*surroundings.points(HERE, 5.0).T).min() == pytest.approx(1.0)
+    look(surroundings, Pose2D(0.0, 0.0, pi), front=replace(ahead))  # looks where `rear` did
+    assert np.hypot(*surroundings.points(HERE, 5.0).T).min() == pytest.approx(1.0)
+    look(surroundings, Pose2D(0.0, 0.0, pi), rear=replace(ahead, mount=Pose2D(0.0, 0.0, pi)))
+    assert np.hypot(*surroundings.points(HERE, 5.0).T) == pytest.approx(3.0)
+
+
+def test_the_cone_of_a_sonar_is_known_ground_up_to_its_reading():
+    search = Search(
+        replace(ROUND, footprint=Footprint.circle(0.05)), surroundings := Surroundings()
+    )
+    look(surroundings, HERE, left=reading(1.0, yaw=pi / 2))
+    straight = np.column_stack([np.zeros(20), np.linspace(0.3, 2.2, 20), np.zeros(20)])
+    # the outline is 5 cm, a beam ends 3 cm later than measured: the pose at 0.9 m is the last one
+    assert search._known_until(straight) == 7
+    look(surroundings, HERE, left=reading(inf, yaw=pi / 2))
+    assert search._known_until(straight) == 20
+    assert search._known_until(straight[:, [1, 0, 2]]) == 0
+
+
+def test_a_deskewed_scan_is_seen_along_its_true_bearings():
+    """Beams every 90 degrees of a lidar that turned by 5 degrees per beam: 85 degrees apart."""
+    bearings = np.radians([-85.0, 0.0, 85.0])
+    scan = Scan(
+        0.0, np.array([2.0, 1.0, 3.0], np.float32), -pi / 2, pi / 2, 0.05, 10.0, bearings=bearings
+    )
+    view = View.of(RangeView(HERE, scan))
+    assert view.ranges == pytest.approx([2.0, 1.0, 3.0])
+    shifted = replace(scan, bearings=np.radians([10.0, 90.0, 170.0]))
+    view = View.of(RangeView(HERE, shifted))
+    assert np.isnan(view.ranges).tolist() == [False, False, False]
+    # -90 is 100 deg from the beam at 10 and from the one at 170: nearer than 1.5 increments
+    assert view.ranges[1:] == pytest.approx([2.0, 1.0])

@@ -62,9 +62,7 @@ class ToyDrive:
             self.local.update()
             self.globe.update()
         estimate = replace(world.estimate, health=self.health)
-        state = NavigationState(
-            world.time, estimate, world.odometry, world.scan, (), world.obstacles
-        )
+        state = NavigationState(world.time, estimate, world.odometry, (), world.obstacles)
         twist = self.navigator.step(state)
         self.commands.append(twist)
         world.drive(self.safety.limit(twist, world.odometry, world.obstacles))

@@ -87,7 +87,7 @@ class ToyWorld:
     lidar: str = "lidar"
 
     def __post_init__(self) -> None:
-        self._frames, self._memory = TransformBuffer(), ObstacleMemory(self.robot)
+        self.frames, self._memory = TransformBuffer(), ObstacleMemory(self.robot)
         self.odometry_pose = Pose2D(0.0, 0.0)
         self._steps = 0
         corners = self.robot.footprint.points
@@ -131,8 +131,9 @@ class ToyWorld:
             self.nearest = min(self.nearest, self.clearance())
 
     def _sense(self, scans: dict[str, Scan]) -> None:
-        self._frames.add(self.odometry)
-        self.obstacles = self._memory.update(Observation(self.time, scans), self._frames)
+        self.frames.add(self.odometry)
+        seen = scans if self.robot.all_lidars else {}
+        self.obstacles = self._memory.update(Observation(self.time, seen), self.frames)
 
     def _see(self) -> None:
         angles = np.arange(self.beams) * (2 * np.pi / self.beams)

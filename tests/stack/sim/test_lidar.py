@@ -5,19 +5,20 @@ import numpy as np
 import pytest
 
 from stack.drivetrain.description import LidarDescription
-from stack.sim.physics.physics_world import Physics
+from stack.sim.physics.physics_world import PhysicsWorld
 from stack.sim.physics.settings import SimulationSettings
+from stack.sim.scene_state import SceneState
 from stack.sim.sensors.lidar import Lidar
 from stack.sim.worlds.world import Box, Cylinder, Door, Wall
 from stack.streams import stream
 from stack.types import Pose2D
-from tests.stack.sim.sim_rover import EMPTY, LIDAR, ROVER, square_range, square_room
+from tests.stack.sim.sim_rover import EMPTY, LIDAR, square_range, square_room
 
 
 def take(description, world, pose=Pose2D(0.0, 0.0), seed=1, step=0, people=()):
     doors = {door.name: door.closed for door in world.doors}
     crowd = np.array(people, dtype=float).reshape(-1, 3)
-    return Lidar(description, world, seed).scan([(0.0, pose)], crowd, doors, step, 0.0)
+    return Lidar(description, world, seed).scan([(0.0, pose)], SceneState(crowd, doors), step, 0.0)
 
 
 @pytest.mark.parametrize("pose", [Pose2D(0.0, 0.0), Pose2D(1.2, -0.7, 0.4)])
@@ -99,7 +100,7 @@ def rays(world, pose, scan, height):
     """The same beams through PyBullet's own shapes, the robot's left out."""
     import pybullet
 
-    physics = Physics(ROVER, world, Pose2D(50.0, 50.0), SimulationSettings())
+    physics = PhysicsWorld(world, SimulationSettings())
     sensor = pose.compose(scan.mount)
     angles = sensor.heading + scan.angles
     starts = np.tile([sensor.x, sensor.y, height], (len(angles), 1))

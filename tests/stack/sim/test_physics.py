@@ -6,7 +6,8 @@ import pytest
 
 from stack.drivetrain.differential import Wheels
 from stack.errors import BodyError
-from stack.sim.physics.physics_world import Physics
+from stack.sim.physics.physics_robot import PhysicsRobot
+from stack.sim.physics.physics_world import PhysicsWorld
 from stack.sim.physics.settings import SimulationSettings
 from stack.sim.worlds.world import Box
 from stack.types import Pose2D
@@ -20,8 +21,8 @@ def build():
     made = []
 
     def make(description=ROVER, world=EMPTY, start=Pose2D(0.0, 0.0)):
-        made.append(Physics(description, world, start, SETTINGS))
-        return made[-1]
+        made.append(PhysicsWorld(world, SETTINGS))
+        return PhysicsRobot(made[-1], description, start)
 
     yield make
     for physics in made:
@@ -47,7 +48,7 @@ def test_spinning_moves_the_centre_of_mass_and_not_the_base(build):
     physics = build()
     physics.set_wheel_speeds(-2.0, 2.0)  # 2 rad/s x 0.08 m / 0.16 m = 1 rad/s
     for _ in range(500):
-        physics.step()
+        physics.world.step()
     twist = physics.truth().twist
     assert twist.angular == pytest.approx(1.0, rel=0.01)
     assert abs(twist.linear) < 0.005
@@ -58,13 +59,13 @@ def test_spinning_moves_the_centre_of_mass_and_not_the_base(build):
 def test_wheels_and_casters_share_the_weight(build):
     physics = build()
     for _ in range(500):
-        physics.step()
+        physics.world.step()
     truth = physics.truth()
     assert np.hypot(truth.pose.x, truth.pose.y) < 1e-3
     assert physics.base_state().rotation[2, 2] > 1.0 - 1e-4  # within 0.8 degrees of upright
     import pybullet
 
-    floor = physics.scene.floor
+    floor = physics.world.scene.floor
     contacts = pybullet.getContactPoints(physics.robot, floor, physicsClientId=physics.client)
     load = {point[3]: point[9] for point in contacts}
     # Balance of moments about the wheels' axis: base 12 kg 0.05 m ahead on the front caster
@@ -76,13 +77,13 @@ def test_a_parked_robot_does_not_creep(build):
     physics = build()
     physics.set_wheel_speeds(5.0, 6.0)
     for _ in range(200):
-        physics.step()
+        physics.world.step()
     physics.set_wheel_speeds(0.0, 0.0)
     for _ in range(500):
-        physics.step()
+        physics.world.step()
     before = physics.truth().pose
     for _ in range(1000):
-        physics.step()
+        physics.world.step()
     after = physics.truth().pose
     # Two seconds; with the wheels' speed held at nothing it was 0.25 mm and 4e-4 rad.
     assert before.distance_to(after) < 1e-6
@@ -93,11 +94,11 @@ def test_a_robot_put_elsewhere_comes_to_rest_without_a_bounce(build):
     physics = build()
     physics.set_wheel_speeds(6.0, 6.0)
     for _ in range(500):
-        physics.step()
+        physics.world.step()
     physics.place_robot(Pose2D(-4.0, 2.0, 1.0))
     heights = []
     for _ in range(250):
-        physics.step()
+        physics.world.step()
         heights.append(physics.base_state().position[2])
     truth = physics.truth()
     assert (truth.pose.x, truth.pose.y) == pytest.approx((-4.0, 2.0), abs=2e-3)
@@ -108,7 +109,7 @@ def test_a_robot_put_elsewhere_comes_to_rest_without_a_bounce(build):
 def test_distance_to_the_nearest_thing_but_the_floor(build):
     boxes = (Box(Pose2D(0.9, 0.0), (0.6, 1.0, 0.5)), Box(Pose2D(5.0, 0.0), (1.0, 1.0, 1.0)))
     physics = build(world=replace(EMPTY, boxes=boxes))
-    physics.step()
+    physics.world.step()
     # The box begins at 0.6, the hull ends at 0.18, both casters and wheels earlier.
     assert physics.distance(1.0) == pytest.approx(0.42, abs=2e-3)
     assert physics.distance(0.3) == 0.3
@@ -117,9 +118,9 @@ def test_distance_to_the_nearest_thing_but_the_floor(build):
 
 def test_touching_names_the_thing_and_the_place(build):
     physics = build(world=replace(EMPTY, boxes=(Box(Pose2D(0.42, 0.0), (0.5, 1.0, 0.5)),)))
-    physics.step()
-    body, x, _ = physics.touching()[0]
-    assert physics.scene.obstacles[body] == "a static obstacle"
+    physics.world.step()
+    name, x, _ = physics.touching()[0]
+    assert name == "a static obstacle"
     assert x == pytest.approx(0.17, abs=0.02)
 
 
@@ -127,24 +128,24 @@ def test_two_worlds_in_one_process_do_not_mix(build):
     one, other = build(), build(start=Pose2D(5.0, 5.0))
     one.set_wheel_speeds(5.0, 5.0)
     for _ in range(200):
-        one.step()
-        other.step()
+        one.world.step()
+        other.world.step()
     assert one.truth().pose.x > 0.1
     assert other.truth().pose.x == pytest.approx(5.0, abs=1e-3)
 
 
-def test_an_unknown_wheel_joint_is_refused():
+def test_an_unknown_wheel_joint_is_refused(build):
     wrong = replace(ROVER, wheels=Wheels(("left_wheel",), ("right_wheel_joint",), 0.08, 0.32))
     with pytest.raises(
         BodyError, match=r"no wheel joint 'left_wheel'; its joints are .*left_wheel_joint"
     ):
-        Physics(wrong, EMPTY, Pose2D(0.0, 0.0), SETTINGS)
+        build(wrong)
 
 
-def test_a_missing_or_broken_shape_is_refused(tmp_path):
+def test_a_missing_or_broken_shape_is_refused(build, tmp_path):
     with pytest.raises(BodyError, match=r"robot's URDF nothing\.urdf does not exist"):
-        Physics(replace(ROVER, urdf=tmp_path / "nothing.urdf"), EMPTY, Pose2D(0.0, 0.0), SETTINGS)
+        build(replace(ROVER, urdf=tmp_path / "nothing.urdf"))
     broken = tmp_path / "broken.urdf"
     broken.write_text("<robot")
     with pytest.raises(BodyError, match=r"broken\.urdf cannot be read"):
-        Physics(replace(ROVER, urdf=broken), EMPTY, Pose2D(0.0, 0.0), SETTINGS)
+        build(replace(ROVER, urdf=broken))

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from stack.drivetrain.description import SonarDescription
+from stack.sim.scene_state import SceneState
 from stack.sim.sensors.sonar import Sonar
 from stack.sim.worlds.world import Box
 from stack.types import Pose2D
@@ -17,7 +18,7 @@ NOBODY = np.zeros((0, 3))
 
 
 def hear(world, description=SONAR, pose=Pose2D(0.0, 0.0), people=NOBODY, step=0):
-    return Sonar(description, world, 1, "front").reading(pose, people, {}, step, 2.5)
+    return Sonar(description, world, 1, "front").reading(pose, SceneState(people), step, 2.5)
 
 
 def test_a_wall_is_as_far_as_its_nearest_point():

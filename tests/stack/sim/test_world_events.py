@@ -13,7 +13,7 @@ from stack.sim.timeline import Timeline
 from stack.sim.worlds.world import Dock, Person, Trigger, WorldEvent
 from stack.types import Pose2D, Twist
 
-FAR = Pose2D(100.0, 100.0)
+FAR = [(Pose2D(100.0, 100.0), 0.3)]
 REST, MOVING = Twist(), Twist(0.5)
 
 
@@ -42,10 +42,9 @@ def test_a_battery_drains_by_power_and_charges_on_the_dock():
 
 def test_a_person_who_does_not_yield_walks_into_the_robot():
     there_and_back = np.array([[0.0, 0.0], [4.0, 0.0]])
-    robot = Pose2D(1.0, 0.0)
+    robot = [(Pose2D(1.0, 0.0), 0.25)]
     polite, blunt = (
-        Walker(Person("Ada", there_and_back, speed=1.0, yields=yields), 0.25)
-        for yields in (True, False)
+        Walker(Person("Ada", there_and_back, speed=1.0, yields=yields)) for yields in (True, False)
     )
     for _ in range(100):
         polite.walk(0.02, robot)
@@ -84,7 +83,7 @@ SQUARE = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]])
 
 
 def test_people_walk_round_and_pause():
-    walker = Walker(Person("p", SQUARE, speed=1.0, pause=2.0), 0.3)
+    walker = Walker(Person("p", SQUARE, speed=1.0, pause=2.0))
     for _ in range(40):
         walker.walk(0.1, FAR)
     assert (walker.x, walker.y) == pytest.approx((4.0, 0.0))
@@ -96,13 +95,13 @@ def test_people_walk_round_and_pause():
 
 
 def test_people_start_along_their_loop():
-    people = People((Person("p", SQUARE, start=0.625, radius=0.25),), 0.3)
+    people = People((Person("p", SQUARE, start=0.625, radius=0.25),))
     assert people.places == pytest.approx(np.array([[2.0, 4.0, 0.25]]))  # 10 m of 16
 
 
 def test_a_person_stops_before_the_robot_and_goes_on():
-    walker = Walker(Person("p", SQUARE, speed=1.0, radius=0.2), 0.3)
-    in_the_way = Pose2D(2.0, 0.1)
+    walker = Walker(Person("p", SQUARE, speed=1.0, radius=0.2))
+    in_the_way = [(Pose2D(2.0, 0.1), 0.3)]
     for _ in range(300):
         walker.walk(0.01, in_the_way)
     gap = 2.0 - walker.x - 0.2 - 0.3
@@ -112,12 +111,12 @@ def test_a_person_stops_before_the_robot_and_goes_on():
 
 @pytest.mark.parametrize("place", [Pose2D(-0.4, 0.0), Pose2D(0.3, 0.6), Pose2D(1.6, 0.0)])
 def test_a_robot_behind_beside_or_far_ahead_does_not_block_a_person(place):
-    walker = Walker(Person("p", SQUARE, speed=1.0, radius=0.2), 0.3)
-    assert walker.walk(0.01, place)
+    walker = Walker(Person("p", SQUARE, speed=1.0, radius=0.2))
+    assert walker.walk(0.01, [(place, 0.3)])
 
 
 def names(world_events):
-    return [event.open_door for event in world_events]
+    return [event.open_door for event, _ in world_events]
 
 
 def test_the_timeline_by_time_place_and_delay():
@@ -129,7 +128,7 @@ def test_the_timeline_by_time_place_and_delay():
             WorldEvent(Trigger(time=1.0, after=1.5), open_door="after"),
         )
     )
-    here, there = Pose2D(0.0, 0.0), Pose2D(5.3, 0.0)
+    here, there = [Pose2D(0.0, 0.0)], [Pose2D(5.3, 0.0)]
     assert names(timeline.due(0.0, here)) == []
     assert names(timeline.due(1.0, here)) == ["time"]
     assert names(timeline.due(2.0, there)) == ["near"]

@@ -1,0 +1,218 @@
+"""One run of a prepared mission, step by step, with its records."""
+
+from __future__ import annotations
+
+import resource
+import traceback
+from collections.abc import Sequence
+from dataclasses import replace
+from datetime import datetime
+from time import perf_counter
+
+from missions.execution.build import Engine, build, run_info
+from missions.execution.milestones import Milestones
+from missions.execution.prepare import PreparedMission, RunOptions
+from missions.execution.report import Report
+from missions.execution.report_builder import compose_report
+from robots.bodies import MakeBody
+from stack.body import SimulatedWorld
+from stack.errors import BodyError, InputError
+from stack.runtime.snapshots import compose_snapshot
+from stack.telemetry.hub import Telemetry
+from stack.telemetry.recorder import Recorder, RunFolder
+from stack.telemetry.records import MissionState, Sink
+from stack.telemetry.sensor_log import read_about
+
+MAX_SIMULATED_SECONDS = 24 * 3600.0
+"""A mission that runs longer is ended as a failure."""
+
+STOPPING_TIME = 3.0
+"""Longest time, seconds, that the robot gets to come to a stop after the end of its mission."""
+
+
+class Run:
+    """A mission that is run.
+
+        run = Run(plan, options)
+        try:
+            while not run.is_over:
+                run.step()
+            report = run.finish()
+        finally:
+            run.close()
+
+    Args:
+        plan: the checked mission.
+        options: seed, folder and other settings.
+        sinks: consumers of events and snapshots, in addition to those of the options.
+        make_body: makes the body; None: the choice of the options or of the robot file.
+
+    Raises:
+        InputError: the options contradict each other or the plan; nothing has moved.
+
+    Attributes:
+        engine: the parts of the run.
+    """
+
+    def __init__(
+        self, plan: PreparedMission, options: RunOptions, sinks: Sequence[Sink] = (),
+        make_body: MakeBody | None = None,
+    ) -> None:  # fmt: skip
+        self._began = perf_counter()
+        if options.record and options.out is None:
+            raise InputError("`record` needs a run folder: set `out`")
+        options = _as_recorded(plan, options)
+        network_sinks = _network_sinks(options)  # refuses a bad address before anything is written
+        self._folder = folder = (
+            RunFolder.create(options.out, plan.text) if options.out is not None else None
+        )
+        self._plan, self._options = plan, options
+        self._log = folder.log if folder is not None else _discard
+        self._milestones = Milestones()
+        own = [self._milestones] if folder is None else [self._milestones, Recorder(folder)]
+        run_id = folder.path.name if folder is not None else _default_name(plan)
+        info = run_info(plan, run_id, options.seed)
+        self._log(f"{info.title}: {info.robot} in {info.world}, seed {info.seed}")
+        self._telemetry = Telemetry(info, [*own, *sinks, *network_sinks], self._log)
+        self._report: Report | None = None
+        try:
+            self.engine: Engine = build(plan, options, self._telemetry, folder, make_body)
+        except BaseException:
+            self._telemetry.close(None)
+            raise
+        self._steps_to_stop = round(STOPPING_TIME / self.engine.runtime.period)
+        if options.watch:
+            self._reload_on_change()
+        self._loop_began, self._first_tick = perf_counter(), 0.0
+
+    @property
+    def is_over(self) -> bool:
+        """Whether the mission is over and the robot stands."""
+        runtime = self.engine.runtime
+        if not runtime.state.is_over:
+            return False
+        return self._steps_to_stop <= 0 or runtime.is_standing or self.engine.body.has_ended
+
+    @property
+    def is_due(self) -> bool:
+        """Whether the next step can be taken; not while other robots in the world lag behind."""
+        body = self.engine.body
+        return not isinstance(body, SimulatedWorld) or body.is_due
+
+    def step(self) -> None:
+        """Run one control period; after the end of the mission, stop the robot."""
+        runtime = self.engine.runtime
+        stopping = runtime.state.is_over
+        if stopping:
+            self._steps_to_stop -= 1
+        try:
+            if not stopping:
+                self.engine.between_steps()
+            runtime.step()
+            if not stopping:
+                self._after_step()
+        except BodyError as error:
+            self._steps_to_stop = 0
+            runtime.end(MissionState.ERROR, f"robot failed: {error}")
+        except Exception as error:
+            self._log(traceback.format_exc())
+            self._steps_to_stop = 0 if stopping else self._steps_to_stop
+            runtime.end(MissionState.ERROR, f"{type(error).__name__}: {error}")
+
+    def interrupt(self) -> None:
+        """End the mission because a signal asks for it."""
+        self.engine.runtime.end(MissionState.INTERRUPTED, "stopped by a signal")
+
+    def finish(self) -> Report:
+        """Return the report of the finished run; `close` writes it."""
+        self._report = compose_report(
+            self._plan, self._options, self.engine,
+            wall_seconds=perf_counter() - self._loop_began,
+            first_tick=(self._first_tick or perf_counter()) - self._began,
+            peak_memory_mb=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
+            folder=self._folder, relocalisations=self._milestones.relocalisations,
+        )  # fmt: skip
+        self._log(self._report.summary())
+        return self._report
+
+    def close(self) -> None:
+        """Write the report, close every sink, stop the robot. Safe to call twice."""
+        engine = self.engine
+        try:
+            final = self._report.plain() if self._report is not None else None
+            self._telemetry.close(final, lambda: compose_snapshot(engine.runtime))
+        finally:
+            engine.runtime.parts.navigator.close()
+            engine.body.close()
+            if engine.sensor_log is not None:
+                engine.sensor_log.close()
+
+    def _reload_on_change(self) -> None:
+        from missions.execution.reload import Reloader
+
+        try:
+            reloader = Reloader(self.engine, self._plan, self._options, self._folder)
+        except BaseException:
+            self.close()
+            raise
+        self.engine.between_steps = reloader.poll
+
+    def _after_step(self) -> None:
+        runtime, body = self.engine.runtime, self.engine.body
+        if not self._first_tick:
+            self._first_tick = perf_counter()
+            self._add_late_sinks()
+        if body.has_ended:
+            runtime.end(MissionState.INTERRUPTED, "the recording is over")
+        elif body.time > MAX_SIMULATED_SECONDS:
+            runtime.end(MissionState.FAILURE, "TIMED_OUT: ran for 24 hours of robot time")
+
+    def _add_late_sinks(self) -> None:
+        """Attach rerun only after the first tick: importing it takes half a second."""
+        if self._options.rerun and self._folder is not None:
+            from stack.telemetry.rerun_sink import RerunSink
+
+            self._telemetry.attach(RerunSink(self._folder.recording))
+
+
+def _as_recorded(plan: PreparedMission, options: RunOptions) -> RunOptions:
+    """Return the options with the seed of the recording that is replayed.
+
+    Raises:
+        InputError: the recording is of another robot.
+    """
+    if options.replay is None:
+        return options
+    about = read_about(options.replay)
+    if about.get("robot") != plan.robot.name:
+        raise InputError(
+            f"{options.replay} was recorded with the robot {about.get('robot')!r}, this mission"
+            f" has {plan.robot.name!r}; choose it with --robot"
+        )
+    seed = about.get("seed", "")
+    if not seed.isdecimal():
+        raise InputError(f"{options.replay}: the seed {seed!r} in its metadata is not a number")
+    return replace(options, seed=int(seed))
+
+
+def _default_name(plan: PreparedMission) -> str:
+    """Return `<mission>-<date>-<time>`, the name of the run for folders and `watch`."""
+    now = datetime.now().strftime("%Y%m%d-%H%M%S")
+    return f"{plan.mission.source.stem}-{now}"
+
+
+def _network_sinks(options: RunOptions) -> list[Sink]:
+    sinks: list[Sink] = []
+    if options.mavlink:
+        from stack.telemetry.mavlink_sink import MavlinkSink
+
+        sinks.append(MavlinkSink(options.mavlink))
+    if options.serve:
+        from stack.telemetry.server import TelemetryServer
+
+        sinks.append(TelemetryServer())
+    return sinks
+
+
+def _discard(text: str) -> None:
+    """Drop a log line: there is no run folder."""

@@ -1,0 +1,338 @@
+"""One robot in a PyBullet world: wheels, true pose and contacts.
+
+PyBullet's conventions (centre-of-mass poses, joint numbers) stay inside this module; its interface
+uses base-frame poses and wheel angles.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import atan2, cos, hypot, sin, sqrt
+from pathlib import Path as FilePath
+from typing import Any
+
+import numpy as np
+
+from stack.body import GroundTruth
+from stack.drivetrain.description import RobotDescription
+from stack.errors import BodyError
+from stack.sim.physics import bullet as loader
+from stack.sim.physics.drive_joints import STEERING_TORQUE, DriveJoints, find_drive_joints
+from stack.sim.physics.physics_world import GRAVITY, PhysicsWorld
+from stack.types import FloatArray, Pose2D, Twist
+
+Vector = tuple[float, float, float]
+CASTER_TRAVEL = 0.002
+"""Deflection, metres, of a caster or a wheel without motor under the whole robot's weight."""
+
+STEERING_GAIN = 0.5
+"""Share of the steering error that is corrected in one physics step."""
+
+
+@dataclass(frozen=True, slots=True)
+class BaseState:
+    """State of the base frame in space.
+
+    Attributes:
+        position: (3,) metres, world frame.
+        rotation: (3, 3) world from base.
+        velocity: (3,) m/s of the frame's origin, world frame.
+        spin: (3,) angular velocity, rad/s, world frame.
+    """
+
+    position: FloatArray
+    rotation: FloatArray
+    velocity: FloatArray
+    spin: FloatArray
+
+
+class PhysicsRobot:
+    """A wheeled robot in a PyBullet world.
+
+    Args:
+        physics: the world to load it into.
+        description: the robot; the root frame of its URDF is the base frame, on the floor.
+        start: pose of the base frame, world frame.
+
+    Raises:
+        BodyError: the URDF cannot be loaded, has no joint for one of the wheels, or has an
+            omnidirectional wheel whose axle is not an axis of its link.
+
+    Attributes:
+        world: in which it is.
+        robot: its body number.
+        joints: of the driven wheels.
+    """
+
+    def __init__(self, physics: PhysicsWorld, description: RobotDescription, start: Pose2D) -> None:
+        self.world, self._bullet, self.client = physics, physics.bullet, physics.client
+        self._known: tuple[Vector, tuple[float, ...], Vector, Vector] | None = None
+        self._known_at = 0
+        self.robot = load_robot(self._bullet, self.client, description.urdf)
+        self._prepare_robot(description, physics.friction)
+        self.place_robot(start)
+        physics.add_robot(self.robot, description.name)
+
+    def place_robot(self, pose: Pose2D) -> None:
+        """Place the robot at a pose, at rest, with wheels at rest."""
+        self._known = None
+        turn = (0.0, 0.0, sin(pose.heading / 2.0), cos(pose.heading / 2.0))
+        position, orientation = self._bullet.multiplyTransforms(
+            (pose.x, pose.y, 0.0), turn, *self._inertial
+        )
+        self._bullet.resetBasePositionAndOrientation(
+            self.robot, position, orientation, physicsClientId=self.client
+        )
+        self._bullet.resetBaseVelocity(
+            self.robot, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), physicsClientId=self.client
+        )
+        for joint, angle in zip(self.joints, self._angles(self.joints), strict=True):
+            self._bullet.resetJointState(self.robot, joint, angle, 0.0, physicsClientId=self.client)
+        self._park()
+
+    def set_wheel_speeds(self, *speeds: float) -> None:
+        """Set the target speeds of the wheel motors, rad/s. All zero: park the wheels."""
+        if not any(speeds):
+            if not self._parked:
+                self._park()
+            return
+        if self._parked:
+            self._anchor(False)
+        self._bullet.setJointMotorControlArray(
+            self.robot,
+            self.joints,
+            self._bullet.VELOCITY_CONTROL,
+            targetVelocities=speeds,
+            forces=self._torques,
+            physicsClientId=self.client,
+        )
+
+    def steer(self, angles: Sequence[float]) -> None:
+        """Set the target angles of the steered wheels, left and right, radians."""
+        steered = self._wheels.steering
+        if steered:
+            self._bullet.setJointMotorControlArray(
+                self.robot,
+                steered,
+                self._bullet.POSITION_CONTROL,
+                targetPositions=angles,
+                positionGains=[STEERING_GAIN] * len(steered),
+                forces=[STEERING_TORQUE] * len(steered),
+                physicsClientId=self.client,
+            )
+
+    def wheel_angles(self) -> list[float]:
+        """Return the angle that each driven wheel has rolled since the start, radians."""
+        return self._angles(self.joints)
+
+    def steering_angles(self) -> list[float]:
+        """Return the angles of the steered wheels, left and right, radians."""
+        return self._angles(self._wheels.steering)
+
+    def set_wheel_friction(self, wheel: int, friction: float) -> None:
+        """Set the friction of a wheel, counted as in `wheel_places`."""
+        link = self._wheels.tyres[wheel]
+        self._bullet.changeDynamics(
+            self.robot, link, lateralFriction=friction, physicsClientId=self.client
+        )
+
+    def truth(self) -> GroundTruth:
+        """Return pose and velocity of the base frame in the plane.
+
+        Computed with plain floats instead of arrays, because it is called often.
+        """
+        (x, y, _), r, (vx, vy, _), (_, _, spin) = self._base()
+        forward = hypot(r[0], r[3])
+        c, s = r[0] / forward, r[3] / forward
+        twist = Twist(c * vx + s * vy, spin, c * vy - s * vx)
+        return GroundTruth(Pose2D(x, y, atan2(s, c)), twist)
+
+    def base_state(self) -> BaseState:
+        """Return the state of the base frame in space."""
+        position, rotation, velocity, spin = self._base()
+        return BaseState(
+            np.array(position), np.array(rotation).reshape(3, 3), np.array(velocity), np.array(spin)
+        )
+
+    def base_pose(self) -> tuple[Vector, tuple[float, float, float, float]]:
+        """Return position and orientation (quaternion x, y, z, w) of the base, world frame."""
+        com = self._bullet.getBasePositionAndOrientation(self.robot, physicsClientId=self.client)
+        pose: tuple[Vector, tuple[float, float, float, float]]
+        pose = self._bullet.multiplyTransforms(*com, *self._from_inertial)
+        return pose
+
+    def _base(self) -> tuple[Vector, tuple[float, ...], Vector, Vector]:
+        """Return position, row-major rotation, velocity and spin of the base frame.
+
+        PyBullet gives these for the centre of mass; v = v_com + w x (base - com). They are computed
+        once in a physics step.
+        """
+        if self._known is not None and self._known_at == self.world.steps:
+            return self._known
+        com = self._bullet.getBasePositionAndOrientation(self.robot, physicsClientId=self.client)
+        velocity, spin = self._bullet.getBaseVelocity(self.robot, physicsClientId=self.client)
+        origin, turn = self._bullet.multiplyTransforms(*com, *self._from_inertial)
+        rx, ry, rz = (origin[n] - com[0][n] for n in range(3))
+        base_velocity = (
+            velocity[0] + spin[1] * rz - spin[2] * ry,
+            velocity[1] + spin[2] * rx - spin[0] * rz,
+            velocity[2] + spin[0] * ry - spin[1] * rx,
+        )
+        rotation = self._bullet.getMatrixFromQuaternion(turn)
+        self._known, self._known_at = (origin, rotation, base_velocity, spin), self.world.steps
+        return self._known
+
+    def touching(self) -> list[tuple[str, float, float]]:
+        """Return the contacts except those with the floor: with what, and x, y in metres."""
+        floor, name_of = self.world.scene.floor, self.world.name_of
+        return [
+            (name_of(point[2]), point[6][0], point[6][1])
+            for point in self._bullet.getContactPoints(self.robot, physicsClientId=self.client)
+            if point[2] != floor and (point[8] <= 0.0 or point[9] > 0.0)
+        ]
+
+    def distance(self, reach: float) -> float:
+        """Return the distance from the robot to the nearest obstacle, metres, at most `reach`."""
+        nearest = reach
+        for body in self.world.obstacles_of(self.robot):
+            for point in self._bullet.getClosestPoints(
+                self.robot, body, nearest, physicsClientId=self.client
+            ):
+                nearest = min(nearest, max(0.0, point[8]))
+        return nearest
+
+    def _angles(self, joints: list[int]) -> list[float]:
+        if not joints:
+            return []
+        states = self._bullet.getJointStates(self.robot, joints, physicsClientId=self.client)
+        return [state[0] for state in states]
+
+    def _park(self) -> None:
+        """Hold the wheels and enable friction anchors at their contacts.
+
+        With velocity control at speed 0, residual errors of the solver let a standing robot creep
+        0.1 mm and 2e-4 rad per second, so position control holds the wheel angles. With steered
+        front wheels it is the reverse: position control creeps 0.5 mm per second, velocity
+        control 0.01 mm.
+        """
+        bullet = self._bullet
+        hold: dict[str, Any] = {
+            "controlMode": bullet.POSITION_CONTROL, "targetPositions": self._angles(self.joints)
+        }  # fmt: skip
+        if self._wheels.steering:
+            hold = {
+                "controlMode": bullet.VELOCITY_CONTROL, "targetVelocities": [0.0] * len(self.joints)
+            }  # fmt: skip
+        bullet.setJointMotorControlArray(
+            self.robot, self.joints, **hold, forces=self._torques, physicsClientId=self.client
+        )
+        self._anchor(True)
+
+    def _anchor(self, parked: bool) -> None:
+        self._parked = parked
+        for joint in self.joints:
+            self._bullet.changeDynamics(
+                self.robot, joint, frictionAnchor=int(parked), physicsClientId=self.client
+            )
+        self._brake(self._wheels.torque if parked else 0.0)
+
+    def _brake(self, torque: float) -> None:
+        """Set the braking torque, N m, of the wheels without motor.
+
+        PyBullet brakes every joint by default; 0 lets the wheels roll.
+        """
+        for joint in self._wheels.rolling:
+            self._bullet.setJointMotorControl2(
+                self.robot, joint, self._bullet.VELOCITY_CONTROL, targetVelocity=0.0, force=torque,
+                physicsClientId=self.client,
+            )  # fmt: skip
+
+    def _prepare_robot(self, description: RobotDescription, friction: float) -> None:
+        bullet, client, robot = self._bullet, self.client, self.robot
+        self._wheels = wheels = find_drive_joints(description, bullet, client, robot)
+        self.joints = wheels.driven
+        self._parked = False
+        self._inertial = bullet.getDynamicsInfo(robot, -1, physicsClientId=client)[3:5]
+        self._from_inertial = bullet.invertTransform(*self._inertial)
+        for link in range(-1, bullet.getNumJoints(robot, physicsClientId=client)):
+            # Bullet's default damping would act as rolling resistance.
+            dynamics = {"linearDamping": 0.0, "angularDamping": 0.0, "jointDamping": 0.0}
+            if link in wheels.driven:
+                dynamics["lateralFriction"] = friction
+            elif link in wheels.rolling:
+                dynamics |= _spring_contact(wheels.mass) | {"lateralFriction": friction}
+            elif self._is_caster(link):
+                dynamics |= _spring_contact(wheels.mass) | {"lateralFriction": 0.0}
+            bullet.changeDynamics(robot, link, physicsClientId=client, **dynamics)
+        self._torques = [wheels.torque] * len(self.joints)
+        if wheels.rollers:
+            self._set_roller_friction(wheels)
+        self.steer([0.0] * len(wheels.steering))
+        self.wheel_places = self._wheel_places()
+
+    def _set_roller_friction(self, wheels: DriveJoints) -> None:
+        """Let the driven wheels slide freely along their axles, as omnidirectional wheels do.
+
+        Rollers are modelled by anisotropic friction with no friction along the axle. The axle is
+        an axis of the wheel's own frame, so this holds at every wheel angle. Bullet's friction
+        cone assumes that the two friction directions of a contact are perpendicular, which they
+        are not here; the friction pyramid is used instead.
+        """
+        bullet, client = self._bullet, self.client
+        bullet.setPhysicsEngineParameter(enableConeFriction=0, physicsClientId=client)
+        for joint in wheels.driven:
+            info = bullet.getJointInfo(self.robot, joint, physicsClientId=client)
+            shares = [round(1.0 - abs(part), 6) for part in info[13]]
+            if sorted(shares) != [0.0, 1.0, 1.0]:
+                raise BodyError(
+                    f"the axle of the wheel joint {info[1].decode()!r} is {info[13]}, expected an "
+                    "axis of its link; rotate the joint's <origin> and use the axis 0 1 0"
+                )
+            bullet.changeDynamics(
+                self.robot, joint, anisotropicFriction=shares, physicsClientId=client
+            )
+
+    def _is_caster(self, link: int) -> bool:
+        shapes = self._bullet.getCollisionShapeData(self.robot, link, physicsClientId=self.client)
+        return any(shape[2] == self._bullet.GEOM_SPHERE for shape in shapes)
+
+    def _wheel_places(self) -> FloatArray:
+        """Return the contact points (n, 2) of the wheels, base frame, metres.
+
+        Valid only while the robot stands at the world's origin, as after loading.
+        """
+        places = []
+        for joint in self._wheels.tyres:
+            state = self._bullet.getLinkState(self.robot, joint, physicsClientId=self.client)
+            places.append(state[4][:2])
+        return np.array(places)
+
+
+def load_robot(bullet: Any, client: int, urdf: FilePath) -> int:
+    """Load a robot with its base frame at the world's origin and return its body number.
+
+    Raises:
+        BodyError: the file does not exist, or PyBullet cannot read it.
+    """
+    if not urdf.is_file():
+        raise BodyError(f"the robot's URDF {urdf.name} does not exist in {urdf.parent.name}/")
+    try:
+        with loader.stdout_as_stderr():  # PyBullet prints warnings about the file to stdout
+            robot: int = bullet.loadURDF(
+                str(urdf), flags=bullet.URDF_USE_INERTIA_FROM_FILE, physicsClientId=client
+            )
+    except bullet.error as error:
+        raise BodyError(f"{urdf.name} cannot be read as a URDF: {error}") from error
+    return robot
+
+
+def _spring_contact(mass: float) -> dict[str, float]:
+    """Return contact dynamics of a critically damped spring.
+
+    With rigid casters and rigid wheels the load distribution is undetermined and left to the
+    solver; wheels that carry too little load slip.
+    """
+    stiffness = mass * GRAVITY / CASTER_TRAVEL
+    damping = 2.0 * sqrt(stiffness * mass)
+    return {"contactStiffness": stiffness, "contactDamping": damping}

@@ -1,0 +1,226 @@
+"""One robot of a simulation: drive, sensors, battery and contacts."""
+
+from __future__ import annotations
+
+from collections import deque
+from math import gcd
+
+from stack.body import ContactTally, GroundTruth
+from stack.drivetrain.description import RobotDescription
+from stack.sim.battery import Battery
+from stack.sim.physics.contacts import ContactCounter
+from stack.sim.physics.friction import FrictionZones
+from stack.sim.physics.physics_robot import PhysicsRobot
+from stack.sim.physics.physics_world import PhysicsWorld
+from stack.sim.physics.settings import SimulationSettings
+from stack.sim.scene_state import RobotShape, SceneState
+from stack.sim.sensors.imu import Imu
+from stack.sim.sensors.lidar import Lidar
+from stack.sim.sensors.odometry import Encoders, Odometry
+from stack.sim.sensors.sonar import Sonar
+from stack.sim.skidding import wheel_motion_of
+from stack.sim.wheel_controller import WheelController
+from stack.sim.worlds.world import World
+from stack.types import Image, Measurement, Observation, Pose2D
+
+CLEARANCE_REACH = 1.0
+"""Largest clearance that is measured, metres."""
+
+
+class SimulatedRobot:
+    """Drive, sensors, battery and contacts of one robot, each at its own rate.
+
+    Args:
+        description: the robot.
+        world: in which it drives.
+        physics: of that world.
+        start: pose of the base frame, world frame.
+        seed: of every random stream.
+        settings: rates, and the charge of the battery.
+
+    Attributes:
+        description: the robot.
+        physics: the robot's bodies in the physics.
+        drive: wheel controller; it takes the commands.
+        clearance: smallest distance so far to an obstacle, metres; at most CLEARANCE_REACH.
+        due: physics step up to which the robot lets time pass.
+        wants_freeze: whether the robot asks for time to stand.
+        radius: distance from the base to the farthest corner, metres.
+        quiet_steps: physics steps from one time at which something may be due to the next.
+    """
+
+    def __init__(  # noqa: PLR0913 - a robot, its world and the settings
+        self, description: RobotDescription, world: World, physics: PhysicsWorld, *,
+        start: Pose2D, seed: int, settings: SimulationSettings,
+    ) -> None:  # fmt: skip
+        self.description = description
+        self.due, self.wants_freeze = 0, False
+        self.radius = description.footprint.circumscribed_radius
+        self._plan_rates(description, settings)
+        self.clearance = CLEARANCE_REACH
+        self._events: list[tuple[str, str]] = []
+        self.drive = WheelController(description.drivetrain, 1.0 / settings.physics_rate)
+        self._odometry = Odometry(description, seed)
+        self._lidars = {
+            name: Lidar(lidar, world, seed, "lidar" if name == "lidar" else f"lidar:{name}")
+            for name, lidar in description.all_lidars.items()
+        }
+        self._sonars = {
+            name: Sonar(sonar, world, seed, name) for name, sonar in description.sonars.items()
+        }
+        self._measured: dict[str, Measurement] = {}
+        longest = max((lidar.rotation_time for lidar in self._lidars.values()), default=0.0)
+        self._trail: deque[tuple[float, Pose2D]] = deque(
+            maxlen=int(longest * settings.scene_rate) + 3 if longest > 0.0 else 0
+        )
+        self._imu = Imu(description.imu, seed) if description.imu else None
+        self._battery = Battery(
+            description.battery, description.limits, world.docks, settings.battery_charge
+        )
+        self._contacts = ContactCounter()
+        self.physics = PhysicsRobot(physics, description, start)
+        self._friction = FrictionZones(world, self.physics)
+        self._wheel_motion = wheel_motion_of(description, self.physics, seed)
+
+    @property
+    def truth(self) -> GroundTruth:
+        """Exact pose and velocity."""
+        return self.physics.truth()
+
+    @property
+    def shape(self) -> RobotShape:
+        """The robot as the sensors of other robots see it."""
+        return RobotShape(self.truth.pose, self.description.footprint, self.description.height)
+
+    @property
+    def tally(self) -> ContactTally:
+        """Contacts so far."""
+        return self._contacts.tally
+
+    def begin(self, scene: SceneState) -> None:
+        """Take the measurements of time 0."""
+        truth = self.truth
+        self._friction.update(truth.pose)
+        self._odometry.update(0.0, self._encoders())
+        self._trail.append((0.0, truth.pose))
+        for name in self._range_sensor_steps:
+            self._measure(name, scene, 0, 0.0)
+        self._measure_clearance()
+
+    def drive_wheels(self) -> None:
+        """Apply the wheel controller's set point of the next physics step."""
+        if self.drive.advance():
+            self._set_wheels()
+
+    def update_scene(self, time: float, period: float, truth: GroundTruth) -> None:
+        """Update encoders, battery, friction and contacts; `period` is the time since the last."""
+        self._odometry.update(time, self._encoders())
+        self._battery.update(truth, period)
+        self._friction.update(truth.pose)
+        self._trail.append((time, truth.pose))
+        if self._wheel_motion.update(self._friction.floor_at(truth.pose.x, truth.pose.y)):
+            self._set_wheels()
+        self._count_contacts(time, truth)
+
+    def measures_ranges(self, step: int) -> bool:
+        """Whether a lidar or sonar measures in this physics step."""
+        return any(step % steps == 0 for steps in self._range_sensor_steps.values())
+
+    def measure_ranges(self, step: int, time: float, scene: SceneState) -> None:
+        """Read the lidars and sonars that are due, each at its own rate."""
+        for name, steps in self._range_sensor_steps.items():
+            if step % steps == 0:
+                self._measure(name, scene, step, time)
+
+    def measure_inertia(self, step: int, time: float) -> None:
+        """Read the IMU if it is due."""
+        if self._imu is not None and step % self._imu_steps == 0:
+            self._imu.sample(time, self.physics.base_state())
+
+    def measure_clearance(self, step: int) -> None:
+        """Measure the distance to the nearest obstacle if it is due."""
+        if step % self._clearance_steps == 0:
+            self._measure_clearance()
+
+    def observation(self, time: float, image: Image | None) -> Observation:
+        """Return the measurements since the last call."""
+        measurements, self._measured = self._measured, {}
+        measurements["wheels"] = self._odometry.reading
+        measurements["battery"] = self._battery.reading(time)
+        samples = self._imu.take() if self._imu else None
+        if samples is not None:
+            measurements["imu"] = samples
+        if image is not None:
+            measurements["camera"] = image
+        return Observation(time, measurements)
+
+    def set_charge(self, charge: float) -> None:
+        """Set the battery charge, 0 to 1."""
+        self._battery.charge = charge
+        self.report("battery", f"battery charge set to {charge:.0%}")
+
+    def lift(self, pose: Pose2D) -> None:
+        """Put the robot somewhere else, at rest; odometry does not notice."""
+        self.drive.halt()
+        self.physics.place_robot(pose)
+        self._trail.clear()
+        self._friction.update(pose)
+        if self._imu:
+            self._imu.reset_velocity()
+        where = f"({pose.x:.2f}, {pose.y:.2f}, {pose.heading:.2f})"
+        self.report("lifted", f"the robot was lifted to {where}")
+
+    def report(self, kind: str, text: str) -> None:
+        """Keep an event until `take_events`."""
+        self._events.append((kind, text))
+
+    def take_events(self) -> list[tuple[str, str]]:
+        """Return the events since the last call, each (kind, sentence)."""
+        events, self._events = self._events, []
+        return events
+
+    def _plan_rates(self, description: RobotDescription, settings: SimulationSettings) -> None:
+        self._clearance_steps = settings.steps("clearance period", 1.0 / settings.clearance_rate)
+        self._imu_steps = self._clearance_steps
+        rates = {name: lidar.rate for name, lidar in description.all_lidars.items()}
+        rates |= {name: sonar.rate for name, sonar in description.sonars.items()}
+        self._range_sensor_steps = {
+            name: settings.steps(f"{name} period", 1.0 / rate) for name, rate in rates.items()
+        }
+        if description.imu:
+            self._imu_steps = settings.steps("IMU period", 1.0 / description.imu.rate)
+        self.quiet_steps = gcd(
+            self._imu_steps, self._clearance_steps, *self._range_sensor_steps.values()
+        )
+
+    def _set_wheels(self) -> None:
+        wheels = self.drive.wheels
+        self.physics.set_wheel_speeds(*self._wheel_motion.motor_speeds(wheels.speeds))
+        self.physics.steer(wheels.steering)
+
+    def _encoders(self) -> Encoders:
+        wheels = self._wheel_motion.encoder_angles(self.physics.wheel_angles())
+        return Encoders(wheels, self.physics.steering_angles())
+
+    def _count_contacts(self, time: float, truth: GroundTruth) -> None:
+        touching = self.physics.touching()
+        if self._contacts.update(time, bool(touching), truth.twist):
+            obstacle, x, y = touching[0]
+            self.report("contact", f"contact with {obstacle} at ({x:.2f}, {y:.2f})")
+
+    def _measure(self, name: str, scene: SceneState, step: int, time: float) -> None:
+        truth = self.truth.pose
+        if name not in self._lidars:
+            self._measured[name] = self._sonars[name].reading(truth, scene, step, time)
+            return
+        lidar = self._lidars[name]
+        trail = [(0.0, truth)]
+        if lidar.rotation_time > 0.0:
+            self._trail.append((time, truth))
+            trail = list(self._trail)
+            if trail[0][0] > time - lidar.rotation_time:
+                return  # the first turn is not complete
+        self._measured[name] = lidar.scan(trail, scene, step, time)
+
+    def _measure_clearance(self) -> None:
+        self.clearance = self.physics.distance(self.clearance)
