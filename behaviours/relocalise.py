@@ -13,7 +13,7 @@ from behaviours._odometry_trail import OdometryTrail
 from behaviours._wall_geometry import room_ahead
 from behaviours.base import RobotBehaviour, output, port
 from stack.robot import Task
-from stack.types import STANDSTILL, FailureCode, Image, Twist, wrap_angle
+from stack.types import GOOD_HEALTH, STANDSTILL, FailureCode, Image, Twist, wrap_angle
 
 TIME_TO_LIVE = 0.3
 FIRST_PICTURE, NEXT_PICTURE = 2.0, 1.0
@@ -28,7 +28,7 @@ SURE_FIT, SURE_ERROR, LEAD = 0.6, 1.0, 0.05
 lead by this fit."""
 DEVIATION = 0.1
 """Standard deviation of a pose from a marker, metres and radians."""
-FINE_HEALTH, FINE_TIME = 0.5, 1.0
+FINE_TIME = 1.0
 MOVE_SPEED, MOVE_DISTANCE, MOVE_TIME, MOVE_SPARE = 0.25, 1.0, 6.0, 0.3
 
 Steps = Generator[None, None, bool]
@@ -45,7 +45,7 @@ class Relocalise(RobotBehaviour):
 
     use_camera: bool = port("search for markers first", default=True)
     only_if_lost: bool = port(
-        f"do nothing if the health stays at {FINE_HEALTH:g} or more for {FINE_TIME:g} s",
+        f"do nothing if the health stays at {GOOD_HEALTH:g} or more for {FINE_TIME:g} s",
         default=False,
     )
     min_fit: float = port(
@@ -111,7 +111,7 @@ class Relocalise(RobotBehaviour):
 
     def _is_fine(self) -> Steps:
         timer = self.start_timer()
-        while self.robot.localisation_health >= FINE_HEALTH:
+        while self.robot.localisation_health >= GOOD_HEALTH:
             if timer.is_over(FINE_TIME):
                 return True
             yield

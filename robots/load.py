@@ -86,13 +86,13 @@ def read_robot(path: Path, text: str | None = None) -> RobotDescription:
     imu_section = top.section("imu")
     imu = None if imu_section is None else parameters_of(imu_section, ImuDescription)
     battery = parameters_of(top.section("battery"), BatteryDescription)
-    navigation = _navigation(top)
+    components = _components(top)
     top.done()
     findings.raise_errors()
     assert footprint is not None and wheels is not None and urdf is not None
     return RobotDescription(
         name, footprint, height, urdf, wheels, limits, odometry, lidar, camera, imu, battery,
-        navigation, path, lidars, sonars, body, skid,
+        components, path, lidars, sonars, body, skid,
     )  # fmt: skip
 
 
@@ -183,16 +183,20 @@ def _urdf(top: Section, path: Path, wheels: WheelGeometry | None) -> Path | None
     return urdf
 
 
-def _navigation(top: Section) -> dict[str, Any]:
+def _components(top: Section) -> dict[str, Any]:
     """Component choices by kind, unchecked: the mission checks them together with its own."""
     section = top.section("navigation")
+    entries = [(f"{key.value}", node) for key, node in (section.node.entries if section else ())]
+    localisation = top.node_of("localisation")
+    if localisation is not None:
+        entries.append(("localisation", localisation))
     found: dict[str, Any] = {}
-    for key, node in section.node.entries if section is not None else ():
+    for kind, node in entries:
         if isinstance(node.value, str):
-            found[str(key.value)] = {"use": node.value}
+            found[kind] = {"use": node.value}
         elif node.is_mapping:
-            found[str(key.value)] = node.plain()
+            found[kind] = node.plain()
         else:
-            sentence = f"navigation: {key.value} must be a name or a mapping, got {node.words()}"
+            sentence = f"{kind} must be a name or a mapping, got {node.words()}"
             top.findings.error(SHAPE, node.mark, sentence)
     return found

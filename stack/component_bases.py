@@ -3,16 +3,30 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 
 from stack.drivetrain.description import RobotDescription
 from stack.errors import NavigationError, ParameterError
+from stack.frames.buffer import TransformBuffer
 from stack.geometry.path_segment import PathSegment
 from stack.lifecycle import Lifecycle
-from stack.types import CostGrid, FailureCode, FloatArray, Path, Pose2D, TrackedObject, Twist
+from stack.types import (
+    CostGrid,
+    FailureCode,
+    FloatArray,
+    Observation,
+    OccupancyGrid,
+    Path,
+    Pose2D,
+    PoseEstimate,
+    Scan,
+    TrackedObject,
+    Twist,
+)
 
 
 class CancelToken:
@@ -268,3 +282,104 @@ class ProgressChecker(Component, Lifecycle, ABC):
     @abstractmethod
     def stuck(self, state: DriveState) -> str:
         """Why the drive fails with NO_PROGRESS; empty while it makes progress."""
+
+
+NO_PARTICLES: FloatArray = np.empty((0, 3))
+NO_PARTICLES.flags.writeable = False
+
+
+class Match(Protocol):
+    """A pose that explains scans."""
+
+    @property
+    def pose(self) -> Pose2D:
+        """Map frame."""
+        ...
+
+    @property
+    def fit(self) -> float:
+        """Share of the scans explained, in [0, 1]."""
+        ...
+
+
+class Estimator(Component, ABC):
+    """Estimates map -> odom from the measurements of each step.
+
+    Lifecycle: `start` before the first step, `update` in each step; `set_pose` and
+    `localise_globally` between two steps.
+
+    Attributes:
+        needs_map: whether it works only in missions with a map.
+        needs_initial_pose: whether, on a map, the mission must know where the robot starts.
+    """
+
+    needs_map: ClassVar[bool] = False
+    needs_initial_pose: ClassVar[bool] = False
+
+    def __init__(
+        self, parameters: Any, robot: RobotDescription, grid: OccupancyGrid | None, seed: int
+    ) -> None:
+        """Create the estimator.
+
+        Args:
+            parameters: instance of `Parameters`.
+            robot: description of the robot.
+            grid: the map; None in missions without one.
+            seed: of the run, for `stack.streams.stream`.
+        """
+        self.parameters = parameters
+
+    @abstractmethod
+    def start(self, pose: Pose2D | None) -> None:
+        """Start at the initial pose of the base, map frame; None if it is unknown."""
+
+    @abstractmethod
+    def update(self, observation: Observation, frames: TransformBuffer) -> PoseEstimate:
+        """Process the measurements of a step; return the estimate at the observation's time.
+
+        Args:
+            observation: new measurements, scans deskewed.
+            frames: with the odometry up to the observation's time; `frames.pose_at("odom", stamp)`
+                is the pose at which a measurement was taken.
+        """
+
+    @property
+    @abstractmethod
+    def estimate(self) -> PoseEstimate:
+        """The newest estimate."""
+
+    @abstractmethod
+    def set_pose(self, pose: Pose2D, position_deviation: float, heading_deviation: float) -> None:
+        """Restart around a pose.
+
+        Args:
+            pose: of the base now, map frame.
+            position_deviation: standard deviation, metres.
+            heading_deviation: standard deviation, radians.
+        """
+
+    @property
+    def particles(self) -> FloatArray:
+        """(n, 3) x, y, heading of hypotheses in the map frame, for displays; may be empty."""
+        return NO_PARTICLES
+
+    def fit_at(self, pose: Pose2D, scan: Scan) -> float:
+        """Return the health in [0, 1] of a single scan at another pose; 0 without a map."""
+        return 0.0
+
+    def localise_globally(self, scan: Scan, earlier: Sequence[tuple[Pose2D, Scan]] = ()) -> Match:
+        """Restart at the only pose on the map that explains the scans.
+
+        Args:
+            scan: the newest scan.
+            earlier: earlier scans, each with the base pose at its stamp in the current base frame.
+
+        Raises:
+            NavigationError: LOST if no pose fits or the estimator cannot search a map, AMBIGUOUS
+                if several poses fit.
+        """
+        raise NavigationError(
+            FailureCode.LOST,
+            "global relocalisation needs a map and an estimator that searches it; add a map and "
+            "use `localisation: mcl`, or set the pose",
+        )

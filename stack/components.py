@@ -1,4 +1,4 @@
-"""Components of navigation, chosen by name and extensible by plugins.
+"""Components of navigation and localisation, chosen by name and extensible by plugins.
 
 A component class inherits the base class of its kind, which gives defaults for what is optional. It
 has a class attribute `Parameters` (a frozen dataclass of `parameter(...)` fields) and a docstring
@@ -22,13 +22,16 @@ from stack.component_bases import (
     Controller,
     ControlState,
     DriveState,
+    Estimator,
     GoalChecker,
+    Match,
     Planner,
     PlanOptions,
     ProgressChecker,
     StopCriterion,
 )
 from stack.errors import InputError
+from stack.frames.buffer import TransformBuffer
 from stack.geometry.path_segment import PathSegment
 from stack.parameters import build, suggestion
 
@@ -54,6 +57,10 @@ BUILT_IN: dict[str, dict[str, str]] = {
         "pose_progress": "stack.control.checkers:PoseProgressChecker",
         "simple_progress": "stack.control.checkers:SimpleProgressChecker",
     },
+    "localisation": {
+        "mcl": "stack.localisation.localiser:Localiser",
+        "dead_reckoning": "stack.localisation.dead_reckoning:DeadReckoning",
+    },
     "costmap_layer": {
         "static": "stack.costmap.static_layer:StaticLayer",
         "obstacle": "stack.costmap.obstacle_layer:ObstacleLayer",
@@ -69,6 +76,7 @@ GROUPS = {
     "controller": "treepilot.controllers",
     "goal_checker": "treepilot.goal_checkers",
     "progress_checker": "treepilot.progress_checkers",
+    "localisation": "treepilot.estimators",
     "costmap_layer": "treepilot.costmap_layers",
 }
 
@@ -77,8 +85,22 @@ BASES: dict[str, type[Component]] = {
     "controller": Controller,
     "goal_checker": GoalChecker,
     "progress_checker": ProgressChecker,
+    "localisation": Estimator,
 }
 """The class that components of a kind inherit."""
+
+_NOUNS = {"localisation": "estimator"}
+"""What a component is called if not as its key in missions."""
+
+
+def noun(kind: str) -> str:
+    """What a component of a kind is called in messages: `goal checker`, `estimator`."""
+    return _NOUNS.get(kind, kind.replace("_", " "))
+
+
+def with_article(kind: str) -> str:
+    """`noun` with its article: `a goal checker`, `an estimator`."""
+    return f"{'an' if noun(kind)[0] in 'aeiou' else 'a'} {noun(kind)}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +108,7 @@ class Choice:
     """A chosen component with its checked parameters.
 
     Attributes:
-        kind: planner, controller, costmap_layer…
+        kind: planner, controller, localisation, costmap_layer…
         name: of the component.
         component: its class.
         parameters: instance of `component.Parameters`.
@@ -112,7 +134,7 @@ class Choice:
         try:
             return self.component(parameters, *arguments)
         except TypeError as error:
-            what = f"{self.kind.replace('_', ' ')} {self.name!r}"
+            what = f"{noun(self.kind)} {self.name!r}"
             raise InputError(f"the {what} cannot be created: {error}") from error
 
 
@@ -133,17 +155,16 @@ def component(kind: str, name: str) -> type:
     # Scanning the entry points of all installed packages is slow: skip it for built-in components.
     known = BUILT_IN[kind] if name in BUILT_IN[kind] else available(kind)
     if name not in known and ":" not in name:
-        what = kind.replace("_", " ")
-        raise InputError(f"there is no {what} {name!r}; {suggestion(name, known)}")
+        raise InputError(f"there is no {noun(kind)} {name!r}; {suggestion(name, known)}")
     where = known.get(name, name)
     module, _, attribute = where.partition(":")
     try:
         found: type = getattr(import_module(module), attribute)
     except Exception as error:  # a plugin's module may raise any exception
-        raise InputError(f"the {kind} {name!r} in {where} cannot be used: {error}") from error
+        raise InputError(f"the {noun(kind)} {name!r} in {where} cannot be used: {error}") from error
     reason = _unusable(kind, found)
     if reason:
-        raise InputError(f"the {kind} {name!r} in {where} cannot be used: {reason}")
+        raise InputError(f"the {noun(kind)} {name!r} in {where} cannot be used: {reason}")
     return found
 
 
@@ -174,6 +195,7 @@ def choose(kind: str, name: str, values: dict[str, Any]) -> Choice:
 
 __all__ = [
     "DEFAULT_PLAN_OPTIONS", "CancelToken", "Choice", "Component", "ControlState", "Controller",
-    "DriveState", "GoalChecker", "PathSegment", "PlanOptions", "Planner", "ProgressChecker",
-    "StopCriterion", "available", "choose", "component",
+    "DriveState", "Estimator", "GoalChecker", "Match", "PathSegment", "PlanOptions", "Planner",
+    "ProgressChecker", "StopCriterion", "TransformBuffer", "available", "choose", "component",
+    "noun", "with_article",
 ]  # fmt: skip

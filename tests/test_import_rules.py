@@ -40,15 +40,16 @@ MAY_IMPORT = {
     "stack.robot": {"stack.types"},
     "stack.body": {"stack.types", "stack.drivetrain"},
     "stack.component_bases": {
-        "stack.types", "stack.errors", "stack.drivetrain", "stack.geometry", "stack.lifecycle",
+        "stack.types", "stack.errors", "stack.drivetrain", "stack.frames", "stack.geometry",
+        "stack.lifecycle",
     },
     "stack.components": {
-        "stack.types", "stack.errors", "stack.parameters", "stack.geometry",
+        "stack.types", "stack.errors", "stack.parameters", "stack.frames", "stack.geometry",
         "stack.component_bases",
     },
     "stack.telemetry": {"stack.types", "stack.errors"},
     "stack.mapping": FOUNDATION,
-    "stack.localisation": FOUNDATION,
+    "stack.localisation": {"stack.components", *FOUNDATION},
     "stack.perception": FOUNDATION,
     "stack.safety": FOUNDATION,
     "stack.planning": {"stack.components", *FOUNDATION},
@@ -61,8 +62,8 @@ MAY_IMPORT = {
         "stack.safety", *FOUNDATION,
     },
     "stack.runtime": {
-        "stack.body", "stack.robot", "stack.costmap", "stack.localisation", "stack.navigation",
-        "stack.perception", "stack.safety", "stack.telemetry", *FOUNDATION,
+        "stack.body", "stack.robot", "stack.components", "stack.costmap", "stack.localisation",
+        "stack.navigation", "stack.perception", "stack.safety", "stack.telemetry", *FOUNDATION,
     },
     "missions.language": {"behaviours", "stack.documents", *PLUGIN_API},
     "missions.trees": {

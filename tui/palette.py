@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from stack.types import GOOD_HEALTH, LOST_HEALTH
+
 BACKDROP, PANEL, RAISED = 0x070A10, 0x0B111C, 0x0F1A2B
 ACTIVE_ROW, CHOSEN_ROW = 0x101F37, 0x24395C
 FREE, UNKNOWN = 0x0D1522, BACKDROP
@@ -32,6 +34,11 @@ STATE_GLYPH = {
 def css(colour: int) -> str:
     """Return a packed colour as `#rrggbb`."""
     return f"#{colour:06x}"
+
+
+def health_colour(health: float) -> int:
+    """Return the colour of a localisation health."""
+    return GOOD if health > GOOD_HEALTH else WARN if health >= LOST_HEALTH else BAD
 
 
 def blend(low: int, high: int, share: float) -> int:

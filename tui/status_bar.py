@@ -17,6 +17,7 @@ from tui.palette import (
     TEXT,
     WARN,
     css,
+    health_colour,
 )
 
 STALE_AFTER = 2.0
@@ -57,7 +58,7 @@ class StatusBar(Static):
     def _figures(self, text: Text, snapshot: Snapshot) -> None:
         health, charge = snapshot.health, snapshot.battery.charge
         for label, value, colour in (
-            ("loc", f"{health:.2f}", GOOD if health > 0.5 else WARN if health >= 0.3 else BAD),
+            ("loc", f"{health:.2f}", health_colour(health)),
             ("bat", f"{charge:.0%}", GOOD if charge > 0.4 else WARN if charge > 0.2 else BAD),
         ):
             text.append(f"  {label} ", style=css(DIM))

@@ -7,7 +7,7 @@ from rich.text import Text
 from textual.widgets import Static
 
 from stack.telemetry.records import Snapshot
-from tui.palette import BAD, BUSY, DIM, FAINT, GOOD, PARTICLE, TEXT, WARN, css
+from tui.palette import BAD, BUSY, DIM, FAINT, GOOD, PARTICLE, TEXT, WARN, css, health_colour
 
 BAR, LABEL = 10, 9
 STAGES = ("estimate", "costmap", "tree", "navigate", "safety", "body")
@@ -48,7 +48,7 @@ class VitalsPane(Static, can_focus=True):
 
     def _localisation(self, text: Text, snapshot: Snapshot) -> None:
         health = snapshot.health
-        colour = GOOD if health > 0.5 else WARN if health >= 0.3 else BAD
+        colour = health_colour(health)
         deviation = float(snapshot.covariance[:2, :2].trace()) ** 0.5
         _bar(text, "health", health, colour)
         text.append(f" {health:.2f} ±{deviation * 100:.0f} cm\n", style=css(colour))

@@ -21,6 +21,7 @@ class Kind(StrEnum):
     CONTROLLERS = "controllers"
     GOAL_CHECKERS = "goal_checkers"
     PROGRESS_CHECKERS = "progress_checkers"
+    ESTIMATORS = "estimators"
     LAYERS = "layers"
 
 
@@ -41,9 +42,7 @@ def list_(
 
 
 def describe(
-    name: Annotated[
-        str, typer.Argument(help="name of a behaviour, planner, controller, layer, robot or world")
-    ],
+    name: Annotated[str, typer.Argument(help="name of a behaviour, component, robot or world")],
     mission: PluginsOf = None,
 ) -> None:
     """Describe a behaviour, component, robot or world."""

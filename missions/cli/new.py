@@ -40,6 +40,14 @@ def new_controller(name: NewName, folder: PluginFolder = Path("my_plugins")) -> 
     _report(new_component("controller", name, folder), folder, setting)
 
 
+@new_app.command("estimator")
+def new_estimator(name: NewName, folder: PluginFolder = Path("my_plugins")) -> None:
+    """Create an estimator of the pose and its test."""
+    from missions.inspection.scaffold import new_component
+
+    _report(new_component("estimator", name, folder), folder, f"localisation: {name}")
+
+
 @new_app.command("layer")
 def new_layer(name: NewName, folder: PluginFolder = Path("my_plugins")) -> None:
     """Create a costmap layer and its test."""

@@ -18,7 +18,7 @@ from missions.editor.markdown import (
 from missions.editor.names import Name
 from missions.editor.node_schemas import allowed_modifiers
 from missions.editor.outline import Item, Use, signature_of_kind
-from missions.execution.component_choices import DEFAULTS, SETTINGS
+from missions.execution.component_choices import DEFAULTS, NAVIGATION_KINDS
 from missions.execution.resources import world_files
 from missions.language.expressions.robot_values import ROBOT_VALUES
 from missions.language.expressions.value_types import BOOL, NAMED, ValueType, type_of
@@ -202,7 +202,7 @@ _PROVIDERS: dict[Use, Callable[[Reading, Item], Iterable[Candidate]]] = {
     Use.TOP_KEY: lambda reading, item: _keys(TOP_KEYS),
     Use.TREE_KEY: lambda reading, item: _keys(TREE_KEYS),
     Use.EVENT_KEY: lambda reading, item: _keys(EVENT_KEYS),
-    Use.COMPONENT_KIND: lambda reading, item: _keys(dict.fromkeys((*DEFAULTS, *SETTINGS), "")),
+    Use.COMPONENT_KIND: lambda reading, item: _keys(dict.fromkeys(NAVIGATION_KINDS, "")),
     Use.PARAMETER: lambda reading, item: _parameters(item.owner),
     Use.WORLD: lambda reading, item: _file_stems(world_files()),
     Use.ROBOT: lambda reading, item: map(_word, robot_names()),

@@ -21,6 +21,7 @@ TOP_KEYS: dict[str, str] = {
     "places": "Named poses in the map frame: `dock: [0, 0, 90 deg]`.",
     "parameters": "Parameter files, applied in order before `navigation`.",
     "navigation": "Components of the navigation stack and their parameters.",
+    "localisation": "Estimator of the pose: a name, or `{use: name, parameter: value}`.",
     "plugins": "Folders, files or modules with your own behaviours and components of navigation.",
     "include": "Files whose `trees` and `places` this mission can use.",
     "arguments": "Typed inputs of the mission, set with `--set name=value`.",

@@ -14,11 +14,12 @@ from missions.editor.value_schemas import (
     section,
     words,
 )
-from missions.execution.component_choices import DEFAULTS, SETTINGS
+from missions.execution.component_choices import DEFAULTS, MAPLESS_DEFAULTS, SETTINGS
 from missions.language.expressions.value_types import NAMED
 from missions.language.reading.cases import CASE_KEYS, EXPECT_KEYS
 from missions.language.reading.events import EVENT_KEYS, HOLD, THEN
-from stack.components import GROUPS, available, component
+from missions.language.reading.header import LOCALISATION
+from stack.components import GROUPS, available, component, noun
 from stack.costmap.choosing import COSTMAPS
 from stack.errors import InputError
 from stack.parameters import Declaration, declarations
@@ -41,6 +42,7 @@ def mission_schema(catalogue: Catalogue) -> Schema:
         "start": _pose_or_place(), "initial_pose": _pose_or_place("start", "unknown"),
         "map": {**TEXT, "examples": ["from_world", "none"], "default": "from_world"},
         "places": named(pose()), "parameters": TEXTS, "navigation": _navigation(),
+        "localisation": _component(LOCALISATION),
         "plugins": TEXTS, "include": TEXTS, "arguments": named(_argument()),
         "blackboard": named(_key()), "events": _events(), "run": NODE,
         "trees": named(_tree()), "tests": {"type": "array", "items": _test()},
@@ -148,7 +150,7 @@ def _mapping(schema: Schema) -> Schema:
 
 
 def _navigation() -> Schema:
-    kinds = {kind: _component(kind, default) for kind, default in DEFAULTS.items()}
+    kinds = {kind: _component(kind) for kind in DEFAULTS if kind != LOCALISATION}
     for kind, settings in SETTINGS.items():
         fields = _fields(settings)
         if kind == "costmap" and "costmap_layer" in GROUPS:
@@ -174,14 +176,18 @@ def _layers() -> Schema:
     return documented({"type": "array", "items": layer}, "Layers, in the order of application.")
 
 
-def _component(kind: str, default: str) -> Schema:
-    """A component by name, or with parameters, which depend on the name."""
-    names = list(available(kind))
+def _component(kind: str) -> Schema:
+    """A component by name, or with parameters, which depend on the name.
+
+    Where the default depends on the map, parameters without `use` are not checked.
+    """
+    names, default = list(available(kind)), DEFAULTS[kind]
+    certain = "use" not in MAPLESS_DEFAULTS.get(kind, {})
     parameters = {name: _parameters(kind, name) for name in names}
     known = [
         {
             "if": {"type": "object", "properties": {"use": {"const": name}},
-                   **({} if name == default else {"required": ["use"]})},
+                   **({} if name == default and certain else {"required": ["use"]})},
             "then": {"properties": fields,
                      "propertyNames": {"enum": ["use", *fields]}},
         }
@@ -191,7 +197,7 @@ def _component(kind: str, default: str) -> Schema:
     schema = {
         "type": ["string", "object"], "examples": names, "properties": {"use": use}, "allOf": known,
     }  # fmt: skip
-    return documented(schema, f"The {kind}: {', '.join(f'`{name}`' for name in names)}.")
+    return documented(schema, f"The {noun(kind)}: {', '.join(f'`{name}`' for name in names)}.")
 
 
 def _parameters(kind: str, name: str) -> dict[str, Schema] | None:

@@ -19,6 +19,7 @@ from missions.language.expressions.value_types import (
 )
 from missions.language.reading.cases import CASE_KEYS, EXPECT_KEYS
 from missions.language.reading.events import HOLD, THEN
+from missions.language.reading.header import LOCALISATION
 from missions.language.reading.modifiers import ATTEMPTS, DELAY, LIMIT, MODIFIERS, TIMES
 from missions.language.reading.nodes import COMPOSITES
 from missions.language.reading.ports import bare_port
@@ -177,8 +178,8 @@ class _Walk:
                 yield from self._event(body)
         elif word in ("places", "arguments", "blackboard"):
             yield from self._declarations(word, value)
-        elif word in ("navigation", "tests"):
-            yield from self._navigation(value) if word == "navigation" else self._cases(value)
+        elif word in ("navigation", LOCALISATION, "tests"):
+            yield from self._cases(value) if word == "tests" else self._components(word, value)
 
     def _tree(self, name: str, body: Node) -> Iterator[Item]:
         if not body.is_mapping:
@@ -239,20 +240,25 @@ class _Walk:
             if key.value == "status":
                 yield Item(value, Use.WORD, options=("success", "failure", "running"))
 
-    def _navigation(self, node: Node) -> Iterator[Item]:
+    def _components(self, word: str, node: Node) -> Iterator[Item]:
+        if word == LOCALISATION:
+            yield from self._component(word, node)
+            return
         if not node.is_mapping:
             yield Item(node, Use.COMPONENT_KIND)
         for key, value in node.entries:
-            kind = str(key.value)
             yield Item(key, Use.COMPONENT_KIND)
-            if not value.is_mapping:
-                yield Item(value, Use.COMPONENT, owner=kind)
-            use = value.get("use")
-            chosen = f"{kind} {use.value if use else ''}".strip()
-            for name, given in value.entries:
-                yield Item(name, Use.PARAMETER, owner=chosen)
-                if name.value == "use":
-                    yield Item(given, Use.COMPONENT, owner=kind)
+            yield from self._component(str(key.value), value)
+
+    def _component(self, kind: str, node: Node) -> Iterator[Item]:
+        if not node.is_mapping:
+            yield Item(node, Use.COMPONENT, owner=kind)
+        use = node.get("use")
+        chosen = f"{kind} {use.value if use else ''}".strip()
+        for name, given in node.entries:
+            yield Item(name, Use.PARAMETER, owner=chosen)
+            if name.value == "use":
+                yield Item(given, Use.COMPONENT, owner=kind)
 
     # Nodes
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from missions.editor.mission_schema import DRAFT
 from missions.editor.value_schemas import Schema, documented, of_declaration, parts, section
-from missions.execution.component_choices import DEFAULTS, SETTINGS
+from missions.execution.component_choices import NAVIGATION_KINDS
 from robots.declared import BODY, RADIUS, X, Y, Z, length
 from robots.sensors import FIELD_OF_VIEW, PITCH, PIXELS, YAW
 from robots.wheels import AT, DRIVE, JOINT, KEYS, LEFT, MOUNTS, REAR, RIGHT, STEERING
@@ -20,6 +20,7 @@ from stack.drivetrain.limits import Limits
 from stack.drivetrain.skid_steered import Skid
 from stack.parameters import Declaration, declarations
 
+COMPONENT: Schema = {"type": ["string", "object"]}
 HEIGHT = length("height", "total height of the robot")
 
 
@@ -52,6 +53,7 @@ def robot_schema() -> Schema:
         "imu": _part(ImuDescription),
         "battery": _part(BatteryDescription),
         "navigation": documented(_navigation(), "Default components; missions override them."),
+        "localisation": documented(COMPONENT, "Default estimator; missions override it."),
     }
     required = ["robot", "footprint", "height", "urdf", "wheels"]
     return {"$schema": DRAFT, "title": "treepilot robot, format 1", **section(keys, required)}
@@ -94,8 +96,7 @@ def _kind(kind: str) -> Schema:
 
 
 def _navigation() -> Schema:
-    component: Schema = {"type": ["string", "object"]}
-    return section({kind: component for kind in (*DEFAULTS, *SETTINGS)})
+    return section(dict.fromkeys(NAVIGATION_KINDS, COMPONENT))
 
 
 def _part(kind: type) -> Schema:

@@ -12,23 +12,20 @@ from missions.execution.ground_truth import SimulationScorer
 from missions.execution.picture_store import PictureStore
 from missions.execution.prepare import MAP_ORIGIN, PreparedMission, RunOptions
 from missions.execution.resources import load_map, versions
+from missions.language.reading.header import LOCALISATION
 from missions.trees.compiler import compile_mission
 from missions.trees.debugging import TreeDebugger, addresses
 from missions.trees.mission_tree import MissionTree
 from robots.bodies import BodySetup, MakeBody, find_body
 from stack.body import Body, SimulatedWorld
-from stack.components import Controller
+from stack.components import Controller, Estimator
 from stack.control.path_follower import PathFollower
 from stack.costmap.costmap import Costmap
 from stack.costmap.speed_limits import SpeedLimits
 from stack.costmap.unexplored import Ground, unexplored
 from stack.errors import InputError
 from stack.frames.buffer import TransformBuffer
-from stack.localisation.dead_reckoning import DeadReckoning
-from stack.localisation.estimator import Estimator
-from stack.localisation.localiser import Localiser
 from stack.localisation.odometry import OdometryFusion
-from stack.localisation.parameters import LocaliserParameters
 from stack.navigation.loop_state import LoopState
 from stack.navigation.navigator import Navigator
 from stack.navigation.robot_facade import FacadeParts, RobotFacade
@@ -38,7 +35,7 @@ from stack.perception.camera_lease import CameraLease
 from stack.perception.markers import MarkerDetector
 from stack.perception.obstacle_memory import ObstacleMemory
 from stack.perception.tracker import Tracker
-from stack.runtime.interfaces import Parts, Rates
+from stack.runtime.interfaces import Parts
 from stack.runtime.loop import Runtime
 from stack.safety.safety import Safety
 from stack.telemetry.hub import Telemetry
@@ -49,9 +46,6 @@ from stack.types import Observation, OccupancyGrid, Pose2D
 
 IDLE_SECONDS = 0.02
 """Wall seconds between two checks for commands while the robot is held."""
-
-LOCAL_WINDOW = 5.0
-"""Side of the rolling local costmap, metres."""
 
 
 @dataclass
@@ -109,7 +103,6 @@ def build(
         InputError: a breakpoint or a forced outcome of the options is refused.
     """
     seed, robot = options.seed, plan.robot
-    lidar = next(iter(robot.all_lidars), "")  # of localisation and tracker
     log = folder.log if folder is not None else _discard
     body = _body(plan, options, make_body)
     for warning in (*plan.world.warnings, *plan.warnings):
@@ -122,13 +115,13 @@ def build(
             f" {plan.choices['safety'].parameters.blind_speed:g} m/s",
             source="safety", level="warning",
         )  # fmt: skip
-    rates = Rates()
-    period = 1.0 / rates.control
+    loop = plan.choices["loop"].parameters
+    period = loop.period
     grid = _map_of(plan)
     local_costmap, global_costmap = _costmaps(plan, _costmap_grid(plan, grid))
     world_model = WorldModel(
         local_costmap, global_costmap, _tracker(plan, grid, local_costmap, global_costmap),
-        SpeedLimits(plan.choices["speed_limits"].parameters), lidar=lidar,
+        SpeedLimits(plan.choices["speed_limits"].parameters), lidar=robot.main_lidar,
         deceleration=robot.limits.linear_deceleration,
         cover=_ignore if plan.is_mapped else Ground(grid, [global_costmap]).cover,
     )  # fmt: skip
@@ -137,19 +130,18 @@ def build(
     navigator = _navigator(plan, period, local_costmap, global_costmap, telemetry)
     if body.is_real_time:
         navigator.configure(replace(navigator.parameters, wait_for_plan=False))
-    estimator = _estimator(plan, grid, lidar, seed)
-    frames, state, camera = (
-        TransformBuffer(),
-        LoopState(),
-        CameraLease(always=options.camera == "on"),
-    )
+    estimator = _estimator(plan, grid, seed)
+    odometry = OdometryFusion(plan.choices["odometry_fusion"].parameters)
+    obstacle_memory = ObstacleMemory(robot, plan.choices["obstacle_memory"].parameters)
+    frames, state = TransformBuffer(loop.pose_history), LoopState()
+    camera = CameraLease(loop.camera_time, always=options.camera == "on")
     facade = RobotFacade(
         FacadeParts(
             robot=robot,
             state=state,
             clock=lambda: body.time,
             frames=frames,
-            lidar=lidar,
+            lidar=robot.main_lidar,
             camera=camera,
             navigator=navigator,
             estimator=estimator,
@@ -169,6 +161,9 @@ def build(
                 "safety": Tunable.of(safety),
                 "local_costmap": Tunable.of(local_costmap),
                 "global_costmap": Tunable.of(global_costmap),
+                "localisation": Tunable.of(estimator),
+                "odometry_fusion": Tunable.of(odometry),
+                "obstacle_memory": Tunable.of(obstacle_memory),
             },
         )
     )
@@ -182,12 +177,13 @@ def build(
     if "sensors" in options.record and folder is not None:
         sensor_log = SensorLog(folder.sensors, _about(plan, options))
     parts = Parts(
-        body=body, odometry=OdometryFusion(), frames=frames, estimator=estimator,
-        obstacle_memory=ObstacleMemory(robot), world_model=world_model, tree=tree, facade=facade,
-        navigator=navigator, safety=safety, camera=camera, telemetry=telemetry, state=state,
-        map_layer=Layer(1, grid), scorer=scorer, debugger=debugger, sensor_log=sensor_log,
+        body=body, odometry=odometry, frames=frames,
+        estimator=estimator, obstacle_memory=obstacle_memory, world_model=world_model, tree=tree,
+        facade=facade, navigator=navigator, safety=safety, camera=camera, telemetry=telemetry,
+        state=state, map_layer=Layer(1, grid), scorer=scorer, debugger=debugger,
+        sensor_log=sensor_log,
     )  # fmt: skip
-    runtime = Runtime(parts, rates, _idle)
+    runtime = Runtime(parts, loop, _idle)
     for command in options.first_commands():
         ack = runtime.apply(command)
         if not ack.done:
@@ -257,7 +253,7 @@ def _costmaps(plan: PreparedMission, grid: OccupancyGrid) -> tuple[Costmap, Cost
     }
     costs = choice.parameters
     static = grid if plan.is_mapped else None
-    local = Costmap(costs, footprint, static, window=LOCAL_WINDOW, layers=layers["local"])
+    local = Costmap(costs, footprint, static, window=costs.local_size, layers=layers["local"])
     return local, Costmap(costs, footprint, grid, layers=layers["global"])
 
 
@@ -322,13 +318,9 @@ def _ignore(poses: Iterable[Pose2D] = ()) -> None:
     """Do nothing: a known map does not grow, and without a tracker there are no tracks."""
 
 
-def _estimator(plan: PreparedMission, grid: OccupancyGrid, lidar: str, seed: int) -> Estimator:
-    if not plan.is_mapped:
-        return DeadReckoning(plan.belief or MAP_ORIGIN)
-    sideways = plan.robot.drivetrain.can_move_sideways
-    localiser = Localiser(grid, LocaliserParameters(lidar=lidar), seed, sideways=sideways)
-    if plan.belief is None:
-        localiser.scatter()
-    else:
-        localiser.set_pose(plan.belief, position_deviation=0.1, heading_deviation=0.05)
-    return localiser
+def _estimator(plan: PreparedMission, grid: OccupancyGrid, seed: int) -> Estimator:
+    """Return the chosen estimator, started at the initial pose."""
+    choice = plan.choices[LOCALISATION]
+    estimator: Estimator = choice.create(plan.robot, grid if plan.is_mapped else None, seed)
+    estimator.start(plan.belief)
+    return estimator

@@ -1,8 +1,9 @@
-"""Components and settings under `navigation`: chosen by name, checked.
+"""Components and settings of navigation and localisation: chosen by name, checked.
 
-`planner`, `controller`, `goal_checker` and `progress_checker` are components and can come from a
-plugin; `costmap`, `speed_limits`, `navigator`, `safety` and `tracker` are settings of fixed parts.
-The costmap reads its own list of `layers`, the safety stage its own list of `zones`.
+The kinds of `DEFAULTS` are components and can come from a plugin; those of `SETTINGS` are settings
+of fixed parts. The costmap reads its own list of `layers`, the safety stage its own list of
+`zones`. `localisation` is a key of the mission beside `navigation`; all others stand under
+`navigation`.
 """
 
 from __future__ import annotations
@@ -11,15 +12,19 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
-from stack.components import Choice, choose
+from missions.language.reading.header import LOCALISATION
+from stack.components import Choice, Estimator, choose
 from stack.costmap.choosing import read_layers, usual_layers
 from stack.costmap.parameters import CostmapParameters
 from stack.costmap.speed_limits import SpeedLimitParameters
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError, ParameterError
+from stack.localisation.parameters import OdometryFusionParameters
 from stack.navigation.parameters import NavigationParameters
 from stack.parameters import build, suggestion
+from stack.perception.obstacle_memory import ObstacleMemoryParameters
 from stack.perception.tracker_parameters import TrackerParameters
+from stack.runtime.parameters import LoopParameters
 from stack.safety.parameters import SafetyParameters
 from stack.safety.zones import read_zones
 
@@ -28,6 +33,7 @@ DEFAULTS = {
     "controller": "pure_pursuit",
     "goal_checker": "stopped_goal",
     "progress_checker": "pose_progress",
+    "localisation": "mcl",
 }
 SETTINGS: dict[str, type] = {
     "costmap": CostmapParameters,
@@ -35,8 +41,17 @@ SETTINGS: dict[str, type] = {
     "navigator": NavigationParameters,
     "safety": SafetyParameters,
     "tracker": TrackerParameters,
+    "obstacle_memory": ObstacleMemoryParameters,
+    "odometry_fusion": OdometryFusionParameters,
+    "loop": LoopParameters,
 }
-MAPLESS_DEFAULTS = {"costmap": {"obstacle_range": 8.0, "clearing_range": 9.0, "decay": 300.0}}
+NAVIGATION_KINDS = tuple(kind for kind in (*DEFAULTS, *SETTINGS) if kind != LOCALISATION)
+"""The keys under `navigation`."""
+
+MAPLESS_DEFAULTS: dict[str, dict[str, Any]] = {
+    "localisation": {"use": "dead_reckoning"},
+    "costmap": {"obstacle_range": 8.0, "clearing_range": 9.0, "decay": 300.0},
+}
 """Defaults without a map. Sensed obstacles reach farther and are kept longer than with a map;
 otherwise a robot that left a dead end would plan back into it."""
 
@@ -46,12 +61,17 @@ LIST_READERS: dict[str, tuple[str, Callable[[Any, Any], tuple[Any, ...]]]] = {
 }
 
 
-def chosen(kind: str, wanted: Mapping[str, Any]) -> Choice:
+def chosen(kind: str, wanted: Mapping[str, Any], *, mapped: bool = True) -> Choice:
     """Return the component or settings that `{"use": name, parameter: value}` chooses.
+
+    Args:
+        kind: e.g. planner.
+        wanted: raw parameters, and `use` unless the default is wanted.
+        mapped: whether there is a map; the default estimator depends on it.
 
     Raises:
         InputError: unknown kind or component.
-        ParameterError: unknown parameter or invalid value.
+        ParameterError: unknown parameter or invalid value, or an estimator that needs a map.
     """
     values = {key: value for key, value in wanted.items() if key != "use"}
     if kind in SETTINGS:
@@ -60,7 +80,17 @@ def chosen(kind: str, wanted: Mapping[str, Any]) -> Choice:
         return _settings(kind, values)
     if kind not in DEFAULTS:
         raise InputError(f"navigation has no {kind!r}; {suggestion(kind, [*DEFAULTS, *SETTINGS])}")
-    return choose(kind, wanted.get("use", DEFAULTS[kind]), values)
+    choice = choose(kind, wanted.get("use", default_of(kind, mapped=mapped)), values)
+    if not mapped and issubclass(choice.component, Estimator) and choice.component.needs_map:
+        sentence = f"the estimator {choice.name!r} needs a map, and this mission has `map: none`"
+        raise ParameterError("use", sentence, "use `dead_reckoning`, or give the mission a map")
+    return choice
+
+
+def default_of(kind: str, *, mapped: bool = True) -> str:
+    """Return the name of the default component of a kind; the kind itself for settings."""
+    default: str = DEFAULTS.get(kind, kind)
+    return default if mapped else MAPLESS_DEFAULTS.get(kind, {}).get("use", default)
 
 
 def all_chosen(
@@ -83,13 +113,13 @@ def all_chosen(
     for kind in (*DEFAULTS, *SETTINGS):
         wanted: dict[str, Any] = {} if mapped else dict(MAPLESS_DEFAULTS.get(kind, {}))
         use, values = mission.get(kind, (None, {}))
-        sources = (robot.navigation.get(kind) or {}, {**values, **({"use": use} if use else {})})
+        sources = (robot.components.get(kind) or {}, {**values, **({"use": use} if use else {})})
         for source in sources:
-            before = wanted.get("use", DEFAULTS.get(kind))
+            before = wanted.get("use", default_of(kind, mapped=mapped))
             if source.get("use", before) != before:
                 wanted = {}
             wanted.update(source)
-        choices[kind] = chosen(kind, wanted)
+        choices[kind] = chosen(kind, wanted, mapped=mapped)
         if kind == "costmap" and "layers" not in wanted:
             layers = usual_layers(tuple(robot.all_lidars), tuple(robot.sonars))
             choices[kind] = replace(choices[kind], parts=layers)

@@ -1,4 +1,4 @@
-"""Components of navigation in the plugins of a mission."""
+"""Components in the plugins of a mission."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from behaviours.catalogue import name_of, plugin_modules
-from stack.components import BASES, GROUPS, available
+from stack.components import BASES, GROUPS, available, with_article
 from stack.costmap.layer import Layer
 from stack.errors import InputError
 
@@ -16,6 +16,7 @@ METHODS = {
     "controller": ("set_path", "command"),
     "goal_checker": ("set_goal", "reached"),
     "progress_checker": ("stuck",),
+    "localisation": ("update", "set_pose"),
 }
 """Methods that make a class with `Parameters` a component, by kind.
 
@@ -58,7 +59,7 @@ def _add(found: dict[str, dict[str, str]], cls: type) -> None:
     known = {**(available(kind) if kind in GROUPS else {}), **found[kind]}
     if name in known:
         file = Path(inspect.getfile(cls)).name
-        sentence = f"{name!r} is already a {kind}, in {known[name].partition(':')[0]}"
+        sentence = f"{name!r} is already {with_article(kind)}, in {known[name].partition(':')[0]}"
         raise InputError(f"{file}: {cls.__name__}: {sentence}; rename the class")
     found[kind][name] = f"{cls.__module__}:{cls.__qualname__}"
 

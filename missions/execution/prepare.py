@@ -19,12 +19,15 @@ from missions.execution.resources import (
 )
 from missions.execution.route_graphs import located_planner
 from missions.language.model import Mission
+from missions.language.reading.header import LOCALISATION
 from missions.language.reading.mission import read_mission
-from stack.components import Choice, Component
+from stack.components import Choice, Component, Estimator
 from stack.documents import Finding, Mark, read_file, value_of
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError, ParameterError
 from stack.parameters import read_quantity, suggestion
+from stack.runtime.parameters import LoopParameters
+from stack.sim.physics.settings import SimulationSettings
 from stack.sim.worlds.outlines import outlines
 from stack.sim.worlds.world import World
 from stack.telemetry.records import Command
@@ -125,15 +128,20 @@ def prepare(name: str | Path, options: RunOptions) -> PreparedMission:
     start = _start_pose(options.start, mission, world)
     _check_start(start, options, mission, world, robot)
     belief = _belief(mission, start)
-    wanted = {kind: (part.use, part.values) for kind, part in mission.navigation.items()}
+    wanted = {kind: (part.use, part.values) for kind, part in mission.components.items()}
     wanted = _with_parameters(wanted, options.parameters or {})
     try:
         choices = all_chosen(robot, wanted, mapped=mission.map != "none")
-    except ParameterError as error:  # not from a file: values in files were checked on reading
-        given = [name for name in options.parameters or {} if name.endswith(f".{error.name}")]
+    except ParameterError as error:  # not from the mission: its values were checked on reading
+        names = list(options.parameters or {})
+        given = [name for name in names if name.endswith(f".{error.name}")] or names
         hint = f"; {error.hint}" if error.hint else ""
-        raise InputError(f"--parameter {', '.join(given)}: {error.sentence}{hint}") from None
+        source = f"--parameter {', '.join(given)}" if given else f"robot {robot.name}: {error.name}"
+        raise InputError(f"{source}: {error.sentence}{hint}") from None
     _check_fit(choices, mission, robot)
+    _check_estimator(choices[LOCALISATION], mission, belief)
+    if options.replay is None and (options.body or robot.body) == "simulated":
+        _check_rate(choices["loop"].parameters, mission)
     layers = tuple(layer.located(folder) for layer in choices["costmap"].parts)
     choices["costmap"] = replace(choices["costmap"], parts=layers)
     limits = choices["speed_limits"]
@@ -174,8 +182,26 @@ def _check_fit(choices: dict[str, Choice], mission: Mission, robot: RobotDescrip
         try:
             choice.component.check(choice.parameters, robot)
         except InputError as error:
-            mark = _mark_of(mission.source, "navigation")
+            mark = _mark_of_component(mission, choice.kind)
             raise InputError([Finding(mark, "E111", str(error))]) from None
+
+
+def _check_estimator(choice: Choice, mission: Mission, belief: Pose2D | None) -> None:
+    """Raise InputError for an unknown initial pose on a map that the estimator cannot find."""
+    estimator: type[Estimator] = choice.component
+    if mission.map != "none" and belief is None and estimator.needs_initial_pose:
+        sentence = f"the estimator {choice.name!r} cannot find an unknown initial pose"
+        mark = _mark_of(mission.source, "initial_pose")
+        raise InputError([Finding(mark, "E111", sentence, "use `localisation: mcl`, or give one")])
+
+
+def _check_rate(loop: LoopParameters, mission: Mission) -> None:
+    """Raise InputError for a control rate that the simulation cannot step."""
+    try:
+        SimulationSettings().steps("control period", loop.period)
+    except ParameterError as error:
+        mark = _mark_of_component(mission, "loop", "control_rate")
+        raise InputError([Finding(mark, "E111", error.sentence, error.hint)]) from None
 
 
 Wanted = dict[str, tuple[str | None, Mapping[str, Any]]]
@@ -252,6 +278,14 @@ def _mark_of(path: Path, key: str) -> Mark:
     """Return the position of a top-level key's value, or the start of the file."""
     node = read_file(path, "mission").get(key)
     return node.mark if node is not None else Mark(str(path))
+
+
+def _mark_of_component(mission: Mission, kind: str, parameter: str = "") -> Mark:
+    """Return the position of a component or its parameter; of its section if it is a default."""
+    named = mission.components.get(kind)
+    if named is None:
+        return _mark_of(mission.source, "navigation")
+    return named.marks.get(parameter, named.mark)
 
 
 def _belief(mission: Mission, start: Pose2D) -> Pose2D | None:

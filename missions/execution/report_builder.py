@@ -8,6 +8,7 @@ from missions.execution.build import Engine
 from missions.execution.prepare import PreparedMission, RunOptions
 from missions.execution.report import Report
 from missions.execution.resources import versions
+from stack.runtime.loop import Runtime
 from stack.telemetry.recorder import RunFolder
 from stack.telemetry.records import StageTiming
 from stack.types import Pose2D
@@ -56,7 +57,7 @@ def compose_report(  # noqa: PLR0913 - the measured figures, by keyword
         localisation_error=None
         if scorer is None
         else {"mean": scorer.mean_error, "max": counters["localisation_error_max"]},
-        relocalised_by=_confirmed(relocalisations, runtime.parts.estimator.estimate.health),
+        relocalised_by=_confirmed(relocalisations, runtime),
         relocalisations=relocalisations,
         battery=runtime.parts.state.battery.charge,
         stages={name: _timing(stage) for name, stage in runtime.stages.timings().items()},
@@ -72,9 +73,11 @@ def compose_report(  # noqa: PLR0913 - the measured figures, by keyword
     )
 
 
-def _confirmed(relocalisations: list[dict[str, Any]], health: float) -> str:
+def _confirmed(relocalisations: list[dict[str, Any]], runtime: Runtime) -> str:
     """Return the source of the last relocalisation, if the scans fit the map at the end."""
-    return str(relocalisations[-1]["by"]) if relocalisations and health >= 0.3 else ""
+    health = runtime.parts.estimator.estimate.health
+    lost = health < runtime.parts.navigator.parameters.lost_health
+    return str(relocalisations[-1]["by"]) if relocalisations and not lost else ""
 
 
 def cpu_features() -> str:

@@ -94,8 +94,8 @@ def resources(world: str | None = None) -> Resources:
         ),
         check_robot=lambda name, folder: _ignore(load_robot(name, folder)),
         check_map=lambda name, folder: _ignore(load_map(name, folder)),
-        check_component=lambda kind, use, values: _ignore(
-            chosen(kind, {**values, **({"use": use} if use else {})})
+        check_component=lambda kind, use, values, mapped: _ignore(
+            chosen(kind, {**values, **({"use": use} if use else {})}, mapped=mapped)
         ),
         plugged_components=plugged_components,
         nav2_components=_nav2_components,

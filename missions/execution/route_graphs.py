@@ -108,7 +108,7 @@ def _edge_setters(mission: Mission) -> Iterator[Leaf]:
 
 
 def _mark(mission: Mission) -> Mark:
-    component = mission.navigation.get("planner")
+    component = mission.components.get("planner")
     if component is None:
         return Mark(str(mission.source))
     return component.marks.get("graph", component.mark)

@@ -29,6 +29,7 @@ COMPONENTS = {
     "controllers": "controller",
     "goal_checkers": "goal_checker",
     "progress_checkers": "progress_checker",
+    "estimators": "localisation",
     "layers": "costmap_layer",
 }
 """Word of `treepilot list` -> kind of component."""

@@ -38,7 +38,7 @@ class Origin:
 
 
 def parameters_of(mission: str, options: RunOptions | None = None) -> list[Origin]:
-    """Return every parameter of a mission's navigation.
+    """Return every parameter of a mission's navigation and localisation.
 
     Raises:
         InputError: the mission or a file it names has errors.
@@ -67,10 +67,10 @@ def lines_of(origins: list[Origin]) -> list[str]:
 
 
 def _of(plan: PreparedMission, kind: str, choice: Choice) -> Iterator[Origin]:
-    named = plan.mission.navigation.get(kind)
+    named = plan.mission.components.get(kind)
     if named is not None and (named.use or choice.name) != choice.name:
         named = None  # the mission's parameters belong to another component
-    robot: Mapping[str, Any] = plan.robot.navigation.get(kind) or {}
+    robot: Mapping[str, Any] = plan.robot.components.get(kind) or {}
     if choice.name != kind:
         yield Origin(f"{kind}.use", choice.name, _source_of_use(plan, kind), "chosen component")
     # The robot's parameters belong to the robot's choice; another component drops them.
@@ -82,20 +82,24 @@ def _of(plan: PreparedMission, kind: str, choice: Choice) -> Iterator[Origin]:
             source = f"{_short(plan, mark.file)}:{mark.line}"
         elif name in kept:
             source = _short(plan, str(plan.robot.source or plan.robot.name))
-        elif not plan.is_mapped and name in MAPLESS_DEFAULTS.get(kind, {}):
-            source = f"{DEFAULT} without a map"
         else:
-            source = DEFAULT
+            source = _default_of(plan, kind, name)
         yield Origin(f"{kind}.{name}", value, source, declared.help)
 
 
 def _source_of_use(plan: PreparedMission, kind: str) -> str:
-    named = plan.mission.navigation.get(kind)
+    named = plan.mission.components.get(kind)
     if named is not None and named.use is not None:
         return f"{_short(plan, named.mark.file)}:{named.mark.line}"
-    if "use" in (plan.robot.navigation.get(kind) or {}):
+    if "use" in (plan.robot.components.get(kind) or {}):
         return _short(plan, str(plan.robot.source or plan.robot.name))
-    return DEFAULT
+    return _default_of(plan, kind, "use")
+
+
+def _default_of(plan: PreparedMission, kind: str, name: str) -> str:
+    """Return `default`, or that the default is one of missions without a map."""
+    mapless = not plan.is_mapped and name in MAPLESS_DEFAULTS.get(kind, {})
+    return f"{DEFAULT} without a map" if mapless else DEFAULT
 
 
 def _short(plan: PreparedMission, file: str) -> str:

@@ -1,4 +1,4 @@
-"""`treepilot new`: write a new planner, controller or costmap layer with its test.
+"""`treepilot new`: write a new component with its test.
 
 The templates are in the folder `templates`. For behaviours see `behaviours.scaffold`.
 """
@@ -9,11 +9,14 @@ from pathlib import Path
 from string import Template
 
 from behaviours.scaffold import check_name, write_new
-from stack.components import GROUPS, available
+from stack.components import GROUPS, available, with_article
 from stack.errors import InputError
 
 TEMPLATES = Path(__file__).parent / "templates"
-KINDS = {"planner": "planner", "controller": "controller", "layer": "costmap_layer"}
+KINDS = {
+    "planner": "planner", "controller": "controller", "estimator": "localisation",
+    "layer": "costmap_layer",
+}  # fmt: skip
 """Word of `treepilot new` -> kind of component."""
 
 
@@ -21,7 +24,7 @@ def new_component(kind: str, name: str, folder: Path) -> list[Path]:
     """Write `<name>.py` and `test_<name>.py` into a plugin folder; create the folder if missing.
 
     Args:
-        kind: planner, controller or layer.
+        kind: planner, controller, estimator or layer.
         name: name in missions, e.g. straight_line.
         folder: the plugin folder; missions name it under `plugins`.
 
@@ -31,10 +34,11 @@ def new_component(kind: str, name: str, folder: Path) -> list[Path]:
     Raises:
         InputError: the name is invalid or in use, or a file of that name exists.
     """
-    check_name(name, f"a {kind}")
+    check_name(name, with_article(KINDS[kind]))
     known = available(KINDS[kind]) if KINDS[kind] in GROUPS else {}
     if name in known:
-        raise InputError(f"{name!r} is already a {kind}, in {known[name]}; choose another name")
+        taken = f"{name!r} is already {with_article(KINDS[kind])}, in {known[name]}"
+        raise InputError(f"{taken}; choose another name")
     sentence = name.replace("_", " ").capitalize()
     words = {
         "name": name, "cls": "".join(word.capitalize() for word in name.split("_")),

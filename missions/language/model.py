@@ -45,7 +45,8 @@ class Resources:
         world_places: (world as written, mission's folder) -> the world's named poses.
         check_robot: (robot as written, mission's folder).
         check_map: (map as written, mission's folder); not called for `from_world` and `none`.
-        check_component: (kind, name or None for the default, raw parameters).
+        check_component: (kind, name or None for the default, raw parameters, whether there is a
+            map).
         plugged_components: (plugins as written, mission's folder) -> the components in them: kind
             -> name -> location, which the other callables accept in place of a name.
         nav2_components: (Nav2 parameter file as written, mission's folder) -> its components by
@@ -55,7 +56,7 @@ class Resources:
     world_places: Callable[[str, Path], Mapping[str, Pose2D]] = lambda name, folder: {}
     check_robot: Callable[[str, Path], None] = _accept
     check_map: Callable[[str, Path], None] = _accept
-    check_component: Callable[[str, str | None, Mapping[str, Any]], None] = _accept
+    check_component: Callable[[str, str | None, Mapping[str, Any], bool], None] = _accept
     plugged_components: Callable[[Sequence[str], Path], Mapping[str, Mapping[str, str]]] = (
         lambda plugins, folder: {}
     )
@@ -66,7 +67,7 @@ class Resources:
 
 @dataclass(frozen=True, slots=True)
 class Component:
-    """A component under `navigation`, unchecked: `{use: astar, allow_unknown: true}`.
+    """A component of navigation or localisation, unchecked: `{use: astar, allow_unknown: true}`.
 
     Attributes:
         use: name of the component; None for that of the robot or the default.
@@ -278,6 +279,7 @@ class Mission:
         robot, world, map: as written; paths are relative to the folder of `source`.
         start: true start pose in the simulation, map frame; None for the world's own.
         initial_pose: initial pose estimate: `start`, `unknown` or a pose.
+        components: by kind: those under `navigation`, and `localisation`.
         places: places of the world and of the mission, map frame.
         arguments: name -> value.
         blackboard: declared keys with type and initial value.
@@ -285,7 +287,7 @@ class Mission:
         events: events, the most important one first.
         trees: by name, included ones too.
         includes: included files, directly or indirectly.
-        parameter_files: as written, already merged into `navigation`.
+        parameter_files: as written, already merged into `components`.
         warnings: warnings of the checks.
     """
 
@@ -298,7 +300,7 @@ class Mission:
     start: Pose2D | None = None
     map: str = "from_world"
     initial_pose: Pose2D | str = "start"
-    navigation: Mapping[str, Component] = field(default_factory=dict)
+    components: Mapping[str, Component] = field(default_factory=dict)
     parameter_files: tuple[str, ...] = ()
     plugins: tuple[str, ...] = ()
     places: Mapping[str, Pose2D] = field(default_factory=dict)

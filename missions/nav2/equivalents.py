@@ -158,7 +158,9 @@ SHIM: Mapping[str, Table] = {
         angular_dist_threshold="turn_angle", rotate_to_heading_angular_vel="turn_speed"
     ),
     "": _renamed(
-        angular_dist_threshold="rotate_angle", rotate_to_heading_angular_vel="rotate_speed"
+        angular_dist_threshold="rotate_angle",
+        rotate_to_heading_angular_vel="rotate_speed",
+        forward_sampling_distance="rotate_lookahead",
     ),
 }
 """Parameters of the rotation shim, by treepilot's controller; "" is any other controller."""

@@ -85,7 +85,7 @@ def shadowed(tuned: TuningResult) -> Iterator[str]:
     mission = tuned.plan.mission
     for name in tuned.best.settings:
         kind, _, parameter = name.partition(".")
-        part = mission.navigation.get(kind)
+        part = mission.components.get(kind)
         mark = None if part is None else part.marks.get(parameter)
         if mark is not None and Path(mark.file).name == mission.source.name:
             yield f"{mission.source.name}:{mark.line} overrides {name}; change it there"

@@ -209,7 +209,7 @@ class PoseProgressChecker(SimpleProgressChecker):
 class LostChecker:
     """Reports lost localisation when its health stays below a threshold for some time."""
 
-    def __init__(self, health: float = 0.3, seconds: float = 1.5) -> None:
+    def __init__(self, health: float, seconds: float) -> None:
         self.health, self.seconds = health, seconds
         self.timers = Timers()
         self._low = self.timers.new()

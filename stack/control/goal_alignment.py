@@ -11,7 +11,7 @@ from math import hypot
 from stack.components import ControlState, StopCriterion
 from stack.control.parameters import FollowingParameters
 from stack.control.ramps import Ramp
-from stack.control.rotation_shim import LOOKAHEAD, RotationShim
+from stack.control.rotation_shim import RotationShim
 from stack.control.swept import SweptFootprint
 from stack.control.turning import TurnInPlace, TurnStyle
 from stack.drivetrain.description import RobotDescription
@@ -42,6 +42,12 @@ class GoalAlignmentParameters(FollowingParameters):
     rotate_angle: float = parameter(
         1.0, "rad", above=0.0, help="angle to the path above which the robot turns in place"
     )
+    rotate_lookahead: float = parameter(
+        0.4, "m", above=0.0, at_most=5.0, help="distance of the path point to turn towards"
+    )
+    rotate_until: float = parameter(
+        0.3, at_least=0.0, at_most=1.0, help="share of rotate_angle at which that turn ends"
+    )
     rotate_speed: float = parameter(1.4, "rad/s", above=0.0, help="top speed of turns in place")
     stop_distance: float = parameter(
         0.03, "m", above=0.0, help="distance to the goal at which the robot turns to its heading"
@@ -67,7 +73,7 @@ class GoalAlignment:
         style = TurnStyle(p.rotate_speed, p.brake_share, p.turn_precision)
         self._turn = TurnInPlace(swept, self.ramp, style)
         self._drivetrain = robot.drivetrain
-        self._shim = RotationShim()
+        self._shim = RotationShim(p.rotate_lookahead, p.rotate_until)
         self.segment: PathSegment | None = None
         self.last = STANDSTILL
         self._held_steps, self._suspended, self._period = 0, 0.0, period
@@ -83,7 +89,8 @@ class GoalAlignment:
 
     def set_segment(self, segment: PathSegment) -> None:
         """Set the segment to drive along, map frame."""
-        self.segment, self._shim = segment, RotationShim()
+        p = self._parameters
+        self.segment, self._shim = segment, RotationShim(p.rotate_lookahead, p.rotate_until)
 
     def begin(self, state: ControlState) -> None:
         """Compare the last command with the measured velocity."""
@@ -134,9 +141,10 @@ class GoalAlignment:
 
     def _turns_first(self, segment: PathSegment) -> bool:
         """Whether to turn first: not a car; not an omnidirectional robot close to the goal."""
-        if self._drivetrain.can_move_sideways and segment.remaining <= LOOKAHEAD:
+        p = self._parameters
+        if self._drivetrain.can_move_sideways and segment.remaining <= p.rotate_lookahead:
             return False
-        return self._parameters.rotate_to_heading and self._drivetrain.turns_in_place
+        return p.rotate_to_heading and self._drivetrain.turns_in_place
 
     def realigned(self, state: ControlState) -> Twist | None:
         """A turn in place towards the path just ahead, used when no other motion is clear."""

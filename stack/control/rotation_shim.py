@@ -8,14 +8,8 @@ from stack.components import ControlState
 from stack.geometry.path_segment import PathSegment
 from stack.types import Pose2D, wrap_angle
 
-LOOKAHEAD = 0.4
-"""Distance in metres of the path point to turn towards."""
-
 CLOSE = 0.15
 """Distance in metres to the goal below which smaller angles to it also start a turn."""
-
-DISENGAGE = 0.3
-"""Share of the starting angle at which a turn ends."""
 
 STANDING = 0.1
 """Speed in m/s up to which a turn starts; above it only when the path is behind."""
@@ -25,9 +19,15 @@ BEHIND = 2.0
 
 
 class RotationShim:
-    """Decides when to turn in place first, like Nav2's rotation shim controller."""
+    """Decides when to turn in place first, like Nav2's rotation shim controller.
 
-    def __init__(self) -> None:
+    Args:
+        lookahead: distance of the path point to turn towards, metres.
+        disengage: share of the starting angle at which a turn ends.
+    """
+
+    def __init__(self, lookahead: float, disengage: float) -> None:
+        self._lookahead, self._disengage = lookahead, disengage
         self._turning = False
 
     def angle(
@@ -43,8 +43,8 @@ class RotationShim:
         """
         pose, goal = state.pose, segment.path.goal
         distance = pose.distance_to(goal)
-        if segment.remaining > LOOKAHEAD:
-            x, y = segment.nearer_point(pose, LOOKAHEAD)
+        if segment.remaining > self._lookahead:
+            x, y = segment.nearer_point(pose, self._lookahead)
             goal = Pose2D(x, y)
         elif distance <= precision:
             self._turning = False
@@ -53,7 +53,7 @@ class RotationShim:
             least = min(least, asin(precision / distance))
         angle = wrap_angle(pose.bearing_to(goal) - pose.heading)
         if self._turning:
-            self._turning = abs(angle) > DISENGAGE * least
+            self._turning = abs(angle) > self._disengage * least
         else:
             standing = abs(state.twist.linear) <= STANDING
             self._turning = abs(angle) > (least if standing else max(least, BEHIND))

@@ -156,7 +156,13 @@ class Costmap:
         self._begin(static, (row, column))
 
     def configure(self, parameters: CostmapParameters) -> None:
-        """Apply new parameters; the cells and sensed obstacles stay."""
+        """Apply new parameters; the cells and sensed obstacles stay.
+
+        Raises:
+            ParameterError: the size of the local costmap changed.
+        """
+        if parameters.local_size != self._parameters.local_size:
+            raise ParameterError("local_size", "cannot be changed during a run")
         settings = {item.name: item.parameters(parameters) for item in self._choices}
         for name, values in settings.items():
             self._layers[name].configure(values)

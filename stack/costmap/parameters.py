@@ -70,6 +70,9 @@ class CostmapParameters(ObstacleParameters, InflationParameters):
         0.025, "m", at_least=0.01, at_most=1.0,
         help="side of the global costmap's cells when the map is drawn from the world file",
     )  # fmt: skip
+    local_size: float = parameter(
+        5.0, "m", at_least=1.0, at_most=50.0, help="side of the local costmap"
+    )
     denoise: bool = parameter(
         False, help="ignore single sensed cells; off by default: table legs are single cells too"
     )

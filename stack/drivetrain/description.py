@@ -123,8 +123,8 @@ class RobotDescription:
         limits: of speed and acceleration.
         odometry: errors of the wheel odometry.
         skid: sliding of the wheels in turns; for skid-steered drives only.
-        lidar: the lidar called `lidar`, which localisation uses; None without one.
-        navigation: component choices and parameters of this robot, as raw values by kind
+        lidar: main lidar; None without one.
+        components: component choices and parameters of this robot, as raw values by kind
             ({"controller": {"use": "pure_pursuit", "cruise_speed": 0.5}}); those of the mission
             take precedence.
         source: the robot.yaml.
@@ -144,7 +144,7 @@ class RobotDescription:
     camera: CameraDescription | None = None
     imu: ImuDescription | None = None
     battery: BatteryDescription = field(default_factory=BatteryDescription)
-    navigation: dict[str, Any] = field(default_factory=dict)
+    components: dict[str, Any] = field(default_factory=dict)
     source: FilePath | None = None
     lidars: Mapping[str, LidarDescription] = field(default_factory=dict)
     sonars: Mapping[str, SonarDescription] = field(default_factory=dict)
@@ -156,6 +156,11 @@ class RobotDescription:
         """Every lidar by sensor name; localisation and tracker use the first one."""
         main = {} if self.lidar is None else {"lidar": self.lidar}
         return {**main, **self.lidars}
+
+    @property
+    def main_lidar(self) -> str:
+        """Name of the lidar for localisation, tracker and behaviours: `lidar`, or the first."""
+        return next(iter(self.all_lidars), "lidar")
 
     @cached_property
     def drivetrain(self) -> Drivetrain:

@@ -10,33 +10,42 @@ from math import cos, sin
 
 import numpy as np
 
+from stack.components import Estimator
+from stack.drivetrain.description import RobotDescription
 from stack.frames.buffer import TransformBuffer
-from stack.localisation.estimator import Estimator
-from stack.types import FloatArray, Observation, Pose2D, PoseEstimate
-
-DISTANCE_VARIANCE = 2e-4
-"""m² of position per metre driven: 1.4 cm after a metre, for good wheels on a clean floor."""
-
-HEADING_VARIANCE_PER_METRE, HEADING_VARIANCE_PER_TURN = 1e-5, 2e-4
-"""rad² of heading per metre driven and per radian turned, for a gyro with a known bias."""
+from stack.localisation.parameters import DeadReckoningParameters
+from stack.types import FloatArray, Observation, OccupancyGrid, Pose2D, PoseEstimate
 
 
 class DeadReckoning(Estimator):
-    """Pose estimate from odometry only, with the interface of `Localiser`.
+    """Pose estimate from odometry only; it drifts.
 
     The covariance follows the first-order propagation P' = F P Fᵀ + Q of a step (S. Thrun,
     W. Burgard, D. Fox, Probabilistic Robotics, 2005, chapter 3.3). Q is proportional to distance
     and rotation, so that the result does not depend on the step size.
-
-    Args:
-        pose: initial pose, map frame.
     """
 
-    def __init__(self, pose: Pose2D) -> None:
-        self._map_from_odom = pose
+    Parameters = DeadReckoningParameters
+    needs_initial_pose = True
+    parameters: DeadReckoningParameters
+
+    def __init__(
+        self,
+        parameters: DeadReckoningParameters,
+        robot: RobotDescription,
+        grid: OccupancyGrid | None,
+        seed: int,
+    ) -> None:
+        super().__init__(parameters, robot, grid, seed)
+        self._map_from_odom = Pose2D(0.0, 0.0)
         self._odometry: Pose2D | None = None
         self._covariance: FloatArray = np.zeros((3, 3))
         self._time, self._corrected_at, self._jumps = 0.0, 0.0, 0
+
+    def start(self, pose: Pose2D | None) -> None:
+        """Place the odom frame at the initial pose; at the map's origin if that is unknown."""
+        if pose is not None:
+            self._map_from_odom = pose
 
     def set_pose(self, pose: Pose2D, position_deviation: float, heading_deviation: float) -> None:
         """Restart at a pose in the map frame; standard deviations in metres and radians."""
@@ -82,9 +91,10 @@ class DeadReckoning(Estimator):
         step[1, 2] = c * moved.x - s * moved.y
         distance = float(np.hypot(moved.x, moved.y))
         turned = abs(moved.heading)
+        p = self.parameters
         noise = np.diag([
-            DISTANCE_VARIANCE * distance,
-            DISTANCE_VARIANCE * distance,
-            HEADING_VARIANCE_PER_METRE * distance + HEADING_VARIANCE_PER_TURN * turned,
+            p.distance_variance * distance,
+            p.distance_variance * distance,
+            p.heading_variance_per_metre * distance + p.heading_variance_per_radian * turned,
         ])  # fmt: skip
         self._covariance = step @ self._covariance @ step.T + noise

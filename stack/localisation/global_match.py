@@ -18,15 +18,12 @@ from numpy.typing import NDArray
 from stack.errors import NavigationError
 from stack.localisation.distance_field import SignedDistanceField, as_pose, as_row
 from stack.localisation.health import FIT_BEAMS, ScanEvaluator, spread
+from stack.localisation.parameters import LocaliserParameters
 from stack.types import FailureCode, FloatArray, Pose2D, Scan, wrap_angle
 
-SPACING, HEADINGS = 0.15, 72
-"""Metres between lattice positions; number of headings in a full turn (5 degrees apart)."""
+HEADINGS = 72
+"""Number of headings of the lattice in a full turn (5 degrees apart)."""
 
-BLUR = 0.2
-"""Metres: standard deviation of a hit as seen from the nearest lattice pose."""
-
-LATTICE_BEAMS = 60
 DISTINCT_DISTANCE, DISTINCT_ANGLE = 0.5, pi / 6
 """Metres, radians; candidates closer than both are the same place."""
 
@@ -46,18 +43,27 @@ class GlobalMatch:
 
 
 class GlobalMatcher:
-    """Search of a whole map for the poses that explain scans."""
+    """Search of a whole map for the poses that explain scans.
 
-    def __init__(self, field: SignedDistanceField, evaluator: ScanEvaluator) -> None:
+    Args:
+        field: the map.
+        evaluator: of the same map.
+        parameters: spacing of the lattice, blur of the likelihood field, beams of a scan.
+    """
+
+    def __init__(
+        self, field: SignedDistanceField, evaluator: ScanEvaluator, parameters: LocaliserParameters
+    ) -> None:
         from stack.localisation import kernels
 
         self._kernels, self._field, self._evaluator = kernels, field, evaluator
-        stride = max(1, round(SPACING / field.resolution))
+        self.beams = parameters.search_beams
+        stride = max(1, round(parameters.search_spacing / field.resolution))
         cells = field.free_cells(0.1)
         on_lattice = (cells % stride == stride // 2).all(axis=1)
         self._rows, self._columns = (np.ascontiguousarray(a) for a in cells[on_lattice].T)
         self._headings = np.arange(HEADINGS) * (2.0 * pi / HEADINGS) - pi
-        self._table = field.log_likelihoods(BLUR, 0.9)
+        self._table = field.log_likelihoods(parameters.search_blur, 0.9)
 
     @property
     def size(self) -> int:
@@ -90,7 +96,7 @@ class GlobalMatcher:
                 (from odometry).
         """
         views: Views = [(Pose2D(0.0, 0.0), scan), *earlier]
-        points = np.concatenate([at.transform(scan_points(s, LATTICE_BEAMS)) for at, s in views])
+        points = np.concatenate([at.transform(scan_points(s, self.beams)) for at, s in views])
         if self.size == 0 or points.shape[0] == 0:
             return []
         coarse = self._distinct_best(self.scores(points))

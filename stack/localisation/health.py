@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stack.localisation.distance_field import SignedDistanceField, as_row
-from stack.types import FloatArray, Pose2D, Scan
+from stack.types import LOST_HEALTH, TYPICAL_HEALTH, FloatArray, Pose2D, Scan
 
 FIT_BEAMS = 90
 """Number of beams of a scan in its fit, evenly spread over all directions."""
@@ -83,8 +83,8 @@ class FitScale:
     """Distribution of the fits at true poses of a map.
 
     Attributes:
-        low: 5th percentile; health 0.3.
-        middle: median; health 0.8.
+        low: 5th percentile; LOST_HEALTH.
+        middle: median; TYPICAL_HEALTH.
     """
 
     low: float
@@ -92,7 +92,8 @@ class FitScale:
 
     def health(self, fit: float) -> float:
         """Return the health in [0, 1] of a fit."""
-        return float(np.interp(fit, [0.0, self.low, self.middle, 1.0], [0.0, 0.3, 0.8, 1.0]))
+        scale = [0.0, LOST_HEALTH, TYPICAL_HEALTH, 1.0]
+        return float(np.interp(fit, [0.0, self.low, self.middle, 1.0], scale))
 
 
 def calibrate(
@@ -153,13 +154,13 @@ class RecentMedian:
     """Median of a stamped value over a time window in seconds."""
 
     def __init__(self, window: float) -> None:
-        self._window = window
+        self.window = window
         self._kept: deque[tuple[float, float]] = deque()
 
     def add(self, stamp: float, value: float) -> None:
         """Add a value and remove those older than the window."""
         self._kept.append((stamp, value))
-        while self._kept[0][0] <= stamp - self._window:
+        while self._kept[0][0] <= stamp - self.window:
             self._kept.popleft()
 
     def clear(self) -> None:

@@ -12,13 +12,13 @@ from math import pi
 
 import numpy as np
 
+from stack.components import Estimator
+from stack.drivetrain.description import RobotDescription
+from stack.errors import InputError
 from stack.frames.buffer import TransformBuffer
 from stack.localisation.distance_field import as_pose, as_row, surface_field
-from stack.localisation.estimator import Estimator
 from stack.localisation.global_match import (
     HEADINGS,
-    LATTICE_BEAMS,
-    SPACING,
     GlobalMatch,
     GlobalMatcher,
     Views,
@@ -37,8 +37,17 @@ from stack.localisation.particles import (
     move,
     summarise,
 )
+from stack.parameters import suggestion
 from stack.streams import stream
-from stack.types import FloatArray, Observation, OccupancyGrid, Pose2D, PoseEstimate, Scan
+from stack.types import (
+    TYPICAL_HEALTH,
+    FloatArray,
+    Observation,
+    OccupancyGrid,
+    Pose2D,
+    PoseEstimate,
+    Scan,
+)
 
 _HEADING_OF_METRE = 0.6
 """Radians of heading deviation that are equivalent to a metre of position deviation."""
@@ -48,49 +57,82 @@ _POINT_VARIANCE = 0.05**2
 since beams are not independent."""
 
 _NO_FIT = 0.5
-"""Share of the fit at health 0.3; a lower fit means that the robot is not near the estimate."""
+"""Share of the fit at LOST_HEALTH; a lower fit means that the robot is not near the estimate."""
 
 _STILL_UPDATES = 2
 """Largest number of measurement updates at standstill: the same view adds little evidence."""
 
 
 class Localiser(Estimator):
-    """Particle filter on a likelihood field, with a health that shows a wrong pose.
+    """Monte-Carlo localisation: a particle filter on the map with the scans of one lidar.
 
-    The particles are initially uniform over the free space; `set_pose` sets one.
-
-    Args:
-        grid: the map.
-        parameters: of the filter.
-        seed: of its random streams.
-        sideways: whether the robot is omnidirectional.
+    It follows the pose on a likelihood field. Its health shows a wrong pose.
     """
 
+    Parameters = LocaliserParameters
+    needs_map = True
+    parameters: LocaliserParameters
+
     def __init__(
-        self, grid: OccupancyGrid, parameters: LocaliserParameters, seed: int, *,
-        sideways: bool = False,
-    ) -> None:  # fmt: skip
+        self,
+        parameters: LocaliserParameters,
+        robot: RobotDescription,
+        grid: OccupancyGrid,
+        seed: int,
+    ) -> None:
         from stack.localisation import kernels
 
-        self.parameters = parameters
-        self._kernels = kernels
+        super().__init__(parameters, robot, grid, seed)
+        self._robot, self._kernels = robot, kernels
         self._generator = stream(seed, "localisation")
         self._calibration = stream(seed, "localisation calibration")
         self._field = surface_field(grid)
-        self._table = self._field.log_likelihoods(parameters.hit_deviation, parameters.hit_share)
-        self._least = float(self._table.min())
         self._evaluator = ScanEvaluator(self._field)
-        self._matcher = GlobalMatcher(self._field, self._evaluator)
         self._scale: FitScale | None = None
         self._fits = RecentMedian(parameters.health_window)
-        p = parameters
-        alphas = p.alpha_1, p.alpha_2, p.alpha_3, p.alpha_4
-        self._noise = OmniMotionNoise(*alphas, p.alpha_5) if sideways else MotionNoise(*alphas)
+        self._use(parameters)
         self._odometry: Pose2D | None = None
         self._fit: float | None = None
         self._time = self._corrected_at = 0.0
         self._jumps = -1
         self.scatter()
+
+    @staticmethod
+    def check(parameters: LocaliserParameters, robot: RobotDescription) -> None:
+        """Check that the robot has the lidar.
+
+        Raises:
+            InputError: it has none of that name.
+        """
+        if parameters.lidar and parameters.lidar not in robot.all_lidars:
+            hint = suggestion(parameters.lidar, robot.all_lidars)
+            raise InputError(f"{robot.name} has no lidar {parameters.lidar!r}; {hint}")
+
+    def configure(self, parameters: LocaliserParameters) -> None:
+        """Apply new parameters; the particles stay."""
+        if parameters.range_noise != self.parameters.range_noise:
+            self._scale = None
+        self._use(parameters)
+
+    def _use(self, parameters: LocaliserParameters) -> None:
+        """Derive everything that depends on the parameters and the map."""
+        p = self.parameters = parameters
+        self._lidar = p.lidar or self._robot.main_lidar
+        self._table = self._field.log_likelihoods(p.hit_deviation, p.hit_share)
+        self._least = float(self._table.min())
+        self._matcher = GlobalMatcher(self._field, self._evaluator, p)
+        self._fits.window = p.health_window
+        alphas = p.alpha_1, p.alpha_2, p.alpha_3, p.alpha_4
+        sideways = self._robot.drivetrain.can_move_sideways
+        self._noise = OmniMotionNoise(*alphas, p.alpha_5) if sideways else MotionNoise(*alphas)
+
+    def start(self, pose: Pose2D | None) -> None:
+        """Start around the initial pose; if that is unknown, anywhere on the map."""
+        if pose is None:
+            self.scatter()
+        else:
+            p = self.parameters
+            self.set_pose(pose, p.initial_position_deviation, p.initial_heading_deviation)
 
     def set_pose(self, pose: Pose2D, position_deviation: float, heading_deviation: float) -> None:
         """Restart around a pose in the map frame; standard deviations in metres and radians."""
@@ -114,7 +156,7 @@ class Localiser(Estimator):
     def update(self, observation: Observation, frames: TransformBuffer) -> PoseEstimate:
         """Process odometry, and a new scan at the pose of its own stamp."""
         self._time = observation.time
-        scan = observation.named(self.parameters.lidar, Scan)
+        scan = observation.named(self._lidar, Scan)
         if scan is not None:
             self.process(frames.pose_at("odom", scan.stamp), scan)
             self._corrected_at = scan.stamp
@@ -148,12 +190,12 @@ class Localiser(Estimator):
     def estimate(self) -> PoseEstimate:
         """The pose, propagated by odometry since the last scan, with covariance and health.
 
-        Until the first scan after a start the health is 0.8, the median at a true pose, so that
+        Until the first scan after a start the health is the median at a true pose, so that
         starting raises no alarm; scattered particles have health 0.
         """
         fit = self._fits.value
         if fit is None or self._scale is None:
-            health = 0.0 if self._scattered else 0.8
+            health = 0.0 if self._scattered else TYPICAL_HEALTH
         else:
             health = self._scale.health(fit)
         return PoseEstimate(
@@ -288,14 +330,15 @@ class Localiser(Estimator):
         sampling as in S. Thrun et al., "Robust Monte Carlo Localization for Mobile Robots",
         Artificial Intelligence 128, 2001.
         """
-        points = scan_points(scan, LATTICE_BEAMS)
+        points = scan_points(scan, self._matcher.beams)
         if self._matcher.size == 0 or points.shape[0] == 0:
             return
         scores = self._matcher.scores(points).astype(np.float64)
         weights = np.exp(0.5 * self.parameters.trust * (scores - scores.max()))
         limit = self.parameters.max_particles
         draw = self._kernels.resample(weights / weights.sum(), limit, self._generator.random())
-        within = np.array([SPACING, SPACING, 2.0 * pi / HEADINGS]) / 2.0
+        spacing = self.parameters.search_spacing
+        within = np.array([spacing, spacing, 2.0 * pi / HEADINGS]) / 2.0
         poses = self._matcher.poses(draw) + self._generator.uniform(-within, within, (limit, 3))
         self._reset(ParticleSet.uniform(poses))
 
@@ -339,5 +382,6 @@ class Localiser(Estimator):
         self._particle_set = ParticleSet.uniform(self._particle_set.poses[chosen])
 
     def _particle_count(self, poses: FloatArray) -> int:
-        wanted = max(kld_bound(poses), self.parameters.min_particles)
+        p = self.parameters
+        wanted = max(kld_bound(poses, p.kld_error, p.kld_quantile), p.min_particles)
         return min(wanted, int(poses.shape[0]))

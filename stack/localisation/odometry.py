@@ -14,39 +14,31 @@ from math import cos, sin
 import numpy as np
 
 from stack.errors import BodyError
+from stack.localisation.parameters import OdometryFusionParameters
 from stack.types import FloatArray, Imu, Observation, Odometry, Pose2D, Twist, wrap_angle
 
-STILL_LINEAR, STILL_ANGULAR = 0.003, 0.005
-"""Wheel speeds (m/s, rad/s) below which the robot is at standstill."""
-
-SETTLING_TIME = 0.25
-"""Seconds at standstill before gyro samples update the bias."""
-
-LARGEST_BIAS = 0.05
-"""rad/s; at standstill, a mean rate farther than this from the bias means that someone turns the
-robot by hand."""
-
-LONGEST_GAP = 0.1
-"""Seconds without gyro samples after which the wheels measure the rotation."""
-
-MEMORY = 1000
-"""Samples over which the bias is averaged: about 10 s at standstill at 100 Hz."""
+DEFAULTS = OdometryFusionParameters()
 
 
 class OdometryFusion:
     """Fusion of wheel translation and gyro rotation into a pose in the odom frame.
 
-    Without inertial samples for LONGEST_GAP, the wheels measure the rotation. Until the first
-    standstill of SETTLING_TIME, the gyro's bias is assumed to be zero.
+    Without inertial samples for `gyro_timeout`, the wheels measure the rotation. Until the first
+    standstill of `settling_time`, the gyro's bias is assumed to be zero.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, parameters: OdometryFusionParameters = DEFAULTS) -> None:
+        self.parameters = parameters
         self._fused: Odometry | None = None
         self._wheels = Pose2D(0.0, 0.0)
-        self._bias = _GyroBias()
+        self._bias = _GyroBias(parameters)
         self._gyro_stamp = 0.0
         self._gyro_rate: float | None = None
         self._ahead = 0.0
+
+    def configure(self, parameters: OdometryFusionParameters) -> None:
+        """Apply new parameters; pose and bias stay."""
+        self.parameters = self._bias.parameters = parameters
 
     @property
     def gyro_bias(self) -> float:
@@ -85,15 +77,16 @@ class OdometryFusion:
         self, observation: Observation, wheels: Odometry, elapsed: float
     ) -> float | None:
         """Return the gyro's rotation since the last observation, radians; None without samples."""
-        imu, now = observation.imu, observation.time
+        imu, now, p = observation.imu, observation.time, self.parameters
         standing = self._bias.is_at_rest(wheels.twist, elapsed)
         if imu is None or imu.stamps.size == 0:
-            if self._gyro_rate is None or now - self._gyro_stamp > LONGEST_GAP + 1e-9:
+            silence = now - self._gyro_stamp
+            if self._gyro_rate is None or silence > p.gyro_timeout + 1e-9:
                 self._gyro_stamp, self._gyro_rate, self._ahead = now, None, 0.0
                 return None
             return self._until(now, 0.0)
         rates = imu.angular_velocity[:, 2]
-        rotated_by_hand = abs(float(rates.mean()) - self._bias.value) > LARGEST_BIAS
+        rotated_by_hand = abs(float(rates.mean()) - self._bias.value) > p.bias_tolerance
         if standing and not rotated_by_hand:
             self._bias.learn(rates)
         rotation = self._until(now, self._integrate(imu, rates))
@@ -123,26 +116,28 @@ class OdometryFusion:
 class _GyroBias:
     """Mean yaw rate of the gyro at standstill: a plain mean at first, then an exponential mean."""
 
-    def __init__(self) -> None:
+    def __init__(self, parameters: OdometryFusionParameters) -> None:
+        self.parameters = parameters
         self.value = 0.0
         self._samples = 0
         self._stood_for = 0.0
 
     def is_at_rest(self, twist: Twist, elapsed: float) -> bool:
-        """Return whether the wheels have been at rest for SETTLING_TIME.
+        """Return whether the wheels have been at rest for `settling_time`.
 
         Args:
             twist: measured by the wheels.
             elapsed: seconds since the last call.
         """
-        still = max(abs(twist.linear), abs(twist.lateral)) < STILL_LINEAR
-        still = still and abs(twist.angular) < STILL_ANGULAR
+        p = self.parameters
+        still = max(abs(twist.linear), abs(twist.lateral)) < p.still_speed
+        still = still and abs(twist.angular) < p.still_turn
         self._stood_for = self._stood_for + elapsed if still else 0.0
-        return self._stood_for >= SETTLING_TIME
+        return self._stood_for >= p.settling_time
 
     def learn(self, rates: FloatArray) -> None:
         """Update the bias with yaw rates (n,) measured at rest, rad/s."""
-        self._samples = min(self._samples + rates.size, MEMORY)
+        self._samples = min(self._samples + rates.size, self.parameters.bias_samples)
         gain = min(1.0, rates.size / self._samples)
         self.value += gain * (float(rates.mean()) - self.value)
 

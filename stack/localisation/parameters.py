@@ -1,9 +1,10 @@
-"""Parameters of the localisation, separate from the kernels so that they import no numba."""
+"""Parameters of estimators and odometry, separate from the kernels so that they import no numba."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
+from stack.errors import ParameterError
 from stack.parameters import parameter
 
 
@@ -15,13 +16,29 @@ class LocaliserParameters:
     table 5.6, in AMCL's convention: they scale variances. alpha_5 is from AMCL.
     """
 
-    lidar: str = parameter("lidar", help="name of the lidar that weights the particles")
+    lidar: str = parameter(
+        "", help="name of the lidar that weights the particles; empty: the robot's main lidar"
+    )
+    initial_position_deviation: float = parameter(
+        0.1, "m", at_least=0.0, help="standard deviation of the initial position of the mission"
+    )
+    initial_heading_deviation: float = parameter(
+        0.05, "rad", at_least=0.0, help="standard deviation of the initial heading of the mission"
+    )
     min_particles: int = parameter(
         300, at_least=50, at_most=20000, help="number of particles when the pose is certain"
     )
     max_particles: int = parameter(
         3000, at_least=50, at_most=20000, help="number of particles over the whole map"
     )
+    kld_error: float = parameter(
+        0.05, above=0.0, at_most=1.0,
+        help="error of the distribution that sets the number of particles, as AMCL's pf_err",
+    )  # fmt: skip
+    kld_quantile: float = parameter(
+        2.33, at_least=0.0, at_most=4.0,
+        help="normal quantile of the probability that the error is kept; 2.33 is 99 %",
+    )  # fmt: skip
     beams: int = parameter(
         60, at_least=10, at_most=720, help="beams of a scan that weight the particles"
     )
@@ -66,7 +83,69 @@ class LocaliserParameters:
     health_window: float = parameter(
         1.0, "s", at_least=0.0, help="time window of scans whose median is the health"
     )
+    search_spacing: float = parameter(
+        0.15, "m", at_least=0.02, at_most=1.0,
+        help="distance between the positions that the search of the whole map tries",
+    )  # fmt: skip
+    search_blur: float = parameter(
+        0.2, "m", at_least=0.02, at_most=2.0,
+        help="standard deviation of a return in that search; above search_spacing",
+    )  # fmt: skip
+    search_beams: int = parameter(
+        60, at_least=10, at_most=720, help="beams of each scan in that search"
+    )
     ambiguity_ratio: float = parameter(
         0.85, above=0.0, at_most=1.0,
         help="the pose is ambiguous if a second place has this share of the best fit",
+    )  # fmt: skip
+
+    def __post_init__(self) -> None:
+        if self.max_particles < self.min_particles:
+            raise ParameterError(
+                "max_particles",
+                f"{self.max_particles} is less than min_particles {self.min_particles}",
+                f"use at least {self.min_particles}",
+            )
+
+
+@dataclass(frozen=True)
+class DeadReckoningParameters:
+    """Growth of the uncertainty with the motion; it does not change the pose."""
+
+    distance_variance: float = parameter(
+        2e-4, at_least=0.0,
+        help="variance of the position per metre driven, m²/m; 2e-4 is 1.4 cm after a metre",
+    )  # fmt: skip
+    heading_variance_per_metre: float = parameter(
+        1e-5, at_least=0.0, help="variance of the heading per metre driven, rad²/m"
+    )
+    heading_variance_per_radian: float = parameter(
+        2e-4, at_least=0.0, help="variance of the heading per radian turned, rad²/rad"
+    )
+
+
+@dataclass(frozen=True)
+class OdometryFusionParameters:
+    """How wheels and gyro are combined, and when the gyro's bias is measured."""
+
+    still_speed: float = parameter(
+        0.003, "m/s", above=0.0, help="wheel speed below which the robot is at standstill"
+    )
+    still_turn: float = parameter(
+        0.005, "rad/s", above=0.0,
+        help="turning speed of the wheels below which the robot is at standstill",
+    )  # fmt: skip
+    settling_time: float = parameter(
+        0.25, "s", at_least=0.0, help="time at standstill before the gyro's bias is measured"
+    )
+    bias_tolerance: float = parameter(
+        0.05, "rad/s", above=0.0,
+        help="at standstill, a rate farther than this from the bias is a rotation by hand",
+    )  # fmt: skip
+    bias_samples: int = parameter(
+        1000, at_least=1, help="number of samples over which the bias is averaged"
+    )
+    gyro_timeout: float = parameter(
+        0.1, "s", above=0.0,
+        help="time without gyro samples after which the wheels measure the rotation",
     )  # fmt: skip

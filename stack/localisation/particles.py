@@ -169,13 +169,15 @@ def _heaviest_cluster(particle_set: ParticleSet) -> NDArray[np.bool_]:
     return near if near.any() else inside
 
 
-def kld_bound(poses: FloatArray) -> int:
-    """Return the number of particles for a KL error of 0.05 with probability 0.99.
+def kld_bound(poses: FloatArray, error: float, quantile: float) -> int:
+    """Return the number of particles that keeps the error of their distribution small.
 
     D. Fox 2003, equation 7, with the number of occupied bins.
 
     Args:
         poses: (n, 3) equally weighted.
+        error: bound of the Kullback-Leibler divergence from the true distribution.
+        quantile: of the standard normal distribution for the probability that it is kept.
     """
     keys = np.floor(poses / _BIN).astype(np.int64)
     keys[:, 2] %= 36
@@ -183,4 +185,4 @@ def kld_bound(poses: FloatArray) -> int:
     if occupied <= 1:
         return 1
     a = 2.0 / (9.0 * (occupied - 1))
-    return int((occupied - 1) / (2.0 * 0.05) * (1.0 - a + sqrt(a) * 2.33) ** 3)
+    return int((occupied - 1) / (2.0 * error) * (1.0 - a + sqrt(a) * quantile) ** 3)

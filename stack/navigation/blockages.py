@@ -13,12 +13,6 @@ import numpy as np
 
 from stack.types import FloatArray
 
-NEAR = 0.6
-"""Distance in metres within which two blockages are the same and a path leads through one."""
-
-FIRST_HOLD = 10.0
-"""Seconds for which a new blockage is remembered."""
-
 
 @dataclass(frozen=True, slots=True)
 class Blockage:
@@ -31,25 +25,31 @@ class Blockage:
 
 
 class Blockages:
-    """Blockages found during one drive."""
+    """Blockages found during one drive.
 
-    def __init__(self) -> None:
+    Args:
+        radius: metres within which two blockages are the same and a path leads through one.
+        first_hold: seconds for which a new blockage is remembered.
+    """
+
+    def __init__(self, radius: float, first_hold: float) -> None:
+        self._radius, self._first_hold = radius, first_hold
         self._known: list[Blockage] = []
 
     def note(self, place: tuple[float, float], time: float) -> None:
         """Remember that the path is blocked at a position (x, y), map frame, metres."""
         x, y = place
         for i, known in enumerate(self._known):
-            if np.hypot(known.x - x, known.y - y) <= NEAR:
+            if np.hypot(known.x - x, known.y - y) <= self._radius:
                 hold = 2.0 * known.hold if time > known.until else known.hold
                 self._known[i] = replace(known, hold=hold, until=time + hold)
                 return
-        self._known.append(Blockage(x, y, FIRST_HOLD, time + FIRST_HOLD))
+        self._known.append(Blockage(x, y, self._first_hold, time + self._first_hold))
 
     def bar(self, points: FloatArray, time: float) -> bool:
         """Whether a path (n, 2) leads through a blockage that is still remembered."""
         return any(
-            bool((np.hypot(points[:, 0] - b.x, points[:, 1] - b.y) <= NEAR).any())
+            bool((np.hypot(points[:, 0] - b.x, points[:, 1] - b.y) <= self._radius).any())
             for b in self._known
             if time < b.until
         )

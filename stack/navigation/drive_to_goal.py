@@ -77,7 +77,8 @@ class GoalDrive(Drive):
         self._nearest = inf
         self._seen_version = -1
         self._blocked_at: tuple[float, float] | None = None
-        self._blockages = Blockages()
+        p = tools.parameters
+        self._blockages = Blockages(p.blockage_radius, p.blockage_time)
         self._planner = self._requested_from = tools.planner_worker.planner
         self._corrections = 0
 

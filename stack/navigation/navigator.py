@@ -289,7 +289,7 @@ class Navigator:
             silence: seconds without a velocity command after which the task fails.
         """
         task = self._task("assisted teleoperation")
-        return self._recover(Teleoperation(task, seconds, silence))
+        return self._recover(Teleoperation(task, seconds, silence, self.parameters.teleop_timeout))
 
     @property
     def teleoperation(self) -> Teleoperation | None:

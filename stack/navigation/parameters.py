@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from stack.parameters import parameter
+from stack.types import LOST_HEALTH
 
 
 @dataclass(frozen=True)
@@ -44,8 +45,35 @@ class NavigationParameters:
     collision_patience: float = parameter(
         5.0, "s", at_least=0.0, help="waits this long after that, then fails"
     )
+    blockage_time: float = parameter(
+        10.0, "s", at_least=0.0,
+        help="how long a place that was found blocked is avoided; doubles each time it is again",
+    )  # fmt: skip
+    blockage_radius: float = parameter(
+        0.6, "m", above=0.0, help="paths this close to such a place lead through it"
+    )
+    search_scans: int = parameter(
+        3, at_least=1, at_most=100,
+        help="number of scans that a search of the whole map for the pose matches together",
+    )  # fmt: skip
+    search_time: float = parameter(
+        5.0, "s", above=0.0, help="that search fails if the scans do not arrive within this time"
+    )
+    jump_distance: float = parameter(
+        0.3, "m", at_least=0.0,
+        help="a new pose farther away than this clears the sensed obstacles",
+    )  # fmt: skip
+    jump_angle: float = parameter(
+        0.2, "rad", at_least=0.0, help="a new heading farther off than this clears them too"
+    )
+    teleop_timeout: float = parameter(
+        0.5, "s", above=0.0, help="how long one velocity command of the operator is driven"
+    )
     lost_health: float = parameter(
-        0.3, at_least=0.0, at_most=1.0, help="localisation health below which the robot stops"
+        LOST_HEALTH,
+        at_least=0.0,
+        at_most=1.0,
+        help="localisation health below which the robot stops",
     )
     lost_time: float = parameter(
         1.5, "s", at_least=0.0, help="a drive fails after this time below lost_health"

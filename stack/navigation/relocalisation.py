@@ -4,18 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from stack.components import Estimator, Match
 from stack.errors import NavigationError
 from stack.frames.buffer import TransformBuffer
-from stack.localisation.estimator import Estimator, Match
 from stack.navigation.following import standing
+from stack.navigation.parameters import NavigationParameters
 from stack.navigation.tasks import MotionExecutor, MotionTask, NavigationState
 from stack.types import STANDSTILL, FailureCode, Pose2D, Scan, Twist
-
-SCANS = 3
-"""Number of scans matched together; more scans of the same view only average the noise."""
-
-SCAN_PATIENCE = 5.0
-"""Seconds within which the robot must stop and the scans must arrive."""
 
 
 class Relocalisation(MotionExecutor):
@@ -24,17 +19,20 @@ class Relocalisation(MotionExecutor):
     Args:
         task: handle of the task.
         estimator: searches the map.
+        parameters: number of scans, and the time in which they must arrive.
         newest_scan: returns the newest deskewed scan of the lidar that the estimator uses.
         frames: with the odometry at the stamps of the scans.
         found: called with the pose before and the match.
     """
 
-    def __init__(
-        self, task: MotionTask, estimator: Estimator, newest_scan: Callable[[], Scan | None],
-        frames: TransformBuffer, found: Callable[[Pose2D, Match], None],
+    def __init__(  # noqa: PLR0913 - task, its tools and its parameters
+        self, task: MotionTask, estimator: Estimator, parameters: NavigationParameters,
+        newest_scan: Callable[[], Scan | None], frames: TransformBuffer,
+        found: Callable[[Pose2D, Match], None],
     ) -> None:  # fmt: skip
         super().__init__(task)
         self._estimator, self._found = estimator, found
+        self._wanted, self._patience = parameters.search_scans, parameters.search_time
         self._newest_scan, self._frames = newest_scan, frames
         self._scans: list[Scan] = []
         self._waiting = self.timers.new()
@@ -48,14 +46,14 @@ class Relocalisation(MotionExecutor):
         """Return standstill; end the task when there are enough scans."""
         if standing(state.odometry.twist):
             self._gather(state.time)
-        self.task.report(f"scan {len(self._scans)} of {SCANS}", 0.0)
-        if len(self._scans) == SCANS:
+        self.task.report(f"scan {len(self._scans)} of {self._wanted}", 0.0)
+        if len(self._scans) == self._wanted:
             self._match()
-        elif self._waiting.elapsed(state.time) >= SCAN_PATIENCE:
+        elif self._waiting.elapsed(state.time) >= self._patience:
             self.task.fail(
                 FailureCode.LOST,
-                f"received {len(self._scans)} of {SCANS} lidar scans while standing still "
-                f"within {SCAN_PATIENCE:g} s",
+                f"received {len(self._scans)} of {self._wanted} lidar scans while standing still "
+                f"within {self._patience:g} s",
             )
         return STANDSTILL
 

@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 from math import degrees
 from typing import Any, Protocol
 
+from stack.components import Estimator, Match
 from stack.drivetrain.description import RobotDescription
 from stack.errors import ParameterError
 from stack.frames.buffer import TransformBuffer
-from stack.localisation.estimator import Estimator, Match
 from stack.navigation.loop_state import LoopState
 from stack.navigation.navigator import Navigator
 from stack.navigation.relocalisation import Relocalisation
@@ -31,9 +31,6 @@ from stack.types import (
     Twist,
     wrap_angle,
 )
-
-JUMP, TURN = 0.3, 0.2
-"""Jump of the pose in metres and radians above which sensed obstacles are cleared."""
 
 
 class MarkerDetector(Protocol):
@@ -280,7 +277,12 @@ class RobotFacade:
         task = self._navigation.new_task("relocalise")
         parts = self._parts
         executor = Relocalisation(
-            task, parts.estimator, lambda: self.scan, parts.frames, self._relocalised
+            task,
+            parts.estimator,
+            self._navigation.parameters,
+            lambda: self.scan,
+            parts.frames,
+            self._relocalised,
         )
         self._navigation.start(executor, "recovery", "searching for the pose on the whole map")
         return task
@@ -308,7 +310,8 @@ class RobotFacade:
         """Report a new pose, and clear obstacles sensed from a wrong one."""
         jump = before.distance_to(pose)
         turn = abs(wrap_angle(pose.heading - before.heading))
-        if jump > JUMP or turn > TURN:
+        p = self._navigation.parameters
+        if jump > p.jump_distance or turn > p.jump_angle:
             self._parts.forget_tracks()
             self._parts.local_costmap.clear()
             self._parts.global_costmap.clear()

@@ -5,9 +5,6 @@ from __future__ import annotations
 from stack.navigation.tasks import MotionExecutor, MotionTask, NavigationState
 from stack.types import STANDSTILL, FailureCode, Twist
 
-TIME_TO_LIVE = 0.5
-"""Seconds on the robot's clock for which one velocity command is driven."""
-
 
 class Teleoperation(MotionExecutor):
     """Drives the operator's velocities until release, time limit or silence.
@@ -18,17 +15,19 @@ class Teleoperation(MotionExecutor):
         task: handle of the task.
         seconds: time limit for the operator.
         silence: seconds without a velocity command after which the task fails.
+        timeout: seconds for which one velocity command is driven.
     """
 
-    def __init__(self, task: MotionTask, seconds: float, silence: float) -> None:
+    def __init__(self, task: MotionTask, seconds: float, silence: float, timeout: float) -> None:
         super().__init__(task)
+        self._timeout = timeout
         self._seconds, self._silence = seconds, silence
         self._twist = STANDSTILL
         self._now = 0.0
         self._total, self._since_command = self.timers.new(), self.timers.new()
 
     def steer(self, twist: Twist) -> None:
-        """Set the velocity to drive from the next step on, for TIME_TO_LIVE seconds."""
+        """Set the velocity to drive from the next step on, until its timeout."""
         self._twist = twist
         self._since_command.start(self._now)
 
@@ -48,7 +47,7 @@ class Teleoperation(MotionExecutor):
         self._twist = STANDSTILL
 
     def step(self, state: NavigationState) -> Twist:
-        """Return the operator's velocity, standstill after its time to live."""
+        """Return the operator's velocity, standstill after its timeout."""
         self._now = state.time
         left = self._seconds - self._total.elapsed(state.time)
         silent = self._since_command.elapsed(state.time)
@@ -62,4 +61,4 @@ class Teleoperation(MotionExecutor):
             )
         else:
             self.task.report(f"the operator drives, {left:.0f} s left", 0.0)
-        return self._twist if silent < TIME_TO_LIVE - 1e-9 else STANDSTILL
+        return self._twist if silent < self._timeout - 1e-9 else STANDSTILL

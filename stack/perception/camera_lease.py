@@ -2,27 +2,25 @@
 
 from __future__ import annotations
 
-LEASE = 1.0
-"""Seconds for which a request keeps the camera on."""
-
 
 class CameraLease:
     """Time until which pictures are requested.
 
     Args:
+        seconds: for which a request keeps the camera on.
         always: whether the camera stays on without requests.
     """
 
-    def __init__(self, *, always: bool = False) -> None:
-        self._always = always
+    def __init__(self, seconds: float = 1.0, *, always: bool = False) -> None:
+        self._seconds, self._always = seconds, always
         self._until = -1.0
         self._since = 0.0
 
     def renew(self, now: float) -> None:
-        """Keep the camera on for another second."""
+        """Keep the camera on from now for the time of a request."""
         if not self.is_active(now):
             self._since = now
-        self._until = now + LEASE
+        self._until = now + self._seconds
 
     def is_active(self, now: float) -> bool:
         """Return whether pictures are requested now."""

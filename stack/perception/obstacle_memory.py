@@ -92,6 +92,10 @@ class ObstacleMemory:
         self._blind_sectors = blind_sectors(robot)
         self._remembered: FloatArray = np.empty((0, 3))
 
+    def configure(self, parameters: ObstacleMemoryParameters) -> None:
+        """Apply new parameters; remembered points stay."""
+        self.parameters = parameters
+
     def update(self, observation: Observation, frames: TransformBuffer) -> ObstaclePoints:
         """Process new measurements; return all points, compensated to the observation's time.
 

@@ -1,4 +1,4 @@
-"""Parts of the step loop, the interfaces of those that other packages implement, and rates."""
+"""Parts of the step loop, and the interfaces of those that other packages implement."""
 
 from __future__ import annotations
 
@@ -6,15 +6,13 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from stack.body import Body
-from stack.errors import InputError
+from stack.components import Estimator
 from stack.frames.buffer import TransformBuffer
-from stack.localisation.estimator import Estimator
 from stack.localisation.odometry import OdometryFusion
 from stack.navigation.loop_state import LoopState
 from stack.navigation.navigator import Navigator
 from stack.navigation.robot_facade import RobotFacade
 from stack.navigation.world_model import WorldModel
-from stack.parameters import parameter
 from stack.perception.camera_lease import CameraLease
 from stack.perception.obstacle_memory import ObstacleMemory
 from stack.safety.safety import Safety
@@ -130,32 +128,6 @@ class ObservationLog(Protocol):
     def write(self, observation: Observation) -> None:
         """Append an observation."""
         ...
-
-
-@dataclass(frozen=True)
-class Rates:
-    """Rates of the loop's stages. Slower rates must divide the control rate."""
-
-    control: float = parameter(20.0, "Hz", above=0.0, help="sense, navigate, limit and drive")
-    tree: float = parameter(10.0, "Hz", above=0.0, help="ticks of the behaviour tree")
-
-    def every(self, rate: float, name: str) -> int:
-        """Return the number of control steps between two runs of a stage.
-
-        Args:
-            rate: of the stage, Hz.
-            name: of the stage, for messages.
-
-        Raises:
-            InputError: the rate does not divide the control rate.
-        """
-        steps = self.control / rate
-        if steps < 1 or abs(steps - round(steps)) > 1e-9:
-            raise InputError(
-                f"the {name} rate {rate:g} Hz does not divide the control rate {self.control:g} Hz;"
-                " choose a rate that does, such as 20, 10 or 5 Hz"
-            )
-        return round(steps)
 
 
 @dataclass

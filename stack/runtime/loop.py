@@ -16,8 +16,9 @@ from stack.frames.deskew import deskew_observation
 from stack.navigation.tasks import NavigationState
 from stack.navigation.world_model import WorldView
 from stack.runtime.commands import CommandHandler
-from stack.runtime.interfaces import MissionTree, Parts, Rates
+from stack.runtime.interfaces import MissionTree, Parts
 from stack.runtime.mission_state import HELD, MissionEvent, MissionStateMachine
+from stack.runtime.parameters import LoopParameters
 from stack.runtime.snapshots import compose_snapshot
 from stack.runtime.stage_times import Stages
 from stack.telemetry.records import Ack, Command, Layer, MissionState
@@ -38,16 +39,18 @@ STANDING_SPEED = 0.02
 class Runtime:
     """Runs a mission step by step. Its only clock is the body's."""
 
-    def __init__(self, parts: Parts, rates: Rates, idle: Callable[[], None] = lambda: None) -> None:
+    def __init__(
+        self, parts: Parts, parameters: LoopParameters, idle: Callable[[], None] = lambda: None
+    ) -> None:
         """Prepare the first step.
 
         Args:
             parts: of the loop.
-            rates: of the stages.
+            parameters: of the loop.
             idle: called instead of a step while a simulation is frozen.
         """
         self.parts, self._idle = parts, idle
-        self.period = 1.0 / rates.control
+        self.period = parameters.period
         self.steps, self.is_frozen = 0, False
         self.mission = MissionStateMachine(self._state_changed)
         self.stages = Stages(self.period)
@@ -56,7 +59,7 @@ class Runtime:
         self._image: Image | None = None
         self._next_tree: Callable[[], MissionTree] | None = None
         self._health: BodyHealth = HEALTHY
-        self._ticks_every = rates.every(rates.tree, "tree")
+        self._ticks_every = parameters.steps_per_tick
         self._commands = CommandHandler(parts, self.mission, self.end)
 
     def step(self) -> None:

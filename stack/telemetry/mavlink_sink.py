@@ -18,7 +18,7 @@ from typing import Any
 
 from stack.errors import InputError
 from stack.telemetry.records import Event, MissionState, RunInfo, Snapshot
-from stack.types import Battery, wrap_angle
+from stack.types import LOST_HEALTH, Battery, wrap_angle
 
 SYSTEM, COMPONENT = 1, 1
 BAUD = 57600
@@ -45,9 +45,6 @@ _FORM = "expected udpout:HOST:PORT, udp:HOST:PORT, tcp:HOST:PORT or serial:DEVIC
 _HARDWARE = ("3D_GYRO", "3D_ACCEL", "BATTERY", "MOTOR_OUTPUTS")
 _POSITION = ("LASER_POSITION", "VISION_POSITION")
 """MAVLink's sensor bits for a position from scan matching and markers; there is no GPS."""
-
-LOST_BELOW = 0.3
-"""Localisation health below which the position is reported as unhealthy."""
 
 LOW_CHARGE, CRITICAL_CHARGE = 0.2, 0.1
 _UNKNOWN_TEMPERATURE, _UNKNOWN_CELL = 32767, 65535
@@ -237,7 +234,7 @@ class MavlinkSink:
         hardware = self._bits(_HARDWARE) | self._dialect.MAV_SYS_STATUS_GEOFENCE
         position = self._bits(_POSITION) | self._dialect.MAV_SYS_STATUS_PREARM_CHECK
         present = hardware | position
-        healthy = present if snapshot.health >= LOST_BELOW else hardware
+        healthy = present if snapshot.health >= LOST_HEALTH else hardware
         battery = snapshot.battery
         self._connection.mav.sys_status_send(
             present, present, healthy, 0, _millivolts(battery), -1, _percent(battery),

@@ -62,7 +62,7 @@ def test_an_outline_may_end_with_the_corner_that_it_began_with(read):
 
 def test_navigation_is_kept_raw_by_kind(read):
     robot = read(f"{ROBOT}navigation: {{planner: astar, controller: {{use: mppi, samples: 500}}}}")
-    assert robot.navigation == {
+    assert robot.components == {
         "planner": {"use": "astar"},
         "controller": {"use": "mppi", "samples": 500},
     }

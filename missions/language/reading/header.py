@@ -18,11 +18,12 @@ from stack.types import Pose2D
 FORMAT = 1
 TOP_KEYS = (
     "mission", "format", "doc", "robot", "world", "start", "initial_pose", "map", "places",
-    "parameters", "navigation", "plugins", "arguments", "blackboard", "events", "run", "trees",
-    "include", "tests",
+    "parameters", "navigation", "localisation", "plugins", "arguments", "blackboard", "events",
+    "run", "trees", "include", "tests",
 )  # fmt: skip
 NAV2 = "nav2_params"
-RESERVED = ("localisation", "mapping", "sensors", "perception", "safety", "faults")
+LOCALISATION = "localisation"
+RESERVED = ("mapping", "sensors", "perception", "safety", "faults")
 
 T = TypeVar("T")
 
@@ -104,21 +105,27 @@ class HeaderReader:
                 self.findings.error("E101", item.mark, sentence)
         return good
 
-    def navigation(self, files: list[Node]) -> dict[str, Component]:
-        """Return checked components by kind: parameter files in order, then the mission's own."""
+    def components(self, files: list[Node], *, mapped: bool) -> dict[str, Component]:
+        """Return checked components by kind: parameter files in order, then the mission's own.
+
+        Args:
+            files: the names of the parameter files.
+            mapped: whether the mission has a map.
+        """
         merged: dict[str, Component] = {}
         located: dict[str, Component] = {}
-        layers = [self._parameter_file(item) for item in files]
         plugged: Mapping[str, Mapping[str, str]] | None = None
-        for node in (*layers, self.top.node_of("navigation")):
-            for found in (self._from_nav2(node), self._components(node)):
-                for kind, component in found.items():
-                    merged[kind] = _merge(merged.get(kind), component)
-                    if plugged is None:
-                        plugged = self._plugged_components()
-                    located[kind] = _located(merged[kind], plugged)
-                    # Each file separately: a later one may hide its errors.
-                    self._check(located[kind])
+        nodes = [self._parameter_file(item) for item in files]
+        sources = [found for node in nodes for found in (self._from_nav2(node), self._all(node))]
+        own = self.top.node_of("navigation")
+        for found in (*sources, self._from_nav2(own), self._navigation(own), self._localisation()):
+            for kind, component in found.items():
+                merged[kind] = _merge(merged.get(kind), component)
+                if plugged is None:
+                    plugged = self._plugged_components()
+                located[kind] = _located(merged[kind], plugged)
+                # Each file separately: a later one may hide its errors.
+                self._check(located[kind], mapped=mapped)
         return located
 
     def _plugged_components(self) -> Mapping[str, Mapping[str, str]]:
@@ -134,7 +141,24 @@ class HeaderReader:
             self._add(error, item.mark, "E110")
             return None
 
-    def _components(self, node: Node | None) -> dict[str, Component]:
+    def _localisation(self) -> dict[str, Component]:
+        """Return the estimator that the mission itself chooses, if it does."""
+        node = self.top.node_of(LOCALISATION)
+        component = self._component(LOCALISATION, node) if node is not None else None
+        return {} if component is None else {LOCALISATION: component}
+
+    def _navigation(self, node: Node | None) -> dict[str, Component]:
+        """Return the components under `navigation`; `localisation` is refused there."""
+        found = self._all(node)
+        misplaced = found.pop(LOCALISATION, None)
+        if misplaced is not None:
+            sentence = "`localisation` does not belong to `navigation`"
+            hint = "write it beside `navigation`, at the top of the mission"
+            self.findings.error("E111", misplaced.mark, sentence, hint)
+        return found
+
+    def _all(self, node: Node | None) -> dict[str, Component]:
+        """Return the components of a section or of a parameter file."""
         if node is None or node.value is None:
             return {}
         if not node.is_mapping:
@@ -184,9 +208,9 @@ class HeaderReader:
             {str(key.value): value.mark for key, value in rest},
         )  # fmt: skip
 
-    def _check(self, component: Component) -> None:
+    def _check(self, component: Component, *, mapped: bool) -> None:
         try:
-            self.resources.check_component(component.kind, component.use, component.values)
+            self.resources.check_component(component.kind, component.use, component.values, mapped)
         except ParameterError as error:
             mark = component.marks.get(error.name, component.mark)
             self.findings.error("E111", mark, str(error), error.hint)

@@ -72,7 +72,8 @@ class _Reading:
         start = header.pose("start", places, ())
         initial_pose = header.pose("initial_pose", places, ("start", "unknown"))
         files, plugins = header.texts("parameters"), header.texts("plugins")
-        navigation, map_name = header.navigation(files), header.map()
+        map_name = header.map()
+        components = header.components(files, mapped=map_name != "none")
         scope = Scope((places, keys, arguments))
         catalogue = self._catalogue(catalogue_for, plugins)
         trees = self._trees(catalogue, scope, included)
@@ -97,7 +98,7 @@ class _Reading:
         return Mission(
             name=name, source=self.path, root=root, robot=robot, world=world, doc=doc,
             start=start if isinstance(start, Pose2D) else None, map=map_name,
-            initial_pose=initial_pose or "start", navigation=navigation,
+            initial_pose=initial_pose or "start", components=components,
             parameter_files=tuple(item.value for item in files),
             plugins=tuple(item.value for item in plugins),
             places={key: symbol.value for key, symbol in places.items()},

@@ -1,11 +1,11 @@
 """The schemas: every shipped file passes the public validator, typical mistakes do not."""
 
+import json
 import re
 from pathlib import Path
 
 import jsonschema
 import pytest
-import yaml
 
 from behaviours.catalogue import find_behaviours
 from missions.editor.mission_schema import mission_schema
@@ -280,4 +280,4 @@ def test_ports_carry_their_documentation():
     assert port["examples"] == ["left", "right"]
     assert "left | right" in port["markdownDescription"]
     assert "wall" in SCHEMA["$defs"]["node"]["properties"]["wall_follow"]["markdownDescription"]
-    assert yaml.safe_load(schema_text("mission")) == SCHEMA
+    assert json.loads(schema_text("mission")) == SCHEMA

@@ -1,4 +1,4 @@
-"""`treepilot new planner|controller|layer`: what is written works, is clean, and drives a robot."""
+"""`treepilot new KIND NAME`: what is written works, is clean, and drives a robot."""
 
 import os
 import subprocess
@@ -15,7 +15,7 @@ from stack.errors import InputError
 
 ROOT = Path(__file__).parents[3]
 LAYERS = find_spec("stack.costmap.layer") is not None
-KINDS = ["planner", "controller", *(["layer"] if LAYERS else [])]
+KINDS = ["planner", "controller", "estimator", *(["layer"] if LAYERS else [])]
 
 MISSION = """
 mission: own way

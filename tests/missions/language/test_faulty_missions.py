@@ -398,7 +398,7 @@ def test_errors_of_resources_are_reported_at_their_key(tmp_path):
     def refuse(*_):
         raise InputError("there is none of that name")
 
-    def component(kind, name, values):
+    def component(kind, name, values, mapped):
         if name == "a_star":
             raise InputError(f"there is no {kind} {name!r}")
         if "lookahed" in values:

@@ -80,7 +80,7 @@ def test_parameter_files_come_before_the_missions_own(tmp_path):
         "navigation: {planner: {use: astar, allow_unknown: true}}\n"
         "run: {say: hello}",
     )
-    controller, planner = mission.navigation["controller"], mission.navigation["planner"]
+    controller, planner = mission.components["controller"], mission.components["planner"]
     assert controller.use == "pure_pursuit"
     assert controller.values == {"cruise_speed": 0.1, "lookahead": "1 m"}
     assert controller.marks["cruise_speed"].file == str(tmp_path / "slower.yaml")

@@ -104,10 +104,12 @@ def test_a_rotation_shim_turns_first_and_passes_to_its_controller() -> None:
     found = controller(
         "nav2_rotation_shim_controller::RotationShimController",
         primary_controller="nav2_graceful_controller::GracefulController",
-        angular_dist_threshold=0.6, v_linear_max=0.35,
+        angular_dist_threshold=0.6, forward_sampling_distance=0.5, v_linear_max=0.35,
     )  # fmt: skip
     assert found.kinds["controller"].use == "graceful"
-    assert values(found, "controller") == {"rotate_angle": 0.6, "cruise_speed": 0.35}
+    assert values(found, "controller") == {
+        "rotate_angle": 0.6, "rotate_lookahead": 0.5, "cruise_speed": 0.35,
+    }  # fmt: skip
 
 
 def test_critics_that_are_not_listed_weigh_nothing() -> None:

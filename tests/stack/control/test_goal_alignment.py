@@ -153,3 +153,17 @@ def test_a_turn_sweeps_the_corners():
     free, _ = swept.arc(costs, Pose2D(2.7, 3.0), Twist(0.0, 1.0), pi)
     assert 0.0 < free < pi / 2
     assert swept.arc(costs, Pose2D(2.6, 3.0), Twist(0.0, 1.0), pi)[0] == inf
+
+
+@pytest.mark.parametrize(("lookahead", "turns"), [(0.4, False), (1.4, True)])
+def test_the_lookahead_decides_which_part_of_the_path_is_turned_to(lookahead, turns):
+    corner = polyline((1, 1), (1.5, 1), (1.5, 4))  # 1.4 m along: 1.06 rad to the left
+    state = at(Pose2D(1, 1))
+    assert (begun(ends(corner, rotate_lookahead=lookahead), state).turned(state) is None) != turns
+
+
+@pytest.mark.parametrize(("until", "goes_on"), [(0.3, True), (0.6, False)])
+def test_a_turn_ends_at_a_share_of_the_angle_that_starts_it(until, goes_on):
+    made = ends(polyline((1, 1), (3, 1)), rotate_until=until)
+    assert begun(made, at(Pose2D(1, 1, 1.1))).turned(at(Pose2D(1, 1, 1.1))) is not None
+    assert (made.turned(at(Pose2D(1, 1, 0.5))) is not None) == goes_on

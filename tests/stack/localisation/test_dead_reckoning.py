@@ -6,14 +6,23 @@ import numpy as np
 import pytest
 
 from stack.errors import NavigationError
-from stack.localisation.dead_reckoning import DISTANCE_VARIANCE, DeadReckoning
+from stack.localisation.dead_reckoning import DeadReckoning
+from stack.localisation.parameters import DeadReckoningParameters
 from stack.types import Pose2D, Scan
+from tests.stack.navigation.toy_world import robot
 
+DISTANCE_VARIANCE = 2e-4
 SCAN = Scan(0.0, np.full(4, np.inf, np.float32), 0.0, 0.1, 0.1, 10.0)
 
 
+def started_at(pose):
+    estimator = DeadReckoning(DeadReckoningParameters(), robot(), None, 0)
+    estimator.start(pose)
+    return estimator
+
+
 def test_the_map_frame_is_the_odom_frame_at_the_initial_pose():
-    estimator = DeadReckoning(Pose2D(-2.25, 3.0, pi / 2))
+    estimator = started_at(Pose2D(-2.25, 3.0, pi / 2))
     assert estimator.estimate.pose == Pose2D(-2.25, 3.0, pi / 2)
     estimator.follow(Pose2D(5.0, 1.0, 0.0))  # wherever odometry begins to count
     assert estimator.estimate.pose == Pose2D(-2.25, 3.0, pi / 2)
@@ -25,7 +34,7 @@ def test_the_map_frame_is_the_odom_frame_at_the_initial_pose():
 
 
 def deviation_after(steps: int) -> float:
-    estimator = DeadReckoning(Pose2D(0.0, 0.0))
+    estimator = started_at(Pose2D(0.0, 0.0))
     for step in range(steps + 1):
         estimator.follow(Pose2D(4.0 * step / steps, 0.0))
     return float(sqrt(estimator.estimate.covariance[0, 0]))
@@ -37,7 +46,7 @@ def test_the_deviation_on_a_straight_grows_with_the_root_of_the_distance():
 
 
 def test_heading_uncertainty_becomes_lateral_position_uncertainty():
-    estimator = DeadReckoning(Pose2D(0.0, 0.0, pi / 2))
+    estimator = started_at(Pose2D(0.0, 0.0, pi / 2))
     estimator.follow(Pose2D(0.0, 0.0))
     estimator.set_pose(Pose2D(0.0, 0.0, pi / 2), 0.0, 0.1)
     estimator.follow(Pose2D(2.0, 0.0))  # 2 m along y: 0.1 rad are 0.2 m along x
@@ -47,7 +56,7 @@ def test_heading_uncertainty_becomes_lateral_position_uncertainty():
 
 
 def test_standstill_adds_no_uncertainty_and_a_set_pose_holds():
-    estimator = DeadReckoning(Pose2D(0.0, 0.0))
+    estimator = started_at(Pose2D(0.0, 0.0))
     estimator.follow(Pose2D(1.0, 2.0, 0.5))
     estimator.set_pose(Pose2D(8.0, 9.0, 1.0), 0.3, 0.2)
     estimator.follow(Pose2D(1.0, 2.0, 0.5))
@@ -56,7 +65,16 @@ def test_standstill_adds_no_uncertainty_and_a_set_pose_holds():
 
 
 def test_global_relocalisation_fails_without_a_map():
-    estimator = DeadReckoning(Pose2D(0.0, 0.0))
+    estimator = started_at(Pose2D(0.0, 0.0))
     assert estimator.fit_at(Pose2D(1.0, 1.0), SCAN) == 0.0
     with pytest.raises(NavigationError, match=r"LOST: .*needs a map.*add a map"):
         estimator.localise_globally(SCAN)
+
+
+def test_a_changed_variance_applies_from_the_next_motion():
+    estimator = started_at(Pose2D(0.0, 0.0))
+    estimator.follow(Pose2D(0.0, 0.0))
+    estimator.follow(Pose2D(1.0, 0.0))
+    estimator.configure(DeadReckoningParameters(distance_variance=0.01))
+    estimator.follow(Pose2D(2.0, 0.0))
+    assert estimator.estimate.covariance[0, 0] == pytest.approx(2e-4 + 0.01)

@@ -9,6 +9,7 @@ from stack.localisation.localiser import Localiser
 from stack.localisation.parameters import LocaliserParameters
 from stack.types import FailureCode, Pose2D, wrap_angle
 from tests.stack.localisation.drawn_office import office, twin_rooms
+from tests.stack.navigation.toy_world import robot
 
 
 def crowd(pose: Pose2D, count: int, generator: np.random.Generator):
@@ -18,7 +19,7 @@ def crowd(pose: Pose2D, count: int, generator: np.random.Generator):
 
 def test_the_pose_is_found_among_people_and_is_never_wrong():
     place, generator = office(), np.random.default_rng(1)
-    localiser = Localiser(place.grid, LocaliserParameters(), 0)
+    localiser = Localiser(LocaliserParameters(), robot(), place.grid, 0)
     found = 0
     for _ in range(25):
         place.people = []
@@ -37,7 +38,7 @@ def test_the_pose_is_found_among_people_and_is_never_wrong():
 
 def test_twin_rooms_are_ambiguous_and_the_particles_stay():
     place, generator = twin_rooms(), np.random.default_rng(2)
-    localiser = Localiser(place.grid, LocaliserParameters(), 0)
+    localiser = Localiser(LocaliserParameters(), robot(), place.grid, 0)
     before = localiser.particles
     for _ in range(10):
         pose = place.free_pose(generator)
@@ -49,7 +50,7 @@ def test_twin_rooms_are_ambiguous_and_the_particles_stay():
 
 def test_both_twin_rooms_are_candidates():
     place, generator = twin_rooms(), np.random.default_rng(4)
-    localiser = Localiser(place.grid, LocaliserParameters(), 0)
+    localiser = Localiser(LocaliserParameters(), robot(), place.grid, 0)
     pose = Pose2D(2.4, 1.5, 0.3)
     first, second = localiser.match_globally(place.scan(pose, 0.0, generator))[:2]
     twin = Pose2D(pose.x + 5.05, pose.y, pose.heading)
@@ -63,7 +64,7 @@ def test_a_second_view_resolves_an_ambiguity():
     place.solid[250:350, 900:1000] = 1
     grid = place.grid
     grid.cells[50:70, 180:200] = 100
-    localiser = Localiser(grid, LocaliserParameters(), 0)
+    localiser = Localiser(LocaliserParameters(), robot(), grid, 0)
     hidden, open_view = Pose2D(1.0, 1.5, 0.0), Pose2D(3.0, 3.9, 0.0)
     scan = place.scan(open_view, 1.0, generator)
     earlier = [(hidden.relative_to(open_view), place.scan(hidden, 0.0, generator))]
@@ -73,7 +74,7 @@ def test_a_second_view_resolves_an_ambiguity():
 
 def test_a_scan_from_another_building_is_lost():
     place, generator = office(), np.random.default_rng(5)
-    localiser = Localiser(twin_rooms().grid, LocaliserParameters(), 0)
+    localiser = Localiser(LocaliserParameters(), robot(), twin_rooms().grid, 0)
     pose = Pose2D(6.5, 4.6, 0.3)
     with pytest.raises(NavigationError) as caught:
         localiser.localise_globally(place.scan(pose, 0.0, generator))

@@ -11,6 +11,7 @@ from stack.localisation.localiser import Localiser
 from stack.localisation.parameters import LocaliserParameters
 from stack.types import Pose2D, Scan, wrap_angle
 from tests.stack.localisation.drawn_office import DOORS, Place, office, twin_rooms
+from tests.stack.navigation.toy_world import robot
 
 HERE = Pose2D(0.0, 0.0)
 STEP = Pose2D(0.0, 0.0, 0.05)
@@ -18,7 +19,7 @@ STEP = Pose2D(0.0, 0.0, 0.05)
 
 def settled(place: Place, pose: Pose2D, generator, localiser: Localiser | None = None) -> Localiser:
     """A filter after one second at its true pose."""
-    localiser = localiser or Localiser(place.grid, LocaliserParameters(), 0)
+    localiser = localiser or Localiser(LocaliserParameters(), robot(), place.grid, 0)
     localiser.process(HERE, None)
     localiser.set_pose(pose, 0.03, 0.03)
     stand(localiser, place, pose, 0.0, generator)
@@ -42,7 +43,7 @@ def beside(pose: Pose2D, distance: float, bearing: float) -> tuple[float, float,
 def test_no_false_alarms_among_people():
     """Poses anywhere, up to four people within 3 m, for 2 s each: at most 1 % of scans."""
     place, generator = office(), np.random.default_rng(1)
-    localiser = Localiser(place.grid, LocaliserParameters(), 0)
+    localiser = Localiser(LocaliserParameters(), robot(), place.grid, 0)
     low = []
     for episode in range(40):
         place.people = []
@@ -156,7 +157,7 @@ def test_fit_at_evaluates_other_poses():
 
 def test_an_initial_pose_has_high_health_until_the_first_scan():
     place, generator = office(), np.random.default_rng(0)
-    localiser = Localiser(place.grid, LocaliserParameters(), 0)
+    localiser = Localiser(LocaliserParameters(), robot(), place.grid, 0)
     assert localiser.estimate.health == 0.0, "scattered"
     localiser.set_pose(Pose2D(5.75, 2.0), 0.1, 0.1)
     assert localiser.estimate.health == 0.8
@@ -170,7 +171,7 @@ def test_an_initial_pose_has_high_health_until_the_first_scan():
 
 @pytest.mark.parametrize("value", [np.inf, np.nan])
 def test_a_scan_without_returns_does_not_move_the_pose(value):
-    localiser = Localiser(office().grid, LocaliserParameters(), 0)
+    localiser = Localiser(LocaliserParameters(), robot(), office().grid, 0)
     pose = Pose2D(5.75, 2.0, 0.5)
     localiser.set_pose(pose, 0.02, 0.02)
     ranges = np.full(360, value, dtype=np.float32)

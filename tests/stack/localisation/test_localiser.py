@@ -11,6 +11,7 @@ from stack.localisation.parameters import LocaliserParameters
 from stack.localisation.particles import kld_bound
 from stack.types import Pose2D, wrap_angle
 from tests.stack.localisation.drawn_office import Drifting, along, office, twin_rooms
+from tests.stack.navigation.toy_world import robot
 
 TOUR = [
     (2.0, 2.5), (2.05, 4.5), (2.6, 5.0), (2.6, 6.5), (2.6, 4.6), (5.75, 4.5), (5.75, 2.0),
@@ -24,7 +25,7 @@ class Drive:
     def __init__(self, seed: int, *, crowd: bool = False) -> None:
         self.generator = np.random.default_rng(seed)
         self.place = office()
-        self.localiser = Localiser(self.place.grid, LocaliserParameters(), seed)
+        self.localiser = Localiser(LocaliserParameters(), robot(), self.place.grid, seed)
         self.odometry = Drifting(self.generator)
         self.errors: list[float] = []
         self.turned: list[float] = []
@@ -73,7 +74,7 @@ def test_the_same_seed_gives_the_same_pose_bit_by_bit():
 
 
 def test_between_scans_the_pose_is_propagated_by_odometry():
-    localiser = Localiser(office().grid, LocaliserParameters(), 0)
+    localiser = Localiser(LocaliserParameters(), robot(), office().grid, 0)
     localiser.process(Pose2D(5.0, 5.0, pi / 2), None)
     localiser.set_pose(Pose2D(1.0, 2.0, 0.0), 0.0, 0.0)
     localiser.process(Pose2D(5.0, 6.0, pi / 2), None)
@@ -83,7 +84,7 @@ def test_between_scans_the_pose_is_propagated_by_odometry():
 
 
 def test_started_before_the_first_odometry():
-    localiser = Localiser(office().grid, LocaliserParameters(), 0)
+    localiser = Localiser(LocaliserParameters(), robot(), office().grid, 0)
     localiser.set_pose(Pose2D(1.0, 2.0, 0.5), 0.0, 0.0)
     localiser.process(Pose2D(-3.0, 4.0, 2.0), None)
     assert localiser.estimate.pose.distance_to(Pose2D(1.0, 2.0)) < 1e-9
@@ -91,7 +92,7 @@ def test_started_before_the_first_odometry():
 
 
 def test_start_spreads_the_particles_by_the_deviations():
-    localiser = Localiser(office().grid, LocaliserParameters(), 0)
+    localiser = Localiser(LocaliserParameters(), robot(), office().grid, 0)
     localiser.set_pose(Pose2D(6.0, 4.5, 1.0), 0.3, 0.2)
     estimate = localiser.estimate
     # standard deviation of n draws is known to about 1/sqrt(2 n), n >= 300: 4 %
@@ -102,7 +103,7 @@ def test_start_spreads_the_particles_by_the_deviations():
 def test_one_scan_aligns_a_rough_start():
     """Started 10 cm off: the particles are 2 cm off after one scan, after alignment 1 cm."""
     place, generator = office(), np.random.default_rng(6)
-    localiser, errors = Localiser(place.grid, LocaliserParameters(), 6), []
+    localiser, errors = Localiser(LocaliserParameters(), robot(), place.grid, 6), []
     for step in range(40):
         pose = place.free_pose(generator)
         localiser.set_pose(pose.compose(Pose2D(0.08, -0.06, 0.03)), 0.1, 0.05)
@@ -115,7 +116,8 @@ def test_one_scan_aligns_a_rough_start():
 def test_once_settled_scans_weigh_only_after_moving(moved):
     """Standing, the first scan weighs; then none does before 0.05 m or 0.05 rad have gone."""
     place, generator = office(), np.random.default_rng(5)
-    localiser, pose = Localiser(place.grid, LocaliserParameters(), 5), Pose2D(5.75, 2.0, 0.3)
+    localiser = Localiser(LocaliserParameters(), robot(), place.grid, 5)
+    pose = Pose2D(5.75, 2.0, 0.3)
     half = Pose2D(moved.x / 2, moved.y / 2, moved.heading / 2)
     localiser.process(Pose2D(0.0, 0.0), None)
     localiser.set_pose(pose, 0.03, 0.03)
@@ -129,7 +131,7 @@ def test_once_settled_scans_weigh_only_after_moving(moved):
 
 def test_scattered_particles_find_the_robot():
     place, generator = office(), np.random.default_rng(11)
-    localiser = Localiser(place.grid, LocaliserParameters(), 11)
+    localiser = Localiser(LocaliserParameters(), robot(), place.grid, 11)
     odometry = Drifting(generator)
     assert localiser.estimate.position_deviation > 2.0
     for step, (pose, moved) in enumerate(along(TOUR, 0.5, 0.5, 0.1)):
@@ -143,7 +145,7 @@ def test_scattered_particles_find_the_robot():
 def test_equal_rooms_are_not_resolved_by_chance():
     """Nothing distinguishes the twin rooms: both keep their share of the particles."""
     place, generator = twin_rooms(), np.random.default_rng(2)
-    localiser = Localiser(place.grid, LocaliserParameters(), 2)
+    localiser = Localiser(LocaliserParameters(), robot(), place.grid, 2)
     pose = Pose2D(2.4, 1.5, 0.3)
     for step in range(20):
         localiser.process(Pose2D(0.0, 0.0), place.scan(pose, 0.1 * step, generator))
@@ -155,8 +157,8 @@ def test_equal_rooms_are_not_resolved_by_chance():
 def test_kld_bound_against_the_formula_by_hand():
     """k = 2 bins: (k-1)/(2e) (1 - 2/9 + sqrt(2/9) 2.33)^3 = 10 * 1.87615^3 = 66.04."""
     two = np.array([[0.1, 0.1, 0.01], [3.0, 0.1, 0.01]])
-    assert kld_bound(two) == 66
-    assert kld_bound(two[:1]) == 1
+    assert kld_bound(two, 0.05, 2.33) == 66
+    assert kld_bound(two[:1], 0.05, 2.33) == 1
 
 
 @pytest.mark.parametrize("axis", [0, 1, 2])
@@ -164,9 +166,9 @@ def test_bins_are_told_apart_along_every_axis(axis):
     """k = 11: 10 / 0.1 (1 - 2/90 + sqrt(2/90) 2.33)^3 = 100 * 1.32512^3 = 232.68."""
     poses = np.tile([0.1, 0.1, 0.01], (11, 1))
     poses[:, axis] += np.arange(11) * (0.5, 0.5, pi / 18)[axis]
-    assert kld_bound(poses) == 232
+    assert kld_bound(poses, 0.05, 2.33) == 232
 
 
 def test_headings_a_full_turn_apart_share_a_bin():
     poses = np.array([[0.1, 0.1, 0.01 + turns * 2.0 * pi] for turns in (-1, 0, 1)])
-    assert kld_bound(poses) == 1
+    assert kld_bound(poses, 0.05, 2.33) == 1

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stack.localisation.odometry import OdometryFusion
+from stack.localisation.parameters import OdometryFusionParameters
 from stack.types import Imu, Odometry, Pose2D, Twist, wrap_angle
 from tests.observed import observed
 
@@ -46,6 +47,16 @@ def test_a_constant_twist_is_integrated_exactly(linear, angular, period):
     assert fused.pose.distance_to(expected) < 1e-8
     assert abs(wrap_angle(fused.pose.heading - expected.heading)) < 1e-9
     assert fused.twist.angular == pytest.approx(angular, abs=1e-9)
+
+
+@pytest.mark.parametrize(("settling_time", "bias"), [(0.25, 0.02), (1.0, 0.0)])
+def test_the_bias_is_measured_after_the_settling_time(settling_time, bias):
+    fusion = OdometryFusion(OdometryFusionParameters(settling_time=settling_time))
+    for step in range(11):  # half a second at rest, with a gyro that reads 0.02 rad/s
+        now = 0.05 * step
+        imu = gyro(now - 0.05, now, 0.0, bias=0.02) if step else None
+        fusion.update(observed(now, Odometry(now, Pose2D(0.0, 0.0), Twist()), imu=imu))
+    assert fusion.gyro_bias == pytest.approx(bias)
 
 
 def test_without_a_gyro_the_wheel_odometry_is_used():

@@ -1,3 +1,4 @@
+from dataclasses import replace
 from math import pi
 
 import numpy as np
@@ -265,6 +266,14 @@ def test_a_small_correction_keeps_what_was_sensed(rig):
     assert rig.toy.local.cleared == 0
 
 
+def test_the_jump_that_clears_the_costmaps_is_a_parameter(rig):
+    rig.toy.navigator.configure(replace(rig.toy.navigator.parameters, jump_distance=0.05))
+    rig.facade.set_pose(
+        Pose2D(1.1, 3.0), position_deviation=0.1, heading_deviation=0.1, source="marker"
+    )
+    assert rig.toy.local.cleared == 1
+
+
 def test_relocalising_stands_gathers_scans_and_sets_the_pose(rig):
     rig.facade.navigate_to(Pose2D(6.0, 3.0))
     rig.run(2.0)
@@ -279,6 +288,12 @@ def test_relocalising_stands_gathers_scans_and_sets_the_pose(rig):
     _, _, fields = rig.last("relocalised")
     assert (fields["by"], fields["jump"]) == ("lidar", pytest.approx(2.0, abs=1e-3))
     assert "87% of the scans" in task.feedback
+
+
+def test_the_number_of_scans_of_a_search_is_a_parameter(rig):
+    rig.toy.navigator.configure(replace(rig.toy.navigator.parameters, search_scans=1))
+    assert rig.finish(rig.facade.relocalise()) is TaskStatus.SUCCEEDED
+    assert rig.estimator.views[1] == []
 
 
 def test_relocalising_fails_rather_than_guess(rig):
