@@ -55,7 +55,9 @@ class Stages:
         self._add(name, taken)
 
     def _add(self, name: str, taken: float) -> None:
-        stage = self.stages.setdefault(name, _Stage())
+        stage = self.stages.get(name)
+        if stage is None:
+            stage = self.stages[name] = _Stage()
         stage.total += taken
         stage.count += 1
         stage.worst = max(stage.worst, taken)

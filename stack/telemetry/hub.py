@@ -41,6 +41,7 @@ class Telemetry:
         self.info, self.count = info, 0
         self._log = log
         self._sinks: dict[int, Sink] = {}
+        self._sources: dict[int, CommandSource] = {}
         self._attached = 0
         self._step, self._time = 0, 0.0
         self._digest = sha256()
@@ -61,6 +62,8 @@ class Telemetry:
         """
         number, self._attached = self._attached, self._attached + 1
         self._sinks[number] = sink
+        if isinstance(sink, CommandSource):
+            self._sources[number] = sink
         self._call(number, sink.open, self.info)
         for event in self._past:
             self._call(number, sink.event, event)
@@ -113,9 +116,8 @@ class Telemetry:
 
     def service(self) -> None:
         """Answer connected clients; for long waits in which no snapshot can be made."""
-        for number, sink in list(self._sinks.items()):
-            if isinstance(sink, CommandSource):
-                self._call(number, sink.service)
+        for number, source in list(self._sources.items()):
+            self._call(number, source.service)
 
     def commands(self) -> list[Command]:
         """Return the commands since the last call, in order of arrival.
@@ -123,18 +125,17 @@ class Telemetry:
         Their ids are made unique across senders; pass them to `acknowledge` unchanged.
         """
         found: list[Command] = []
-        for number, sink in list(self._sinks.items()):
-            if isinstance(sink, CommandSource):
-                for command in self._call(number, sink.commands) or ():
-                    found.append(replace(command, id=f"{number}:{command.id}"))
+        for number, source in list(self._sources.items()):
+            for command in self._call(number, source.commands) or ():
+                found.append(replace(command, id=f"{number}:{command.id}"))
         return found
 
     def acknowledge(self, ack: Ack) -> None:
         """Send an acknowledgement to the sender of the command."""
         number, _, own = ack.id.partition(":")
-        sink = self._sinks.get(int(number)) if number.isdecimal() else None
-        if isinstance(sink, CommandSource):
-            self._call(int(number), sink.acknowledge, replace(ack, id=own))
+        source = self._sources.get(int(number)) if number.isdecimal() else None
+        if source is not None:
+            self._call(int(number), source.acknowledge, replace(ack, id=own))
 
     def close(
         self, report: Mapping[str, Any] | None, make_snapshot: Callable[[], Snapshot] | None = None
@@ -145,6 +146,7 @@ class Telemetry:
         for number, sink in list(self._sinks.items()):
             self._call(number, sink.close, report)
         self._sinks.clear()
+        self._sources.clear()
 
     def _hand_out(self, numbers: Iterable[int], snapshot: Snapshot) -> None:
         for number in numbers:
@@ -163,6 +165,7 @@ class Telemetry:
 
     def _drop(self, number: int, error: Exception) -> None:
         sink = self._sinks.pop(number)
+        self._sources.pop(number, None)
         name = type(sink).__name__
         self._log(f"{name} failed and was removed: {type(error).__name__}: {error}")
         try:
