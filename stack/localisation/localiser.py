@@ -115,7 +115,8 @@ class Localiser(Estimator):
             InputError: the robot has no such lidar.
         """
         self.check(parameters, self._robot)
-        if parameters.range_noise != self.parameters.range_noise:
+        p, before = parameters, self.parameters
+        if (p.range_noise, p.health_obstacles) != (before.range_noise, before.health_obstacles):
             self._scale = None
         self._use(parameters)
 
@@ -259,8 +260,9 @@ class Localiser(Estimator):
     def _fit_scale(self, scan: Scan) -> FitScale:
         """Return the fit scale of this map; calibrated at the first scan, which shows the lidar."""
         if self._scale is None:
-            noise = self.parameters.range_noise
-            self._scale = calibrate(self._evaluator, self._field, scan, noise, self._calibration)
+            self._scale = calibrate(
+                self._evaluator, self._field, scan, self.parameters, self._calibration
+            )
         return self._scale
 
     def _reset(self, particle_set: ParticleSet) -> None:

@@ -192,8 +192,25 @@ def test_calibration_on_a_map_without_free_space_has_a_fallback():
     place.grid.cells[:] = 100
     field = surface_field(place.grid)
     scan = Scan(0.0, np.ones(36, dtype=np.float32), -pi, 2 * pi / 36, 0.1, 12.0)
-    scale = calibrate(ScanEvaluator(field), field, scan, 0.01, np.random.default_rng(0))
+    scale = calibrate(
+        ScanEvaluator(field), field, scan, LocaliserParameters(), np.random.default_rng(0)
+    )
     assert 0.0 < scale.low < scale.middle < 1.0
+
+
+def test_a_scale_for_few_obstacles_expects_a_better_fit():
+    place = office()
+    field = surface_field(place.grid)
+    scan = place.scan(Pose2D(2.0, 2.5), 0.0, np.random.default_rng(0))
+    few, usual = (
+        calibrate(
+            ScanEvaluator(field), field, scan, LocaliserParameters(health_obstacles=count),
+            np.random.default_rng(0),
+        )
+        for count in (0, 7)
+    )  # fmt: skip
+    assert few.low > usual.low + 0.1
+    assert usual.low == pytest.approx(0.67, abs=0.05)  # of the drawn office; see the parameter
 
 
 def test_the_median_forgets_what_is_older_than_its_window():
