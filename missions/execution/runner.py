@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import resource
+import sys
 import traceback
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from datetime import datetime
+from functools import partial
 from pathlib import Path
 from time import perf_counter
 
@@ -16,6 +18,7 @@ from missions.execution.milestones import Milestones
 from missions.execution.prepare import PreparedMission, RunOptions, prepare
 from missions.execution.report import Report
 from missions.execution.report_builder import compose_report
+from missions.execution.warm_up import warm_up
 from robots.bodies import MakeBody
 from stack.errors import BodyError, InputError
 from stack.runtime.snapshots import compose_snapshot
@@ -70,6 +73,7 @@ def execute(
     own = [milestones] if folder is None else [milestones, Recorder(folder)]
     log = folder.log if folder is not None else _discard
     log(f"{info.title}: {info.robot} in {info.world}, seed {info.seed}")
+    warm_up(plan, options, partial(_show, log), interrupted)  # before a dashboard can open the run
     telemetry = Telemetry(info, [*own, *sinks, *network_sinks], log)
     report: Report | None = None
     engine: Engine | None = None
@@ -187,6 +191,12 @@ def _add_late_sinks(engine: Engine, options: RunOptions, folder: RunFolder | Non
         from stack.telemetry.rerun_sink import RerunSink
 
         engine.telemetry.attach(RerunSink(folder.path / "mission.rrd"))
+
+
+def _show(log: Callable[[str], None], line: str) -> None:
+    """Write a line to the run's log and to stderr, where also a caller's notebook shows it."""
+    log(line)
+    print(line, file=sys.stderr, flush=True)
 
 
 def _discard(text: str) -> None:

@@ -8,6 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
+from stack.compilation import KernelTypes
 from stack.errors import NavigationError
 from stack.frames.buffer import TransformBuffer
 from stack.types import FailureCode, FloatArray, Observation, Pose2D, PoseEstimate, Scan
@@ -32,6 +33,14 @@ class Match(Protocol):
 
 class Estimator(ABC):
     """Estimates map -> odom from the measurements of each step."""
+
+    @staticmethod
+    def kernels() -> KernelTypes:
+        """Return the numba functions that the estimator calls, with the types of their arguments.
+
+        They are compiled before the first step; others are when the run first calls them.
+        """
+        return ()
 
     @abstractmethod
     def update(self, observation: Observation, frames: TransformBuffer) -> PoseEstimate:

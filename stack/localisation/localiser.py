@@ -12,6 +12,7 @@ from math import pi
 
 import numpy as np
 
+from stack.compilation import KernelTypes
 from stack.frames.buffer import TransformBuffer
 from stack.localisation.distance_field import as_pose, as_row, surface_field
 from stack.localisation.estimator import Estimator
@@ -65,6 +66,13 @@ class Localiser(Estimator):
         seed: of its random streams.
         sideways: whether the robot is omnidirectional.
     """
+
+    @staticmethod
+    def kernels() -> KernelTypes:
+        """Return the kernels of the filter and of the global search."""
+        from stack.localisation import kernels
+
+        return kernels.LOCALISATION
 
     def __init__(
         self, grid: OccupancyGrid, parameters: LocaliserParameters, seed: int, *,
