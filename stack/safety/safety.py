@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import atan2, hypot, inf, isfinite, pi
 
+from stack.compilation import KernelTypes
 from stack.drivetrain.description import RobotDescription
 from stack.drivetrain.kinematics import scaled
 from stack.safety.monitor import CollisionMonitor, Contact
@@ -34,6 +35,13 @@ class Safety:
         parameters: may be replaced between steps.
         reason: why the velocity is limited now; empty when it is not.
     """
+
+    @staticmethod
+    def kernels(zones: Sequence[SafetyZone]) -> KernelTypes:
+        """Return the kernels of the stage with these zones."""
+        from stack.safety import kernels
+
+        return (*kernels.CONTACT, *kernels.ZONES) if zones else kernels.CONTACT
 
     def __init__(
         self, robot: RobotDescription, parameters: SafetyParameters, period: float,
