@@ -320,6 +320,7 @@ class Estimator(Component, ABC):
     Attributes:
         needs_map: whether it works only in missions with a map.
         needs_initial_pose: whether, on a map, the mission must know where the robot starts.
+        lidar: name of the lidar whose scans `fit_at` and `localise_globally` expect.
     """
 
     needs_map: ClassVar[bool] = False
@@ -336,7 +337,7 @@ class Estimator(Component, ABC):
             grid: the map; None in missions without one.
             seed: of the run, for `stack.streams.stream`.
         """
-        self.parameters = parameters
+        self.parameters, self.lidar = parameters, robot.main_lidar
 
     @abstractmethod
     def start(self, pose: Pose2D | None) -> None:

@@ -141,7 +141,6 @@ def build(
             state=state,
             clock=lambda: body.time,
             frames=frames,
-            lidar=robot.main_lidar,
             camera=camera,
             navigator=navigator,
             estimator=estimator,
@@ -177,11 +176,10 @@ def build(
     if "sensors" in options.record and folder is not None:
         sensor_log = SensorLog(folder.sensors, _about(plan, options))
     parts = Parts(
-        body=body, odometry=odometry, frames=frames,
-        estimator=estimator, obstacle_memory=obstacle_memory, world_model=world_model, tree=tree,
-        facade=facade, navigator=navigator, safety=safety, camera=camera, telemetry=telemetry,
-        state=state, map_layer=Layer(1, grid), scorer=scorer, debugger=debugger,
-        sensor_log=sensor_log,
+        body=body, odometry=odometry, frames=frames, estimator=estimator,
+        obstacle_memory=obstacle_memory, world_model=world_model, tree=tree, facade=facade,
+        navigator=navigator, safety=safety, camera=camera, telemetry=telemetry, state=state,
+        map_layer=Layer(1, grid), scorer=scorer, debugger=debugger, sensor_log=sensor_log,
     )  # fmt: skip
     runtime = Runtime(parts, loop, _idle)
     for command in options.first_commands():

@@ -8,6 +8,7 @@ from math import degrees
 from pathlib import Path
 
 from behaviours.catalogue import Catalogue, find_behaviours
+from missions.execution.component_choices import SETTINGS
 from missions.execution.plugin_components import plugged_components
 from missions.execution.resources import (
     MISSIONS,
@@ -91,7 +92,7 @@ def rows_of(kind: str, known: Installed) -> list[tuple[str, str]]:
 
 
 def description_of(name: str, known: Installed) -> str:
-    """Return the documentation and settings of a behaviour, component, robot or world.
+    """Return the documentation and settings of a behaviour, component, part, robot or world.
 
     Raises:
         InputError: unknown name; the message suggests the most similar one.
@@ -105,13 +106,21 @@ def description_of(name: str, known: Installed) -> str:
             cls = component(component_kind, found[name])
             fields = declarations(cls.Parameters)  # type: ignore[attr-defined]
             return f"{name}: {(cls.__doc__ or '').strip()}\n{_table('parameters', fields.values())}"
+    if name in SETTINGS:
+        doc, fields = SETTINGS[name].__doc__, declarations(SETTINGS[name])
+        return f"{name}: {(doc or '').strip()}\n{_table('parameters', fields.values())}"
     if name in robot_names():
         return _describe_robot(name)
     for file in world_files():
         if file.stem == name:
             return _describe_world(name)
     names = [other for found in known.components.values() for other in found]
-    names += [*known.catalogue.names(), *robot_names(), *(file.stem for file in world_files())]
+    names += [
+        *known.catalogue.names(),
+        *SETTINGS,
+        *robot_names(),
+        *(file.stem for file in world_files()),
+    ]
     raise InputError(
         f"no behaviour, component, robot or world is called {name!r}; {suggestion(name, names)}"
     )

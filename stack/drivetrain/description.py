@@ -123,7 +123,7 @@ class RobotDescription:
         limits: of speed and acceleration.
         odometry: errors of the wheel odometry.
         skid: sliding of the wheels in turns; for skid-steered drives only.
-        lidar: main lidar; None without one.
+        lidar: the lidar called `lidar`; None without one.
         components: component choices and parameters of this robot, as raw values by kind
             ({"controller": {"use": "pure_pursuit", "cruise_speed": 0.5}}); those of the mission
             take precedence.
@@ -159,8 +159,8 @@ class RobotDescription:
 
     @property
     def main_lidar(self) -> str:
-        """Name of the lidar for localisation, tracker and behaviours: `lidar`, or the first."""
-        return next(iter(self.all_lidars), "lidar")
+        """Name of the first lidar, which localisation and tracker use; empty without one."""
+        return next(iter(self.all_lidars), "")
 
     @cached_property
     def drivetrain(self) -> Drivetrain:

@@ -117,7 +117,12 @@ class Localiser(Estimator):
             raise InputError(f"{robot.name} has no lidar {parameters.lidar!r}; {hint}")
 
     def configure(self, parameters: LocaliserParameters) -> None:
-        """Apply new parameters; the particles stay."""
+        """Apply new parameters; the particles stay.
+
+        Raises:
+            InputError: the robot has no such lidar.
+        """
+        self.check(parameters, self._robot)
         if parameters.range_noise != self.parameters.range_noise:
             self._scale = None
         self._use(parameters)
@@ -125,7 +130,7 @@ class Localiser(Estimator):
     def _use(self, parameters: LocaliserParameters) -> None:
         """Derive everything that depends on the parameters and the map."""
         p = self.parameters = parameters
-        self._lidar = p.lidar or self._robot.main_lidar
+        self.lidar = p.lidar or self._robot.main_lidar
         self._table = self._field.log_likelihoods(p.hit_deviation, p.hit_share)
         self._least = float(self._table.min())
         self._matcher = GlobalMatcher(self._field, self._evaluator, p)
@@ -164,7 +169,7 @@ class Localiser(Estimator):
     def update(self, observation: Observation, frames: TransformBuffer) -> PoseEstimate:
         """Process odometry, and a new scan at the pose of its own stamp."""
         self._time = observation.time
-        scan = observation.named(self._lidar, Scan)
+        scan = observation.named(self.lidar, Scan)
         if scan is not None:
             self.process(frames.pose_at("odom", scan.stamp), scan)
             self._corrected_at = scan.stamp

@@ -25,7 +25,7 @@ class Relocalisation(MotionExecutor):
         found: called with the pose before and the match.
     """
 
-    def __init__(  # noqa: PLR0913 - task, its tools and its parameters
+    def __init__(  # noqa: PLR0913 - what it needs of the stack
         self, task: MotionTask, estimator: Estimator, parameters: NavigationParameters,
         newest_scan: Callable[[], Scan | None], frames: TransformBuffer,
         found: Callable[[Pose2D, Match], None],

@@ -58,7 +58,6 @@ class FacadeParts:
         state: newest data of the step loop.
         clock: returns the seconds on the body's clock.
         frames: poses by time stamp.
-        lidar: name of the lidar that the estimator uses.
         camera: keeps the camera on while pictures are requested.
         markers: the known markers of the world, map frame.
         detector: None when the robot has no camera.
@@ -71,7 +70,6 @@ class FacadeParts:
     state: LoopState
     clock: Callable[[], float]
     frames: TransformBuffer
-    lidar: str
     camera: CameraLease
     navigator: Navigator
     estimator: Estimator
@@ -152,7 +150,7 @@ class RobotFacade:
     @property
     def scan(self) -> Scan | None:
         """The newest scan of the lidar that the localisation uses."""
-        return self._state.newest(self._parts.lidar, Scan)
+        return self._state.newest(self._parts.estimator.lidar, Scan)
 
     @property
     def markers(self) -> tuple[Marker, ...]:

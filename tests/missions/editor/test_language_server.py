@@ -291,6 +291,11 @@ def test_included_trees_and_places_events_and_cases(client, folder):
         ("set: {visited: $visited + 1}", "set: {|}", {"visited": "visited: "}, ["dwell"]),
         ("battery.charge > 0.3", "battery.|", {"battery.charge": "battery.charge"}, []),
         # the top
+        ("start: dock", "localisation: |", {"mcl": "mcl", "dead_reckoning": "dead_reckoning"},
+         ["astar"]),
+        ("start: dock", "localisation: {use: dead_reckoning, |}",
+         {"distance_variance": "distance_variance: "}, ["max_particles"]),
+        ("planner: {use: astar, allow_unknown: true}", "|", {"loop": "loop: "}, ["localisation"]),
         ("start: dock", "sta|", {"start": "start: ", "events": "events: "}, ["wait"]),
         ("start: dock", "start: |", {"dock": "dock", "shelf": "shelf"}, ["visited"]),
         ("world: small_room", "world: |", {"office": "office"}, ["scout"]),

@@ -156,3 +156,16 @@ def test_a_saved_parameter_of_the_estimator_applies_at_once(tmp_path):
     run.save(RUN)
     run.steps(20)
     assert run.runtime.parts.estimator.parameters.max_particles == 800
+
+
+def test_behaviours_get_the_scans_of_the_lidar_that_localises(tmp_path):
+    text = find_robot("scout", tmp_path).read_text("utf-8").replace("scout.urdf", "URDF")
+    text = text.replace("URDF", str(find_robot("scout", tmp_path).parent / "scout.urdf"))
+    rear = "lidars: {rear: {position: [-0.1, 0], yaw: 180 deg, beams: 90, range_max: 7}}\n"
+    (tmp_path / "robot.yaml").write_text(text + rear, "utf-8")
+    run = live(tmp_path, "localisation: {lidar: rear}\n", robot=str(tmp_path / "robot.yaml"))
+    assert run.runtime.parts.facade.scan.range_max == 7.0
+    with pytest.raises(InputError, match="has no lidar 'raer'; did you mean 'rear'"):
+        run.runtime.parts.facade.set_parameter("localisation.lidar", "raer")
+    run.runtime.parts.facade.set_parameter("localisation.lidar", "")
+    assert run.runtime.parts.facade.scan.range_max != 7.0

@@ -205,3 +205,14 @@ def test_equal_names_are_numbered(files, tmp_path):
     assert [entry.options.out for entry in entries] == [
         tmp_path / "out" / "east", tmp_path / "out" / "east-2",
     ]  # fmt: skip
+
+
+def test_robots_with_different_control_rates_share_the_clock(together):
+    rate = "\nnavigation: {loop: {control_rate: 50}}\n"
+    _, runs = together(west=WEST.replace("\nrun:", f"{rate}run:"))
+    while runs[0].engine.body.time < 0.5:
+        for run in runs:
+            if run.is_due:
+                run.step()
+    east, west = (run.engine.runtime.steps for run in runs)
+    assert east == 10 and west in (25, 26)  # 20 Hz and 50 Hz for half a second

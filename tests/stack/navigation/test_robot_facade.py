@@ -42,7 +42,7 @@ class ToyEstimator:
 
     def __init__(self, world):
         self.world, self.error, self.started, self.views = world, Pose2D(0, 0), [], None
-        self.fails = None
+        self.fails, self.lidar = None, world.lidar
 
     @property
     def estimate(self):
@@ -91,7 +91,7 @@ class Rig:
         self.state, self.camera = LoopState(), CameraLease()
         self.facade = RobotFacade(
             FacadeParts(
-                world.robot, self.state, lambda: world.time, world.frames, world.lidar,
+                world.robot, self.state, lambda: world.time, world.frames,
                 self.camera, navigator,
                 self.estimator, self.toy.local, self.toy.globe, ToyStore(),
                 self.toy.emit, (MARKER,), self.detector,
