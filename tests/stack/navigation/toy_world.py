@@ -24,6 +24,7 @@ from stack.drivetrain.omnidirectional import OmniWheels
 from stack.errors import NavigationError
 from stack.frames.buffer import TransformBuffer
 from stack.perception.obstacle_memory import ObstacleMemory
+from stack.perception.smoothing import smooth_observation
 from stack.types import (
     STANDSTILL,
     CostGrid,
@@ -132,7 +133,8 @@ class ToyWorld:
 
     def _sense(self, scans: dict[str, Scan]) -> None:
         self._frames.add(self.odometry)
-        self.obstacles = self._memory.update(Observation(self.time, scans), self._frames)
+        observation = smooth_observation(Observation(self.time, scans))
+        self.obstacles = self._memory.update(observation, self._frames)
 
     def _see(self) -> None:
         angles = np.arange(self.beams) * (2 * np.pi / self.beams)
