@@ -29,13 +29,8 @@ from stack.types import (
     wrap_angle,
 )
 
-NEIGHBOURS, SAME_SURFACE = 3, 0.05
-"""Number of beams to either side, and largest distance in metres, of points that are averaged."""
-
-MOST_SHIFT = 0.008
-"""Metres by which averaging may move a point: about the noise of a lidar, and less than the
-padding. Without this limit the corner of a box would be seen up to 2 cm inside the box.
-"""
+ARC_SPACING = 0.05
+"""Metres between the points on the arc of a sonar reading."""
 
 CELL = 0.02
 """Metres; remembered points closer than this are one."""
@@ -100,13 +95,13 @@ class ObstacleMemory:
         """Process new measurements; return all points, compensated to the observation's time.
 
         Args:
-            observation: with deskewed scans.
+            observation: with deskewed, smoothed scans.
             frames: with the odometry up to the observation's time.
         """
         now = observation.time
         for name, scan in observation.of(Scan).items():
             view = RangeView(frames.pose_at("odom", scan.stamp), scan)
-            self._newest[name] = _Measured(steadied(scan.points()), view)
+            self._newest[name] = _Measured(scan.points(), view)
         for name, reading in observation.of(RangeReading).items():
             view = RangeView(frames.pose_at("odom", reading.stamp), reading)
             self._newest[name] = _Measured(arc_points(reading), view)
@@ -171,33 +166,11 @@ def arc_points(reading: RangeReading) -> FloatArray:
     if not isfinite(reading.distance):
         return np.empty((0, 2))
     width = reading.field_of_view
-    count = max(2, round(width * reading.distance / SAME_SURFACE) + 1)
+    count = max(2, round(width * reading.distance / ARC_SPACING) + 1)
     bearings = np.linspace(-width / 2.0, width / 2.0, count)
     return reading.mount.transform(
         reading.distance * np.column_stack([np.cos(bearings), np.sin(bearings)])
     )
-
-
-def steadied(points: FloatArray) -> FloatArray:
-    """Reduce the noise of points (n, 2), metres, in the order of their beams.
-
-    A sigma filter (J.-S. Lee, "Digital image smoothing and the sigma filter", Computer Vision,
-    Graphics, and Image Processing 24(2), 1983): each point becomes the mean of the points up to
-    NEIGHBOURS beams away and within SAME_SURFACE of it. It adds no error on a flat wall, keeps the
-    points of objects hit by a single beam, and moves no point farther than MOST_SHIFT.
-    """
-    total, count = points.copy(), np.ones(len(points))
-    for shift in range(1, min(NEIGHBOURS, len(points) - 1) + 1):
-        apart = points[shift:] - points[:-shift]
-        same = np.einsum("ij,ij->i", apart, apart) < SAME_SURFACE**2
-        total[shift:][same] += points[:-shift][same]
-        total[:-shift][same] += points[shift:][same]
-        count[shift:] += same
-        count[:-shift] += same
-    shifts = total / count[:, None] - points
-    lengths = np.maximum(np.hypot(*shifts.T), MOST_SHIFT)
-    steady: FloatArray = points + shifts * (MOST_SHIFT / lengths)[:, None]
-    return steady
 
 
 def blind_sectors(robot: RobotDescription) -> FloatArray:
