@@ -349,9 +349,11 @@ def inflate(cells, base, costs, limit, top, bottom, left, right):
         count = _lower_envelope(high, limit, outer_left, left, right, sites, squares, starts)
         for part in range(count):
             site, square = sites[part], squares[part]
-            width = widths[high[site - outer_left]]
-            end = starts[part + 1] if part + 1 < count else right
-            for column in range(max(starts[part], site - width), min(end, site + width + 1)):
+            first, end = starts[part], starts[part + 1] if part + 1 < count else right
+            if first != site or end - first > 1:  # along a wall each part is its own column
+                width = widths[high[site - outer_left]]
+                first, end = max(first, site - width), min(end, site + width + 1)
+            for column in range(first, end):
                 value = source[column]
                 cost = costs[square + (column - site) * (column - site)]
                 if (value == UNKNOWN and cost >= INSCRIBED) or (value != UNKNOWN and cost > value):
