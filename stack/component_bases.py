@@ -9,6 +9,7 @@ from typing import Any, ClassVar, Protocol
 
 import numpy as np
 
+from stack.compilation import KernelTypes
 from stack.drivetrain.description import RobotDescription
 from stack.errors import NavigationError, ParameterError
 from stack.frames.buffer import TransformBuffer
@@ -87,6 +88,14 @@ class Component:
         Raises:
             InputError: they do not fit the robot.
         """
+
+    @staticmethod
+    def kernels(parameters: Any, robot: RobotDescription) -> KernelTypes:
+        """Return the numba functions that a run calls, with the types of their arguments.
+
+        They are compiled before the first step; others are when the run first calls them.
+        """
+        return ()
 
     def configure(self, parameters: Any) -> None:
         """Apply new parameters; live tuning calls it between two steps."""

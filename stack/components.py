@@ -15,6 +15,7 @@ from importlib import import_module
 from importlib.metadata import entry_points
 from typing import Any
 
+from stack.compilation import KernelTypes
 from stack.component_bases import (
     DEFAULT_PLAN_OPTIONS,
     CancelToken,
@@ -30,6 +31,7 @@ from stack.component_bases import (
     ProgressChecker,
     StopCriterion,
 )
+from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError
 from stack.frames.buffer import TransformBuffer
 from stack.geometry.path_segment import PathSegment
@@ -120,6 +122,12 @@ class Choice:
     component: type
     parameters: Any
     parts: tuple[Any, ...] = ()
+
+    def kernels(self, robot: RobotDescription) -> KernelTypes:
+        """Return the kernels of the component; settings of a fixed part have none here."""
+        if not issubclass(self.component, Component):
+            return ()
+        return self.component.kernels(self.parameters, robot)
 
     def create(self, *arguments: Any) -> Any:
         """Create the component: its class is called with the parameters and these arguments.

@@ -18,6 +18,7 @@ TOP = ("missions", "behaviours", "stack", "tui", "robots")
 FOUNDATION = {
     "stack.types", "stack.errors", "stack.parameters", "stack.documents", "stack.streams",
     "stack.geometry", "stack.drivetrain", "stack.frames", "stack.lifecycle",
+    "stack.compilation",
 }  # fmt: skip
 """What any package of stack, and the robots, may use."""
 
@@ -32,6 +33,7 @@ MAY_IMPORT = {
     "stack.errors": {"stack.types"},
     "stack.parameters": {"stack.types", "stack.errors"},
     "stack.lifecycle": set(),
+    "stack.compilation": set(),
     "stack.streams": set(),
     "stack.documents": {"stack.errors", "stack.parameters"},
     "stack.geometry": {"stack.types"},
@@ -41,11 +43,11 @@ MAY_IMPORT = {
     "stack.body": {"stack.types", "stack.drivetrain"},
     "stack.component_bases": {
         "stack.types", "stack.errors", "stack.drivetrain", "stack.frames", "stack.geometry",
-        "stack.lifecycle",
+        "stack.lifecycle", "stack.compilation",
     },
     "stack.components": {
         "stack.types", "stack.errors", "stack.parameters", "stack.frames", "stack.geometry",
-        "stack.component_bases",
+        "stack.component_bases", "stack.compilation", "stack.drivetrain",
     },
     "stack.telemetry": {"stack.types", "stack.errors"},
     "stack.mapping": FOUNDATION,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from math import ceil
 from pathlib import Path
 from typing import Any
 
@@ -22,13 +23,16 @@ from missions.language.model import Mission
 from missions.language.reading.header import LOCALISATION
 from missions.language.reading.mission import read_mission
 from stack.components import Choice, Component, Estimator
+from stack.costmap.parameters import CostmapParameters
 from stack.documents import Finding, Mark, read_file, value_of
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError, ParameterError
+from stack.mapping.limits import MAX_CELLS
 from stack.parameters import read_quantity, suggestion
 from stack.runtime.parameters import LoopParameters
 from stack.sim.physics.settings import SimulationSettings
 from stack.sim.worlds.outlines import outlines
+from stack.sim.worlds.rasterise import RESOLUTION, map_shape
 from stack.sim.worlds.world import World
 from stack.telemetry.records import Command
 from stack.types import Pose2D
@@ -142,6 +146,7 @@ def prepare(name: str | Path, options: RunOptions) -> PreparedMission:
     _check_estimator(choices[LOCALISATION], mission, belief)
     if options.replay is None and (options.body or robot.body) == "simulated":
         _check_rate(choices["loop"].parameters, mission)
+    _check_map_size(mission, world, choices["costmap"].parameters)
     layers = tuple(layer.located(folder) for layer in choices["costmap"].parts)
     choices["costmap"] = replace(choices["costmap"], parts=layers)
     limits = choices["speed_limits"]
@@ -205,6 +210,26 @@ def _check_rate(loop: LoopParameters, mission: Mission) -> None:
 
 
 Wanted = dict[str, tuple[str | None, Mapping[str, Any]]]
+
+
+def _check_map_size(mission: Mission, world: World, costs: CostmapParameters) -> None:
+    """Raise InputError for a world of which no map can be drawn in cells of this size."""
+    if mission.map != "from_world":
+        return
+    for resolution in (RESOLUTION, costs.map_resolution):
+        rows, columns = map_shape(world, resolution)
+        if rows * columns <= MAX_CELLS:
+            continue
+        x_min, y_min, x_max, y_max = world.bounds
+        sentence = (
+            f"{world.name} is {x_max - x_min:g} x {y_max - y_min:g} m: its map would have"
+            f" {rows * columns} cells of {resolution:g} m, at most {MAX_CELLS} are possible"
+        )
+        hint = "use `map: none`, or set closer `bounds` in the world file"
+        if resolution != RESOLUTION:
+            least = ceil(100.0 * resolution * (rows * columns / MAX_CELLS) ** 0.5) / 100.0
+            hint = f"set `navigation: {{costmap: {{map_resolution: {least:g}}}}}`"
+        raise InputError([Finding(_mark_of(mission.source, "world"), "E413", sentence, hint)])
 
 
 def _with_parameters(wanted: Wanted, given: Mapping[str, str]) -> Wanted:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import resource
+import sys
 import traceback
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from datetime import datetime
 from time import perf_counter
@@ -14,6 +15,7 @@ from missions.execution.milestones import Milestones
 from missions.execution.prepare import PreparedMission, RunOptions
 from missions.execution.report import Report
 from missions.execution.report_builder import compose_report
+from missions.execution.warm_up import warm_up
 from robots.bodies import MakeBody
 from stack.body import SimulatedWorld
 from stack.errors import BodyError, InputError
@@ -46,6 +48,7 @@ class Run:
         options: seed, folder and other settings.
         sinks: consumers of events and snapshots, in addition to those of the options.
         make_body: makes the body; None: the choice of the options or of the robot file.
+        interrupted: called while kernels are compiled; True stops that.
 
     Raises:
         InputError: the options contradict each other or the plan; nothing has moved.
@@ -56,7 +59,7 @@ class Run:
 
     def __init__(
         self, plan: PreparedMission, options: RunOptions, sinks: Sequence[Sink] = (),
-        make_body: MakeBody | None = None,
+        make_body: MakeBody | None = None, interrupted: Callable[[], bool] = lambda: False,
     ) -> None:  # fmt: skip
         self._began = perf_counter()
         if options.record and options.out is None:
@@ -73,6 +76,7 @@ class Run:
         run_id = folder.path.name if folder is not None else _default_name(plan)
         info = run_info(plan, run_id, options.seed)
         self._log(f"{info.title}: {info.robot} in {info.world}, seed {info.seed}")
+        warm_up(plan, options, self._show, interrupted)  # before a dashboard can open the run
         self._telemetry = Telemetry(info, [*own, *sinks, *network_sinks], self._log)
         self._report: Report | None = None
         try:
@@ -146,6 +150,11 @@ class Run:
             engine.body.close()
             if engine.sensor_log is not None:
                 engine.sensor_log.close()
+
+    def _show(self, line: str) -> None:
+        """Write a line to the run's log and to stderr, where also a caller's notebook shows it."""
+        self._log(line)
+        print(line, file=sys.stderr, flush=True)
 
     def _reload_on_change(self) -> None:
         from missions.execution.reload import Reloader

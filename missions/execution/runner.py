@@ -42,7 +42,7 @@ def execute(
     make_body: MakeBody | None = None,
 ) -> Report:
     """Run a prepared mission to its end; in any case stop the robot and close the records."""
-    run = Run(plan, options, sinks, make_body)
+    run = Run(plan, options, sinks, make_body, interrupted)
     try:
         while not run.is_over:
             run.step()

@@ -93,7 +93,8 @@ def run_together(
         cleanup.callback(simulation.close)
         runs = []
         for entry in entries:
-            run = Run(entry.plan, entry.options, entry.sinks, sharing(simulation))
+            make_body = sharing(simulation)
+            run = Run(entry.plan, entry.options, entry.sinks, make_body, interrupted)
             cleanup.callback(run.close)
             runs.append(run)
         while len(reports) < len(runs):

@@ -16,7 +16,7 @@ from pathlib import Path
 from time import monotonic, sleep  # noqa: TID251 - waiting for another process
 from typing import IO, TextIO
 
-from missions.execution.prepare import PreparedMission, RunOptions, prepare
+from missions.execution.prepare import RunOptions, prepare
 from missions.execution.progress import ProgressLines
 from missions.execution.report import Report
 from missions.execution.resources import find_mission
@@ -30,7 +30,7 @@ BY_SEVERITY = (3, 130, 1)
 """Exit codes of several missions: the first of these that one of them has."""
 
 START_TIMEOUT, STOP_TIMEOUT = 60.0, 20.0
-"""Wall seconds to wait for an engine to answer, and for its end after a stop."""
+"""Wall seconds to wait for an engine to answer or to write, and for its end after a stop."""
 
 
 @dataclass(frozen=True)
@@ -149,7 +149,6 @@ def _run_here(options: LaunchOptions) -> int:
     run_options = options.run_options()
     with _clean_stdout(options.json) as out:
         plan = prepare(options.mission, run_options)
-        _announce_compilation(plan)
         for warning in plan.mission.warnings:
             print(warning, file=sys.stderr)
         lines = ProgressLines(lambda line: print(line, file=sys.stderr))
@@ -169,7 +168,6 @@ def _run_several(options: LaunchOptions) -> int:
     with _clean_stdout(options.json) as out:
         entries = prepare_together(options.missions, settings, suffix)
         for entry in entries:
-            _announce_compilation(entry.plan)
             for warning in entry.plan.mission.warnings:
                 print(warning, file=sys.stderr)
         if not options.json:
@@ -211,24 +209,15 @@ def _clean_stdout(wanted: bool) -> Iterator[TextIO]:
         os.close(kept)
 
 
-def _announce_compilation(plan: PreparedMission) -> None:
-    from missions.execution.kernels_cache import first_run_notice
-
-    notice = first_run_notice(choice.component for choice in plan.choices.values())
-    if notice:
-        print(notice, file=sys.stderr, flush=True)
-
-
 def _run_with_dashboard(options: LaunchOptions) -> int:
     """Start the engine in its own session; show its dashboard, forward signals, await its end."""
     run_options = options.run_options()
-    plan = prepare(options.mission, run_options)  # findings are printed before the screen changes
-    _announce_compilation(plan)
+    prepare(options.mission, run_options)  # findings are printed before the screen changes
     assert run_options.out is not None
     with tempfile.TemporaryFile() as errors:
         engine = _spawn_engine(options.mission, run_options, errors)
         with _interrupts(lambda: _interrupt(engine)) as caught:
-            run = _await_engine(engine, run_options.out.name, caught)
+            run = _await_engine(engine, run_options.out.name, caught, errors)
             outcome = _dashboard(run, lambda: bool(caught)) if run is not None else "over"
             if outcome == "leave" and engine.poll() is None:
                 print(f"the mission continues; attach with: treepilot watch {run_options.out.name}")
@@ -255,13 +244,22 @@ def _spawn_engine(mission: str, options: RunOptions, errors: IO[bytes]) -> subpr
 
 
 def _await_engine(
-    engine: subprocess.Popen[bytes], run_id: str, caught: list[int]
+    engine: subprocess.Popen[bytes], run_id: str, caught: list[int], errors: IO[bytes]
 ) -> RunHandle | None:
-    deadline = monotonic() + START_TIMEOUT
+    """Wait until the engine's telemetry answers; meanwhile show what the engine writes to stderr.
+
+    It compiles kernels before it opens the telemetry, with a line for each part. So the time limit
+    counts from its last output.
+    """
+    shown, deadline = 0, monotonic() + START_TIMEOUT
     while monotonic() < deadline and engine.poll() is None and not caught:
         for run in live_runs():
             if run.run_id == run_id:
                 return run
+        output = os.pread(errors.fileno(), 1 << 16, shown)
+        if output:
+            print(output.decode(errors="replace"), end="", file=sys.stderr, flush=True)
+            shown, deadline = shown + len(output), monotonic() + START_TIMEOUT
         sleep(0.02)
     return None
 

@@ -66,6 +66,10 @@ FILE_CODES: dict[str, Code] = {
                  '"properties": {"id": 1, "metadata": {}}', "remove it if it is not needed"),
     "W431": Code("route graph: collision", "an edge leads through an obstacle of the map",
                  "", "move the edge"),
+    "E413": Code("world: too large for a map",
+                 "the map of the world would have too many cells; docs/worlds.md lists the limits",
+                 "map: from_world",
+                 "use `map: none`, larger cells, or closer `bounds` in the world file"),
     "E412": Code("start: collision", "the start is outside the world or inside an obstacle",
                  "start: [100, 100]", "start at one of the world's places"),
 }  # fmt: skip

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import cos, floor, inf, sin
 
 import numpy as np
-from numba import njit
+from numba import f8, njit, u1
 
 from stack.types import FloatArray
 
@@ -193,3 +193,13 @@ def clear_poses(
                 clear[i] = j
                 break
     return clear
+
+
+SWEEP = ((sweep, (u1[:, ::1], f8, f8, f8, f8[:, ::1], f8[:, ::1], *8 * (f8,))),)
+"""Entry points, with the types that `SweptFootprint` calls them with."""
+CLEAR_POSES = (
+    (
+        clear_poses,
+        (u1[:, ::1], f8, f8, f8, f8[:, ::1], f8[:, ::1], f8, f8, f8, f8[:, :, ::1], u1[:, ::1]),
+    ),
+)

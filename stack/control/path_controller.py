@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from typing import Generic, TypeVar
 
+from stack.compilation import KernelTypes
 from stack.components import Controller, ControlState, StopCriterion
 from stack.control.goal_alignment import GoalAlignment, GoalAlignmentParameters
 from stack.control.swept import SweptFootprint
@@ -25,6 +26,13 @@ class PathController(Controller, Generic[P]):
     """
 
     parameters: P
+
+    @staticmethod
+    def kernels(parameters: P, robot: RobotDescription) -> KernelTypes:
+        """Return the kernels of a run with this component."""
+        from stack.control import kernels
+
+        return (*kernels.SWEEP, *kernels.CLEAR_POSES)
 
     def __init__(self, parameters: P, robot: RobotDescription, period: float) -> None:
         self._robot, self._period = robot, period

@@ -19,6 +19,7 @@ from math import cos, hypot, inf, sin
 
 import numpy as np
 
+from stack.compilation import KernelTypes
 from stack.components import Controller, ControlState, StopCriterion
 from stack.control.manoeuvre import ArcPrimitive, Manoeuvres
 from stack.control.parameters import FollowingParameters
@@ -121,6 +122,14 @@ class PurePursuit(Controller):
 
     Parameters = PurePursuitParameters
     parameters: PurePursuitParameters
+
+    @staticmethod
+    def kernels(parameters: PurePursuitParameters, robot: RobotDescription) -> KernelTypes:
+        """Return the kernels of a run with this component."""
+        from stack.control.kernels import SWEEP
+
+        found: KernelTypes = SWEEP
+        return found
 
     def __init__(
         self, parameters: PurePursuitParameters, robot: RobotDescription, period: float

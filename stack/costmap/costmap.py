@@ -10,6 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from stack.compilation import KernelTypes
 from stack.costmap.choosing import LayerChoice, usual_layers
 from stack.costmap.denoise_layer import DenoiseLayer
 from stack.costmap.inflation import Inflation
@@ -40,6 +41,15 @@ class Costmap:
         ParameterError: neither a map nor a window, or a window of less than three cells.
         InputError: a layer cannot be created, or its mask cannot be read.
     """
+
+    @staticmethod
+    def kernels(parameters: CostmapParameters, layers: Sequence[LayerChoice]) -> KernelTypes:
+        """Return the kernels of a costmap with these layers."""
+        from stack.costmap import kernels
+
+        denoising = DenoiseLayer.kernels() if parameters.denoise else ()
+        own = (*kernels.INFLATION, *denoising)
+        return (*own, *(kernel for layer in layers for kernel in layer.component.kernels()))
 
     def __init__(
         self,

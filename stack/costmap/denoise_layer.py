@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from stack.compilation import KernelTypes
 from stack.costmap.layer import Canvas, Layer
 from stack.parameters import parameter
 from stack.types import Footprint
@@ -26,6 +27,13 @@ class DenoiseLayer(Layer):
         )
 
     parameters: Parameters
+
+    @staticmethod
+    def kernels() -> KernelTypes:
+        """Return the kernels of the layer."""
+        from stack.costmap import kernels
+
+        return kernels.DENOISING
 
     def __init__(self, parameters: Parameters, footprint: Footprint) -> None:
         super().__init__(parameters, footprint)

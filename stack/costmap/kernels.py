@@ -7,7 +7,7 @@ time at which a cell was last seen occupied, -inf where it never was.
 """
 
 import numpy as np
-from numba import njit
+from numba import b1, f4, f8, i8, njit, u1
 
 FREE, INSCRIBED, LETHAL, UNKNOWN = 0, 253, 254, 255
 NEVER = -np.inf
@@ -349,10 +349,37 @@ def inflate(cells, base, costs, limit, top, bottom, left, right):
         count = _lower_envelope(high, limit, outer_left, left, right, sites, squares, starts)
         for part in range(count):
             site, square = sites[part], squares[part]
-            width = widths[high[site - outer_left]]
-            end = starts[part + 1] if part + 1 < count else right
-            for column in range(max(starts[part], site - width), min(end, site + width + 1)):
+            first, end = starts[part], starts[part + 1] if part + 1 < count else right
+            if first != site or end - first > 1:  # along a wall each part is its own column
+                width = widths[high[site - outer_left]]
+                first, end = max(first, site - width), min(end, site + width + 1)
+            for column in range(first, end):
                 value = source[column]
                 cost = costs[square + (column - site) * (column - site)]
                 if (value == UNKNOWN and cost >= INSCRIBED) or (value != UNKNOWN and cost > value):
                     target[column] = cost
+
+
+INFLATION = (
+    (inflate, (u1[:, ::1], u1[:, ::1], u1[::1], *5 * (i8,))),
+    (write_changed, (u1[:, ::1], u1[:, ::1], *6 * (i8,))),
+)
+"""Entry points of every costmap, with the types that it calls them with; then of layers."""
+OBSTACLES = (
+    (sense, (f4[:, ::1], u1[:, ::1], *6 * (f8,), f4[::1], f8[::1], b1, *5 * (f8,))),
+    (clear_polygon, (f4[:, ::1], u1[:, ::1], f8, f8, f8, f8[:, ::1])),
+    (expire, (f4[:, ::1], f8, i8, i8, i8, i8)),
+    (paint_marks, (u1[:, ::1], f4[:, ::1], u1[:, ::1], i8, i8, i8, i8)),
+)
+RANGES = (
+    (hear, (f4[:, ::1], f4[:, ::1], *12 * (f8,), i8, i8, i8, i8)),
+    (expire, (f4[:, ::1], f8, i8, i8, i8, i8)),
+)
+DENOISING = (
+    (drop_small_groups, (u1[:, ::1], u1[:, ::1], i8)),
+    (drop_small_groups, (u1[:, ::1], u1[:, :], i8)),
+)
+SOCIAL = (
+    (raise_along_motion, (u1[:, ::1], *13 * (f8,))),
+    (raise_along_motion, (u1[:, :], *13 * (f8,))),
+)

@@ -11,6 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from stack.compilation import KernelTypes
 from stack.types import (
     FloatArray,
     Footprint,
@@ -177,6 +178,14 @@ class Layer(ABC):
         self.footprint = footprint
         self.frame = Frame((0, 0), 1.0, (0.0, 0.0))
         self.map: OccupancyGrid | None = None
+
+    @staticmethod
+    def kernels() -> KernelTypes:
+        """Return the numba functions that the layer calls, with the types of their arguments.
+
+        They are compiled before the first step; others are when the run first calls them.
+        """
+        return ()
 
     @abstractmethod
     def paint(self, canvas: Canvas) -> None:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stack.compilation import KernelTypes
 from stack.costmap.layer import (
     NO_BOX,
     Box,
@@ -48,6 +49,13 @@ class ObstacleLayer(Layer):
         source: str = parameter("lidar", help="name of the lidar whose scans are used")
 
     parameters: Parameters
+
+    @staticmethod
+    def kernels() -> KernelTypes:
+        """Return the kernels of the layer."""
+        from stack.costmap import kernels
+
+        return kernels.OBSTACLES
 
     def __init__(self, parameters: Parameters, footprint: Footprint) -> None:
         super().__init__(parameters, footprint)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from stack.errors import ParameterError
+from stack.mapping.limits import LEAST_RESOLUTION
 from stack.parameters import parameter
 
 
@@ -64,10 +65,10 @@ class CostmapParameters(ObstacleParameters, InflationParameters):
     """
 
     resolution: float = parameter(
-        0.05, "m", at_least=0.01, at_most=1.0, help="side of a rolling window's cells"
+        0.05, "m", at_least=LEAST_RESOLUTION, at_most=1.0, help="side of a rolling window's cells"
     )
     map_resolution: float = parameter(
-        0.025, "m", at_least=0.01, at_most=1.0,
+        0.025, "m", at_least=LEAST_RESOLUTION, at_most=1.0,
         help="side of the global costmap's cells when the map is drawn from the world file",
     )  # fmt: skip
     local_size: float = parameter(

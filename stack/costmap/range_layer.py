@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stack.compilation import KernelTypes
 from stack.costmap.layer import (
     NO_BOX,
     Box,
@@ -77,6 +78,13 @@ class RangeLayer(Layer):
                 )
 
     parameters: Parameters
+
+    @staticmethod
+    def kernels() -> KernelTypes:
+        """Return the kernels of the layer."""
+        from stack.costmap import kernels
+
+        return kernels.RANGES
 
     def __init__(self, parameters: Parameters, footprint: Footprint) -> None:
         super().__init__(parameters, footprint)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+from stack.compilation import KernelTypes
 from stack.costmap.layer import (
     NO_BOX,
     Box,
@@ -52,6 +53,13 @@ class SocialLayer(Layer):
     inflated: ClassVar[bool] = False
     needs_tracks: ClassVar[bool] = True
     parameters: Parameters
+
+    @staticmethod
+    def kernels() -> KernelTypes:
+        """Return the kernels of the layer."""
+        from stack.costmap import kernels
+
+        return kernels.SOCIAL
 
     def __init__(self, parameters: Parameters, footprint: Footprint) -> None:
         super().__init__(parameters, footprint)

@@ -10,6 +10,7 @@ from typing import Protocol
 import numpy as np
 
 from stack.errors import ParameterError
+from stack.mapping.limits import MAX_UNEXPLORED
 from stack.types import UNKNOWN, OccupancyGrid, Pose2D
 
 MARGIN = 12.0
@@ -20,8 +21,6 @@ NEAR_EDGE = 6.0
 
 STEP = 4.0
 """Metres; the grid's edges lie on multiples of this, so that it rarely grows."""
-
-MAX_CELLS = 4096 * 4096
 
 
 def unexplored(poses: Iterable[Pose2D], resolution: float) -> OccupancyGrid:
@@ -81,11 +80,11 @@ def _ground(bounds: tuple[float, float, float, float], resolution: float) -> Occ
     right, high = (ceil(edge / step - 1e-9) for edge in bounds[2:])
     side = round(step / resolution)
     rows, columns = (high - low) * side, (right - left) * side
-    if rows * columns > MAX_CELLS:
+    if rows * columns > MAX_UNEXPLORED:
         raise ParameterError(
             "map",
             f"without a map, poses {step * max(right - left, high - low):.0f} m apart need "
-            f"{rows * columns} cells of {resolution:g} m; the limit is {MAX_CELLS}",
+            f"{rows * columns} cells of {resolution:g} m; the limit is {MAX_UNEXPLORED}",
             "use a larger costmap resolution or nearer goals",
         )
     cells = np.full((rows, columns), UNKNOWN, dtype=np.int8)

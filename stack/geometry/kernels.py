@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import hypot, inf, sqrt
 
 import numpy as np
-from numba import njit
+from numba import f8, i8, njit
 
 from stack.types import FloatArray
 
@@ -82,3 +82,10 @@ def length_at_distance(
             return float(begin + share * (lengths[j] - begin))
         ax, ay, begin = bx, by, float(lengths[j])
     return float(lengths[n - 1])
+
+
+PATHS = (
+    (project, (f8[:, ::1], f8[::1], f8, f8, i8, f8)),
+    (length_at_distance, (f8[:, ::1], f8[::1], f8, f8, f8, f8)),
+)
+"""Entry points, with the types that `PathSegment` calls them with."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 from math import cos, exp, floor, inf, isnan, sin
 
 import numpy as np
-from numba import njit
+from numba import f4, f8, i4, i8, njit, u1
 from numpy.typing import NDArray
 
 from stack.types import FloatArray
@@ -348,3 +348,17 @@ def score_lattice(
                     total += least
             scores[i, h] = total
     return scores
+
+
+LOCALISATION = (
+    (cast_rays, (u1[:, ::1], f8, f8, f8, f8[::1], f8[::1], f8)),
+    (
+        classify_beams,
+        (u1[:, ::1], f4[:, ::1], f8, f8, f8, f8[::1], f8[::1], f8[::1], f8, f8),
+    ),
+    (refine_pose, (f4[:, ::1], f8, f8, f8, f8[::1], f8[:, ::1], f8[:, ::1], f8)),
+    (resample, (f8[::1], i8, f8)),
+    (score_lattice, (f4[:, ::1], i8[::1], i8[::1], i4[:, :, ::1])),
+    (score_poses, (f4[:, ::1], u1[:, ::1], f8, f8, f8, f8[:, ::1], f8[:, ::1], f8)),
+)
+"""Entry points, with the types that the localiser calls them with."""

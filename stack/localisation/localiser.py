@@ -12,6 +12,7 @@ from math import pi
 
 import numpy as np
 
+from stack.compilation import KernelTypes
 from stack.components import Estimator
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError
@@ -72,6 +73,13 @@ class Localiser(Estimator):
     Parameters = LocaliserParameters
     needs_map = True
     parameters: LocaliserParameters
+
+    @staticmethod
+    def kernels(parameters: LocaliserParameters, robot: RobotDescription) -> KernelTypes:
+        """Return the kernels of the filter and of the global search."""
+        from stack.localisation import kernels
+
+        return kernels.LOCALISATION
 
     def __init__(
         self,

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stack.errors import ParameterError
+from stack.mapping.limits import MAX_SIDE
 from stack.types import FloatArray
 
-MAX_SIDE = 8192
 MAX_BYTES = 1 << 28
 PNG = b"\x89PNG\r\n\x1a\n"
 # Magic number, width, height and largest value, with comments between, then one whitespace byte.

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from stack.documents import Findings, Node, Section, read_file
 from stack.errors import InputError, ParameterError
+from stack.mapping.limits import LEAST_RESOLUTION
 from stack.mapping.pictures import Picture, read_picture
 from stack.parameters import Declaration, suggestion
 from stack.types import FREE, OCCUPIED, UNKNOWN, FloatArray, OccupancyGrid
@@ -29,7 +30,9 @@ OCCUPIED_THRESHOLD, FREE_THRESHOLD = 0.65, 0.196
 UNKNOWN_RAW = 255
 
 IMAGE = Declaration("image", str, "image file, relative to this file")
-RESOLUTION = Declaration("resolution", float, "side of a cell", "m", above=0.0, at_most=10.0)
+RESOLUTION = Declaration(
+    "resolution", float, "side of a cell", "m", at_least=LEAST_RESOLUTION, at_most=10.0
+)
 ORIGIN = (
     Declaration("x", float, "of the lower left corner", "m", at_least=-1e6, at_most=1e6),
     Declaration("y", float, "of the lower left corner", "m", at_least=-1e6, at_most=1e6),

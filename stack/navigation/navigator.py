@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import degrees
 
+from stack.compilation import KernelTypes
 from stack.components import GoalChecker, Planner, ProgressChecker
 from stack.control.path_follower import PathFollower
 from stack.drivetrain.description import RobotDescription
@@ -49,6 +50,14 @@ class Navigator:
         emit: called with (kind, text, level="info", **fields) for each event.
         period: seconds between control steps.
     """
+
+    @staticmethod
+    def kernels() -> KernelTypes:
+        """Return the kernels of the navigator's own parts."""
+        from stack.geometry.kernels import PATHS
+        from stack.navigation.escape.kernels import ESCAPE
+
+        return (*PATHS, *ESCAPE)
 
     def __init__(  # noqa: PLR0913 - called once, by the composition root
         self, robot: RobotDescription, planner: Planner, path_follower: PathFollower,

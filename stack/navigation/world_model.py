@@ -58,7 +58,7 @@ class WorldModel:
         """Process the new measurements of a step.
 
         Args:
-            observation: with deskewed scans.
+            observation: with deskewed, smoothed scans.
             frames: with the odometry and the estimate of this step.
         """
         now = observation.time

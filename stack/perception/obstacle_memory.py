@@ -8,11 +8,12 @@ reverse into what it has just passed.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from math import cos, inf, isfinite, pi, sin
+from math import inf, isfinite, pi
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stack.drivetrain.description import LidarDescription, RobotDescription, SonarDescription
 from stack.errors import FrameError
@@ -22,27 +23,27 @@ from stack.types import (
     FloatArray,
     Observation,
     ObstaclePoints,
-    Pose2D,
     RangeReading,
     RangeView,
     Scan,
     wrap_angle,
 )
 
-NEIGHBOURS, SAME_SURFACE = 3, 0.05
-"""Number of beams to either side, and largest distance in metres, of points that are averaged."""
-
-MOST_SHIFT = 0.008
-"""Metres by which averaging may move a point: about the noise of a lidar, and less than the
-padding. Without this limit the corner of a box would be seen up to 2 cm inside the box.
-"""
+ARC_SPACING = 0.05
+"""Metres between the points on the arc of a sonar reading."""
 
 CELL = 0.02
 """Metres; remembered points closer than this are one."""
 
+PLACE, STATIC_AFTER = 0.1, 2.0
+"""Side of a place in metres, and seconds from the first to the last sighting after which what
+stands there counts as static. A person who walks leaves it earlier."""
+
 MARGIN = 0.05
-"""Radians by which blind sectors are widened for the memory, so that no point is lost between the
-last beam and the sector."""
+"""Radians by which the view of a sensor is narrowed for the memory, so that no point is lost
+between the last beam and the edge of the view."""
+
+Sensor = LidarDescription | SonarDescription
 
 BEARINGS = 720
 """Bearings at which coverage is computed."""
@@ -54,6 +55,12 @@ class ObstacleMemoryParameters:
 
     blind_time: float = parameter(
         10.0, "s", at_least=0.0, help="how long points are remembered in sectors nothing sees"
+    )
+    static_time: float = parameter(
+        60.0,
+        "s",
+        at_least=0.0,
+        help="the same for points that were seen in one place for two seconds",
     )
     blind_range: float = parameter(
         2.0, "m", at_least=0.0, help="largest distance of remembered points"
@@ -87,10 +94,10 @@ class ObstacleMemory:
         parameters: ObstacleMemoryParameters = ObstacleMemoryParameters(),
     ) -> None:
         self.parameters = parameters
-        self._sensors = (*robot.all_lidars, *robot.sonars)
+        self._sensors: Mapping[str, Sensor] = {**robot.all_lidars, **robot.sonars}
         self._newest: dict[str, _Measured] = {}
         self._blind_sectors = blind_sectors(robot)
-        self._remembered: FloatArray = np.empty((0, 3))
+        self._remembered: FloatArray = np.empty((0, 4))  # x, y, last and first sighting
 
     def configure(self, parameters: ObstacleMemoryParameters) -> None:
         """Apply new parameters; remembered points stay."""
@@ -100,13 +107,13 @@ class ObstacleMemory:
         """Process new measurements; return all points, compensated to the observation's time.
 
         Args:
-            observation: with deskewed scans.
+            observation: with deskewed, smoothed scans.
             frames: with the odometry up to the observation's time.
         """
         now = observation.time
         for name, scan in observation.of(Scan).items():
             view = RangeView(frames.pose_at("odom", scan.stamp), scan)
-            self._newest[name] = _Measured(steadied(scan.points()), view)
+            self._newest[name] = _Measured(scan.points(), view)
         for name, reading in observation.of(RangeReading).items():
             view = RangeView(frames.pose_at("odom", reading.stamp), reading)
             self._newest[name] = _Measured(arc_points(reading), view)
@@ -140,30 +147,53 @@ class ObstacleMemory:
         if not len(self._blind_sectors) or p.blind_time == 0.0:
             return np.empty((0, 2))
         pose = frames.pose_at("odom", now)
-        old = self._remembered[self._remembered[:, 2] > now - p.blind_time]
-        local = pose.inverse().transform(old[:, :2])
-        hidden = self._is_hidden(local)
+        known = self._remembered
+        local = pose.inverse().transform(known[:, :2])
+        static = known[:, 2] - known[:, 3] >= STATIC_AFTER
+        recent = known[:, 2] > now - np.where(static, p.static_time, p.blind_time)
+        hidden = recent & self._is_hidden(local)
         seen = pose.transform(visible[np.hypot(visible[:, 0], visible[:, 1]) <= p.blind_range])
-        fresh = np.column_stack([seen, np.full(len(seen), now)])
-        self._remembered = _thinned(np.concatenate([fresh, old[hidden]]))
+        fresh = np.column_stack([seen, np.full((len(seen), 2), now)])
+        rows = _with_first_sightings(np.concatenate([fresh, known]))
+        kept = np.concatenate([np.ones(len(fresh), dtype=bool), hidden])
+        self._remembered = _thinned(rows[kept])
         return local[hidden]
 
-    def _is_hidden(self, points: FloatArray) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-        """Return (n,) whether points are within the range of the memory, in a blind sector."""
-        bearings = np.arctan2(points[:, 1], points[:, 0])[:, None]
-        turn = (bearings - self._blind_sectors[:, 0] + MARGIN) % (2.0 * pi)
-        near = np.hypot(points[:, 0], points[:, 1]) <= self.parameters.blind_range
-        hidden: np.ndarray[tuple[int], np.dtype[np.bool_]] = near & np.any(
-            turn <= self._blind_sectors[:, 1] + 2.0 * MARGIN, axis=1
-        )
+    def _is_hidden(self, points: FloatArray) -> NDArray[np.bool_]:
+        """Return (n,) whether points are within the range of the memory, where nothing sees."""
+        hidden = np.hypot(points[:, 0], points[:, 1]) <= self.parameters.blind_range
+        for sensor in self._sensors.values():
+            hidden[hidden] = ~_covers(sensor, points[hidden], MARGIN)
         return hidden
 
 
 def _thinned(rows: FloatArray) -> FloatArray:
-    """Return the first of all rows (x, y, stamp) in the same cell; their order is kept."""
-    cells = np.floor(rows[:, :2] / CELL).astype(np.int64)
-    _, first = np.unique(cells, axis=0, return_index=True)
+    """Return the first of all rows (x, y, …) in the same cell; their order is kept."""
+    _, first = np.unique(_cells(rows, CELL), return_index=True)
     return rows[np.sort(first)]
+
+
+def _with_first_sightings(rows: FloatArray) -> FloatArray:
+    """Return rows (x, y, last, first) with the earliest first sighting at each place.
+
+    Four grids of places overlap by half, so that a point at the edge of one is inside another.
+    """
+    first = rows[:, 3].copy()
+    for shift in ((0.0, 0.0), (0.0, 0.5), (0.5, 0.0), (0.5, 0.5)):
+        _, place = np.unique(_cells(rows, PLACE, shift), return_inverse=True)
+        earliest = np.full(len(rows), inf)
+        np.minimum.at(earliest, place, rows[:, 3])
+        np.minimum(first, earliest[place], out=first)
+    return np.column_stack([rows[:, :3], first])
+
+
+def _cells(
+    rows: FloatArray, size: float, shift: tuple[float, float] = (0.0, 0.0)
+) -> NDArray[np.int64]:
+    """Return (n,) a number for the square cell of each row (x, y, …); `shift` in cells."""
+    column, row = np.floor(rows[:, :2] / size + shift).astype(np.int64).T
+    numbers: NDArray[np.int64] = (column << 32) + row
+    return numbers
 
 
 def arc_points(reading: RangeReading) -> FloatArray:
@@ -171,33 +201,11 @@ def arc_points(reading: RangeReading) -> FloatArray:
     if not isfinite(reading.distance):
         return np.empty((0, 2))
     width = reading.field_of_view
-    count = max(2, round(width * reading.distance / SAME_SURFACE) + 1)
+    count = max(2, round(width * reading.distance / ARC_SPACING) + 1)
     bearings = np.linspace(-width / 2.0, width / 2.0, count)
     return reading.mount.transform(
         reading.distance * np.column_stack([np.cos(bearings), np.sin(bearings)])
     )
-
-
-def steadied(points: FloatArray) -> FloatArray:
-    """Reduce the noise of points (n, 2), metres, in the order of their beams.
-
-    A sigma filter (J.-S. Lee, "Digital image smoothing and the sigma filter", Computer Vision,
-    Graphics, and Image Processing 24(2), 1983): each point becomes the mean of the points up to
-    NEIGHBOURS beams away and within SAME_SURFACE of it. It adds no error on a flat wall, keeps the
-    points of objects hit by a single beam, and moves no point farther than MOST_SHIFT.
-    """
-    total, count = points.copy(), np.ones(len(points))
-    for shift in range(1, min(NEIGHBOURS, len(points) - 1) + 1):
-        apart = points[shift:] - points[:-shift]
-        same = np.einsum("ij,ij->i", apart, apart) < SAME_SURFACE**2
-        total[shift:][same] += points[:-shift][same]
-        total[:-shift][same] += points[shift:][same]
-        count[shift:] += same
-        count[:-shift] += same
-    shifts = total / count[:, None] - points
-    lengths = np.maximum(np.hypot(*shifts.T), MOST_SHIFT)
-    steady: FloatArray = points + shifts * (MOST_SHIFT / lengths)[:, None]
-    return steady
 
 
 def blind_sectors(robot: RobotDescription) -> FloatArray:
@@ -206,21 +214,34 @@ def blind_sectors(robot: RobotDescription) -> FloatArray:
     A bearing is covered if a point in this direction, half a metre outside the footprint, is
     within the field of view of a sensor.
     """
-    sensors: list[LidarDescription | SonarDescription] = [
-        *robot.all_lidars.values(), *robot.sonars.values(),
-    ]  # fmt: skip
+    sensors: list[Sensor] = [*robot.all_lidars.values(), *robot.sonars.values()]
     distance = robot.footprint.circumscribed_radius + 0.5
     step = 2.0 * pi / BEARINGS
-    covered = [
-        any(_sees(sensor, distance, -pi + step * n) for sensor in sensors) for n in range(BEARINGS)
-    ]
-    return _runs(covered, step)
+    bearings = -pi + step * np.arange(BEARINGS)
+    ring = distance * np.column_stack([np.cos(bearings), np.sin(bearings)])
+    covered = np.zeros(BEARINGS, dtype=bool)
+    for sensor in sensors:
+        covered |= _covers(sensor, ring)
+    return _runs(covered.tolist(), step)
 
 
-def _sees(sensor: LidarDescription | SonarDescription, distance: float, bearing: float) -> bool:
-    point = Pose2D(distance * cos(bearing), distance * sin(bearing)).relative_to(sensor.mount)
-    off = abs(wrap_angle(np.arctan2(point.y, point.x)))
-    return off <= sensor.field_of_view / 2.0 + 1e-9
+def _covers(sensor: Sensor, points: FloatArray, margin: float = 0.0) -> NDArray[np.bool_]:
+    """Return (n,) whether points (n, 2), base frame, are in the view of a sensor.
+
+    A point hidden behind an obstacle counts as covered.
+
+    Args:
+        sensor: with its mount, field of view and range.
+        points: metres.
+        margin: radians by which the field of view is narrower on both sides.
+    """
+    local = sensor.mount.inverse().transform(points)
+    away = np.hypot(local[:, 0], local[:, 1])
+    covered: NDArray[np.bool_] = (away >= sensor.range_min) & (away <= sensor.range_max)
+    if sensor.field_of_view < 2.0 * pi - 1e-6:
+        off = np.abs(np.arctan2(local[:, 1], local[:, 0]))
+        covered &= off <= sensor.field_of_view / 2.0 - margin + 1e-9
+    return covered
 
 
 def _runs(covered: Iterable[bool], step: float) -> FloatArray:

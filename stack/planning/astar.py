@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+from stack.compilation import KernelTypes
 from stack.components import DEFAULT_PLAN_OPTIONS, Planner, PlanOptions
 from stack.drivetrain.description import RobotDescription
 from stack.parameters import parameter
@@ -18,7 +19,7 @@ from stack.planning.endpoints import (
 )
 from stack.planning.parameters import PlannerParameters
 from stack.planning.search import SearchLimits, StepCosts, Workspace
-from stack.planning.smoothers.choice import SMOOTHERS, point_smoother
+from stack.planning.smoothers.choice import SMOOTHERS, point_smoother, point_smoother_kernels
 from stack.types import CostGrid, FailureCode, Path, Pose2D
 
 
@@ -51,6 +52,14 @@ class Astar(Planner):
     """
 
     Parameters: ClassVar[type] = AstarParameters
+
+    @staticmethod
+    def kernels(parameters: AstarParameters, robot: RobotDescription) -> KernelTypes:
+        """Return the kernels of a run with this component."""
+        from stack.planning import kernels
+
+        used = (*kernels.SEARCH, *kernels.EXTRACTION, *kernels.ENDPOINTS)
+        return (*used, *point_smoother_kernels(parameters.smoother))
 
     def __init__(self, parameters: AstarParameters, robot: RobotDescription) -> None:
         from stack.planning import kernels

@@ -11,7 +11,7 @@ base is so far below the previous one that all older entries count as not reache
 """
 
 import numpy as np
-from numba import njit
+from numba import f8, i4, i8, njit, u1
 
 # Row and column steps to the neighbours: right, up, left, down, then the diagonals between them.
 # SIDES is the bit mask of the two straight neighbours of a diagonal.
@@ -326,3 +326,21 @@ def blocked_steps(costs, traverse, points):
         if _line_cost(costs, traverse, x1, y1, x2, y2, np.inf) < 0.0:
             blocked += 1
     return blocked
+
+
+SEARCH = (
+    (
+        search,
+        (
+            u1[:, ::1], i8[::1], i8[::1], i8[::1], i8, i4[::1], u1[::1], i8, i8, i4[::1],
+            i8[:, ::1], i4[::1], i8, i8, i8, u1[::1],
+        ),
+    ),
+    (nearest_reached, (u1[:, ::1], i8[::1], i4[::1], i8, i8, f8, f8)),
+)  # fmt: skip
+"""Entry points, with the types that A* calls them with; then of other users."""
+EXTRACTION = ((extract, (u1[::1], i8, i8, i8)),)
+ENDPOINTS = ((nearest_passable, (u1[:, ::1], i8[::1], f8, f8, f8)),)
+ROUNDING = ((round_corners, (u1[:, ::1], i8[::1], f8[:, ::1], f8, f8, i8, i8)),)
+STRAIGHTENING = ((straighten, (u1[:, ::1], i8[::1], f8[:, ::1], i8, i8)),)
+BLOCKED = ((blocked_steps, (u1[:, ::1], i8[::1], f8[:, ::1])),)

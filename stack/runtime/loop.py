@@ -15,6 +15,7 @@ from stack.body import HEALTHY, BodyCommand, BodyHealth, SimulatedWorld
 from stack.frames.deskew import deskew_observation
 from stack.navigation.tasks import NavigationState
 from stack.navigation.world_model import WorldView
+from stack.perception.smoothing import smooth_observation
 from stack.runtime.commands import CommandHandler
 from stack.runtime.interfaces import MissionTree, Parts
 from stack.runtime.mission_state import HELD, MissionEvent, MissionStateMachine
@@ -82,9 +83,10 @@ class Runtime:
             estimate = p.estimator.update(observation, p.frames)
             p.frames.correct(estimate)
         with measure("obstacles"):
-            obstacles = p.obstacle_memory.update(observation, p.frames)
+            smooth = smooth_observation(observation)
+            obstacles = p.obstacle_memory.update(smooth, p.frames)
         with measure("costmap"):
-            world = p.world_model.update(observation, p.frames)
+            world = p.world_model.update(smooth, p.frames)
         self._publish_state(observation, motion, estimate, obstacles, world)
         if self.steps % self._ticks_every == 0:
             with measure("tree"):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import cos, hypot, inf, sin
 
-from numba import njit
+from numba import f8, njit
 
 from stack.types import FloatArray
 
@@ -95,3 +95,8 @@ def nearest(points: FloatArray, corners: FloatArray) -> float:
     for i in range(points.shape[0]):
         best = min(best, signed_distance(corners, points[i, 0], points[i, 1]))
     return best
+
+
+CONTACT = ((time_to_contact, (f8[:, ::1], f8[:, ::1], *7 * (f8,))),)
+"""Entry points, with the types that the collision monitor calls them with; then of zones."""
+ZONES = ((nearest, (f8[:, ::1], f8[:, ::1])),)

@@ -1,10 +1,10 @@
 """Safety stage: limits the commanded velocity.
 
 Stages in order: emergency stop, age of the measurements, blind sectors, safety zones, collision
-monitor, speed limit, velocity smoother, and a final collision check of the smoothed velocity. It
-uses the obstacle points of the range sensors only, so a wrong pose or a wrong costmap does not
-affect it (except for speed zones, which are on the map). It does not protect against obstacles that
-no sensor can see; towards a sector that none covers it limits the speed.
+monitor, speed limit, velocity smoother, and a final collision check of the smoothed velocity and of
+the measured one. It uses the obstacle points of the range sensors only, so a wrong pose or a wrong
+costmap does not affect it (except for speed zones, which are on the map). It does not protect
+against obstacles that no sensor can see; towards a sector that none covers it limits the speed.
 """
 
 from __future__ import annotations
@@ -12,9 +12,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import atan2, hypot, inf, isfinite, pi
 
+from stack.compilation import KernelTypes
 from stack.drivetrain.description import RobotDescription
 from stack.drivetrain.kinematics import scaled
-from stack.safety.monitor import CollisionMonitor, Contact
+from stack.safety.monitor import NOTHING_NEAR, CollisionMonitor, Contact
 from stack.safety.parameters import SafetyParameters
 from stack.safety.smoother import (
     VelocitySmoother,
@@ -34,6 +35,13 @@ class Safety:
         parameters: may be replaced between steps.
         reason: why the velocity is limited now; empty when it is not.
     """
+
+    @staticmethod
+    def kernels(zones: Sequence[SafetyZone]) -> KernelTypes:
+        """Return the kernels of the stage with these zones."""
+        from stack.safety import kernels
+
+        return (*kernels.CONTACT, *kernels.ZONES) if zones else kernels.CONTACT
 
     def __init__(
         self, robot: RobotDescription, parameters: SafetyParameters, period: float,
@@ -78,8 +86,8 @@ class Safety:
         if self.parameters.closed_loop:
             self._smoother.last = motion.twist
         smooth = self._smoother.towards(wanted)
-        if len(points) and smooth not in (wanted, STANDSTILL):
-            smooth = self._braked(smooth, points)
+        if len(points):
+            smooth = self._braked(smooth, wanted, motion.twist, points)
         self._smoother.last = smooth
         return self._beyond_dead_band(smooth, wanted)
 
@@ -171,23 +179,35 @@ class Safety:
         slow = self._rim_speed(twist) <= p.tight_speed + 1e-9
         return min(p.padding, p.tight_padding) if slow else p.padding
 
-    def _braked(self, smooth: Twist, points: FloatArray) -> Twist:
+    def _braked(self, smooth: Twist, wanted: Twist, measured: Twist, points: FloatArray) -> Twist:
         """Return the smoothed twist, or full braking when it leads to a contact before a stop.
 
-        Between two arcs the robot drives on neither of them, so the result is checked again.
+        Between two arcs the robot drives on neither of them, so a result that differs from the
+        wanted twist is checked again. So is the measured motion: a drive lags behind its commands,
+        and while it still turns, an arc that is clear is not yet the one it drives. A velocity from
+        which the robot cannot stop in time is not admissible (D. Fox, W. Burgard and S. Thrun,
+        "The dynamic window approach to collision avoidance", IEEE RAM 4(1), 1997).
         """
-        time = self._stopping_time(smooth)
-        contact = self._monitor.contact(smooth, points, time, self._padding(smooth))
+        contact = NOTHING_NEAR
+        if smooth not in (wanted, STANDSTILL):
+            time = self._stopping_time(smooth)
+            contact = self._monitor.contact(smooth, points, time, self._padding(smooth))
+        if contact.time == inf:
+            contact = self._monitor.contact(measured, points, self._stopping_time(measured), 0.0)
         if contact.time == inf:
             return smooth
         self.reason = f"braking: obstacle {_where(contact)}"
         return self._smoother.towards(STANDSTILL)
 
     def _stopping_time(self, twist: Twist) -> float:
-        """Time in seconds at this twist that covers its stopping distance."""
+        """Time in seconds at this twist that covers its stopping distance.
+
+        Braking and turning share the grip of the tyres (the friction ellipse of vehicle dynamics):
+        a robot that does both takes longer than for either.
+        """
         speed = hypot(twist.linear, twist.lateral) / self._limits.linear_deceleration
         turn = abs(twist.angular) / self._limits.angular_acceleration
-        return self.parameters.reaction_time + 0.5 * max(speed, turn)
+        return self.parameters.reaction_time + 0.5 * hypot(speed, turn)
 
     def _rim_speed(self, twist: Twist) -> float:
         radius = self._robot.footprint.circumscribed_radius

@@ -18,7 +18,17 @@ from pathlib import Path
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy
 
 from missions.bench.table import TableOptions
-from tests.benchmarks import control, costmap, driving, missions, planners, planning, startup, trees
+from tests.benchmarks import (
+    control,
+    costmap,
+    driving,
+    missions,
+    planners,
+    planning,
+    startup,
+    trees,
+    twists,
+)
 from tests.benchmarks.figures import FIGURES, Figures, update_documents, write
 from tests.benchmarks.origin import Version, current_version, machine, today
 from tests.benchmarks.table import Rows, show
@@ -40,6 +50,7 @@ class Given:
     seeds: int
     kidnaps: int
     runs: int
+    twists: int
     largest: int
     jobs: int
     barn: Path | None
@@ -111,6 +122,11 @@ DRIVING = {
         "Kidnapping (05)", lambda given: missions.kidnap_table(given.kidnaps, given.jobs),
         ("kidnaps",), OFF,
     ),
+    "twists": Benchmark(
+        "Random velocities in furnished rooms",
+        lambda given: twists.twist_table(given.twists, given.table("twists")),
+        ("twists",), OFF,
+    ),
 }  # fmt: skip
 BENCHMARKS = {**TIMING, **DRIVING}
 GROUPS = {"timing": [*TIMING], "driving": [*DRIVING]}
@@ -151,6 +167,7 @@ def _arguments() -> argparse.ArgumentParser:
         "trials": (20, "of each narrow passage"), "worlds": (20, "of moving cylinders"),
         "seeds": (10, "of each mission"), "kidnaps": (60, "seeds of mission 05"),
         "runs": (2, "seeds of the speed table"),
+        "twists": (100_000, "random velocities over four robots"),
         "largest": (4000, "cells on a side of the largest map to plan on"),
         "jobs": (1, "processes of the driving tables"),
     }  # fmt: skip

@@ -70,6 +70,14 @@ LAYOUTS: dict[str, Layout] = {
         },
         failed="of {seeds}",
     ),
+    "twists": Layout(
+        {
+            "robot": "{robot}", "velocities": "{twists}", "hours": "{hours:.1f}", "km": "{km:.1f}",
+            "moving": "{moving %:.0f} %", "drove into": "{drove into}",
+            "struck moving": "{struck moving}", "struck standing": "{struck standing}",
+        },
+        failed="{robot}",
+    ),
     "speed": Layout({
         "controller": "{controller}", "recording": "{recording}", "success": "{success}",
         "× real time": "{x real time:.1f}", "start to first tick": "{start to first tick s:.1f} s",

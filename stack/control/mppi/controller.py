@@ -7,6 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from stack.compilation import KernelTypes
 from stack.components import ControlState
 from stack.control.mppi.optimiser import Optimiser
 from stack.control.mppi.parameters import MppiParameters
@@ -34,6 +35,15 @@ class Mppi(PathController[MppiParameters]):
 
     Parameters = MppiParameters
     needs_tracks: ClassVar[bool] = True
+
+    @staticmethod
+    def kernels(parameters: MppiParameters, robot: RobotDescription) -> KernelTypes:
+        """Return the kernels of a run with this component."""
+        from stack.control.mppi.critics.kernels import CRITICS, DEADBAND
+        from stack.control.mppi.kernels import ROLLOUTS
+
+        deadband = DEADBAND if parameters.linear_deadband or parameters.angular_deadband else ()
+        return (*PathController.kernels(parameters, robot), *ROLLOUTS, *CRITICS, *deadband)
 
     def __init__(self, parameters: MppiParameters, robot: RobotDescription, period: float) -> None:
         self._outline: tuple[float, Outline] | None = None

@@ -10,7 +10,7 @@ from __future__ import annotations
 from math import cos, exp, hypot, sin, sqrt
 
 import numpy as np
-from numba import njit
+from numba import f4, f8, i8, njit
 from numpy.typing import NDArray
 
 Array32 = NDArray[np.float32]
@@ -187,3 +187,12 @@ def weighted_mean(controls: Array32, costs: Array32, temperature: float, plan: A
             for i in range(count):
                 mean += float(weights[i]) * float(controls[a, t, chosen[i]])
             plan[a, t] = mean / total
+
+
+ROLLOUTS = (
+    (pursue, (f4[:, ::1], f4[::1], f4[::1], f8, f8, i8, f4[:, :, ::1])),
+    (roll_out, (f4[:, :, ::1], f4[::1], f4[::1], f4[:, :, ::1], f4[:, :, ::1], f4[::1])),
+    (sample, (f4[:, ::1], f4[:, :, ::1], i8[::1], f4[::1], f4[:, :, ::1])),
+    (weighted_mean, (f4[:, :, ::1], f4[::1], f8, f4[:, ::1])),
+)
+"""Entry points, with the types that the optimiser calls them with."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import atan2, cos, hypot, inf, isnan, pi, sin
 
-from numba import njit
+from numba import f8, njit
 
 from stack.types import FloatArray
 
@@ -126,3 +126,10 @@ def clearances(
             return i
         out[i] = best
     return int(poses.shape[0])
+
+
+ESCAPE = (
+    (clearances, (f8[:, ::1], f8[:, ::1], f8[:, ::1], f8, f8, f8, f8[::1])),
+    (known_until, (f8[:, ::1], f8[:, ::1], f8[:, ::1], f8[:, ::1], f8[:, ::1], f8[:, ::1])),
+)
+"""Entry points, with the types that the search calls them with."""

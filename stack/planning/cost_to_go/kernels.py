@@ -1,8 +1,8 @@
-# mypy: allow-untyped-defs
+# mypy: allow-untyped-defs, allow-untyped-calls
 """Compiled Dijkstra search of a costmap from the goal."""
 
 import numpy as np
-from numba import njit
+from numba import f8, i8, njit, types, u1
 
 UNREACHED = 3.0e38
 """Cost to go of cells from which the goal cannot be reached."""
@@ -97,3 +97,12 @@ def cost_to_go(cells, traverse, diagonal, goal, start, margin, scale, cancelled)
         if reached[cell] < np.int64(1) << 59:
             field[cell // columns, cell % columns] = scale * reached[cell]
     return field, complete
+
+
+COST_TO_GO = (
+    (
+        cost_to_go,
+        (u1[:, ::1], i8[::1], i8[::1], *2 * (types.UniTuple(i8, 2),), f8, f8, u1[::1]),
+    ),
+)
+"""Entry point, with the types that planners of poses call it with."""

@@ -7,7 +7,7 @@ reverse). Unused segments have length 0.
 """
 
 import numpy as np
-from numba import njit
+from numba import b1, f8, i8, njit
 
 ZERO = 1e-10
 PIECES = 5
@@ -293,3 +293,12 @@ def distance_table(both_ways, reach, step, bins):
                 table[column, row, turn] = total
                 table[column, side - 1 - row, (bins - turn) % bins] = total
     return table
+
+
+CURVES = (
+    (curve, (b1, f8, f8, f8)),
+    (sample, (f8, f8, f8, i8[::1], f8[::1], f8, f8)),
+)
+"""Entry points, with the types that `CurveShortcut` calls them with."""
+DISTANCES = ((distance_table, (b1, i8, f8, i8)),)
+"""Entry point, with the types that hybrid A* calls it with."""

@@ -10,13 +10,14 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from stack.compilation import KernelTypes
 from stack.components import DEFAULT_PLAN_OPTIONS, Planner, PlanOptions
 from stack.drivetrain.description import RobotDescription
 from stack.parameters import parameter
 from stack.planning.endpoints import Endpoints
 from stack.planning.kinematic.moves import HEADINGS, Penalties, pack_moves, steering_moves
 from stack.planning.kinematic.parameters import PosePlannerParameters, may_reverse, radius_for
-from stack.planning.kinematic.planning import PosePlanning
+from stack.planning.kinematic.planning import PosePlanning, pose_planner_kernels
 from stack.planning.kinematic.search import CollisionChecker, Drive, Method
 from stack.planning.kinematic.shaping import Shaping
 from stack.planning.kinematic.shortcuts import CurveShortcut
@@ -74,6 +75,13 @@ class HybridAstar(Planner):
     def check(parameters: HybridAstarParameters, robot: RobotDescription) -> None:
         """Raise InputError if `turning_radius` is below the robot's turning radius."""
         radius_for(robot, parameters.turning_radius, _RADIUS)
+
+    @staticmethod
+    def kernels(parameters: HybridAstarParameters, robot: RobotDescription) -> KernelTypes:
+        """Return the kernels of a run with this component."""
+        from stack.planning.curves.kernels import DISTANCES
+
+        return (*DISTANCES, *pose_planner_kernels(parameters.smoother))
 
     def __init__(self, parameters: HybridAstarParameters, robot: RobotDescription) -> None:
         p = parameters

@@ -1,4 +1,4 @@
-# mypy: allow-untyped-defs
+# mypy: allow-untyped-defs, allow-untyped-calls
 """Compiled loops of the search over poses (x, y, heading) with motion primitives.
 
 The search returns to its caller when it needs larger arrays or an analytic expansion to the goal,
@@ -10,7 +10,7 @@ does not notice changes in functions of other modules.
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+from numba import b1, f4, f8, i8, njit, types, u1
 from numpy.typing import NDArray
 
 NODES, WAITING, EXPANDED, COUNTDOWN = 0, 1, 2, 3
@@ -403,3 +403,25 @@ def trace(moves, nodes, node):
             directions[fill + index] = 0 if kind == IN_PLACE else (-1 if kind >= 2 else 1)
         at = before
     return poses, directions
+
+
+_GRID = types.NamedTuple((u1[:, ::1], f8[::1], f4[:, ::1], f8[::1], f8[:, ::1], f8), CollisionGrid)
+_MOVES = types.NamedTuple((f8[:, :, :, ::1], i8[:, ::1], f8[:, ::1], i8[::1], i8[::1], f8), Moves)
+_TARGET = types.NamedTuple(
+    (f8[::1], f4[:, ::1], f8, f4[:, :, ::1], f8, f8, f8, f8[::1], f8, f8, i8), Target
+)
+_NODES = types.NamedTuple(
+    (f8[:, ::1], f8[::1], i8[:, ::1], i8[::1], b1[::1], i8[::1], i8[::1], f8[:, ::1]), Nodes
+)
+POSES = (
+    (
+        add_node,
+        (_GRID, _MOVES, _TARGET, _NODES, i8[::1], types.UniTuple(f8, 3), f8, i8, i8, i8),
+    ),
+    (contact, (_GRID, f8, f8, f8)),
+    (expand, (_GRID, _MOVES, _TARGET, _NODES, i8[::1], i8, f8, u1[::1])),
+    (rehash, (i8[::1], i8[::1], i8)),
+    (sweep, (_GRID, f8[:, ::1], i8)),
+    (trace, (_MOVES, _NODES, i8)),
+)
+"""Entry points, with the types that planners of poses call them with."""

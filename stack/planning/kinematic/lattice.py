@@ -7,6 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from stack.compilation import KernelTypes
 from stack.components import DEFAULT_PLAN_OPTIONS, Planner, PlanOptions
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError
@@ -14,7 +15,7 @@ from stack.parameters import parameter
 from stack.planning.endpoints import Endpoints
 from stack.planning.kinematic.moves import Penalties, lattice_headings, lattice_moves, pack_moves
 from stack.planning.kinematic.parameters import PosePlannerParameters, may_reverse
-from stack.planning.kinematic.planning import PosePlanning
+from stack.planning.kinematic.planning import PosePlanning, pose_planner_kernels
 from stack.planning.kinematic.search import CollisionChecker, Drive, Method
 from stack.planning.kinematic.shaping import Shaping
 from stack.planning.kinematic.shortcuts import CurveShortcut, TurnDriveTurn, turned
@@ -71,6 +72,11 @@ class Lattice(Planner):
                 f"planner lattice needs a robot that turns in place; the turning radius of "
                 f"{robot.name} is {robot.turning_radius:.3g} m; use hybrid_astar"
             )
+
+    @staticmethod
+    def kernels(parameters: LatticeParameters, robot: RobotDescription) -> KernelTypes:
+        """Return the kernels of a run with this component."""
+        return pose_planner_kernels(parameters.smoother)
 
     def __init__(self, parameters: LatticeParameters, robot: RobotDescription) -> None:
         p = parameters

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stack.compilation import KernelTypes
 from stack.components import CancelToken, PlanOptions
 from stack.errors import NavigationError
 from stack.planning.endpoints import (
@@ -30,6 +31,7 @@ from stack.planning.kinematic.search import (
 )
 from stack.planning.kinematic.shaping import Shaping
 from stack.planning.search import StepCosts
+from stack.planning.smoothers.choice import shape_kernels
 from stack.types import CostGrid, FailureCode, Footprint, Path, Pose2D, wrap_angle
 
 _FLOOD_MARGIN = 0.3  # the cost-to-go field covers costs this share above the start's
@@ -200,6 +202,17 @@ class PosePlanning:
                 f"{reached[index, 2]:.2f} rad",
             )
         raise unreachable_goal(start, goal, (float(reached[index, 0]), float(reached[index, 1])))
+
+
+def pose_planner_kernels(smoother: str) -> KernelTypes:
+    """Return the kernels of a planner of poses with this smoother."""
+    from stack.planning import kernels
+    from stack.planning.cost_to_go.kernels import COST_TO_GO
+    from stack.planning.curves.kernels import CURVES
+    from stack.planning.kinematic.kernels import POSES
+
+    rounding = kernels.ROUNDING if smoother == "simple" else shape_kernels(smoother)
+    return (*POSES, *COST_TO_GO, *CURVES, *kernels.ENDPOINTS, *rounding)
 
 
 def _cells_around(costs: CostGrid, pose: Pose2D, reach: float) -> list[tuple[float, float]]:

@@ -12,6 +12,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from stack.compilation import KernelTypes
 from stack.components import (
     DEFAULT_PLAN_OPTIONS,
     CancelToken,
@@ -66,8 +67,7 @@ class Route(Planner):
             )
         super().__init__(parameters, robot)
         self.graph = read_route_graph(FilePath(parameters.graph))
-        name = parameters.connect or ("hybrid_astar" if robot.turning_radius > 0.0 else "astar")
-        choice = choose("planner", name, {})
+        choice = choose("planner", _connecting(parameters, robot), {})
         self._connect: Planner = choice.create(robot)
         self._is_car = robot.turning_radius > 0.0
         top = robot.limits.linear_speed
@@ -77,6 +77,11 @@ class Route(Planner):
         )  # fmt: skip
         radius = max(parameters.corner_radius, 1.1 * robot.turning_radius)
         self._shape = Shape(radius, top, keeps_connections=self._is_car)
+
+    @staticmethod
+    def kernels(parameters: RouteParameters, robot: RobotDescription) -> KernelTypes:
+        """Return the kernels of a run with this component."""
+        return choose("planner", _connecting(parameters, robot), {}).kernels(robot)
 
     @staticmethod
     def located(parameters: RouteParameters, folder: FilePath) -> RouteParameters:
@@ -235,3 +240,8 @@ def _nearest(graph: RouteGraph, pose: Pose2D) -> str:
 
     name = min(graph.nodes, key=distance)
     return f"node {name}, {distance(name):.2f} m away"
+
+
+def _connecting(parameters: RouteParameters, robot: RobotDescription) -> str:
+    """Return the name of the planner between the lanes and free places."""
+    return parameters.connect or ("hybrid_astar" if robot.turning_radius > 0.0 else "astar")

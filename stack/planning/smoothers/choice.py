@@ -8,6 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from stack.compilation import KernelTypes
 from stack.planning.smoothers.shapes import Descent, savitzky_golay
 from stack.planning.smoothing import SPACING, Smoother, resampled, unsmoothed, with_headings
 from stack.types import CostGrid, FloatArray, Path
@@ -40,6 +41,15 @@ def point_smoother(name: str, traverse: NDArray[np.int64]) -> PointSmoother:
     if name == "simple":
         return Smoother(traverse)
     return _Shaping(name, traverse)
+
+
+def point_smoother_kernels(name: str) -> KernelTypes:
+    """Return the kernels of the point smoother called `name`."""
+    from stack.planning import kernels
+
+    if name == "simple":
+        return (*kernels.STRAIGHTENING, *kernels.ROUNDING, *kernels.BLOCKED)
+    return () if name == "none" else (*shape_kernels(name), *kernels.BLOCKED)
 
 
 @dataclass(frozen=True)
@@ -82,3 +92,10 @@ def shape(name: str, costs: CostGrid, points: FloatArray, radius: float, pinned:
     shaped = savitzky_golay(points).copy()
     shaped[:pinned], shaped[len(points) - pinned :] = points[:pinned], points[-pinned:]
     return shaped
+
+
+def shape_kernels(name: str) -> KernelTypes:
+    """Return the kernels that `shape` calls."""
+    from stack.planning.smoothers import kernels
+
+    return kernels.DESCENT if name == "constrained" else ()

@@ -2,7 +2,7 @@
 """Compiled gradient descent of the constrained smoother."""
 
 import numpy as np
-from numba import njit
+from numba import f4, f8, i8, njit
 
 
 @njit(cache=True, nogil=True)
@@ -62,3 +62,7 @@ def descend(field, points, pinned, stride, tightest, weights, iterations):
                 moved[index, axis] -= weights[1] * (slope_x if axis == 0 else slope_y)
                 moved[index, axis] -= weights[3] * (moved[index, axis] - points[index, axis])
     return moved
+
+
+DESCENT = ((descend, (f4[:, ::1], f8[:, ::1], i8, i8, f8, f8[::1], i8)),)
+"""Entry point, with the types that `Descent` calls it with."""

@@ -9,7 +9,7 @@ of another module.
 """
 
 import numpy as np
-from numba import njit
+from numba import b1, f8, i4, i8, njit, u1
 
 NOT_REACHED = 1.0e300
 FOUND, NO_PATH, LIMIT, STOPPED = 0, 1, 2, 3
@@ -218,3 +218,10 @@ def nearest_closed(closed, columns, row, column):
             if square < best:
                 best, found = square, cell
     return found
+
+
+SEARCH = (
+    (search, (u1[:, ::1], f8[::1], f8, f8[::1], i4[::1], b1[::1], i8, i8, i8, u1[::1])),
+    (nearest_closed, (b1[::1], i8, f8, f8)),
+)
+"""Entry points, with the types that Theta* calls them with."""

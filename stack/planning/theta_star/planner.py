@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from stack.compilation import KernelTypes
 from stack.components import DEFAULT_PLAN_OPTIONS, Planner, PlanOptions
 from stack.drivetrain.description import RobotDescription
 from stack.parameters import parameter
@@ -23,7 +24,7 @@ from stack.planning.endpoints import (
 )
 from stack.planning.parameters import PlannerParameters
 from stack.planning.search import SearchLimits, StepCosts, Workspace
-from stack.planning.smoothers.choice import SMOOTHERS, point_smoother
+from stack.planning.smoothers.choice import SMOOTHERS, point_smoother, point_smoother_kernels
 from stack.types import CostGrid, FailureCode, FloatArray, Path, Pose2D
 
 
@@ -55,6 +56,15 @@ class ThetaStar(Planner):
     """
 
     Parameters: ClassVar[type] = ThetaStarParameters
+
+    @staticmethod
+    def kernels(parameters: ThetaStarParameters, robot: RobotDescription) -> KernelTypes:
+        """Return the kernels of a run with this component."""
+        from stack.planning import kernels
+        from stack.planning.theta_star.kernels import SEARCH
+
+        used = (*SEARCH, *kernels.EXTRACTION, *kernels.ENDPOINTS)
+        return (*used, *point_smoother_kernels(parameters.smoother))
 
     def __init__(self, parameters: ThetaStarParameters, robot: RobotDescription) -> None:
         self.parameters = parameters

@@ -18,18 +18,18 @@ import numpy as np
 
 from stack.documents import Finding, Findings, Mark
 from stack.errors import InputError
+from stack.mapping.limits import FARTHEST, MAX_SHAPES
 from stack.sim.sdf import shapes
 from stack.sim.sdf.frames import Frames, UnknownFrame, numbers
 from stack.sim.sdf.mesh_parts import convex_parts
 from stack.sim.sdf.xml_file import Element, read_xml
 from stack.sim.worlds.outlines import outlines
-from stack.sim.worlds.values import EMPTY, FARTHEST, SHAPE, TOO_MANY
+from stack.sim.worlds.values import EMPTY, SHAPE, TOO_MANY
 from stack.sim.worlds.world import Box, Cylinder, World
 from stack.sim.worlds.world_file import MARGIN, bounds_around
 from stack.types import FloatArray
 
 IGNORED = "E208"
-MAX_SHAPES = 20_000
 HEADROOM = 1.0
 """Height of the underside above the floor, metres, from which every robot passes below."""
 

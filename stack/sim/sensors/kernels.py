@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import asin, atan2, ceil, cos, floor, hypot, inf, pi, sin, sqrt
 
 import numpy as np
-from numba import njit
+from numba import f8, i8, njit
 
 ROUNDING = 1e-9
 """Relative extension of a segment at both ends, so that no beam passes between two segments."""
@@ -188,3 +188,8 @@ def _covered(offset, width, increment, beams):  # type: ignore[no-untyped-def]
     low = max(0, ceil(offset / increment) - 1)
     high = min(beams, floor((offset + width) / increment) + 2)
     return low, high
+
+
+CAST = ((cast, (f8, f8, f8, f8, i8, f8[:, ::1], f8[:, ::1])),)
+"""Entry points, with the types that lidars and sonars call them with; then of turning lidars."""
+CAST_FROM = ((cast_from, (f8[:, ::1], f8[::1], f8[:, ::1], f8[:, ::1])),)

@@ -14,6 +14,7 @@ from math import inf, pi
 
 import numpy as np
 
+from stack.compilation import KernelTypes
 from stack.drivetrain.description import LidarDescription
 from stack.sim.physics.meshes import box_outline, slab, wall_pillars, wall_slabs
 from stack.sim.physics.scene import PERSON_HEIGHT
@@ -32,6 +33,13 @@ class Lidar:
     A range is the true one plus Gaussian noise. Lost beams and ranges above the maximum are +inf,
     ranges below the minimum NaN. The noise depends only on (seed, name, step).
     """
+
+    @staticmethod
+    def kernels(description: LidarDescription) -> KernelTypes:
+        """Return the kernels that the scans of such a lidar call."""
+        from stack.sim.sensors import kernels
+
+        return kernels.CAST_FROM if description.rotation_time > 0.0 else kernels.CAST
 
     def __init__(
         self, description: LidarDescription, world: World, seed: int, name: str = "lidar"

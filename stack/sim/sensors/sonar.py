@@ -6,6 +6,7 @@ from math import inf, nan
 
 import numpy as np
 
+from stack.compilation import KernelTypes
 from stack.drivetrain.description import SonarDescription
 from stack.sim.scene_state import SceneState
 from stack.sim.sensors.lidar import SensedScene
@@ -23,6 +24,13 @@ class Sonar:
     A real cone is as high as it is wide; obstacles below or above the plane are not measured
     here. The noise depends only on (seed, "sonar:" + name, step).
     """
+
+    @staticmethod
+    def kernels() -> KernelTypes:
+        """Return the kernels that the readings call."""
+        from stack.sim.sensors import kernels
+
+        return kernels.CAST
 
     def __init__(self, description: SonarDescription, world: World, seed: int, name: str) -> None:
         from stack.sim.sensors.kernels import cast  # imports numba

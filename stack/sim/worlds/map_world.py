@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 
 from stack.documents import Finding, Mark
 from stack.errors import InputError
+from stack.mapping.limits import MAX_SHAPES
 from stack.mapping.ros_map import read_ros_map
 from stack.sim.worlds.values import EMPTY, TOO_MANY
 from stack.sim.worlds.world import Box, World
 from stack.types import OccupancyGrid, Pose2D
 
 HEIGHT = 1.0
-MAX_BOXES = 20_000
 START_CLEARANCE = 0.5
 """Free distance around the chosen start, metres, if the map has such a place."""
 
@@ -31,8 +31,8 @@ def read_map_world(path: Path) -> World:
     if not rectangles:
         sentence = "no cell of this map is occupied: a lidar would measure nothing"
         raise InputError([Finding(Mark(str(path)), EMPTY, sentence)])
-    if len(rectangles) > MAX_BOXES:
-        sentence = f"its occupied cells need {len(rectangles)} boxes, a world may have {MAX_BOXES}"
+    if len(rectangles) > MAX_SHAPES:
+        sentence = f"its occupied cells need {len(rectangles)} boxes, a world may have {MAX_SHAPES}"
         raise InputError([Finding(Mark(str(path)), TOO_MANY, sentence, "use a coarser map")])
     rows, columns = grid.cells.shape
     x, y = grid.origin

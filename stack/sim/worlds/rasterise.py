@@ -8,16 +8,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stack.errors import ParameterError
+from stack.mapping.limits import MAX_CELLS
 from stack.sim.worlds.outlines import Disc, Outline, Rectangle, outlines
 from stack.sim.worlds.world import World
 from stack.types import FREE, OCCUPIED, UNKNOWN, FloatArray, OccupancyGrid
 
-MAX_CELLS = 8192 * 8192
+RESOLUTION = 0.05
+"""Side of a cell of the localiser's map, metres."""
 TOUCHING = 1e-6
 """Overlap in metres that counts as none: a wall flush with a cell's edge leaves the cell free."""
 
 
-def rasterise(world: World, resolution: float = 0.05) -> OccupancyGrid:
+def map_shape(world: World, resolution: float = RESOLUTION) -> tuple[int, int]:
+    """Return the rows and columns of the map of a world."""
+    x_min, y_min, x_max, y_max = world.bounds
+    columns = ceil((x_max - x_min) / resolution - TOUCHING)
+    return ceil((y_max - y_min) / resolution - TOUCHING), columns
+
+
+def rasterise(world: World, resolution: float = RESOLUTION) -> OccupancyGrid:
     """Return the occupancy grid of a world, over its bounds.
 
     A cell is OCCUPIED when anything drawn on maps covers any part of it, so the surface that a
@@ -33,8 +42,7 @@ def rasterise(world: World, resolution: float = 0.05) -> OccupancyGrid:
         ParameterError: the grid would have more than 8192 x 8192 cells.
     """
     x_min, y_min, x_max, y_max = world.bounds
-    columns = ceil((x_max - x_min) / resolution - TOUCHING)
-    rows = ceil((y_max - y_min) / resolution - TOUCHING)
+    rows, columns = map_shape(world, resolution)
     if rows * columns > MAX_CELLS:
         sentence = (
             f"{x_max - x_min:g} x {y_max - y_min:g} m in cells of {resolution:g} m make "

@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from stack.documents import Findings, Mark, Node, Section
+from stack.mapping.limits import FARTHEST
 from stack.parameters import Declaration, suggestion
 from stack.types import FloatArray, Pose2D, wrap_angle
 
@@ -18,9 +19,6 @@ UNKNOWN_NAME = "E203"
 PLACEMENT = "E204"
 TOO_MANY = "E205"
 EMPTY = "E206"
-
-FARTHEST = 1000.0
-"""Largest coordinate or length in a world, metres."""
 
 T = TypeVar("T")
 

@@ -15,13 +15,13 @@ import numpy as np
 
 from stack.documents import Findings, Mark, Node, Section, read_document
 from stack.errors import InputError
+from stack.mapping.limits import FARTHEST, MAX_ITEMS
 from stack.parameters import Declaration, suggestion
 from stack.sim.worlds import items
 from stack.sim.worlds.outlines import Outline, outlines
 from stack.sim.worlds.timeline import event
 from stack.sim.worlds.values import (
     EMPTY,
-    FARTHEST,
     FRICTION,
     PLACEMENT,
     SHAPE,
@@ -31,7 +31,6 @@ from stack.sim.worlds.values import (
 from stack.sim.worlds.world import World
 from stack.types import Pose2D
 
-MAX_ITEMS = 5000
 MARGIN = 0.5
 """Margin of the default bounds around all obstacles and places, metres."""
 
@@ -167,15 +166,20 @@ def _check_size(top: Section, reading: Reading, world: World) -> None:
 def _check_placement(top: Section, world: World, solid: list[Outline]) -> None:
     """Check that the start, places and markers are inside the bounds and not inside a solid."""
     x_min, y_min, x_max, y_max = world.bounds
-    for what, mark, x, y in _placed(top.node, world):
+    placed = list(_placed(top.node, world))
+    points = np.array([(x, y) for _, _, x, y in placed])
+    inside: dict[int, list[tuple[Outline, float]]] = {}
+    for outline in solid:
+        depths = outline.depth_at(points)
+        for number in np.flatnonzero(depths > 1e-3).tolist():
+            inside.setdefault(number, []).append((outline, float(depths[number])))
+    for number, (what, mark, x, y) in enumerate(placed):
         if not (x_min < x < x_max and y_min < y < y_max):
             sentence = f"{what} at [{x:g}, {y:g}] is outside the bounds {list(world.bounds)}"
             top.findings.error(PLACEMENT, mark, sentence)
-        for outline in solid:
-            depth = float(outline.depth_at(np.array([[x, y]]))[0])
-            if depth > 1e-3:
-                sentence = f"{what} at [{x:g}, {y:g}] is {100 * depth:.1f} cm inside {outline.name}"
-                top.findings.error(PLACEMENT, mark, sentence, "move it to a free position")
+        for outline, depth in inside.get(number, ()):
+            sentence = f"{what} at [{x:g}, {y:g}] is {100 * depth:.1f} cm inside {outline.name}"
+            top.findings.error(PLACEMENT, mark, sentence, "move it to a free position")
 
 
 def _placed(node: Node, world: World) -> Iterator[tuple[str, Mark, float, float]]:

@@ -110,7 +110,8 @@ WRONG = [
     ("map.pgm", "cut.png", "1:8 E402 image: 'cut.png' is a damaged PNG: its end is missing"),
     ("map.pgm", "huge.pgm", "1:8 E402 image: 'huge.pgm' has 9000 x 9000 pixels; a map image has 1"),
     ("map.pgm", ".", "1:8 E402 image: '.' cannot be read: Is a directory"),
-    ("0.05", "-1", "3:13 E401 resolution: -1 m must be above 0 m"),
+    ("0.05", "-1", "3:13 E401 resolution: -1 m must be at least 0.01 m"),
+    ("0.05", "0.001", "3:13 E401 resolution: 0.001 m must be at least 0.01 m"),
     ("2.5, 0.0]", "2.5, 0.5]", "4:21 E401 origin: a yaw of 0.5 rad is not supported, expected 0"),
     ("2.5, 0.0]", "2.5]", "4:9 E401 origin: expected [x, y, yaw], got a list of 2"),
     ("negate: 0", "negate: 2", "5:9 E401 negate: expected 0 or 1, got 2"),
@@ -143,7 +144,7 @@ NUMBERS = st.floats(-500, 500, allow_nan=False)
 @given(
     cells=arrays(np.int8, SHAPES, elements=st.sampled_from([FREE, OCCUPIED, UNKNOWN]))
     | arrays(np.int8, SHAPES, elements=st.integers(-1, 100)),
-    resolution=st.floats(1e-3, 10.0),
+    resolution=st.floats(0.01, 10.0),
     x=NUMBERS,
     y=NUMBERS,
 )

@@ -24,6 +24,7 @@ from stack.drivetrain.omnidirectional import OmniWheels
 from stack.errors import NavigationError
 from stack.frames.buffer import TransformBuffer
 from stack.perception.obstacle_memory import ObstacleMemory
+from stack.perception.smoothing import smooth_observation
 from stack.types import (
     STANDSTILL,
     CostGrid,
@@ -133,7 +134,8 @@ class ToyWorld:
     def _sense(self, scans: dict[str, Scan]) -> None:
         self.frames.add(self.odometry)
         seen = scans if self.robot.all_lidars else {}
-        self.obstacles = self._memory.update(Observation(self.time, seen), self.frames)
+        observation = smooth_observation(Observation(self.time, seen))
+        self.obstacles = self._memory.update(observation, self.frames)
 
     def _see(self) -> None:
         angles = np.arange(self.beams) * (2 * np.pi / self.beams)

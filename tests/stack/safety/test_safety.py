@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from stack.safety.monitor import CollisionMonitor
 from stack.safety.parameters import SafetyParameters
 from stack.safety.safety import Safety
-from stack.types import STANDSTILL, Footprint, Pose2D, Scan, Twist
+from stack.types import STANDSTILL, Footprint, ObstaclePoints, Odometry, Pose2D, Scan, Twist
 from tests.stack.navigation.toy_world import RECTANGLE, ToyWorld, moving, robot, room
 from tests.stack.safety.obstacles import seen, standing
 
@@ -198,6 +198,31 @@ def test_after_an_emergency_stop_the_speed_rises_from_zero():
     assert stopped == [STANDSTILL] * 40
     assert safety.reason == "emergency stop: operator"
     assert run(world, Twist(0.5), 1.0, safety)[0].linear == pytest.approx(0.05)
+
+
+def test_it_brakes_for_the_arc_that_the_robot_still_drives():
+    """It drives 0.8 m/s and turns right at 1.5 rad/s; straight ahead, as wanted, all is clear.
+
+    Braking takes 0.8 / 1.5 = 0.53 s and turning back 1.5 / 3.2 = 0.47 s; both at once share the
+    grip: 0.71 s, so it moves on as in 0.15 + 0.71 / 2 = 0.505 s at full speed. On that arc its
+    front reaches the point after 0.48 s. The longer of both times alone would give 0.42 s.
+    """
+    point, empty = np.array([[0.49, -0.36]]), np.empty((0, 2))
+    arc, wanted = Twist(0.8, -1.5), Twist(0.8)
+    monitor = CollisionMonitor(robot())
+    assert monitor.contact(wanted, point, 1.0, 0.03).time == inf
+    assert monitor.contact(arc, point, 1.0, 0.0).time == pytest.approx(0.48, abs=0.02)
+    safety = Safety(robot(), SafetyParameters(), PERIOD)
+
+    def step(measured, points):
+        motion = Odometry(0.0, Pose2D(0.0, 0.0), measured)
+        return safety.limit(wanted, motion, ObstaclePoints(0.0, points)).linear
+
+    assert [step(wanted, empty) for _ in range(20)][-1] == pytest.approx(0.8)
+    assert step(wanted, point) == pytest.approx(0.8)
+    assert step(arc, empty) == pytest.approx(0.8)
+    assert step(arc, point) == pytest.approx(0.8 - 0.075)  # 1.5 m/s² · 0.05 s
+    assert safety.reason == "braking: obstacle 0.6 m ahead, contact in 0.5 s"
 
 
 def test_something_that_is_no_velocity_stops_the_robot():

@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stack.errors import InputError
+from stack.sim.worlds.outlines import Rectangle
 from stack.sim.worlds.rasterise import rasterise
 from stack.sim.worlds.world import Trigger, Wall, WorldEvent
 from stack.sim.worlds.world_file import find_world, read_world
@@ -167,6 +168,19 @@ def test_two_dictionaries_may_have_the_same_marker_id(read):
 
 def test_a_world_without_anything_solid_is_refused(findings):
     assert findings("world: void\n")[0].startswith("1:1 E206 this world is empty")
+
+
+def test_every_box_is_compared_with_all_places_at_once(read, monkeypatch):
+    calls = []
+    depth_at = Rectangle.depth_at
+    monkeypatch.setattr(
+        Rectangle, "depth_at", lambda self, at: calls.append(len(at)) or depth_at(self, at)
+    )
+    boxes = ", ".join(f"{{at: [3, {1 + 0.1 * n:g}], size: [0.05, 0.05, 1]}}" for n in range(9))
+    places = ", ".join(f"p{n}: [1, {1 + 0.1 * n:g}, 0]" for n in range(7))
+    read(f"{ROOM}boxes: [{boxes}]\nplaces: {{{places}}}\n")
+    # 4 sides of the room and 9 boxes, each with the start and 7 places
+    assert calls == 13 * [8]
 
 
 def test_more_than_5000_things_are_refused(findings):

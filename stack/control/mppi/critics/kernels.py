@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
+from numba import f4, f8, i4, i8, njit, u1
 from numpy.typing import NDArray
 
 Array32 = NDArray[np.float32]
@@ -385,3 +385,26 @@ def within_deadband(velocities: Array32, bands: Array32, step: float, term: Arra
         for t in range(steps):
             for b in range(batch):
                 term[b] += max(band - abs(velocities[a, t, b]), ZERO) * seconds
+
+
+CRITICS = (
+    (add, (f4[::1], f4[::1], f8, i8)),
+    (driven_backward, (f4[:, :, ::1], f8, f4[::1])),
+    (end_bearing, (f4[:, :, ::1], f8, f8, f4[::1])),
+    (end_distance, (f4[:, :, ::1], f8, f8, f4[::1])),
+    (furthest_reached, (f4[:, :, ::1], i8[::1], f4[:, ::1], i8[::1])),
+    (mean_distance, (f4[:, :, ::1], f8, f8, f4[::1])),
+    (mean_turn, (f4[:, :, ::1], f8, f4[::1])),
+    (near_moving, (f4[:, :, ::1], f4[:, ::1], f4[:, ::1], f8, f8, f4[::1], i8[::1])),
+    (
+        near_obstacles,
+        (
+            f4[:, :, ::1], u1[:, ::1], f4[:, ::1], i4[:, ::1], f4[::1], f4[:, ::1], f4[:, ::1],
+            f4[:, ::1], i8, f4[::1], f4[::1], f4[::1], i8[::1],
+        ),
+    ),
+    (noise_cost, (f4[:, :, ::1], f4[:, ::1], f4[:, ::1], f4[::1])),
+    (path_alignment, (f4[:, :, ::1], f4[:, :, ::1], f4[:, ::1], f8, f8, i8, i8, f4[::1])),
+)  # fmt: skip
+"""Entry points, with the types that the critics call them with."""
+DEADBAND = ((within_deadband, (f4[:, :, ::1], f4[::1], f8, f4[::1])),)

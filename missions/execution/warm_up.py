@@ -1,0 +1,89 @@
+"""Compile the kernels of a run before its first step, once per installed copy."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from time import perf_counter
+from typing import Any
+
+from missions.execution.component_choices import DEFAULTS
+from missions.execution.prepare import PreparedMission, RunOptions
+from stack.compilation import KernelTypes, compile_kernel, missing
+from stack.costmap.costmap import Costmap
+from stack.navigation.navigator import Navigator
+from stack.safety.safety import Safety
+
+SECONDS_EACH = 1.5
+"""Typical wall seconds to compile a kernel, for the announcement."""
+
+
+def warm_up(
+    plan: PreparedMission,
+    options: RunOptions,
+    show: Callable[[str], None],
+    interrupted: Callable[[], bool] = lambda: False,
+) -> None:
+    """Compile the kernels that the mission needs and that are not in numba's cache.
+
+    It changes no result, only when the time is spent. With a warm cache it shows nothing.
+
+    Args:
+        plan: the mission with its components.
+        options: of the run.
+        show: receives a line at the beginning, for each part and at the end.
+        interrupted: called between two kernels; True leaves the others to the run.
+    """
+    parts = _missing(plan, options)
+    count = sum(len(kernels) for kernels in parts.values())
+    if not count:
+        return
+    began = perf_counter()
+    show(f"compiling {count} kernels, for the first run only (about {count * SECONDS_EACH:.0f} s)")
+    for part, kernels in parts.items():
+        show(f"  {part}: {len(kernels)}")
+        for kernel, types in kernels:
+            if interrupted():
+                return
+            compile_kernel(kernel, types)
+    show(f"compiled {count} kernels in {perf_counter() - began:.0f} s")
+
+
+def _missing(plan: PreparedMission, options: RunOptions) -> dict[str, KernelTypes]:
+    """Return the kernels to compile by part; each stands with the first part that needs it."""
+    found: dict[str, KernelTypes] = {}
+    known: set[Any] = set()
+    for part, kernels in kernels_of(plan, replayed=options.replay is not None).items():
+        own = tuple(dict.fromkeys(kernel for kernel in kernels if kernel not in known))
+        known.update(own)
+        absent = missing(own)
+        if absent:
+            found[part] = absent
+    return found
+
+
+def kernels_of(plan: PreparedMission, *, replayed: bool = False) -> dict[str, KernelTypes]:
+    """Return the kernels that a run of a mission calls, by the part that calls them.
+
+    Args:
+        plan: the mission with its components.
+        replayed: whether a recording replaces the simulated sensors.
+    """
+    choices = plan.choices
+    costs, safety = choices["costmap"], choices["safety"]
+    found: dict[str, KernelTypes] = {
+        "sensors": () if replayed else _sensor_kernels(plan),
+        "costmap": Costmap.kernels(costs.parameters, costs.parts),
+        "safety": Safety.kernels(safety.parts),
+        "navigation": Navigator.kernels(),
+    }
+    return {**found, **{kind: choices[kind].kernels(plan.robot) for kind in DEFAULTS}}
+
+
+def _sensor_kernels(plan: PreparedMission) -> KernelTypes:
+    """Return the kernels of the simulated lidars and sonars."""
+    from stack.sim.sensors.lidar import Lidar
+    from stack.sim.sensors.sonar import Sonar
+
+    lidars = (Lidar.kernels(lidar) for lidar in plan.robot.all_lidars.values())
+    sonars = Sonar.kernels() if plan.robot.sonars else ()
+    return (*(kernel for kernels in lidars for kernel in kernels), *sonars)

@@ -1,0 +1,286 @@
+"""Random velocities through the safety stage, in furnished rooms with people: counts contacts."""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from math import atan2, cos, hypot, pi, sin
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from numpy.random import Generator
+
+from missions.bench.resumable import Key, TableOptions, Work, fill, record_settings
+from missions.execution.resources import MISSIONS, load_robot
+from robots.simulated import SimulatedBody
+from stack.body import BodyCommand
+from stack.drivetrain.description import RobotDescription
+from stack.frames.buffer import TransformBuffer
+from stack.frames.deskew import deskew_observation
+from stack.localisation.odometry import OdometryFusion
+from stack.perception.obstacle_memory import ObstacleMemory
+from stack.safety.parameters import SafetyParameters
+from stack.safety.safety import Safety
+from stack.streams import stream
+from stack.types import FloatArray, ObstaclePoints, Pose2D, Twist
+from tests.benchmarks.clutter import Room
+from tests.benchmarks.table import Rows
+
+ROBOT_NAMES = ("scout", "jackal", "glide", "buggy")
+BY_SONAR = "scout, sonars only"
+PERIOD = 0.05
+TWISTS_PER_WORLD = 100
+SHORTEST, LONGEST = 0.2, 2.0
+"""Seconds that a velocity is wanted; their logarithm is uniform, mean 0.78 s."""
+
+MOVING = 0.02
+"""Speed, m/s and rad/s, above which the robot moves."""
+
+SEEN = 0.15
+"""Metres between a contact and an obstacle point that shows it."""
+
+WHERE = re.compile(r"contact with (.+) at \((.+), (.+)\)")
+
+
+@dataclass(frozen=True)
+class Touch:
+    """A contact.
+
+    Attributes:
+        time: seconds.
+        obstacle: what was touched.
+        x: of the contact, base frame, metres.
+        y: likewise.
+        cause: `standing` robot, `person` who came faster than the robot, or else `robot`.
+        speed: of the robot at the contact towards the obstacle, m/s.
+        their_speed: of the obstacle towards the robot, m/s.
+        seen: whether an obstacle point was near the contact in the step before.
+        blind: whether no sensor covers that direction.
+        reason: why safety limited the velocity.
+    """
+
+    time: float
+    obstacle: str
+    x: float
+    y: float
+    cause: str
+    speed: float
+    their_speed: float
+    seen: bool
+    blind: bool
+    reason: str
+
+
+@dataclass(frozen=True)
+class Drive:
+    """Entry: a robot in a world for a number of velocities."""
+
+    robot: str
+    world: int
+    twists: int
+
+    @property
+    def key(self) -> Key:
+        """Unique key in the table."""
+        return self.robot, "clutter", self.world
+
+
+@dataclass(frozen=True)
+class Driven:
+    """Row: what became of a drive.
+
+    Attributes:
+        driven: metres.
+        moving: share of the steps in which the robot moved.
+        clearance: smallest, metres.
+        touch: the contact that ended the drive; a person pushes the robot, so what follows says
+            nothing about safety.
+    """
+
+    robot: str
+    world: int
+    twists: int
+    seconds: float
+    driven: float
+    moving: float
+    clearance: float
+    wall_seconds: float
+    touch: dict[str, Any] | None = None
+
+    @property
+    def key(self) -> Key:
+        """Unique key in the table."""
+        return self.robot, "clutter", self.world
+
+
+def twist_table(twists: int, options: TableOptions) -> Rows:
+    """A row for each robot; `twists` in all over the four robots, and a tenth by sonar alone."""
+    worlds = max(1, round(twists / len(ROBOT_NAMES) / TWISTS_PER_WORLD))
+    entries = [
+        Drive(name, world, TWISTS_PER_WORLD) for world in range(worlds) for name in ROBOT_NAMES
+    ]
+    entries += [Drive(BY_SONAR, world, TWISTS_PER_WORLD) for world in range(max(1, worlds // 10))]
+    settings = {"twists in a world": TWISTS_PER_WORLD, "safety": str(SafetyParameters())}
+    record_settings(options.out, settings)
+    work = Work(drive, lambda values: Driven(**values), line_of)
+    runs = fill(entries, options, work, lambda line: print(line, file=sys.stderr))
+    return [_row(name, [run for run in runs if run.robot == name]) for name in described()]
+
+
+def described() -> dict[str, RobotDescription]:
+    """The robots by name."""
+    found = {name: load_robot(name, MISSIONS) for name in ROBOT_NAMES}
+    return {**found, BY_SONAR: replace(found["scout"], lidar=None)}
+
+
+def line_of(run: Driven) -> str:
+    """Return a run as one line."""
+    driven = f"{run.robot}, world {run.world}: {run.driven:.1f} m in {run.seconds:.0f} s"
+    return driven if run.touch is None else f"{driven}; {run.touch}"
+
+
+def drive(entry: Drive) -> Driven:
+    """Drive random velocities in a random room; the same in every process."""
+    began, robot = perf_counter(), described()[entry.robot]
+    random = stream(entry.world, "twists")
+    room = Room(stream(entry.world, "clutter"), robot.footprint.circumscribed_radius)
+    world, heading = room.world(people=entry.world % 3), float(random.uniform(-pi, pi))
+    body = SimulatedBody(
+        replace(robot, camera=None), world, start=Pose2D(0.0, 0.0, heading), seed=entry.world
+    )
+    try:
+        loop, twists = SafetyLoop(body, robot), 0
+        for twist, seconds in wishes(robot, random, entry.twists):
+            twists += 1
+            for _ in range(round(seconds / PERIOD)):
+                loop.step(twist)
+                if loop.touch is not None:
+                    break
+            if loop.touch is not None:
+                break
+        return Driven(
+            entry.robot,
+            entry.world,
+            twists,
+            body.time,
+            loop.driven,
+            loop.moving / loop.steps,
+            body.clearance,
+            perf_counter() - began,
+            loop.touch and asdict(loop.touch),
+        )
+    finally:
+        body.close()
+
+
+def wishes(robot: RobotDescription, random: Generator, count: int) -> Iterator[tuple[Twist, float]]:
+    """Yield velocities over the full range of a drive, and the seconds that each is wanted."""
+    limits = robot.limits
+    ranges = (
+        (-limits.reverse_speed, limits.linear_speed),
+        (-limits.angular_speed, limits.angular_speed),
+        (-limits.lateral_speed, limits.lateral_speed),
+    )
+    for _ in range(count):
+        speeds = [
+            float(
+                random.choice([0.0, low, high, random.uniform(low, high)], p=[0.2, 0.1, 0.1, 0.6])
+            )
+            for low, high in ranges
+        ]
+        yield Twist(*speeds), float(np.exp(random.uniform(np.log(SHORTEST), np.log(LONGEST))))
+
+
+class SafetyLoop:
+    """The stages of the step loop from the body to safety and back.
+
+    Attributes:
+        touch: the contact, if there was one.
+        driven: metres. steps: so far. moving: steps in which the robot moved.
+    """
+
+    def __init__(self, body: SimulatedBody, robot: RobotDescription) -> None:
+        self._body, self._odometry, self._frames = body, OdometryFusion(), TransformBuffer()
+        self._memory = ObstacleMemory(robot)
+        self._safety = Safety(robot, SafetyParameters(), PERIOD)
+        self.touch: Touch | None = None
+        self.driven, self.steps, self.moving = 0.0, 0, 0
+
+    def step(self, wanted: Twist) -> None:
+        """One control period with a wanted velocity."""
+        body = self._body
+        observation = body.sense()
+        motion = self._odometry.update(observation)
+        self._frames.add(motion)
+        observation = deskew_observation(observation, self._frames)
+        obstacles = self._memory.update(observation, self._frames)
+        command = self._safety.limit(wanted, motion, obstacles)
+        body.command(BodyCommand(command))
+        before, people = body.truth, body.people
+        body.wait(PERIOD)
+        self.driven += before.pose.distance_to(body.truth.pose)
+        self.moving += _moves(before.twist)
+        self.steps += 1
+        texts = [text for kind, text in body.take_events() if kind == "contact"]
+        if texts:
+            self.touch = self._touch(texts[0], before.twist, people, obstacles)
+
+    def _touch(
+        self, text: str, twist: Twist, people: FloatArray, obstacles: ObstaclePoints
+    ) -> Touch:
+        """Describe a contact; `twist` and `people` are those of the step before."""
+        match, body = WHERE.fullmatch(text), self._body
+        assert match is not None, text
+        at = Pose2D(float(match[2]), float(match[3])).relative_to(body.truth.pose)
+        out, their_velocity = np.array([at.x, at.y]), np.zeros(2)
+        if match[1].startswith("person"):
+            number = int(match[1].split()[1]) - 1
+            there = Pose2D(*body.people[number, :2]).relative_to(body.truth.pose)
+            out = np.array([there.x - at.x, there.y - at.y])
+            c, s = cos(body.truth.pose.heading), sin(body.truth.pose.heading)
+            step = (body.people - people)[number, :2] / PERIOD
+            their_velocity = step @ np.array([[c, -s], [s, c]])
+        out /= max(hypot(*out), 1e-9)
+        velocity = twist.linear - twist.angular * at.y, twist.lateral + twist.angular * at.x
+        speed, their_speed = float(out @ velocity), -float(out @ their_velocity)
+        cause = "person" if their_speed > max(speed, 0.0) else "robot"
+        near = np.hypot(*(obstacles.points - (at.x, at.y)).T)
+        return Touch(
+            round(body.time, 2), match[1], round(at.x, 3), round(at.y, 3),
+            "standing" if body.tally.against_standing else cause,
+            round(speed, 3), round(their_speed, 3), bool(near.size and near.min() < SEEN),
+            obstacles.is_blind(atan2(at.y, at.x)), self._safety.reason,
+        )  # fmt: skip
+
+
+def _moves(twist: Twist) -> bool:
+    return max(abs(twist.linear), abs(twist.angular), abs(twist.lateral)) > MOVING
+
+
+def _row(name: str, runs: Sequence[Driven]) -> dict[str, Any]:
+    """Return totals over the worlds of a robot."""
+    touches = [run.touch for run in runs if run.touch is not None]
+    count = Counter(touch["cause"] for touch in touches)
+    return {
+        "robot": name, "worlds": len(runs), "twists": sum(run.twists for run in runs),
+        "hours": sum(run.seconds for run in runs) / 3600.0,
+        "km": sum(run.driven for run in runs) / 1000.0,
+        "moving %": 100.0 * float(np.mean([run.moving for run in runs])),
+        "drove into": count["robot"],
+        "struck moving": count["person"],
+        "struck standing": count["standing"],
+        "failed": "; ".join(
+            f"world {run.world}: {_text(run.touch)}"
+            for run in runs if run.touch is not None and run.touch["cause"] == "robot"
+        ),
+    }  # fmt: skip
+
+
+def _text(touch: Mapping[str, Any]) -> str:
+    sight = "seen" if touch["seen"] else "no sensor there" if touch["blind"] else "not seen"
+    where = f"({touch['x']:.2f}, {touch['y']:.2f})"
+    return f"{touch['obstacle']} at {where}, {sight}, {touch['speed']:.2f} m/s"

@@ -1,0 +1,198 @@
+"""Kernels are compiled before the first step: all that the run calls, announced, and only once."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+import tempfile
+from importlib import import_module
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+from numba import f8
+from numba.core.dispatcher import Dispatcher
+
+import missions
+from missions.execution import warm_up
+from missions.execution.prepare import RunOptions, prepare
+from missions.execution.supervisor import _await_engine
+from missions.execution.warm_up import kernels_of
+from stack.compilation import compile_kernel, missing
+from stack.components import Component
+
+ROOT = Path(__file__).parents[3]
+MODULES = sorted((ROOT / "stack").rglob("kernels.py"))
+
+SHORT_DRIVE = """\
+mission: warm
+robot: scout
+world: small_room
+navigation:
+  planner: {planner}
+  controller: {controller}
+run:
+  navigate_to_pose: {{goal: [2.4, 1.4, 90 deg]}}
+  timeout: 20 s
+"""
+UNKNOWN_START = """\
+mission: warm
+robot: scout
+world: office
+initial_pose: unknown
+run: {relocalise: {}, timeout: 1 s}
+"""
+CASES = {
+    "pure_pursuit, astar": SHORT_DRIVE.format(planner="astar", controller="pure_pursuit"),
+    "mppi, hybrid_astar": SHORT_DRIVE.format(
+        planner="hybrid_astar", controller="{use: mppi, linear_deadband: 0.03}"
+    ),
+    "dwb, lattice": SHORT_DRIVE.format(planner="lattice", controller="dwb"),
+    "graceful, theta_star": SHORT_DRIVE.format(planner="theta_star", controller="graceful"),
+    "unknown start": UNKNOWN_START,
+}
+
+
+def modules() -> list[ModuleType]:
+    names = [".".join(file.relative_to(ROOT).with_suffix("").parts) for file in MODULES]
+    return [import_module(name) for name in names]
+
+
+def entry_points(module: ModuleType) -> dict[str, Dispatcher]:
+    """The kernels of a module."""
+    return {
+        name: thing
+        for name, thing in vars(module).items()
+        if isinstance(thing, Dispatcher) and thing.py_func.__module__ == module.__name__
+    }
+
+
+def signatures() -> set[tuple[Any, ...]]:
+    """Every kernel of the stack with the types for which its code is loaded."""
+    return {
+        (module.__name__, name, types)
+        for module in modules()
+        for name, kernel in entry_points(module).items()
+        for types in kernel.signatures
+    }
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_a_run_needs_no_kernel_that_was_not_compiled_before_its_first_step(case, tmp_path):
+    file = tmp_path / "warm.yaml"
+    file.write_text(CASES[case], "utf-8")
+    for module in modules():  # other tests of this process have loaded some
+        for kernel in entry_points(module).values():
+            kernel._reset_overloads()
+    for kernels in kernels_of(prepare(file, RunOptions())).values():
+        for kernel, types in kernels:
+            compile_kernel(kernel, types)
+    before = signatures()
+    missions.run(file, seed=1)
+    assert signatures() - before == set()
+
+
+@pytest.mark.parametrize("file", MODULES, ids=lambda file: str(file.parent.relative_to(ROOT)))
+def test_each_kernel_that_is_called_from_python_is_listed_with_its_types(file):
+    module = import_module(".".join(file.relative_to(ROOT).with_suffix("").parts))
+    tables = [table for table in vars(module).values() if isinstance(table, tuple)]
+    listed = {entry[0].py_func.__name__ for table in tables for entry in table if is_entry(entry)}
+    users = [user for user in file.parent.rglob("*.py") if user.name != "kernels.py"]
+    named = re.findall(r"kernels\.(\w+)", "".join(user.read_text("utf-8") for user in users))
+    assert listed
+    assert set(named) & set(entry_points(module)) <= listed
+
+
+def is_entry(thing: object) -> bool:
+    return isinstance(thing, tuple) and len(thing) == 2 and isinstance(thing[0], Dispatcher)
+
+
+@pytest.fixture
+def kernel(tmp_path, monkeypatch):
+    """A kernel in a file of its own, not compiled yet."""
+    source = tmp_path / "own_kernels.py"
+    source.write_text(
+        "from numba import f8, njit\n\n@njit(cache=True)\ndef half(x):\n    return 0.5 * x\n\n"
+        "HALF = ((half, (f8,)),)\n", "utf-8",
+    )  # fmt: skip
+    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
+    yield import_module("own_kernels").HALF
+    del sys.modules["own_kernels"]
+
+
+def test_a_kernel_is_missing_until_it_is_compiled_and_then_in_no_other_process(kernel):
+    assert missing(kernel) == kernel
+    compile_kernel(*kernel[0])
+    assert missing(kernel) == ()
+    kernel[0][0]._reset_overloads()  # what another process has loaded: nothing
+    assert missing(kernel) == ()
+    assert kernel[0][0].signatures == []  # looking did not load it
+
+
+def test_a_kernel_without_jit_is_a_python_function_and_never_missing():
+    def half(x: float) -> float:
+        return 0.5 * x
+
+    assert missing(((half, (f8,)),)) == ()
+
+
+def test_the_announcement_counts_the_kernels_of_each_part_once(monkeypatch):
+    plan, compiled, lines = prepare("01_drive_to_a_point", RunOptions()), [], []
+    monkeypatch.setattr(warm_up, "missing", tuple)
+    monkeypatch.setattr(warm_up, "compile_kernel", lambda *call: compiled.append(call))
+    warm_up.warm_up(plan, RunOptions(), lines.append)
+    # Counted in the tables: 1 ray caster; 6 of the localiser; 2 of inflation and 4 of obstacles;
+    # 1 of safety; 2 of paths and 2 of the escape; A* 4 and its smoother 3; 1 of the controller.
+    assert len(compiled) == len(set(compiled)) == 26
+    assert lines[0] == "compiling 26 kernels, for the first run only (about 39 s)"
+    assert lines[1:8] == [
+        "  sensors: 1", "  localisation: 6", "  costmap: 6", "  safety: 1", "  navigation: 4",
+        "  planner: 7", "  controller: 1",
+    ]  # fmt: skip
+    assert re.fullmatch(r"compiled 26 kernels in \d+ s", lines[8])
+
+
+def test_nothing_is_shown_when_every_kernel_is_in_the_cache(monkeypatch):
+    lines = []
+    monkeypatch.setattr(warm_up, "missing", lambda kernels: ())
+    warm_up.warm_up(prepare("01_drive_to_a_point", RunOptions()), RunOptions(), lines.append)
+    assert lines == []
+
+
+def test_a_signal_ends_the_warm_up_after_the_current_kernel(monkeypatch):
+    compiled = []
+    monkeypatch.setattr(warm_up, "missing", tuple)
+    monkeypatch.setattr(warm_up, "compile_kernel", lambda *call: compiled.append(call))
+    plan = prepare("01_drive_to_a_point", RunOptions())
+    warm_up.warm_up(plan, RunOptions(), lambda line: None, lambda: len(compiled) == 2)
+    assert len(compiled) == 2
+
+
+def test_a_component_of_a_plugin_compiles_nothing_unless_it_says_so():
+    assert Component.kernels(None, prepare("01_drive_to_a_point", RunOptions()).robot) == ()
+
+
+def test_the_lines_of_the_engine_are_shown_before_its_dashboard_opens(capfd):
+    shown: list[str] = []
+
+    class UntilShown(list[int]):
+        """Ends the wait once the line is on the terminal."""
+
+        def __bool__(self) -> bool:
+            shown.append(capfd.readouterr().err)
+            return "s)\n" in "".join(shown)
+
+    with tempfile.TemporaryFile() as errors:
+        line = "import sys; print('compiling 2 kernels (about 3 s)', file=sys.stderr, flush=True)"
+        engine = subprocess.Popen(
+            [sys.executable, "-c", f"{line}; sys.stdin.read()"], stdin=subprocess.PIPE,
+            stderr=errors,
+        )  # fmt: skip
+        try:
+            assert _await_engine(engine, "no such run", UntilShown(), errors) is None
+        finally:
+            engine.communicate()
+    assert "".join(shown) == "compiling 2 kernels (about 3 s)\n"
