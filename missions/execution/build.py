@@ -105,26 +105,12 @@ def build(
     seed, robot = options.seed, plan.robot
     log = folder.log if folder is not None else _discard
     body = _body(plan, options, make_body)
-    for warning in (*plan.world.warnings, *plan.warnings):
-        where = f"{Path(warning.mark.file).name}:{warning.mark.line}"
-        telemetry.emit("world", f"{where} {warning.sentence}", source="world", level="warning")
-    if not (robot.all_lidars or robot.sonars):
-        telemetry.emit(
-            "safety",
-            f"{robot.name} has no lidar and no sonar: it does not see obstacles and drives at most"
-            f" {plan.choices['safety'].parameters.blind_speed:g} m/s",
-            source="safety", level="warning",
-        )  # fmt: skip
+    _announce_warnings(plan, telemetry)
     loop = plan.choices["loop"].parameters
     period = loop.period
     grid = _map_of(plan)
-    local_costmap, global_costmap = _costmaps(plan, _costmap_grid(plan, grid))
-    world_model = WorldModel(
-        local_costmap, global_costmap, _tracker(plan, grid, local_costmap, global_costmap),
-        SpeedLimits(plan.choices["speed_limits"].parameters), lidar=robot.main_lidar,
-        deceleration=robot.limits.linear_deceleration,
-        cover=_ignore if plan.is_mapped else Ground(grid, [global_costmap]).cover,
-    )  # fmt: skip
+    world_model = _world_model(plan, grid)
+    local_costmap, global_costmap = world_model.local_costmap, world_model.global_costmap
     safety_choice = plan.choices["safety"]
     safety = Safety(robot, safety_choice.parameters, period, safety_choice.parts)
     navigator = _navigator(plan, period, local_costmap, global_costmap, telemetry)
@@ -153,10 +139,7 @@ def build(
             cover=world_model.cover,
             forget_tracks=world_model.forget_tracks,
             tunables={
-                "controller": Tunable.of(navigator.path_follower),
-                "goal_checker": Tunable.of(navigator.goal_checker),
-                "progress_checker": Tunable.of(navigator.progress_checker),
-                "navigator": Tunable.of(navigator),
+                **_tunables_of(navigator),
                 "safety": Tunable.of(safety),
                 "local_costmap": Tunable.of(local_costmap),
                 "global_costmap": Tunable.of(global_costmap),
@@ -172,14 +155,13 @@ def build(
     announce_tree(telemetry, tree)
     simulation = body if isinstance(body, SimulatedWorld) else None
     scorer = None if simulation is None else SimulationScorer(simulation, plan.world)
-    sensor_log = None
-    if "sensors" in options.record and folder is not None:
-        sensor_log = SensorLog(folder.sensors, _about(plan, options))
+    sensor_log = _sensor_log(plan, options, folder)
     parts = Parts(
         body=body, odometry=odometry, frames=frames, estimator=estimator,
         obstacle_memory=obstacle_memory, world_model=world_model, tree=tree, facade=facade,
         navigator=navigator, safety=safety, camera=camera, telemetry=telemetry, state=state,
-        map_layer=Layer(1, grid), scorer=scorer, debugger=debugger, sensor_log=sensor_log,
+        map_layer=Layer(1, grid), scorer=scorer, debugger=debugger,
+        sensor_log=sensor_log,
     )  # fmt: skip
     runtime = Runtime(parts, loop, _idle)
     for command in options.first_commands():
@@ -199,14 +181,53 @@ def _body(plan: PreparedMission, options: RunOptions, make_body: MakeBody | None
     )
 
 
-def _about(plan: PreparedMission, options: RunOptions) -> dict[str, str]:
-    """Return the metadata of a sensor log."""
-    return {
+def _announce_warnings(plan: PreparedMission, telemetry: Telemetry) -> None:
+    """Emit the warnings about files, and that the robot does not see if it has no range sensor."""
+    for warning in (*plan.world.warnings, *plan.warnings):
+        where = f"{Path(warning.mark.file).name}:{warning.mark.line}"
+        telemetry.emit("world", f"{where} {warning.sentence}", source="world", level="warning")
+    robot = plan.robot
+    if not (robot.all_lidars or robot.sonars):
+        telemetry.emit(
+            "safety",
+            f"{robot.name} has no lidar and no sonar: it does not see obstacles and drives at most"
+            f" {plan.choices['safety'].parameters.blind_speed:g} m/s",
+            source="safety", level="warning",
+        )  # fmt: skip
+
+
+def _sensor_log(
+    plan: PreparedMission, options: RunOptions, folder: RunFolder | None
+) -> SensorLog | None:
+    if "sensors" not in options.record or folder is None:
+        return None
+    about = {
         "mission": plan.mission.source.stem,
         "robot": plan.robot.name,
         "world": plan.world.name,
         "seed": str(options.seed),
     }
+    return SensorLog(folder.sensors, about)
+
+
+def _tunables_of(navigator: Navigator) -> dict[str, Tunable]:
+    return {
+        "controller": Tunable.of(navigator.path_follower),
+        "goal_checker": Tunable.of(navigator.goal_checker),
+        "progress_checker": Tunable.of(navigator.progress_checker),
+        "navigator": Tunable.of(navigator),
+    }
+
+
+def _world_model(plan: PreparedMission, grid: OccupancyGrid) -> WorldModel:
+    """Return costmaps, tracker and speed limits; without a map, the map grows with the robot."""
+    local_costmap, global_costmap = _costmaps(plan, _costmap_grid(plan, grid))
+    return WorldModel(
+        local_costmap, global_costmap, _tracker(plan, grid, local_costmap, global_costmap),
+        SpeedLimits(plan.choices["speed_limits"].parameters), lidar=plan.robot.main_lidar,
+        deceleration=plan.robot.limits.linear_deceleration,
+        cover=_ignore if plan.is_mapped else Ground(grid, [global_costmap]).cover,
+    )  # fmt: skip
 
 
 def announce_tree(telemetry: Telemetry, tree: MissionTree) -> None:

@@ -18,7 +18,7 @@ def main(message: str) -> int:
     import json
 
     from missions.execution.prepare import RunOptions, prepare
-    from missions.execution.runner import execute
+    from missions.execution.run import execute
     from stack.errors import InputError
 
     request = json.loads(message)

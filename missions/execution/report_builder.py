@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from missions.execution.build import Engine
@@ -10,8 +11,33 @@ from missions.execution.report import Report
 from missions.execution.resources import versions
 from stack.runtime.loop import Runtime
 from stack.telemetry.recorder import RunFolder
-from stack.telemetry.records import StageTiming
+from stack.telemetry.records import Event, RunInfo, Snapshot, StageTiming
 from stack.types import Pose2D
+
+
+class Milestones:
+    """A telemetry sink that keeps the few events the report needs."""
+
+    def __init__(self) -> None:
+        self.relocalisations: list[dict[str, Any]] = []
+
+    def open(self, info: RunInfo) -> None:
+        """Do nothing."""
+
+    def event(self, event: Event) -> None:
+        """Keep a `relocalised` event: its time, pose and source."""
+        if event.kind == "relocalised":
+            self.relocalisations.append({"time": event.time, **event.fields})
+
+    def wants_snapshot(self, time: float) -> bool:
+        """Return False: no snapshot is needed."""
+        return False
+
+    def snapshot(self, snapshot: Snapshot) -> None:
+        """Ignore the final snapshot, which every sink receives."""
+
+    def close(self, report: Mapping[str, Any] | None) -> None:
+        """Do nothing."""
 
 
 def compose_report(  # noqa: PLR0913 - the measured figures, by keyword

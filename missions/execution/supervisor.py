@@ -20,7 +20,7 @@ from missions.execution.prepare import RunOptions, prepare
 from missions.execution.progress import ProgressLines
 from missions.execution.report import Report
 from missions.execution.resources import find_mission
-from missions.execution.runner import execute
+from missions.execution.run import execute
 from missions.execution.shared_world import prepare_together, run_together
 from stack.errors import InputError
 from stack.telemetry.rendezvous import RunHandle, find_run, live_runs

@@ -19,7 +19,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from missions.execution.prepare import RunOptions
-from missions.execution.runner import run_mission
+from missions.execution.run import run_mission
 from stack.telemetry.client import TelemetryClient
 from stack.telemetry.rendezvous import live_runs
 from tui.app import Dashboard
