@@ -1,11 +1,17 @@
-"""Obstacle points as a standing robot receives them."""
+"""Obstacle points as a standing robot receives them, and drives through the safety stage."""
 
 from __future__ import annotations
 
 from stack.drivetrain.description import RobotDescription
 from stack.frames.buffer import TransformBuffer
 from stack.perception.obstacle_memory import ObstacleMemory
-from stack.types import STANDSTILL, Observation, ObstaclePoints, Odometry, Pose2D, Scan
+from stack.safety.safety import Safety
+from stack.types import STANDSTILL, Observation, ObstaclePoints, Odometry, Pose2D, Scan, Twist
+from tests.stack.navigation.toy_world import ToyWorld
+
+STILL = 10
+"""Steps of standstill after which a robot in a toy world stays where it is: nothing there changes,
+and after five scans of the same pose safety decides the same again."""
 
 
 def standing(time: float = 0.0) -> Odometry:
@@ -18,3 +24,14 @@ def seen(robot: RobotDescription, time: float = 0.0, **scans: Scan) -> ObstacleP
     for stamp in sorted({min([time, *(scan.stamp for scan in scans.values())]), time}):
         frames.add(standing(stamp))
     return ObstacleMemory(robot).update(Observation(time, scans), frames)
+
+
+def drive_until_still(world: ToyWorld, safety: Safety, wanted: Twist, seconds: float) -> None:
+    """Drive with one wish for some seconds, or until the robot stands for good."""
+    still = 0
+    for _ in range(round(seconds / world.period)):
+        twist = safety.limit(wanted, world.odometry, world.obstacles)
+        world.drive(twist)
+        still = still + 1 if twist == STANDSTILL else 0
+        if still == STILL:
+            return

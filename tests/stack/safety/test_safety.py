@@ -11,7 +11,7 @@ from stack.safety.parameters import SafetyParameters
 from stack.safety.safety import Safety
 from stack.types import STANDSTILL, Footprint, ObstaclePoints, Odometry, Pose2D, Scan, Twist
 from tests.stack.navigation.toy_world import RECTANGLE, ToyWorld, moving, robot, room
-from tests.stack.safety.obstacles import seen, standing
+from tests.stack.safety.obstacles import drive_until_still, seen, standing
 
 PERIOD = 0.05
 LONG = Footprint(np.array([[-0.2, -0.15], [0.6, -0.15], [0.6, 0.15], [-0.2, 0.15]]))
@@ -31,32 +31,35 @@ def run(world, wanted, seconds, safety=None, **more):
     return driven
 
 
-@settings(deadline=None, max_examples=100)
+@settings(deadline=None, max_examples=65)
 @given(
     st.sampled_from([RECTANGLE, Footprint.circle(0.25), LONG, L_SHAPE]),
-    st.floats(1.0, 7.0), st.floats(1.0, 7.0), st.floats(-pi, pi),
+    st.floats(0.6, 3.4), st.floats(0.6, 3.4), st.floats(-pi, pi),
     st.floats(-0.3, 0.8), st.floats(-1.8, 1.8),
     st.lists(
-        st.tuples(st.floats(0.5, 7.5), st.floats(0.5, 7.5), st.floats(0.1, 0.4)), max_size=5
+        st.tuples(st.floats(0.3, 3.7), st.floats(0.3, 3.7), st.floats(0.1, 0.4)), max_size=5
     ),
 )  # fmt: skip
 def test_no_command_causes_a_contact(footprint, x, y, heading, linear, angular, circles):
-    world = ToyWorld(room(8, 8), robot(footprint), Pose2D(x, y, heading), circles, beams=720)
+    """In a room as small as this, two of three robots come within 10 cm of something."""
+    world = ToyWorld(room(4, 4), robot(footprint), Pose2D(x, y, heading), circles, beams=720)
     assume(world.clearance() > 0.05)
-    run(world, Twist(linear, angular), 12.0)
+    safety = Safety(world.robot, SafetyParameters(), world.period)
+    drive_until_still(world, safety, Twist(linear, angular), 5.0)
     assert world.nearest > 0.0
 
 
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=25)
 @given(
-    st.floats(2.0, 6.0), st.floats(2.0, 6.0), st.floats(-pi, pi),
+    st.floats(1.5, 2.5), st.floats(1.5, 2.5), st.floats(-pi, pi),
     st.lists(st.tuples(st.floats(-0.3, 0.8), st.floats(-1.8, 1.8)), min_size=12, max_size=12),
 )  # fmt: skip
 def test_changing_commands_cause_no_contact(x, y, heading, wishes):
-    world = ToyWorld(room(8, 8), robot(LONG), Pose2D(x, y, heading), beams=720)
+    """Every fourth robot comes within 10 cm of a wall."""
+    world = ToyWorld(room(4, 4), robot(LONG), Pose2D(x, y, heading), beams=720)
     safety = Safety(world.robot, SafetyParameters(), world.period)
     for linear, angular in wishes:
-        run(world, Twist(linear, angular), 1.0, safety)
+        drive_until_still(world, safety, Twist(linear, angular), 1.0)
     assert world.nearest > 0.0
 
 
