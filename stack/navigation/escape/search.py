@@ -34,6 +34,10 @@ LITTLE = 0.1
 SLACK = 0.005
 """Metres by which a robot that is already inside the padding may come nearer."""
 
+TIGHT, LATERAL = 0.02, 0.02
+"""Clearance in metres that a robot beside the padding may use up, and by how much: in a narrow gap
+the nearest direction of the motion set leads closer to one side."""
+
 
 @dataclass(frozen=True, slots=True)
 class EscapeCriteria:
@@ -114,7 +118,7 @@ class Search:
     ) -> ChosenMotion | None:
         points = self._surroundings.points(start, criteria.length + 2.0 * self._radius)
         now = self.clearance(start, criteria.clearance)
-        floor = min(criteria.padding, now - SLACK)
+        floor = _floor(criteria.padding, now)
         best, found = -np.inf, None
         for number, segments in enumerate(motions(self._robot, criteria.length, fine)):
             if (fine, number) in banned:
@@ -139,7 +143,7 @@ class Search:
             padding: as in `EscapeCriteria`, metres.
         """
         points = self._surroundings.points(start, LITTLE + 2.0 * self._radius)
-        floor = min(padding, self.clearance(start, padding) - SLACK)
+        floor = _floor(padding, self.clearance(start, padding + LATERAL))
         for segments in motions(self._robot, LITTLE):
             if len(segments) == 1:
                 poses = roll_out(start, segments, self._radius).poses
@@ -190,6 +194,11 @@ class Search:
                 poses, self._outline, sensors, reaches, self._surroundings.trail, self._widened
             )
         )
+
+
+def _floor(padding: float, clearance: float) -> float:
+    """Metres that a motion must keep free, for a robot with this clearance now."""
+    return min(padding, clearance - SLACK, max(TIGHT, clearance - LATERAL))
 
 
 def _scores(
