@@ -8,6 +8,9 @@ from stack.drivetrain.description import RobotDescription
 from stack.drivetrain.kinematics import scaled, share_within_limits
 from stack.types import STANDSTILL, Twist
 
+ON_ARC = 1e-6
+"""Difference, m/s and rad/s, up to which two twists count as equal."""
+
 
 class VelocitySmoother:
     """Limits the change of commands in each control period to what the drivetrain can do."""
@@ -28,6 +31,35 @@ class VelocitySmoother:
     def towards(self, wanted: Twist) -> Twist:
         """Return the reachable twist nearest to the wanted one; `last` does not change."""
         return self._drivetrain.limit_step(self._state, wanted, self._period).twist
+
+    def along(self, wanted: Twist) -> Twist | None:
+        """Return the reachable twist on the wanted arc; `last` does not change.
+
+        `towards` reaches each component as fast as it can, so that the robot starts on another arc:
+        usually a tighter one, because turning needs less time than driving off.
+
+        Returns:
+            The wanted twist times the share that the slowest component reaches; None if the robot
+            moves on another arc and cannot be on this one after one period.
+        """
+        reached = self.towards(wanted)
+        shares = [
+            part / whole
+            for part, whole in (
+                (reached.linear, wanted.linear),
+                (reached.angular, wanted.angular),
+                (reached.lateral, wanted.lateral),
+            )
+            if whole != 0.0
+        ]
+        candidate = scaled(wanted, max(0.0, min(shares, default=0.0)))
+        reachable = self.towards(candidate)
+        off = max(
+            abs(reachable.linear - candidate.linear),
+            abs(reachable.angular - candidate.angular),
+            abs(reachable.lateral - candidate.lateral),
+        )
+        return reachable if off < ON_ARC else None
 
 
 def within_limits(twist: Twist, robot: RobotDescription, top_speed: float) -> Twist:

@@ -228,6 +228,19 @@ def test_it_brakes_for_the_arc_that_the_robot_still_drives():
     assert safety.reason == "braking: obstacle 0.6 m ahead, contact in 0.5 s"
 
 
+def test_a_robot_that_starts_beside_a_post_starts_on_the_wanted_arc():
+    """A post stands 2 cm beside the rear corner, which leaves it on the wanted arc. At rest the
+    robot turns faster than it drives off, and on that arc the corner swings into the post."""
+    post, wanted = np.array([[-0.23, 0.22]]), Twist(0.5, -0.5)
+    monitor = CollisionMonitor(robot())
+    assert monitor.contact(wanted, post, 1.0, 0.015).time == inf
+    assert monitor.contact(Twist(0.05, -0.16), post, 1.0, 0.015).time < 1.0
+    safety = Safety(robot(), SafetyParameters(), PERIOD)
+    driven = [safety.limit(wanted, standing(), ObstaclePoints(0.0, post)) for _ in range(6)]
+    assert [twist.linear for twist in driven] == pytest.approx([0.05 * n for n in range(1, 7)])
+    assert [twist.angular for twist in driven] == pytest.approx([-0.05 * n for n in range(1, 7)])
+
+
 def test_something_that_is_no_velocity_stops_the_robot():
     world = ToyWorld(room(8, 8), robot(), Pose2D(4.0, 4.0))
     safety = Safety(world.robot, SafetyParameters(), PERIOD)
