@@ -67,6 +67,8 @@ def prepare_together(
         out = None if options.out is None else options.out / label
         single = replace(options, seed=options.seed + number, arguments=own, out=out)
         entries.append(Entry(label, prepare(files[number], single), single))
+    if options.body != "simulated":
+        _check_bodies([entry.plan for entry in entries])
     _check_world([entry.plan for entry in entries])
     _check_starts([entry.plan for entry in entries])
     return entries
@@ -147,14 +149,18 @@ def _unique(names: Sequence[str]) -> list[str]:
     return found
 
 
-def _check_world(plans: Sequence[PreparedMission]) -> None:
-    """Raise InputError unless all missions are in one world with simulated robots."""
+def _check_bodies(plans: Sequence[PreparedMission]) -> None:
+    """Raise InputError for a robot whose file chooses another body than the simulated one."""
     for plan in plans:
         if plan.robot.body != "simulated":
             raise InputError(
                 f"{plan.mission.source.name}: the body of {plan.robot.name} is {plan.robot.body};"
-                " robots in one world must be simulated"
+                " robots in one world must be simulated: add --body simulated"
             )
+
+
+def _check_world(plans: Sequence[PreparedMission]) -> None:
+    """Raise InputError unless all missions are in one world."""
     first = plans[0]
     for plan in plans[1:]:
         if (plan.world.source, plan.world.name) != (first.world.source, first.world.name):

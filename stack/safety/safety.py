@@ -183,8 +183,8 @@ class Safety:
         """Return the smoothed twist, or full braking when it leads to a contact before a stop.
 
         Between two arcs the robot drives on neither of them, so a result that differs from the
-        wanted twist is checked again; the same share of all components, on the wanted arc, may be
-        free when it is not. So is the measured motion: a drive lags behind its commands,
+        wanted twist is checked again. If it leads to a contact, the robot gathers speed on the
+        wanted arc instead. The measured motion is checked too: a drive lags behind its commands,
         and while it still turns, an arc that is clear is not yet the one it drives. A velocity from
         which the robot cannot stop in time is not admissible (D. Fox, W. Burgard and S. Thrun,
         "The dynamic window approach to collision avoidance", IEEE RAM 4(1), 1997).
@@ -194,12 +194,9 @@ class Safety:
             time = self._stopping_time(smooth)
             contact = self._monitor.contact(smooth, points, time, self._padding(smooth))
             along = self._smoother.along(wanted) if contact.time < inf else None
-            if along not in (None, STANDSTILL):
-                time = self._stopping_time(along)
-                smooth, contact = (
-                    along,
-                    self._monitor.contact(along, points, time, self._padding(along)),
-                )
+            if along is not None and along != STANDSTILL:
+                smooth, time = along, self._stopping_time(along)
+                contact = self._monitor.contact(along, points, time, self._padding(along))
         if contact.time == inf:
             contact = self._monitor.contact(measured, points, self._stopping_time(measured), 0.0)
         if contact.time == inf:

@@ -1,6 +1,7 @@
 """Missions that run at once, a robot each, in one world with one clock."""
 
 from pathlib import Path
+from shutil import copytree
 
 import pytest
 
@@ -188,6 +189,16 @@ def test_a_signal_ends_all_missions(files):
 def test_what_does_not_fit_together_is_refused(files, changes, options, message):
     with pytest.raises(InputError, match=message):
         prepare_together(files(**changes), RunOptions(**options))
+
+
+def test_a_robot_file_with_another_body_needs_the_option(files, tmp_path):
+    folder = tmp_path / "scout"
+    copytree(Path(__file__).parents[3] / "robots" / "scout", folder)
+    file = folder / "robot.yaml"
+    file.write_text(file.read_text() + "body: scripted\n")
+    with pytest.raises(InputError, match=r"is scripted; .* add --body simulated"):
+        prepare_together(files(), RunOptions(robot=str(file)))
+    assert len(prepare_together(files(), RunOptions(robot=str(file), body="simulated"))) == 2
 
 
 def test_an_argument_goes_to_the_missions_that_declare_it(files):
