@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from hashlib import sha256
 
 import numpy as np
@@ -13,5 +14,22 @@ def stream(seed: int, name: str, step: int = 0) -> np.random.Generator:
     Optional sensors draw the noise of each measurement from a new stream with its step, so that
     using one sensor does not change any other result.
     """
-    words = np.frombuffer(sha256(name.encode()).digest()[:16], dtype=np.uint32)
-    return np.random.Generator(np.random.PCG64([seed, step, *(int(word) for word in words)]))
+    # An array of words is the same entropy as a list of integers, and faster.
+    entropy = np.array([*_words(seed), *_words(step), *_words_of(name)], dtype=np.uint32)
+    return np.random.Generator(np.random.PCG64(entropy))
+
+
+def _words(number: int) -> list[int]:
+    """Return a number as words of 32 bits, the lowest first, as NumPy's SeedSequence does."""
+    if number < 0:
+        raise ValueError(f"the seed or step {number} is negative")
+    words = [number & 0xFFFFFFFF]
+    while number := number >> 32:
+        words.append(number & 0xFFFFFFFF)
+    return words
+
+
+@cache
+def _words_of(name: str) -> tuple[int, ...]:
+    digest = sha256(name.encode()).digest()[:16]
+    return tuple(np.frombuffer(digest, dtype=np.uint32).tolist())

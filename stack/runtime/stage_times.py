@@ -9,12 +9,19 @@ from time import perf_counter
 from stack.telemetry.records import StageTiming
 
 
-@dataclass
+@dataclass(slots=True)
 class _Stage:
+    budget: float
     total: float = 0.0
     worst: float = 0.0
     count: int = 0
     overruns: int = 0
+
+    def add(self, taken: float) -> None:
+        self.total += taken
+        self.count += 1
+        self.worst = max(self.worst, taken)
+        self.overruns += taken > self.budget
 
 
 @dataclass
@@ -27,6 +34,7 @@ class Stages:
 
     budget: float
     stages: dict[str, _Stage] = field(default_factory=dict)
+    _timers: dict[str, StageTimer] = field(default_factory=dict)
     _step: float = 0.0
 
     def begin_step(self) -> None:
@@ -38,7 +46,7 @@ class Stages:
 
         Six stages of 30 ms are an overrun of a period of 50 ms, although none of them is.
         """
-        self._add("step", self._step)
+        self.stage("step").add(self._step)
 
     def measure(self, name: str, asleep: Callable[[], float] | None = None) -> StageTimer:
         """Return a context that adds its run time, without the time that it sleeps, to a stage.
@@ -47,21 +55,22 @@ class Stages:
             name: of the stage.
             asleep: returns the wall seconds slept so far; None: it does not sleep.
         """
-        return StageTimer(self, name, asleep)
+        timer = self._timers.get(name)
+        if timer is None:
+            timer = self._timers[name] = StageTimer(self, name, asleep)
+        return timer
 
     def add(self, name: str, taken: float) -> None:
         """Add a run of a stage, wall seconds."""
         self._step += taken
-        self._add(name, taken)
+        self.stage(name).add(taken)
 
-    def _add(self, name: str, taken: float) -> None:
+    def stage(self, name: str) -> _Stage:
+        """Return the times of a stage."""
         stage = self.stages.get(name)
         if stage is None:
-            stage = self.stages[name] = _Stage()
-        stage.total += taken
-        stage.count += 1
-        stage.worst = max(stage.worst, taken)
-        stage.overruns += taken > self.budget
+            stage = self.stages[name] = _Stage(self.budget)
+        return stage
 
     def timings(self) -> dict[str, StageTiming]:
         """Mean, worst, count and overruns of every stage."""
@@ -72,7 +81,7 @@ class Stages:
 
 
 class StageTimer:
-    """Context that measures one run of a stage."""
+    """Context that measures the runs of a stage, one after the other."""
 
     __slots__ = ("_asleep", "_began", "_name", "_stages")
 

@@ -31,9 +31,14 @@ class Walker:
 
     def __init__(self, person: Person) -> None:
         self._person = person
-        self._points = np.asarray(person.waypoints, dtype=np.float64)
-        following = np.roll(self._points, -1, axis=0)
-        self._lengths: list[float] = np.hypot(*(following - self._points).T).tolist()
+        points = np.asarray(person.waypoints, dtype=np.float64)
+        to_next = np.roll(points, -1, axis=0) - points
+        self._corners: list[tuple[float, float]] = list(map(tuple, points.tolist()))
+        self._lengths: list[float] = np.hypot(*to_next.T).tolist()
+        self._directions = [
+            (dx / length, dy / length) if length > 0.0 else (1.0, 0.0)
+            for (dx, dy), length in zip(to_next.tolist(), self._lengths, strict=True)
+        ]
         self._segment, self._along, self._pause_left = 0, 0.0, 0.0
         self._advance(person.start * sum(self._lengths))
         self.x, self.y = self._position()
@@ -65,17 +70,9 @@ class Walker:
         self._along = distance
 
     def _position(self) -> tuple[float, float]:
-        x, y = self._points[self._segment]
-        c, s = self._direction()
-        return float(x) + c * self._along, float(y) + s * self._along
-
-    def _direction(self) -> tuple[float, float]:
-        start = self._points[self._segment]
-        end = self._points[(self._segment + 1) % len(self._points)]
-        length = self._lengths[self._segment]
-        if length <= 0.0:
-            return 1.0, 0.0
-        return float(end[0] - start[0]) / length, float(end[1] - start[1]) / length
+        x, y = self._corners[self._segment]
+        c, s = self._directions[self._segment]
+        return x + c * self._along, y + s * self._along
 
     def _is_blocked_by(self, robot: Pose2D, radius: float) -> bool:
         """Whether a robot is close ahead, within the width of person and robot."""
@@ -83,7 +80,7 @@ class Walker:
         radii = radius + self._person.radius
         if hypot(dx, dy) > radii + YIELD_GAP:
             return False
-        c, s = self._direction()
+        c, s = self._directions[self._segment]
         ahead, aside = c * dx + s * dy, abs(c * dy - s * dx)
         return ahead > 0.0 and aside < radii + SIDE_CLEARANCE
 
@@ -98,6 +95,11 @@ class People:
     def walk(self, period: float, robots: Robots) -> bool:
         """Advance everyone by `period` seconds; return whether anyone moved."""
         return any([walker.walk(period, robots) for walker in self._walkers])
+
+    @property
+    def positions(self) -> list[tuple[float, float]]:
+        """Position of each person, world frame, metres."""
+        return [(walker.x, walker.y) for walker in self._walkers]
 
     @property
     def places(self) -> FloatArray:

@@ -123,8 +123,8 @@ class SimulatedRobot:
         self._count_contacts(time, truth)
 
     def measures_ranges(self, step: int) -> bool:
-        """Whether a lidar or sonar measures in this physics step."""
-        return any(step % steps == 0 for steps in self._range_sensor_steps.values())
+        """Whether a lidar or sonar may measure in this physics step."""
+        return step % self._range_steps == 0
 
     def measure_ranges(self, step: int, time: float, scene: SceneState) -> None:
         """Read the lidars and sonars that are due, each at its own rate."""
@@ -189,9 +189,8 @@ class SimulatedRobot:
         }
         if description.imu:
             self._imu_steps = settings.steps("IMU period", 1.0 / description.imu.rate)
-        self.quiet_steps = gcd(
-            self._imu_steps, self._clearance_steps, *self._range_sensor_steps.values()
-        )
+        self._range_steps = gcd(*self._range_sensor_steps.values()) or self._clearance_steps
+        self.quiet_steps = gcd(self._imu_steps, self._clearance_steps, self._range_steps)
 
     def _set_wheels(self) -> None:
         wheels = self.drive.wheels

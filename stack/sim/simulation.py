@@ -73,7 +73,7 @@ class Simulation:
             return
         self._has_begun = True
         self._quiet_steps = gcd(self._scene_steps, *(robot.quiet_steps for robot in self._robots))
-        self._physics.scene.place_people(self.people.places)
+        self._physics.scene.place_people(self.people.positions)
         self._apply_due_events()
         for robot in self._robots:
             robot.begin(self.scene_around(robot))
@@ -136,19 +136,27 @@ class Simulation:
         if steps <= 0:
             return
         self.begin()
-        for _ in range(steps):
-            self._advance_one_step()
+        end = self._step + steps
+        while self._step < end:
+            self._run_physics(
+                min(end, self._step - self._step % self._quiet_steps + self._quiet_steps)
+            )
+            if self._step % self._quiet_steps == 0:
+                self._measure()
         self._apply_due_events()
         self.pace.keep(steps * self._period)
 
-    def _advance_one_step(self) -> None:
-        for robot in self._robots:
-            robot.drive_wheels()
-        self._physics.step()
-        self._step += 1
+    def _run_physics(self, until: int) -> None:
+        """Advance physics and wheel controllers to a step."""
+        for _ in range(until - self._step):
+            for robot in self._robots:
+                robot.drive_wheels()
+            self._physics.step()
+        self._step = until
+
+    def _measure(self) -> None:
+        """Update everything that is due in this step besides the physics."""
         step, time = self._step, self.time
-        if step % self._quiet_steps:
-            return
         if step % self._scene_steps == 0:
             self._update_scene()
         for robot in self._robots:
@@ -164,7 +172,7 @@ class Simulation:
             (truth.pose, robot.radius) for robot, truth in zip(self._robots, truths, strict=True)
         ]
         if self.people.walk(period, places):
-            self._physics.scene.place_people(self.people.places)
+            self._physics.scene.place_people(self.people.positions)
         for robot, truth in zip(self._robots, truths, strict=True):
             robot.update_scene(self.time, period, truth)
 

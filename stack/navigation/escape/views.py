@@ -77,8 +77,9 @@ class View:
 
 def is_near(one: Pose2D, other: Pose2D, distance: float, angle: float) -> bool:
     """Whether two poses differ by at most a distance in metres and an angle in radians."""
-    turn = abs(wrap_angle(one.heading - other.heading))
-    return one.distance_to(other) <= distance and turn <= angle
+    if one.distance_to(other) > distance:
+        return False
+    return abs(wrap_angle(one.heading - other.heading)) <= angle
 
 
 def _of_scan(scan: Scan) -> tuple[FloatArray, float, float]:

@@ -7,10 +7,9 @@ uses base-frame poses and wheel angles.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from math import atan2, cos, hypot, sin, sqrt
 from pathlib import Path as FilePath
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -30,21 +29,20 @@ STEERING_GAIN = 0.5
 """Share of the steering error that is corrected in one physics step."""
 
 
-@dataclass(frozen=True, slots=True)
-class BaseState:
-    """State of the base frame in space.
+class BaseState(NamedTuple):
+    """State of the base frame in space. Plain floats instead of arrays: it is asked for often.
 
     Attributes:
-        position: (3,) metres, world frame.
-        rotation: (3, 3) world from base.
-        velocity: (3,) m/s of the frame's origin, world frame.
-        spin: (3,) angular velocity, rad/s, world frame.
+        position: metres, world frame.
+        rotation: the nine numbers of the matrix world from base, row by row.
+        velocity: m/s of the frame's origin, world frame.
+        spin: angular velocity, rad/s, world frame.
     """
 
-    position: FloatArray
-    rotation: FloatArray
-    velocity: FloatArray
-    spin: FloatArray
+    position: Vector
+    rotation: tuple[float, ...]
+    velocity: Vector
+    spin: Vector
 
 
 class PhysicsRobot:
@@ -67,8 +65,9 @@ class PhysicsRobot:
 
     def __init__(self, physics: PhysicsWorld, description: RobotDescription, start: Pose2D) -> None:
         self.world, self._bullet, self.client = physics, physics.bullet, physics.client
-        self._known: tuple[Vector, tuple[float, ...], Vector, Vector] | None = None
-        self._known_at = 0
+        self._state: BaseState | None = None
+        self._truth: GroundTruth | None = None
+        self._state_step = 0
         self.robot = load_robot(self._bullet, self.client, description.urdf)
         self._prepare_robot(description, physics.friction)
         self.place_robot(start)
@@ -76,7 +75,7 @@ class PhysicsRobot:
 
     def place_robot(self, pose: Pose2D) -> None:
         """Place the robot at a pose, at rest, with wheels at rest."""
-        self._known = None
+        self._state = None
         turn = (0.0, 0.0, sin(pose.heading / 2.0), cos(pose.heading / 2.0))
         position, orientation = self._bullet.multiplyTransforms(
             (pose.x, pose.y, 0.0), turn, *self._inertial
@@ -138,22 +137,14 @@ class PhysicsRobot:
         )
 
     def truth(self) -> GroundTruth:
-        """Return pose and velocity of the base frame in the plane.
-
-        Computed with plain floats instead of arrays, because it is called often.
-        """
-        (x, y, _), r, (vx, vy, _), (_, _, spin) = self._base()
-        forward = hypot(r[0], r[3])
-        c, s = r[0] / forward, r[3] / forward
-        twist = Twist(c * vx + s * vy, spin, c * vy - s * vx)
-        return GroundTruth(Pose2D(x, y, atan2(s, c)), twist)
-
-    def base_state(self) -> BaseState:
-        """Return the state of the base frame in space."""
-        position, rotation, velocity, spin = self._base()
-        return BaseState(
-            np.array(position), np.array(rotation).reshape(3, 3), np.array(velocity), np.array(spin)
-        )
+        """Return pose and velocity of the base frame in the plane."""
+        (x, y, _), r, (vx, vy, _), (_, _, spin) = self.base_state()
+        if self._truth is None:
+            forward = hypot(r[0], r[3])
+            c, s = r[0] / forward, r[3] / forward
+            twist = Twist(c * vx + s * vy, spin, c * vy - s * vx)
+            self._truth = GroundTruth(Pose2D(x, y, atan2(s, c)), twist)
+        return self._truth
 
     def base_pose(self) -> tuple[Vector, tuple[float, float, float, float]]:
         """Return position and orientation (quaternion x, y, z, w) of the base, world frame."""
@@ -162,14 +153,13 @@ class PhysicsRobot:
         pose = self._bullet.multiplyTransforms(*com, *self._from_inertial)
         return pose
 
-    def _base(self) -> tuple[Vector, tuple[float, ...], Vector, Vector]:
-        """Return position, row-major rotation, velocity and spin of the base frame.
+    def base_state(self) -> BaseState:
+        """Return the state of the base frame in space; computed once in a physics step.
 
-        PyBullet gives these for the centre of mass; v = v_com + w x (base - com). They are computed
-        once in a physics step.
+        PyBullet gives it for the centre of mass; v = v_com + w x (base - com).
         """
-        if self._known is not None and self._known_at == self.world.steps:
-            return self._known
+        if self._state is not None and self._state_step == self.world.steps:
+            return self._state
         com = self._bullet.getBasePositionAndOrientation(self.robot, physicsClientId=self.client)
         velocity, spin = self._bullet.getBaseVelocity(self.robot, physicsClientId=self.client)
         origin, turn = self._bullet.multiplyTransforms(*com, *self._from_inertial)
@@ -180,8 +170,9 @@ class PhysicsRobot:
             velocity[2] + spin[0] * ry - spin[1] * rx,
         )
         rotation = self._bullet.getMatrixFromQuaternion(turn)
-        self._known, self._known_at = (origin, rotation, base_velocity, spin), self.world.steps
-        return self._known
+        self._state = BaseState(origin, rotation, base_velocity, spin)
+        self._truth, self._state_step = None, self.world.steps
+        return self._state
 
     def touching(self) -> list[tuple[str, float, float]]:
         """Return the contacts except those with the floor: with what, and x, y in metres."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import cos, sin
 from pathlib import Path as FilePath
 from typing import Any
@@ -11,7 +12,7 @@ import numpy as np
 from stack.sim.physics.boards import board_quad, board_texture
 from stack.sim.physics.meshes import Mesh, file_name, merged, slab, static_meshes
 from stack.sim.worlds.world import Colour, Door, World
-from stack.types import FloatArray, Pose2D
+from stack.types import Pose2D
 
 PERSON_HEIGHT = 1.7
 HIDDEN_HEIGHT = -20.0
@@ -34,7 +35,7 @@ class Scene:
         self.floor = -1
         self.obstacles: dict[int, str] = {}
         self._doors: dict[str, tuple[int, Pose2D, float]] = {}
-        self._people: list[int] = []
+        self._people: dict[int, tuple[float, float] | None] = {}  # body -> position
 
     @classmethod
     def with_collision_shapes(
@@ -98,10 +99,12 @@ class Scene:
         z = height / 2.0 if closed else HIDDEN_HEIGHT
         self._move(body, pose.x, pose.y, z, pose.heading)
 
-    def place_people(self, people: FloatArray) -> None:
-        """Move the people to `people[:, :2]`, x and y in metres, in the order of the world."""
-        for body, (x, y) in zip(self._people, people[:, :2].tolist(), strict=True):
-            self._move(body, x, y, PERSON_HEIGHT / 2.0, 0.0)
+    def place_people(self, positions: Sequence[tuple[float, float]]) -> None:
+        """Move the people to positions in metres, in the order of the world."""
+        for body, position in zip(self._people, positions, strict=True):
+            if self._people[body] != position:
+                self._people[body] = position
+                self._move(body, *position, PERSON_HEIGHT / 2.0, 0.0)
 
     def _move(self, body: int, x: float, y: float, z: float, heading: float) -> None:
         turn = (0.0, 0.0, sin(heading / 2.0), cos(heading / 2.0))
@@ -153,7 +156,7 @@ class Scene:
         height = {"length" if visible else "height": PERSON_HEIGHT}
         cylinder = self._bullet.GEOM_CYLINDER
         body = self._add_shape(visible, PERSON_COLOUR, cylinder, radius=radius, **height)
-        self._people.append(body)
+        self._people[body] = None
         return body
 
     def _add_shape(self, visible: bool, colour: Colour, kind: int, **size: Any) -> int:

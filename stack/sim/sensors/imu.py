@@ -8,8 +8,10 @@ from stack.drivetrain.description import ImuDescription
 from stack.sim.physics.physics_robot import BaseState
 from stack.sim.physics.physics_world import GRAVITY
 from stack.streams import stream
-from stack.types import FloatArray
 from stack.types import Imu as ImuReading
+
+_Sample = tuple[float, ...]
+"""Time, velocity before and now, spin, and the nine numbers of the rotation."""
 
 
 class Imu:
@@ -20,26 +22,14 @@ class Imu:
         self._random = stream(seed, "imu")
         self._gyro_bias = self._random.normal(0.0, description.gyro_bias, 3)
         self._accelerometer_bias = self._random.normal(0.0, description.accelerometer_bias, 3)
-        self._velocity: FloatArray | None = None
-        self._stamps: list[float] = []
-        self._gyro: list[FloatArray] = []
-        self._accelerometer: list[FloatArray] = []
+        self._velocity: tuple[float, float, float] | None = None
+        self._samples: list[_Sample] = []
 
     def sample(self, time: float, state: BaseState) -> None:
         """Take one sample; call at the sensor's rate."""
-        d = self._description
-        noise = self._random.standard_normal(6)
         before = state.velocity if self._velocity is None else self._velocity
         self._velocity = state.velocity
-        acceleration = (state.velocity - before) * d.rate
-        acceleration[2] += GRAVITY
-        self._stamps.append(time)
-        self._gyro.append(state.spin @ state.rotation + self._gyro_bias + d.gyro_noise * noise[:3])
-        self._accelerometer.append(
-            acceleration @ state.rotation
-            + self._accelerometer_bias
-            + d.accelerometer_noise * noise[3:]
-        )
+        self._samples.append((time, *before, *state.velocity, *state.spin, *state.rotation))
 
     def reset_velocity(self) -> None:
         """Forget the last velocity, so that a lifted robot measures no jump of it."""
@@ -47,10 +37,18 @@ class Imu:
 
     def take(self) -> ImuReading | None:
         """Return the samples since the last call, or None without any."""
-        if not self._stamps:
+        if not self._samples:
             return None
-        batch = ImuReading(
-            np.array(self._stamps), np.array(self._gyro), np.array(self._accelerometer)
+        d, rows = self._description, np.array(self._samples)
+        self._samples = []
+        noise = self._random.standard_normal((len(rows), 6))
+        force = (rows[:, 4:7] - rows[:, 1:4]) * d.rate + (0.0, 0.0, GRAVITY)
+        rotations = rows[:, 10:].reshape(-1, 3, 3)
+        gyro, accelerometer = (
+            np.matmul(vectors[:, None, :], rotations)[:, 0] for vectors in (rows[:, 7:10], force)
         )
-        self._stamps, self._gyro, self._accelerometer = [], [], []
-        return batch
+        return ImuReading(
+            rows[:, 0].copy(),
+            gyro + self._gyro_bias + d.gyro_noise * noise[:, :3],
+            accelerometer + self._accelerometer_bias + d.accelerometer_noise * noise[:, 3:],
+        )

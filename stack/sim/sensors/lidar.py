@@ -127,6 +127,8 @@ class SensedScene:
         circles = self._circles
         if self._sees_people:
             circles = np.concatenate([circles, scene.people])
+        if not closed and not robots:
+            return self._segments, circles
         return np.concatenate([self._segments, *closed, *robots]), circles
 
 

@@ -18,6 +18,9 @@ from stack.streams import stream
 from stack.types import STANDSTILL, Pose2D, Twist, wrap_angle
 from stack.types import Odometry as OdometryReading
 
+DRAWS = 64
+"""Readings whose random numbers are drawn at once, because single draws are slow."""
+
 SPEED_WINDOW = 5
 """Readings over which the speed is averaged; a single reading is too coarse (encoder steps)."""
 
@@ -50,6 +53,7 @@ class Odometry:
         self._drivetrain = robot.drivetrain
         self._steering: list[float] = []
         self._metres_per_tick = self._drawn_scales(noise, robot.wheels.radius)
+        self._draws: list[list[float]] = []
         self._ticks: list[int] | None = None
         self._recent: deque[tuple[float, list[float]]] = deque(maxlen=SPEED_WINDOW)
         self._stamp, self._pose = 0.0, Pose2D(0.0, 0.0)
@@ -64,7 +68,7 @@ class Odometry:
         angles = self._drivetrain.encoder_angles(encoders.wheels)
         ticks = [floor(angle / self._tick) for angle in angles]
         # One draw per wheel even at standstill: the random stream depends on time alone.
-        draws: list[float] = self._random.standard_normal(len(ticks)).tolist()
+        draws = self._next_draws(len(ticks))
         before, self._ticks = self._ticks, ticks
         if before is None:
             return
@@ -78,6 +82,12 @@ class Odometry:
         slips = [self._slip * sqrt(abs(r)) * draw for r, draw in zip(rolled, draws, strict=True)]
         step = self._drivetrain.from_wheels(rolled, slips, self._steering)
         self._stamp, self._pose = time, self._moved_by(step)
+
+    def _next_draws(self, wheels: int) -> list[float]:
+        if not self._draws:
+            self._draws = self._random.standard_normal((DRAWS, wheels)).tolist()
+            self._draws.reverse()
+        return self._draws.pop()
 
     def _drawn_scales(self, noise: OdometryNoise, radius: float) -> list[float]:
         """Draw the distance per encoder tick that odometry assumes for each wheel, metres."""

@@ -116,7 +116,7 @@ class CameraRenderer:
         self._others += [self._load(urdf) for urdf, *_ in request.robots[len(self._others) :]]
         for robot, (_, position, orientation) in zip(self._others, request.robots, strict=True):
             self._place_robot(robot, position, orientation)
-        self._scene.place_people(request.people)
+        self._scene.place_people([(x, y) for x, y, _ in request.people.tolist()])
         for name, closed in request.doors.items():
             self._scene.place_door(name, closed)
 
