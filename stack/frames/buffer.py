@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections import deque
+from itertools import islice
 from math import pi
 from typing import Generic, Literal, TypeVar
 
@@ -112,10 +113,14 @@ class TransformBuffer:
         """Return (n, 3) x, y, heading of the base at (n,) stamps; see `pose_at`."""
         if stamps.size == 0:
             return np.empty((0, 3))
-        self._check(float(stamps.min()))
-        self._check(float(stamps.max()))
-        known = np.array(self._odom_from_base.stamps)
-        rows = np.array([_row(pose) for pose in self._odom_from_base.values])
+        first, last = float(stamps.min()), float(stamps.max())
+        self._check(first)
+        self._check(last)
+        poses = self._odom_from_base
+        start = max(0, bisect_right(poses.stamps, first) - 1)
+        end = bisect_right(poses.stamps, last) + 1
+        known = np.array(list(islice(poses.stamps, start, end)))
+        rows = np.array([_row(pose) for pose in islice(poses.values, start, end)])
         rows[:, 2] = np.unwrap(rows[:, 2])
         x, y, heading = (np.interp(stamps, known, column) for column in rows.T)
         odom = np.column_stack([x, y, (heading + pi) % (2.0 * pi) - pi])
