@@ -79,11 +79,15 @@ class Witness:
         if self._world.scan.stamp == self._world.time:
             self._scans.append((self._world.pose, self._world.scan))
 
-    def fastest_on_unseen_ground(self) -> float:
-        """Largest speed, m/s, of a point of the outline where nothing was seen before."""
-        points = self._world.pose.transform(OUTLINE)
+    def fastest_to_unseen_ground(self) -> float:
+        """Largest speed, m/s, of a point of the outline that is 6 cm before unseen ground."""
+        twist, (x, y) = self._world.twist, OUTLINE.T
+        velocity = np.column_stack([twist.linear - twist.angular * y, twist.angular * x])
+        speed = np.hypot(*velocity.T)
+        ahead = OUTLINE + 0.06 * velocity / np.maximum(speed, 1e-9)[:, None]
+        points = self._world.pose.transform(ahead)
         unseen = np.ones(len(points), dtype=bool)
-        for pose in self._poses[:-1]:
+        for pose in self._poses:
             local = np.abs(pose.inverse().transform(points))
             # what shares a cell with ground that the robot stood on counts as seen
             unseen &= (local[:, 0] > 0.25 + 1.5 * CELL) | (local[:, 1] > 0.2 + 1.5 * CELL)
@@ -93,24 +97,20 @@ class Witness:
             inside = (beam >= 0) & (beam < scan.ranges.size)
             ranges = scan.ranges[np.clip(beam, 0, scan.ranges.size - 1)]
             unseen &= ~(inside & (np.hypot(x, y) <= ranges + 1.5 * CELL))
-        twist = self._world.twist
-        speed = np.hypot(
-            twist.linear - twist.angular * OUTLINE[:, 1], twist.angular * OUTLINE[:, 0]
-        )
         return float(speed[unseen].max(initial=0.0))
 
 
 @settings(deadline=None, max_examples=12)
 @given(st.floats(-pi, pi), st.lists(speeds, min_size=4, max_size=4), circles)
 def test_no_point_of_the_outline_enters_unseen_ground_fast(heading, wishes, things):
-    """Without the limit, every second robot does so with more than 0.3 m/s."""
+    """Its wheels lag, and 1.5 cm are left to slow down: 5 cm/s more than the limit."""
     world = ToyWorld(room(4, 4), BLIND_BEHIND, Pose2D(2.0, 2.0, heading), things, beams=360)
     assume(world.clearance() > 0.05)
     safety, witness = Safety(world.robot, SafetyParameters(), world.period), Witness(world)
     for wish in wishes:
         for _ in drive(world, safety, Twist(*wish), 0.6):
             witness.note()
-            assert witness.fastest_on_unseen_ground() < BLIND_SPEED + 0.02
+            assert witness.fastest_to_unseen_ground() < BLIND_SPEED + 0.05
 
 
 @settings(deadline=None, max_examples=12)
