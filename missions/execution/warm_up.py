@@ -11,6 +11,7 @@ from missions.execution.prepare import PreparedMission, RunOptions
 from stack.compilation import KernelTypes, compile_kernel, missing
 from stack.costmap.costmap import Costmap
 from stack.navigation.navigator import Navigator
+from stack.perception.obstacle_memory import ObstacleMemory
 from stack.safety.safety import Safety
 
 SECONDS_EACH = 1.5
@@ -70,10 +71,12 @@ def kernels_of(plan: PreparedMission, *, replayed: bool = False) -> dict[str, Ke
     """
     choices = plan.choices
     costs, safety = choices["costmap"], choices["safety"]
+    memory = ObstacleMemory.kernels(plan.robot)
     found: dict[str, KernelTypes] = {
         "sensors": () if replayed else _sensor_kernels(plan),
         "costmap": Costmap.kernels(costs.parameters, costs.parts),
-        "safety": Safety.kernels(safety.parts),
+        "perception": memory,
+        "safety": Safety.kernels(safety.parts, blind=bool(memory)),
         "navigation": Navigator.kernels(),
     }
     return {**found, **{kind: choices[kind].kernels(plan.robot) for kind in DEFAULTS}}

@@ -3,22 +3,25 @@
 Every lidar and sonar counts alike. Points are kept in the odom frame at their own stamps, so that
 the motion since a measurement is compensated by odometry. Points that the robot's motion moves into
 a sector that no sensor covers are remembered for a while: a robot that is blind behind does not
-reverse into what it has just passed.
+reverse into what it has just passed. Such a robot also remembers which ground it has seen
+(stack/perception/seen_ground.py).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from math import inf, isfinite, pi
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stack.compilation import KernelTypes
 from stack.drivetrain.description import LidarDescription, RobotDescription, SonarDescription
 from stack.errors import FrameError
 from stack.frames.buffer import TransformBuffer
 from stack.parameters import parameter
+from stack.perception.seen_ground import GroundMemory
 from stack.types import (
     FloatArray,
     Observation,
@@ -26,6 +29,7 @@ from stack.types import (
     RangeReading,
     RangeView,
     Scan,
+    SeenGround,
     wrap_angle,
 )
 
@@ -65,6 +69,9 @@ class ObstacleMemoryParameters:
     blind_range: float = parameter(
         2.0, "m", at_least=0.0, help="largest distance of remembered points"
     )
+    seen_time: float = parameter(
+        10.0, "s", at_least=0.0, help="how long ground in sectors nothing sees counts as seen"
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,6 +95,15 @@ class ObstacleMemory:
         parameters: of the memory.
     """
 
+    @staticmethod
+    def kernels(robot: RobotDescription) -> KernelTypes:
+        """Return the kernels of the memory; none if the robot's sensors see all around."""
+        if not len(blind_sectors(robot)):
+            return ()
+        from stack.perception import kernels
+
+        return kernels.MARK_SEEN
+
     def __init__(
         self,
         robot: RobotDescription,
@@ -97,6 +113,11 @@ class ObstacleMemory:
         self._sensors: Mapping[str, Sensor] = {**robot.all_lidars, **robot.sonars}
         self._newest: dict[str, _Measured] = {}
         self._blind_sectors = blind_sectors(robot)
+        self._ground = (
+            GroundMemory(robot, self._sensors.values(), MARGIN)
+            if len(self._blind_sectors)
+            else None
+        )
         self._remembered: FloatArray = np.empty((0, 4))  # x, y, last and first sighting
 
     def configure(self, parameters: ObstacleMemoryParameters) -> None:
@@ -111,18 +132,31 @@ class ObstacleMemory:
             frames: with the odometry up to the observation's time.
         """
         now = observation.time
+        new: dict[str, _Measured] = {}
         for name, scan in observation.of(Scan).items():
             view = RangeView(frames.pose_at("odom", scan.stamp), scan)
-            self._newest[name] = _Measured(scan.points(), view)
+            new[name] = _Measured(scan.points(), view)
         for name, reading in observation.of(RangeReading).items():
             view = RangeView(frames.pose_at("odom", reading.stamp), reading)
-            self._newest[name] = _Measured(arc_points(reading), view)
+            new[name] = _Measured(arc_points(reading), view)
+        self._newest.update(new)
         visible = self._compensated(now, frames)
-        remembered = self._remember(visible, now, frames)
+        remembered = self._remember(visible, now, frames, fresh=bool(new))
+        ground = self._see_ground([measured.view for measured in new.values()], now, frames)
         ages = {name: self._age(name, now) for name in self._sensors}
         points = np.concatenate([visible, remembered]) if len(remembered) else visible
         views = {name: measured.view for name, measured in self._newest.items()}
-        return ObstaclePoints(now, points, ages, self._blind_sectors, views)
+        return ObstaclePoints(now, points, ages, self._blind_sectors, views, ground)
+
+    def _see_ground(
+        self, views: Sequence[RangeView], now: float, frames: TransformBuffer
+    ) -> SeenGround | None:
+        """Return the ground that was seen; None if the sensors see all around."""
+        if self._ground is None:
+            return None
+        base = frames.pose_at("odom", now)
+        self._ground.update(views, base, now)
+        return self._ground.since(now - self.parameters.seen_time, base)
 
     def _age(self, name: str, now: float) -> float:
         return now - self._newest[name].stamp if name in self._newest else inf
@@ -141,8 +175,17 @@ class ObstacleMemory:
             found.append(moved.inverse().transform(measured.points))
         return np.concatenate(found)
 
-    def _remember(self, visible: FloatArray, now: float, frames: TransformBuffer) -> FloatArray:
-        """Return (m, 2) remembered points in blind sectors, base frame now; remember `visible`."""
+    def _remember(
+        self, visible: FloatArray, now: float, frames: TransformBuffer, *, fresh: bool
+    ) -> FloatArray:
+        """Return (m, 2) remembered points in blind sectors, base frame now.
+
+        Args:
+            visible: (n, 2) the newest points, base frame now; remembered if they are `fresh`.
+            now: seconds.
+            frames: with the odometry up to now.
+            fresh: whether there is a new measurement.
+        """
         p = self.parameters
         if not len(self._blind_sectors) or p.blind_time == 0.0:
             return np.empty((0, 2))
@@ -152,10 +195,12 @@ class ObstacleMemory:
         static = known[:, 2] - known[:, 3] >= STATIC_AFTER
         recent = known[:, 2] > now - np.where(static, p.static_time, p.blind_time)
         hidden = recent & self._is_hidden(local)
+        if not fresh:
+            return local[hidden]
         seen = pose.transform(visible[np.hypot(visible[:, 0], visible[:, 1]) <= p.blind_range])
-        fresh = np.column_stack([seen, np.full((len(seen), 2), now)])
-        rows = _with_first_sightings(np.concatenate([fresh, known]))
-        kept = np.concatenate([np.ones(len(fresh), dtype=bool), hidden])
+        new = np.column_stack([seen, np.full((len(seen), 2), now)])
+        rows = _with_first_sightings(np.concatenate([new, known]))
+        kept = np.concatenate([np.ones(len(new), dtype=bool), hidden])
         self._remembered = _thinned(rows[kept])
         return local[hidden]
 
@@ -169,7 +214,8 @@ class ObstacleMemory:
 
 def _thinned(rows: FloatArray) -> FloatArray:
     """Return the first of all rows (x, y, …) in the same cell; their order is kept."""
-    _, first = np.unique(_cells(rows, CELL), return_index=True)
+    column, row = np.floor(rows[:, :2] / CELL).astype(np.int64).T
+    _, first = np.unique((column << 32) + row, return_index=True)
     return rows[np.sort(first)]
 
 
@@ -179,21 +225,18 @@ def _with_first_sightings(rows: FloatArray) -> FloatArray:
     Four grids of places overlap by half, so that a point at the edge of one is inside another.
     """
     first = rows[:, 3].copy()
-    for shift in ((0.0, 0.0), (0.0, 0.5), (0.5, 0.0), (0.5, 0.5)):
-        _, place = np.unique(_cells(rows, PLACE, shift), return_inverse=True)
-        earliest = np.full(len(rows), inf)
+    if not len(rows):
+        return rows
+    halves = np.floor(rows[:, :2] / (0.5 * PLACE)).astype(np.int64)
+    halves -= halves.min(axis=0)
+    columns = halves[:, 0].max() // 2 + 2
+    for shift in ((0, 0), (0, 1), (1, 0), (1, 1)):
+        column, row = ((halves + shift) // 2).T
+        place = row * columns + column
+        earliest = np.full(place.max() + 1, inf)
         np.minimum.at(earliest, place, rows[:, 3])
         np.minimum(first, earliest[place], out=first)
     return np.column_stack([rows[:, :3], first])
-
-
-def _cells(
-    rows: FloatArray, size: float, shift: tuple[float, float] = (0.0, 0.0)
-) -> NDArray[np.int64]:
-    """Return (n,) a number for the square cell of each row (x, y, …); `shift` in cells."""
-    column, row = np.floor(rows[:, :2] / size + shift).astype(np.int64).T
-    numbers: NDArray[np.int64] = (column << 32) + row
-    return numbers
 
 
 def arc_points(reading: RangeReading) -> FloatArray:

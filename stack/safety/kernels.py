@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import cos, hypot, inf, sin
+from math import acos, cos, floor, hypot, inf, sin, sqrt
 
 from numba import f8, njit
 
@@ -97,6 +97,98 @@ def nearest(points: FloatArray, corners: FloatArray) -> float:
     return best
 
 
+@njit(cache=True, nogil=True)
+def in_view(views: FloatArray, x: float, y: float) -> bool:
+    """Tell whether a point is in the view of a sensor, ignoring obstacles in front of it.
+
+    Args:
+        views: (k, 7) as in `SeenGround.views`.
+        x: of the point, base frame, metres.
+        y: likewise.
+    """
+    for k in range(views.shape[0]):
+        dx, dy = x - views[k, 0], y - views[k, 1]
+        away = hypot(dx, dy)
+        if away < views[k, 5] or away > views[k, 6]:
+            continue
+        ahead = dx * views[k, 2] + dy * views[k, 3]
+        if acos(min(1.0, max(-1.0, ahead / away))) <= views[k, 4]:
+            return True
+    return False
+
+
+@njit(cache=True, nogil=True)
+def share_where_unseen(
+    outline: FloatArray, stamps: FloatArray, left: float, bottom: float, cell: float,
+    oldest: float, x: float, y: float, heading: float, views: FloatArray,
+    linear: float, lateral: float, angular: float,
+    reaction: float, braking: float, slowest: float,
+) -> float:  # fmt: skip
+    """Share of a twist at which the outline enters unseen ground no faster than `slowest`.
+
+    Each point of the outline is followed along the twist. From a share s of the twist, slowing down
+    to the share b at which the point moves at `slowest` takes the distance of reaction s + braking
+    (s² - b²) seconds at the whole twist. This must not exceed the time after which the point enters
+    unseen ground, less the time for the diagonal of a cell. Ground that is in the view of a sensor
+    now counts as seen, and so does the cell in which the point is.
+
+    Args:
+        outline: (m, 2) points in the base frame, metres.
+        stamps: (rows, columns) seconds; a cell with less than `oldest` is unseen.
+        left: x of the left edge of the stamps, odom frame, metres.
+        bottom: y of their lower edge.
+        cell: side of a cell.
+        oldest: seconds.
+        x: of the base now, odom frame.
+        y: likewise.
+        heading: likewise, radians.
+        views: (k, 7) as in `SeenGround.views`.
+        linear: m/s forward.
+        lateral: m/s to the left.
+        angular: rad/s to the left.
+        reaction: seconds before the robot brakes.
+        braking: seconds at the whole twist that cover its braking distance.
+        slowest: m/s.
+    """
+    best = 1.0
+    ch, sh = cos(heading), sin(heading)
+    for i in range(outline.shape[0]):
+        ox, oy = outline[i, 0], outline[i, 1]
+        speed = hypot(linear - angular * oy, lateral + angular * ox)
+        if speed <= slowest * best:
+            continue
+        bound, time, step = slowest / speed, 0.0, 0.5 * cell / speed
+        margin = 3.0 * step
+        first_column = floor((x + ch * ox - sh * oy - left) / cell)
+        first_row = floor((y + sh * ox + ch * oy - bottom) / cell)
+        while True:
+            room = max(0.0, time - margin) + braking * bound * bound
+            root = sqrt(reaction * reaction + 4.0 * braking * room)
+            share = max(bound, 2.0 * room / max(reaction + root, 1e-9))
+            if share >= best:
+                break
+            half = 0.5 * angular * time
+            way = time if abs(half) < 1e-9 else time * sin(half) / half
+            c, s = cos(angular * time), sin(angular * time)
+            px = way * (linear * cos(half) - lateral * sin(half)) + c * ox - s * oy
+            py = way * (linear * sin(half) + lateral * cos(half)) + s * ox + c * oy
+            column = floor((x + ch * px - sh * py - left) / cell)
+            row = floor((y + sh * px + ch * py - bottom) / cell)
+            seen = (
+                0 <= row < stamps.shape[0]
+                and 0 <= column < stamps.shape[1]
+                and stamps[row, column] >= oldest
+            )
+            seen = seen or (row == first_row and column == first_column)
+            if not seen and not in_view(views, px, py):
+                best = share
+                break
+            time += step
+    return best
+
+
 CONTACT = ((time_to_contact, (f8[:, ::1], f8[:, ::1], *7 * (f8,))),)
-"""Entry points, with the types that the collision monitor calls them with; then of zones."""
+"""Entry points, with the types that the collision monitor calls them with; then of
+the limit in unseen ground, and of zones."""
+UNSEEN = ((share_where_unseen, (f8[:, ::1], f8[:, ::1], *7 * (f8,), f8[:, ::1], *6 * (f8,))),)
 ZONES = ((nearest, (f8[:, ::1], f8[:, ::1])),)

@@ -33,7 +33,10 @@ class SafetyParameters:
         0.3, "s", above=0.0, help="maximum age of a sensor's measurement; the robot stops above it"
     )
     blind_speed: float = parameter(
-        0.15, "m/s", at_least=0.0, help="speed limit towards a sector that no sensor covers"
+        0.15,
+        "m/s",
+        at_least=0.0,
+        help="speed limit towards a sector no sensor covers, and of an outline in unseen ground",
     )
     top_speed: float = parameter(
         5.0, "m/s", above=0.0, help="speed limit, in addition to the robot's own"

@@ -1,10 +1,12 @@
 """Safety stage: limits the commanded velocity.
 
-Stages in order: emergency stop, age of the measurements, blind sectors, safety zones, collision
-monitor, speed limit, velocity smoother, and a final collision check of the smoothed velocity and of
-the measured one. It uses the obstacle points of the range sensors only, so a wrong pose or a wrong
-costmap does not affect it (except for speed zones, which are on the map). It does not protect
-against obstacles that no sensor can see; towards a sector that none covers it limits the speed.
+Stages in order: emergency stop, age of the measurements, blind sectors, unseen ground, safety
+zones, collision monitor, speed limit, velocity smoother, and a final check: of the smoothed
+velocity for unseen ground and collisions, of the measured one for collisions. It uses the obstacle
+points of the range sensors only, so a wrong pose or a wrong costmap does not affect it (except for
+speed zones, which are on the map). It does not protect against obstacles that no sensor can see;
+towards a sector that none covers, and where the outline enters ground that none has seen, it limits
+the speed.
 """
 
 from __future__ import annotations
@@ -23,6 +25,7 @@ from stack.safety.smoother import (
     beyond_dead_band,
     within_limits,
 )
+from stack.safety.unseen import UnseenGroundLimit
 from stack.safety.zone_monitor import ZoneMonitor
 from stack.safety.zones import SafetyZone
 from stack.types import STANDSTILL, FloatArray, ObstaclePoints, Odometry, Twist
@@ -37,11 +40,12 @@ class Safety:
     """
 
     @staticmethod
-    def kernels(zones: Sequence[SafetyZone]) -> KernelTypes:
-        """Return the kernels of the stage with these zones."""
+    def kernels(zones: Sequence[SafetyZone], *, blind: bool = False) -> KernelTypes:
+        """Return the kernels of the stage with these zones, and for a robot with blind sectors."""
         from stack.safety import kernels
 
-        return (*kernels.CONTACT, *kernels.ZONES) if zones else kernels.CONTACT
+        found = (*kernels.CONTACT, *kernels.ZONES) if zones else kernels.CONTACT
+        return (*found, *kernels.UNSEEN) if blind else found
 
     def __init__(
         self, robot: RobotDescription, parameters: SafetyParameters, period: float,
@@ -50,6 +54,7 @@ class Safety:
         self.parameters, self.reason = parameters, ""
         self._robot, self._limits = robot, robot.limits
         self._monitor = CollisionMonitor(robot)
+        self._unseen = UnseenGroundLimit(robot)
         self._zones = ZoneMonitor(zones, robot.footprint)
         self._smoother = VelocitySmoother(robot, period)
 
@@ -78,6 +83,7 @@ class Safety:
         points = obstacles.points
         wanted = self._unless_stale(self._robot.drivetrain.feasible(self._finite(twist)), obstacles)
         wanted = self._limited_where_blind(wanted, obstacles)
+        wanted = self._limited_where_unseen(wanted, obstacles)
         if len(points) and wanted != STANDSTILL:
             wanted, zone = self._zones.limited(wanted, points)
             self.reason = zone or self.reason
@@ -86,6 +92,9 @@ class Safety:
         if self.parameters.closed_loop:
             self._smoother.last = motion.twist
         smooth = self._smoother.towards(wanted)
+        slow = self._limited_where_unseen(smooth, obstacles)
+        if slow != smooth:
+            smooth = self._smoother.towards(slow)
         if len(points):
             smooth = self._braked(smooth, wanted, motion.twist, points)
         self._smoother.last = smooth
@@ -128,6 +137,25 @@ class Safety:
             return twist
         self.reason = "slower: no sensor covers this direction"
         return scaled(twist, limit / speed)
+
+    def _limited_where_unseen(self, twist: Twist, obstacles: ObstaclePoints) -> Twist:
+        """Return the same arc, slow enough where the outline enters ground that was never seen.
+
+        The speed of each point that enters is limited, so that turning is limited like driving.
+        """
+        if obstacles.ground is None or twist == STANDSTILL:
+            return twist
+        p = self.parameters
+        share = self._unseen.share(
+            twist, obstacles.ground, p.reaction_time, self._braking_time(twist), p.blind_speed
+        )
+        if share == 1.0:
+            return twist
+        if share * self._rim_speed(twist) < p.creep_speed:
+            self.reason = "stopped: no sensor has seen this ground"
+            return STANDSTILL
+        self.reason = "slower: no sensor has seen this ground"
+        return scaled(twist, share)
 
     def _speed_limited(self, twist: Twist, speed_limit: float) -> Twist:
         """Scale a twist to the limits of the robot, the parameters and the position."""
@@ -210,9 +238,13 @@ class Safety:
         Braking and turning share the grip of the tyres (the friction ellipse of vehicle dynamics):
         a robot that does both takes longer than for either.
         """
+        return self.parameters.reaction_time + self._braking_time(twist)
+
+    def _braking_time(self, twist: Twist) -> float:
+        """Time in seconds at this twist that covers its braking distance."""
         speed = hypot(twist.linear, twist.lateral) / self._limits.linear_deceleration
         turn = abs(twist.angular) / self._limits.angular_acceleration
-        return self.parameters.reaction_time + 0.5 * hypot(speed, turn)
+        return 0.5 * hypot(speed, turn)
 
     def _rim_speed(self, twist: Twist) -> float:
         radius = self._robot.footprint.circumscribed_radius

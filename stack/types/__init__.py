@@ -28,7 +28,7 @@ from stack.types.grids import (
     CostGrid,
     OccupancyGrid,
 )
-from stack.types.obstacles import ObstaclePoints, RangeView
+from stack.types.obstacles import ObstaclePoints, RangeView, SeenGround
 from stack.types.sensors import (
     Battery,
     CameraModel,
@@ -90,6 +90,7 @@ __all__ = [
     "RangeView",
     "STANDSTILL",
     "Scan",
+    "SeenGround",
     "TaskStatus",
     "TrackedObject",
     "TYPICAL_HEALTH",

@@ -29,6 +29,37 @@ class RangeView:
 
 
 @dataclass(frozen=True, slots=True)
+class SeenGround:
+    """When the ground around a robot was last seen, for a robot that does not see all around.
+
+    Attributes:
+        stamps: (rows, columns) seconds at which each cell was last seen, or the robot stood on it;
+            -inf: never. Row 0 is the lowest y.
+        corner: x and y of the outer corner of the first cell, odom frame, metres.
+        cell: side of a cell, metres.
+        oldest: seconds; a cell with an earlier stamp counts as unseen.
+        base: pose of the base now, odom frame.
+        views: (k, 7) of the range sensors in the base frame: x and y, cosine and sine of the
+            heading, half the field of view (radians), least and largest range (metres).
+    """
+
+    stamps: FloatArray
+    corner: tuple[float, float]
+    cell: float
+    oldest: float
+    base: Pose2D
+    views: FloatArray
+
+    def is_unseen(self, x: float, y: float) -> bool:
+        """Return whether a point, base frame, is on unseen ground; outside the grid it is."""
+        point = self.base.transform(np.array([[x, y]]))[0]
+        column, row = np.floor((point - self.corner) / self.cell).astype(int)
+        rows, columns = self.stamps.shape
+        inside = 0 <= row < rows and 0 <= column < columns
+        return not inside or bool(self.stamps[row, column] < self.oldest)
+
+
+@dataclass(frozen=True, slots=True)
 class ObstaclePoints:
     """Newest points of all range sensors, compensated for the motion since each measurement.
 
@@ -40,6 +71,7 @@ class ObstaclePoints:
         blind_sectors: (k, 2) first bearing and width of the sectors around the base that no sensor
             covers, radians; the last one may cross half a turn.
         views: newest measurement of each range sensor by name, for free ground along the beams.
+        ground: which ground around the robot was seen; None if the sensors see all around.
     """
 
     stamp: float = 0.0
@@ -47,6 +79,7 @@ class ObstaclePoints:
     ages: Mapping[str, float] = field(default_factory=dict)
     blind_sectors: FloatArray = field(default_factory=_none)
     views: Mapping[str, RangeView] = field(default_factory=dict)
+    ground: SeenGround | None = None
 
     def is_blind(self, bearing: float) -> bool:
         """Return whether no sensor covers a bearing, radians in the base frame."""

@@ -74,6 +74,7 @@ LAYOUTS: dict[str, Layout] = {
         {
             "robot": "{robot}", "velocities": "{twists}", "hours": "{hours:.1f}", "km": "{km:.1f}",
             "moving": "{moving %:.0f} %", "drove into": "{drove into}",
+            "drove into unseen": "{drove into unseen}",
             "struck moving": "{struck moving}", "struck standing": "{struck standing}",
         },
         failed="{robot}",

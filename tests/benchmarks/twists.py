@@ -264,13 +264,14 @@ def _moves(twist: Twist) -> bool:
 def _row(name: str, runs: Sequence[Driven]) -> dict[str, Any]:
     """Return totals over the worlds of a robot."""
     touches = [run.touch for run in runs if run.touch is not None]
-    count = Counter(touch["cause"] for touch in touches)
+    count = Counter(class_of(touch) for touch in touches)
     return {
         "robot": name, "worlds": len(runs), "twists": sum(run.twists for run in runs),
         "hours": sum(run.seconds for run in runs) / 3600.0,
         "km": sum(run.driven for run in runs) / 1000.0,
         "moving %": 100.0 * float(np.mean([run.moving for run in runs])),
         "drove into": count["robot"],
+        "drove into unseen": count["unseen"],
         "struck moving": count["person"],
         "struck standing": count["standing"],
         "failed": "; ".join(
@@ -280,7 +281,17 @@ def _row(name: str, runs: Sequence[Driven]) -> dict[str, Any]:
     }  # fmt: skip
 
 
+def class_of(touch: Mapping[str, Any]) -> str:
+    """Return the cause; `unseen` if the robot drove slowly into what no sensor saw or covers."""
+    hidden = touch["cause"] == "robot" and touch["blind"] and not touch["seen"]
+    slow = touch["speed"] <= SafetyParameters().blind_speed + MOVING
+    return "unseen" if hidden and slow else str(touch["cause"])
+
+
 def _text(touch: Mapping[str, Any]) -> str:
-    sight = "seen" if touch["seen"] else "no sensor there" if touch["blind"] else "not seen"
+    if touch["blind"]:
+        sight = "seen before, no sensor there" if touch["seen"] else "no sensor there"
+    else:
+        sight = "seen" if touch["seen"] else "not seen"
     where = f"({touch['x']:.2f}, {touch['y']:.2f})"
     return f"{touch['obstacle']} at {where}, {sight}, {touch['speed']:.2f} m/s"

@@ -52,6 +52,9 @@ CASES = {
     "dwb, lattice": SHORT_DRIVE.format(planner="lattice", controller="dwb"),
     "graceful, theta_star": SHORT_DRIVE.format(planner="theta_star", controller="graceful"),
     "unknown start": UNKNOWN_START,
+    "blind behind": SHORT_DRIVE.format(planner="astar", controller="pure_pursuit").replace(
+        "scout", "jackal"
+    ),
 }
 
 

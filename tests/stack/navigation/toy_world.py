@@ -138,7 +138,12 @@ class ToyWorld:
         self.obstacles = self._memory.update(observation, self.frames)
 
     def _see(self) -> None:
-        angles = np.arange(self.beams) * (2 * np.pi / self.beams)
+        lidar = self.robot.lidar
+        if lidar is None or lidar.field_of_view == 2 * np.pi:
+            first, apart = 0.0, 2 * np.pi / self.beams
+        else:
+            first, apart = -lidar.field_of_view / 2, lidar.field_of_view / (self.beams - 1)
+        angles = first + apart * np.arange(self.beams)
         c, s = np.cos(angles + self.pose.heading), np.sin(angles + self.pose.heading)
         (ex, ey), (rx, ry) = self._spans.T[..., None], self._starts.T[..., None]
         rx, ry = rx - self.pose.x, ry - self.pose.y
@@ -154,9 +159,7 @@ class ToyWorld:
             hit = (root >= 0) & (middle > 0)
             best[hit] = np.minimum(best[hit], middle[hit] - np.sqrt(root[hit]))
         best[best > 12.0] = np.inf
-        self.scan = Scan(
-            self.time, best.astype(np.float32), 0.0, 2 * np.pi / self.beams, 0.05, 12.0
-        )
+        self.scan = Scan(self.time, best.astype(np.float32), first, apart, 0.05, 12.0)
 
     def clearance(self) -> float:
         """Metres between the outline (points 1 cm apart) and the nearest thing."""

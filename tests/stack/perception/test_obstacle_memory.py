@@ -138,3 +138,24 @@ def test_a_point_close_to_the_outline_is_remembered_as_soon_as_the_lidar_loses_i
     jackal = read_robot(ROOT / "robots/jackal/robot.yaml")
     apart = passed(jackal, (0.3, 0.28), 80, lambda time: 0.25 * time)
     assert max(apart) < 0.02
+
+
+def test_ground_is_seen_up_to_obstacles_and_where_the_robot_stood_and_for_ten_seconds():
+    ranges = HALF.ranges.copy()
+    ranges[80:101] = 0.5  # an obstacle ahead, 10 degrees to both sides
+    memory, frames = ObstacleMemory(half_blind()), TransformBuffer()
+
+    def ground(time, x, **scans):
+        frames.add(Odometry(time, Pose2D(x, 0.0), STANDSTILL))
+        return memory.update(Observation(time, scans), frames).ground
+
+    seen = ground(0.0, 0.0, lidar=replace(HALF, ranges=ranges))
+    unseen = [(0.4, 0.0), (0.7, 0.0), (0.3, 0.5), (-0.5, 0.0), (-0.2, 0.1), (3.0, 0.0)]
+    assert [seen.is_unseen(*place) for place in unseen] == [False, True, False, True, False, True]
+    moved = ground(1.0, 0.6)  # farther than the grid waits
+    assert not moved.is_unseen(0.3 - 0.6, 0.5)
+    assert not moved.is_unseen(-0.2 - 0.6, 0.1)
+    assert moved.is_unseen(-0.1 - 0.6, 0.35)
+    later = ground(10.5, 0.6)
+    assert later.is_unseen(0.3 - 0.6, 0.5)
+    assert not later.is_unseen(0.0, 0.0)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
@@ -22,6 +22,7 @@ from tests.benchmarks.twists import (
     SHORTEST,
     Drive,
     SafetyLoop,
+    class_of,
     described,
     drive,
     wishes,
@@ -66,6 +67,9 @@ def test_a_contact_is_described_by_who_moved_and_what_was_seen():
     touch = touch_of(half, World("w", BOUNDS, boxes=(crate,)), Twist(0.5))
     assert (touch.cause, touch.seen, touch.blind) == ("robot", False, True)
     assert touch.speed == pytest.approx(0.15, abs=0.02)  # the blind speed
+    assert class_of(asdict(touch)) == "unseen"
+    assert class_of({**asdict(touch), "speed": 0.3}) == "robot"
+    assert class_of({**asdict(touch), "seen": True}) == "robot"
 
 
 def test_wishes_cover_the_whole_range_of_a_drive():
