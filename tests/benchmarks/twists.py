@@ -23,6 +23,7 @@ from stack.frames.buffer import TransformBuffer
 from stack.frames.deskew import deskew_observation
 from stack.localisation.odometry import OdometryFusion
 from stack.perception.obstacle_memory import ObstacleMemory
+from stack.perception.smoothing import smooth_observation
 from stack.safety.parameters import SafetyParameters
 from stack.safety.safety import Safety
 from stack.streams import stream
@@ -216,7 +217,7 @@ class SafetyLoop:
         observation = body.sense()
         motion = self._odometry.update(observation)
         self._frames.add(motion)
-        observation = deskew_observation(observation, self._frames)
+        observation = smooth_observation(deskew_observation(observation, self._frames))
         obstacles = self._memory.update(observation, self._frames)
         command = self._safety.limit(wanted, motion, obstacles)
         body.command(BodyCommand(command))
