@@ -253,7 +253,7 @@ def test_ctrl_c_stops_the_robot_writes_the_report_and_exits_130(tmp_path):
 @pytest.mark.slow
 def test_kill_9_leaves_whole_lines_and_a_recording_that_opens(tmp_path):
     process = begin(tmp_path)
-    wait_for_events(tmp_path / "run", 60)
+    wait_for_events(tmp_path / "run", 20)
     process.kill()
     process.communicate(timeout=30)
     folder = tmp_path / "run"
