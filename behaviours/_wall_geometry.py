@@ -11,7 +11,7 @@ All points are (n, 2) float64, metres, in the base frame, in the order of the be
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import radians
+from math import cos, radians, sin
 
 import numpy as np
 from numpy.typing import NDArray
@@ -84,9 +84,10 @@ def filled(chain: FloatArray) -> FloatArray:
 def bridges(chains: Chains, gap: float) -> Chains:
     """Return straight segments across gaps, at most `gap` metres wide, within collinear walls."""
     found = []
+    everything = np.vstack(chains) if chains else np.empty((0, 2))
     for chain in chains:
         for inwards in (chain, chain[::-1]):
-            bridge = _bridge_from(inwards, np.vstack(chains), gap)
+            bridge = _bridge_from(inwards, everything, gap)
             if bridge is not None:
                 found.append(bridge)
     return found
@@ -124,9 +125,8 @@ def contour_of(points: FloatArray, gap: float) -> FloatArray:
     return np.vstack(pieces) if pieces else np.empty((0, 2))
 
 
-_BEHIND = radians(160.0)
-_OTHER_SIDE = radians(20.0)
-_BESIDE = radians(45.0)
+_SIN, _COS = sin(radians(20.0)), cos(radians(20.0))
+"""Of the bearing, 20 degrees to the other side, from which on a point belongs to the wall."""
 _REACH = 0.4
 """Metres ahead in which a passage is checked before it is entered."""
 
@@ -183,36 +183,45 @@ def _contact(
 ) -> _Contact | None:
     """Return the nearest point ahead or on the wall's side, or the point that closes the passage.
 
-    Points on the other side do not belong to the followed wall, but may reduce the room. None if
-    there is no wall.
+    The wall's points have bearings from -20 to 160 degrees, positive towards the wall: a half
+    plane. Those from -160 to -20 degrees are on the other side. They do not belong to the followed
+    wall, but may reduce the room. None if there is no wall.
+
+    Args:
+        contour: (2, n) dense points, one row for x and one for y.
+        position: (2,) centre of the disc.
+        tangent: (2,) unit direction of travel.
+        course: side and distances.
     """
-    relative = contour - position
-    along = relative @ tangent
-    across = course.side * (tangent[0] * relative[:, 1] - tangent[1] * relative[:, 0])
-    bearing = np.arctan2(across, along)
-    squares = (relative**2).sum(axis=1)
-    wall = _nearest(squares, (bearing > -_OTHER_SIDE) & (bearing < _BEHIND))
+    x, y = contour[0] - position[0], contour[1] - position[1]
+    along = tangent[0] * x + tangent[1] * y
+    across = (course.side * tangent[0]) * y - (course.side * tangent[1]) * x
+    squares = x * x + y * y
+    ahead, beside = _SIN * along, _COS * across
+    on_side = ahead + beside >= 0.0
+    wall = _nearest(squares, on_side)
     if wall is None:
         return None
     away = float(np.sqrt(squares[wall]))
-    other = (bearing < -_OTHER_SIDE) & (bearing > -_BEHIND)
+    other = (ahead > beside) & ~on_side
     opposite = _nearest(squares, other)
     if opposite is None:
-        return _Contact(contour[wall], course.distance)
-    closing = other & (along > SPACING) & (along <= _REACH) & (away - across < 2 * course.closest)
-    beside = bearing[wall] > _BESIDE
-    closed_by = _nearest(squares, closing) if beside else None
-    if closed_by is not None:
-        return _Contact(contour[closed_by], course.distance)
+        return _Contact(contour[:, wall], course.distance)
+    if across[wall] > along[wall]:  # its bearing is above 45 degrees
+        near = other & (along > SPACING) & (along <= _REACH)
+        closed_by = _nearest(squares, near & (away - across < 2 * course.closest))
+        if closed_by is not None:
+            return _Contact(contour[:, closed_by], course.distance)
     middle = 0.5 * (away + float(np.sqrt(squares[opposite])))
-    return _Contact(contour[wall], min(course.distance, max(middle, course.closest)))
+    return _Contact(contour[:, wall], min(course.distance, max(middle, course.closest)))
 
 
 def _nearest(squares: FloatArray, eligible: NDArray[np.bool_]) -> int | None:
     """Return the index of the smallest eligible value; None if none is eligible."""
-    if not eligible.any():
+    if not len(squares):
         return None
-    return int(np.argmin(np.where(eligible, squares, np.inf)))
+    nearest = int(np.where(eligible, squares, np.inf).argmin())
+    return nearest if eligible[nearest] else None
 
 
 def offset_curve(
@@ -229,11 +238,12 @@ def offset_curve(
     Returns:
         The curve; None if there is no wall on that side.
     """
+    columns = np.ascontiguousarray(contour.T)
     position, direction = np.zeros(2), tangent
     points: list[FloatArray] = []
     first: tuple[FloatArray, float, float] | None = None
     for _ in range(round(length / STEP)):
-        contact = _contact(contour, position, direction, course)
+        contact = _contact(columns, position, direction, course)
         if contact is None:
             break
         towards = contact.point - position

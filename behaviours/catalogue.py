@@ -13,7 +13,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
-from functools import partial
+from functools import cache, partial
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
@@ -134,8 +134,8 @@ def find_behaviours(plugins: Sequence[str] = (), folder: Path | None = None) -> 
         plugins: folders or files (with a slash, or ending in .py), or dotted modules.
         folder: base of relative paths; default: the current folder.
     """
-    search = _Search()
-    search.add_dotted("behaviours")
+    built_in = _built_in()
+    search = _Search(dict(built_in.kinds), list(built_in.problems))
     for entry in sorted(entry_points(group=GROUP), key=lambda entry: (entry.name, entry.value)):
         search.attempt(_entry_label(entry), partial(search.add_entry, entry))
     for search.plugin, plugin in enumerate(plugins):
@@ -144,6 +144,14 @@ def find_behaviours(plugins: Sequence[str] = (), folder: Path | None = None) -> 
             search.add_path(path)
         else:
             search.attempt(plugin, partial(search.add_dotted, plugin))
+    return Catalogue(search.kinds, tuple(search.problems))
+
+
+@cache
+def _built_in() -> Catalogue:
+    """Search this package once: unlike plugins, it does not change while the process runs."""
+    search = _Search()
+    search.add_dotted("behaviours")
     return Catalogue(search.kinds, tuple(search.problems))
 
 

@@ -1,7 +1,5 @@
 """`treepilot bench`: benchmarks of driving in simulation."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """`treepilot check`: reports every finding in mission and world files."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 import typer

@@ -1,7 +1,5 @@
 """`treepilot doctor`: finds passages that a robot does not fit through."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

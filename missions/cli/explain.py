@@ -1,7 +1,5 @@
 """`treepilot explain`: the cause, an example and the fix of a finding."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 import typer

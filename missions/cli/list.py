@@ -1,7 +1,5 @@
 """`treepilot list` and `treepilot describe`: what missions can use."""
 
-from __future__ import annotations
-
 from enum import StrEnum
 from typing import Annotated
 

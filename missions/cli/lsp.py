@@ -1,7 +1,5 @@
 """`treepilot lsp`: the language server for mission files."""
 
-from __future__ import annotations
-
 
 def lsp() -> None:
     """Run the language server for mission files on stdin/stdout.

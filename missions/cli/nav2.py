@@ -1,7 +1,5 @@
 """`treepilot nav2`: shows what is imported from a Nav2 parameter file."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """`treepilot new`: writes a plugin and its test from a template."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

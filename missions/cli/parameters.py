@@ -1,7 +1,5 @@
 """`treepilot parameters`: every parameter in force and its source."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 import typer

@@ -1,7 +1,5 @@
 """`treepilot run`: runs a mission, in the dashboard or headless."""
 
-from __future__ import annotations
-
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated

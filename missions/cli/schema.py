@@ -1,7 +1,5 @@
 """`treepilot schema`: writes JSON Schemas for editors."""
 
-from __future__ import annotations
-
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated

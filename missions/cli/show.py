@@ -1,7 +1,5 @@
 """`treepilot show`: draws the compiled tree."""
 
-from __future__ import annotations
-
 import os
 import sys
 from pathlib import Path

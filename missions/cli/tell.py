@@ -1,7 +1,5 @@
 """`treepilot tell`: sends commands to a running mission."""
 
-from __future__ import annotations
-
 from enum import StrEnum
 from typing import Annotated, Any
 

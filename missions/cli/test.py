@@ -1,7 +1,5 @@
 """`treepilot test`: runs the tests in mission files without a simulator."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 import typer

@@ -1,7 +1,5 @@
 """`treepilot trace`: the history of a finished run, node by node."""
 
-from __future__ import annotations
-
 from math import inf
 from pathlib import Path
 from typing import Annotated

@@ -1,7 +1,5 @@
 """`treepilot tune`: searches parameter values that improve a mission."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """`treepilot watch`: attaches the dashboard to a running mission."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 import typer

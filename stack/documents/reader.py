@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -65,8 +66,11 @@ def read_document(path: Path, what: str = "file", text: str | None = None) -> No
     return read_file(path, what) if text is None else read_text(text, str(path), what)
 
 
+@lru_cache(maxsize=64)
 def read_text(text: str, name: str, what: str = "file") -> Node:
     """Read the document in a YAML text; `name` is the file name for messages.
+
+    Equal texts give the same node, parsed once: each reader of a mission reads the same files.
 
     Raises:
         InputError: the text is empty, not YAML, or not one mapping.

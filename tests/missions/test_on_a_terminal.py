@@ -150,7 +150,7 @@ def words_of_make_run() -> list[str]:
 
 @pytest.mark.pain("n6556", "n2917", "n2491", "n4960", "n2696", "n3770")
 def test_a_mission_is_watched_to_its_end_and_q_leaves(open_terminal) -> None:
-    terminal = open_terminal(["run", "01_drive_to_a_point", "--speed", "8"])
+    terminal = open_terminal(["run", "01_drive_to_a_point", "--speed", "8", "--no-rerun"])
     engine = terminal.run().pid
     assert parent_of(engine) == terminal.process.pid
     terminal.shows("drive to a point", "navigate_to_pose", "SUCCESS")

@@ -30,7 +30,7 @@ navigation:
   controller: {{use: mppi, moving_weight: {weight}}}
   tracker: {{confirm: 3}}
 run:
-  navigate_to_pose: {{goal: [10, 4, 0]}}
+  navigate_to_pose: {{goal: [8, 4, 0]}}
   timeout: 60 s
 """
 WALKS = {"crossing": ([[6.0, 7.3], [6.0, 0.7]], 0.8), "head-on": ([[11.0, 4.1], [1.0, 4.1]], 0.7)}

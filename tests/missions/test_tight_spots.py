@@ -147,7 +147,7 @@ def test_a_robot_that_is_shut_in_fails_in_time(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [2, 3])  # tests/benchmarks runs it with many more
-def test_the_mission_of_the_tight_spot_succeeds(seed):
-    report = missions.run("10_tight_spot", seed=seed)
+def test_the_mission_of_the_tight_spot_succeeds_with_another_seed():
+    """test_runs.py runs it with seed 1, `make bench` with many more."""
+    report = missions.run("10_tight_spot", seed=2)
     assert (report.status, report.reason, report.collisions) == ("success", "", 0)

@@ -54,6 +54,11 @@ def test_a_process_ends_with_the_exit_code_and_its_words_on_stderr(tmp_path):
     assert "no such mission file" in done.stderr
 
 
+@pytest.mark.parametrize("file", sorted((SHIPPED / "cli").glob("*.py")), ids=lambda file: file.name)
+def test_typer_need_not_compile_the_annotations_of_commands_at_every_start(file):
+    assert "from __future__ import annotations" not in file.read_text("utf-8").splitlines()
+
+
 def test_help_has_one_whole_line_for_each_command():
     done = process("--help", columns=80)
     assert done.returncode == 0
@@ -248,7 +253,7 @@ def test_ctrl_c_stops_the_robot_writes_the_report_and_exits_130(tmp_path):
 @pytest.mark.slow
 def test_kill_9_leaves_whole_lines_and_a_recording_that_opens(tmp_path):
     process = begin(tmp_path)
-    wait_for_events(tmp_path / "run", 60)
+    wait_for_events(tmp_path / "run", 20)
     process.kill()
     process.communicate(timeout=30)
     folder = tmp_path / "run"

@@ -138,11 +138,11 @@ def run_in_a_process(tmp_path: Path, *options: str) -> dict[str, object]:
 @pytest.mark.pain("n3746", "n3352", "n4349", "n1733", "n1509", "n2797")
 @pytest.mark.slow
 def test_equal_seeds_give_equal_logs_whatever_the_speed_and_the_recording(tmp_path):
-    fast = run_in_a_process(tmp_path / "fast", "--seed", "5", "--speed", "max", "--no-rerun")
+    fast = missions.run("01_drive_to_a_point", seed=5, out=tmp_path / "fast")
     paced = run_in_a_process(tmp_path / "paced", "--seed", "5", "--speed", "4")
-    other = run_in_a_process(tmp_path / "other", "--seed", "6", "--speed", "max", "--no-rerun")
-    assert fast["log_sha256"] == paced["log_sha256"]
-    assert fast["final_pose"] == paced["final_pose"]  # bit for bit: JSON keeps every digit
-    assert fast["log_sha256"] != other["log_sha256"]
+    other = missions.run("01_drive_to_a_point", seed=6)
+    assert fast.log_sha256 == paced["log_sha256"]
+    assert fast.final_pose == paced["final_pose"]  # bit for bit: JSON keeps every digit
+    assert fast.log_sha256 != other.log_sha256
     assert (tmp_path / "paced" / "mission.rrd").stat().st_size > 10_000
     assert not (tmp_path / "fast" / "mission.rrd").exists()

@@ -53,10 +53,9 @@ class Bench:
         """Return the mission to check when this file is mutated."""
         return self.folder / (WHOLE if name in PARTS else name)
 
-    def holds(self, name: str) -> tuple[Any, Any]:
-        """Return the data of the file and the content of the mission."""
+    def holds(self, name: str, mission: Mission) -> tuple[Any, Any]:
+        """Return the data of the file and the content of the mission read from it."""
         said = read_text((self.folder / name).read_text("utf-8"), name).plain()
-        mission = read(self.mission(name))
         if "world" in said:  # a place can also be one of the world
             world = load_world(mission.world, mission.source.parent).places
             given = {key: [pose.x, pose.y, pose.heading] for key, pose in world.items()}
@@ -79,7 +78,7 @@ def bench(tmp_path_factory):
         shutil.copy(file, folder)
         made.texts[file.name] = file.read_text("utf-8")
     for name in made.texts:
-        made.known[name] = made.holds(name)
+        made.known[name] = made.holds(name, read(made.mission(name)))
     return made
 
 
@@ -114,9 +113,10 @@ def try_one(bench: Bench, name: str, text: str) -> None:
         assert place_exists(finding), finding
     if any(finding is not None and finding.severity == "error" for finding in found):
         return
-    tree = compile_mission(read(mission))
+    model = read(mission)
+    (said, held), (said_before, held_before) = bench.holds(name, model), bench.known[name]
+    tree = compile_mission(model)
     assert oracle.compiled_outline(tree.rows()) == asked_for(bench, mission)
-    (said, held), (said_before, held_before) = bench.holds(name), bench.known[name]
     if said == said_before:
         assert held == held_before, "layout and comments have no meaning"
     elif oracle.told(said) != oracle.told(said_before):

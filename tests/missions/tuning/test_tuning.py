@@ -131,8 +131,9 @@ def test_refining_and_confirming_add_runs(tmp_path):
     """Only time counts and the mission drives at 0.2 m/s: the best is a sample, all are faster."""
     text = (MISSIONS / f"{MISSION}.yaml").read_text("utf-8")
     slow = tmp_path / "slow.yaml"
+    near = text.replace("[5.0, 3.8, 90 deg]", "[2.6, 2.2, 45 deg]")
     slow.write_text(
-        text.replace("run:", "navigation: {controller: {cruise_speed: 0.2}}\nrun:"), "utf-8"
+        near.replace("run:", "navigation: {controller: {cruise_speed: 0.2}}\nrun:"), "utf-8"
     )
     told: list[str] = []
     options = TuneOptions(tmp_path / "tune", samples=2, seeds=1, refine=1, confirm=1)

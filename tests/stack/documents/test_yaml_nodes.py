@@ -176,3 +176,11 @@ def test_libyaml_and_pyyaml_read_the_same(file: Path, monkeypatch):
     fast = yaml_nodes.compose(text, "file", Findings())
     monkeypatch.setattr(yaml_nodes, "_Parser", yaml.SafeLoader)
     assert yaml_nodes.compose(text, "file", Findings()) == fast
+
+
+def test_equal_texts_are_parsed_once_and_the_file_name_in_positions_is_that_of_each():
+    text = "a: [1, 2]\n"
+    first = read_text(text, "one.yaml")
+    assert read_text(text, "one.yaml") is first
+    assert read_text(text, "two.yaml").mark.file == "two.yaml"
+    assert read_text("a: [1, 3]\n", "one.yaml").plain() == {"a": [1, 3]}
