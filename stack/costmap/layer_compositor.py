@@ -17,10 +17,14 @@ from stack.costmap.layer import (
     Layer,
     edges,
     is_some,
+    joined,
     part,
     shifted,
 )
 from stack.types import UNKNOWN_COST
+
+BAND = 1 << 20
+"""Cells that are painted at once when all cells are."""
 
 
 class LayerCompositor:
@@ -60,13 +64,18 @@ class LayerCompositor:
         self._set_grids([shifted(grid, frame.shape, shift, UNKNOWN_COST) for grid in grids])
 
     def repaint_all(self) -> None:
-        """Repaint all cells."""
+        """Repaint all cells, in bands: the work arrays stay small."""
         self._shift = (0, 0)
-        self._compose(self._frame.everywhere)
-        self._finish([self._frame.everywhere])
+        rows, columns = self._frame.shape
+        step = max(1, BAND // max(columns, 1))
+        bands = [(top, min(top + step, rows), 0, columns) for top in range(0, rows, step)]
+        for band in bands:
+            self._compose(band)
+        for band in bands:
+            self._finish([band])
 
-    def repaint(self, marked: Box, added: Box) -> bool:
-        """Repaint changed cells; return whether any cost may have changed.
+    def repaint(self, marked: Box, added: Box) -> Box:
+        """Repaint changed cells; return the box of the costs that may have changed.
 
         Args:
             marked: box to repaint for the marking layers.
@@ -81,8 +90,7 @@ class LayerCompositor:
         spread += [self._grown(box, reach) for box in changed]
         if added != NO_BOX or any(map(is_some, spread)):
             self._finish([box for box in spread if is_some(box)], added)
-            return True
-        return False
+        return self._frame.everywhere if moved != (0, 0) else joined([*spread, added])
 
     def _set_grids(self, grids: list[Costs]) -> None:
         self._base, self._inflated, self.cells = grids
