@@ -15,10 +15,20 @@ def sampled(grid: OccupancyGrid, frame: Frame, box: Box, outside: int) -> NDArra
     (x, y), (left, low) = frame.origin, grid.origin
     row = np.floor((y - low) / grid.resolution + (np.arange(*box[:2]) + 0.5) * scale)
     column = np.floor((x - left) / grid.resolution + (np.arange(*box[2:]) + 0.5) * scale)
-    on_rows = (row >= 0) & (row < grid.cells.shape[0])
-    on_columns = (column >= 0) & (column < grid.cells.shape[1])
     values = np.full((row.size, column.size), outside, dtype=np.int8)
-    values[np.ix_(on_rows, on_columns)] = grid.cells[
-        np.ix_(row[on_rows].astype(int), column[on_columns].astype(int))
-    ]
+    on_rows, rows = _within(row.astype(int), grid.cells.shape[0])
+    on_columns, columns = _within(column.astype(int), grid.cells.shape[1])
+    if rows.size and columns.size:
+        part = grid.cells[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
+        if part.shape == (rows.size, columns.size):  # equal cells: no indexing one by one
+            values[on_rows, on_columns] = part
+        else:
+            values[on_rows, on_columns] = part[np.ix_(rows - rows[0], columns - columns[0])]
     return values
+
+
+def _within(indices: NDArray[np.int64], size: int) -> tuple[slice, NDArray[np.int64]]:
+    """Return the slice of ascending indices that are in [0, size), and these indices."""
+    first, last = np.searchsorted(indices, [0, size])
+    on = slice(int(first), int(last))
+    return on, indices[on]

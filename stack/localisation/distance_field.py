@@ -46,22 +46,39 @@ class SignedDistanceField:
             deviation: standard deviation of a hit, metres.
             hit_share: in (0, 1).
         """
-        hit = np.exp(-0.5 * (self.distances.astype(np.float64) / deviation) ** 2)
-        mixture: NDArray[np.float32] = np.log(hit_share * hit + (1.0 - hit_share)).astype(
-            np.float32
-        )
-        return mixture
+
+        def mixture(distances: NDArray[np.float32]) -> NDArray[np.float32]:
+            hit = np.exp(-0.5 * (distances.astype(np.float64) / deviation) ** 2)
+            return np.log(hit_share * hit + (1.0 - hit_share)).astype(np.float32)
+
+        far = np.array([TRUNCATION], dtype=np.float32)
+        table = np.full(self.distances.shape, mixture(far)[0])
+        near = self.distances < TRUNCATION
+        table[near] = mixture(self.distances[near])
+        return table
+
+    def are_free(self, clearance: float, stride: int = 1, first: int = 0) -> NDArray[np.bool_]:
+        """Return (rows, columns): free cells with this clearance in metres.
+
+        Args:
+            clearance: metres to the next surface.
+            stride: only every `stride`-th row and column.
+            first: the first row and column.
+        """
+        chosen = (slice(first, None, stride),) * 2
+        free: NDArray[np.bool_] = self.occupancy[chosen] == 0
+        free &= self.distances[chosen] >= clearance
+        return free
 
     def free_cells(self, clearance: float) -> NDArray[np.int64]:
-        """Return (n, 2) rows and columns of free cells with this clearance in metres."""
-        cells: NDArray[np.int64] = np.argwhere(
-            (self.occupancy == 0) & (self.distances >= clearance)
-        )
+        """Return (n,) indices, row * columns + column, of free cells with this clearance."""
+        cells: NDArray[np.int64] = np.flatnonzero(self.are_free(clearance))
         return cells
 
     def centres(self, cells: NDArray[np.int64]) -> FloatArray:
-        """Return (n, 2) x, y in metres of the centres of cells (n, 2) of row and column."""
-        middles: FloatArray = cells[:, ::-1].astype(np.float64)
+        """Return (n, 2) x, y in metres of the centres of cells (n,), row * columns + column."""
+        row, column = np.divmod(cells, self.distances.shape[1])
+        middles: FloatArray = np.column_stack([column, row]).astype(np.float64)
         middles += 0.5
         middles *= self.resolution
         middles += self.origin
