@@ -19,10 +19,10 @@ from stack.costmap.layer import (
     Region,
     is_some,
     joined,
-    moved,
     part,
     shifted,
 )
+from stack.costmap.mark_boxes import MarkBoxes
 from stack.costmap.parameters import ObstacleParameters
 from stack.parameters import parameter
 from stack.types import Footprint, Pose2D, Scan
@@ -63,7 +63,7 @@ class ObstacleLayer(Layer):
 
         self._kernels: Any = kernels
         self._next_expiry = 0.0
-        self._marks = NO_BOX  # contains all marks
+        self._marks = MarkBoxes()
         self._marked_at = np.empty((0, 0), dtype=np.float32)
         self._seen = np.empty((0, 0), dtype=np.uint8)
 
@@ -76,11 +76,12 @@ class ObstacleLayer(Layer):
     def lay_out(self, frame: Frame, shift: tuple[int, int] | None) -> None:
         """Move the grid; marks keep their positions in the map frame."""
         self.frame = frame
-        self._marks = NO_BOX if shift is None else moved(self._marks, frame.shape, shift)
         if shift is None:
+            self._marks.clear()
             self._marked_at = np.full(frame.shape, -np.inf, dtype=np.float32)
             self._seen = np.zeros(frame.shape, dtype=np.uint8)
         else:
+            self._marks.move(frame.shape, shift)
             self._marked_at = shifted(self._marked_at, frame.shape, shift, -np.inf)
             self._seen = shifted(self._seen, frame.shape, shift, 0)
 
@@ -102,7 +103,7 @@ class ObstacleLayer(Layer):
         if region is None:
             self._marked_at[:] = -np.inf
             self._seen[:] = 0
-            self._marks = NO_BOX
+            self._marks.clear()
             return self.frame.everywhere
         if not is_some(region.box):
             return NO_BOX
@@ -119,10 +120,7 @@ class ObstacleLayer(Layer):
         if self.parameters.decay == 0.0 or time < self._next_expiry:
             return NO_BOX
         self._next_expiry = time + _EXPIRY_PERIOD
-        oldest = time - self.parameters.decay
-        cleared: Box
-        cleared, self._marks = self._kernels.expire(self._marked_at, oldest, *self._marks)
-        return cleared
+        return self._marks.expire(self._marked_at, time - self.parameters.decay)
 
     def _sense(self, pose: Pose2D, scan: Scan, time: float) -> Box:
         sensor, settings = pose.compose(scan.mount), self.parameters
@@ -133,7 +131,7 @@ class ObstacleLayer(Layer):
             scan.ranges, scan.angles, _is_closed(scan), scan.range_max,
             settings.obstacle_range, settings.clearing_range, time, clearable,
         )  # fmt: skip
-        self._marks = joined([self._marks, box])
+        self._marks.add(box)
         return box
 
     def _clear_footprint(self, pose: Pose2D) -> Box:
