@@ -99,17 +99,19 @@ def surface_field(grid: OccupancyGrid) -> SignedDistanceField:
         if not goal.any():
             return np.full(goal.shape, TRUNCATION, dtype=np.float32)
         rough = cv2.distanceTransform((~goal).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+        nearest = np.full(goal.shape, TRUNCATION, dtype=np.float32)
+        near = rough < TRUNCATION / grid.resolution + 1.0
         # The last bit depends on memory alignment; squared distances in cells are integers.
-        cells = np.sqrt(np.rint(np.square(rough)))
-        metres = (cells - 0.5) * grid.resolution
-        nearest: NDArray[np.float32] = np.minimum(metres, TRUNCATION).astype(np.float32)
+        cells = np.sqrt(np.rint(np.square(rough[near])))
+        nearest[near] = np.minimum((cells - 0.5) * grid.resolution, TRUNCATION)
         return nearest
 
-    distances = np.where(occupied, -to_nearest(free), to_nearest(occupied))
-    occupancy = np.where(occupied, 1, np.where(free, 0, 2)).astype(np.uint8)
-    return SignedDistanceField(
-        distances.astype(np.float32), occupancy, grid.resolution, grid.origin
-    )
+    distances = to_nearest(occupied)
+    np.copyto(distances, -to_nearest(free), where=occupied)
+    occupancy = np.full(occupied.shape, 2, dtype=np.uint8)
+    occupancy[free] = 0
+    occupancy[occupied] = 1
+    return SignedDistanceField(distances, occupancy, grid.resolution, grid.origin)
 
 
 def as_row(pose: Pose2D) -> FloatArray:
