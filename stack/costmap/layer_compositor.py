@@ -24,7 +24,7 @@ from stack.costmap.layer import (
 from stack.types import UNKNOWN_COST
 
 BAND = 1 << 20
-"""Cells that are painted at once when all cells are."""
+"""Cells that are painted at once, so that the work arrays stay small."""
 
 
 class LayerCompositor:
@@ -64,15 +64,11 @@ class LayerCompositor:
         self._set_grids([shifted(grid, frame.shape, shift, UNKNOWN_COST) for grid in grids])
 
     def repaint_all(self) -> None:
-        """Repaint all cells, in bands: the work arrays stay small."""
+        """Repaint all cells."""
         self._shift = (0, 0)
-        rows, columns = self._frame.shape
-        step = max(1, BAND // max(columns, 1))
-        bands = [(top, min(top + step, rows), 0, columns) for top in range(0, rows, step)]
-        for band in bands:
+        for band in _bands(self._frame.everywhere):
             self._compose(band)
-        for band in bands:
-            self._finish([band])
+        self._finish([self._frame.everywhere])
 
     def repaint(self, marked: Box, added: Box) -> Box:
         """Repaint changed cells; return the box of the costs that may have changed.
@@ -85,7 +81,7 @@ class LayerCompositor:
         reach = self._inflation.reach
         moved, self._shift = self._shift, (0, 0)
         paint = [*edges(shape, moved, lead=far, trail=far), self._grown(marked, far)]
-        changed = [self._compose(box) for box in paint]
+        changed = [self._compose(band) for box in paint for band in _bands(box)]
         spread = edges(shape, moved, lead=reach, trail=reach)
         spread += [self._grown(box, reach) for box in changed]
         if added != NO_BOX or any(map(is_some, spread)):
@@ -114,11 +110,12 @@ class LayerCompositor:
         """Inflate some boxes, and add costs to them and to `added`."""
         if sum(map(_area, spread)) >= _area(self._frame.everywhere):
             spread = [self._frame.everywhere]
-        for box in spread:
-            self._inflation.spread(self._inflated, self._base, box)
+        bands = [band for box in spread for band in _bands(box)]
+        for band in bands:
+            self._inflation.spread(self._inflated, self._base, band)
         if not self._adding:
             return
-        for box in (*spread, added):
+        for box in (*bands, *_bands(added)):
             cells = part(self.cells, box)
             cells[:] = part(self._inflated, box)
             canvas = Canvas(cells, self._ground(box), box)
@@ -134,6 +131,13 @@ class LayerCompositor:
 
     def _grown(self, box: Box, by: int) -> Box:
         return self._frame.grown(box, by) if is_some(box) else NO_BOX
+
+
+def _bands(box: Box) -> list[Box]:
+    """Cut a large box into bands of rows."""
+    top, bottom, left, right = box
+    step = max(1, BAND // max(right - left, 1))
+    return [(row, min(row + step, bottom), left, right) for row in range(top, bottom, step)]
 
 
 def _area(box: Box) -> int:

@@ -19,6 +19,7 @@ from stack.costmap.layer import (
     Region,
     is_some,
     joined,
+    moved,
     part,
     shifted,
 )
@@ -64,6 +65,7 @@ class ObstacleLayer(Layer):
         self._kernels: Any = kernels
         self._next_expiry = 0.0
         self._marks = MarkBoxes()
+        self._sensed = NO_BOX  # contains all cells marked or seen free
         self._marked_at = np.empty((0, 0), dtype=np.float32)
         self._seen = np.empty((0, 0), dtype=np.uint8)
 
@@ -76,6 +78,7 @@ class ObstacleLayer(Layer):
     def lay_out(self, frame: Frame, shift: tuple[int, int] | None) -> None:
         """Move the grid; marks keep their positions in the map frame."""
         self.frame = frame
+        self._sensed = NO_BOX if shift is None else moved(self._sensed, frame.shape, shift)
         if shift is None:
             self._marks.clear()
             self._marked_at = np.full(frame.shape, -np.inf, dtype=np.float32)
@@ -92,7 +95,9 @@ class ObstacleLayer(Layer):
         if posed is not None:
             touched.append(self._sense(posed.pose, posed.scan, update.time))
         touched.append(self._clear_footprint(update.pose))
-        return joined(touched)
+        changed = joined(touched)
+        self._sensed = joined([self._sensed, changed])
+        return changed
 
     def paint(self, canvas: Canvas) -> None:
         """Paint marks as lethal; cells seen free become free where they are unknown."""
@@ -101,10 +106,11 @@ class ObstacleLayer(Layer):
     def clear(self, region: Region | None) -> Box:
         """Clear marks and cells seen free."""
         if region is None:
-            self._marked_at[:] = -np.inf
-            self._seen[:] = 0
+            part(self._marked_at, self._sensed)[:] = -np.inf
+            part(self._seen, self._sensed)[:] = 0
             self._marks.clear()
-            return self.frame.everywhere
+            sensed, self._sensed = self._sensed, NO_BOX
+            return sensed
         if not is_some(region.box):
             return NO_BOX
         part(self._marked_at, region.box)[region.inside] = -np.inf
