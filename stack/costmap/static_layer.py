@@ -4,8 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from stack.costmap.layer import Box, Canvas, Costs, Frame, Layer, NoParameters, edges, part, shifted
-from stack.costmap.sampling import sampled
+from stack.costmap.layer import (
+    Box,
+    Canvas,
+    Costs,
+    Frame,
+    Layer,
+    NoParameters,
+    edges,
+    part,
+    sampled,
+    shifted,
+)
 from stack.types import (
     FREE_COST,
     LETHAL_COST,
