@@ -126,7 +126,8 @@ class Planner(Component, ABC):
 
         Headings are those of the robot: on backward segments they point against the motion. A
         planner may ignore the options. If it ignores `options.cancel`, an obsolete plan is computed
-        to its end before the next one starts.
+        to its end before the next one starts. The costs may change after the return: keep a copy
+        of what later plans need.
 
         Raises:
             NavigationError: NO_VALID_PATH, START_OCCUPIED, GOAL_OCCUPIED, START_OUTSIDE_MAP,

@@ -32,7 +32,7 @@ from stack.parameters import read_quantity, suggestion
 from stack.runtime.parameters import LoopParameters
 from stack.sim.physics.settings import SimulationSettings
 from stack.sim.worlds.outlines import outlines
-from stack.sim.worlds.rasterise import RESOLUTION, map_shape
+from stack.sim.worlds.rasterise import RESOLUTION, map_problem, map_shape
 from stack.sim.worlds.world import World
 from stack.telemetry.records import Command
 from stack.types import Pose2D
@@ -217,16 +217,12 @@ def _check_map_size(mission: Mission, world: World, costs: CostmapParameters) ->
     if mission.map != "from_world":
         return
     for resolution in (RESOLUTION, costs.map_resolution):
-        rows, columns = map_shape(world, resolution)
-        if rows * columns <= MAX_CELLS:
+        sentence = map_problem(world, resolution)
+        if not sentence:
             continue
-        x_min, y_min, x_max, y_max = world.bounds
-        sentence = (
-            f"{world.name} is {x_max - x_min:g} x {y_max - y_min:g} m: its map would have"
-            f" {rows * columns} cells of {resolution:g} m, at most {MAX_CELLS} are possible"
-        )
         hint = "use `map: none`, or set closer `bounds` in the world file"
         if resolution != RESOLUTION:
+            rows, columns = map_shape(world, resolution)
             least = ceil(100.0 * resolution * (rows * columns / MAX_CELLS) ** 0.5) / 100.0
             hint = f"set `navigation: {{costmap: {{map_resolution: {least:g}}}}}`"
         raise InputError([Finding(_mark_of(mission.source, "world"), "E413", sentence, hint)])

@@ -9,11 +9,12 @@ from pathlib import Path
 from missions.execution.component_choices import all_chosen
 from missions.execution.resources import WORLDS, load_robot
 from stack.costmap.parameters import CostmapParameters
-from stack.documents import read_file
+from stack.documents import Finding, Mark, read_file
 from stack.drivetrain.description import RobotDescription
+from stack.errors import InputError
 from stack.mapping.passages import Passage, clearance_of, passages_of, widest_path_to, widest_paths
 from stack.mapping.ros_map import read_ros_map
-from stack.sim.worlds.rasterise import rasterise
+from stack.sim.worlds.rasterise import map_problem, rasterise
 from stack.sim.worlds.world_file import find_world, read_world
 from stack.types import FloatArray, OccupancyGrid, Pose2D
 
@@ -79,8 +80,14 @@ def _read(name: str) -> Place:
     path = Path(name)
     if path.is_file() and "image" in [key.value for key, _ in read_file(path, "map").entries]:
         return Place(path.stem, read_ros_map(path), {}, None)
-    world = read_world(find_world(name, Path.cwd(), WORLDS))
-    grid = rasterise(world, CostmapParameters().map_resolution)  # the resolution of the costmaps
+    file = find_world(name, Path.cwd(), WORLDS)
+    world = read_world(file)
+    resolution = CostmapParameters().map_resolution  # of the costmaps
+    problem = map_problem(world, resolution)
+    if problem:
+        hint = "set closer `bounds` in the world file"
+        raise InputError([Finding(Mark(str(file)), "E413", problem, hint)])
+    grid = rasterise(world, resolution)
     return Place(world.name, grid, dict(world.places), world.start)
 
 

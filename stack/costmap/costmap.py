@@ -13,9 +13,10 @@ import numpy as np
 from stack.compilation import KernelTypes
 from stack.costmap.choosing import LayerChoice, usual_layers
 from stack.costmap.denoise_layer import DenoiseLayer
+from stack.costmap.grid_copies import GridCopies, GridCopy
 from stack.costmap.inflation import Inflation
 from stack.costmap.lattice import Lattice
-from stack.costmap.layer import Box, CellProvenance, Layer, LayerUpdate, Region, joined
+from stack.costmap.layer import Box, CellProvenance, Layer, LayerUpdate, Region, is_some, joined
 from stack.costmap.layer_compositor import LayerCompositor
 from stack.costmap.parameters import CostmapParameters, InflationParameters
 from stack.errors import ParameterError
@@ -71,6 +72,7 @@ class Costmap:
         self._adding = adding
         self._version = 0
         self._grid: CostGrid | None = None
+        self._copies = GridCopies()
         self._lattice = Lattice(static, window, parameters.resolution, _corner(window))
         self._frame = self._lattice.frame
         self._begin(static, None)
@@ -89,10 +91,18 @@ class Costmap:
     def grid(self) -> CostGrid:
         """A copy of the current costs; UNKNOWN_COST where unknown."""
         if self._grid is None:
-            self._grid = CostGrid(
-                self._painting.cells.copy(), self._frame.resolution, self._frame.origin
-            )
+            view = self.view
+            self._grid = CostGrid(view.cells.copy(), view.resolution, view.origin)
         return self._grid
+
+    @property
+    def view(self) -> CostGrid:
+        """The current costs without a copy, which the next update changes: read them at once."""
+        return CostGrid(self._painting.cells, self._frame.resolution, self._frame.origin)
+
+    def copied(self) -> GridCopy:
+        """Return a copy for another thread; only what changed since its last use is copied."""
+        return self._copies.take(self.view)
 
     @property
     def layers(self) -> tuple[str, ...]:
@@ -120,8 +130,9 @@ class Costmap:
             x: metres, map frame.
             y: metres, map frame.
         """
-        row, column = self.grid.cell_at(x, y)
-        if not self.grid.contains(row, column) or self._painting.cells[row, column] != LETHAL_COST:
+        view = self.view
+        row, column = view.cell_at(x, y)
+        if not view.contains(row, column) or self._painting.cells[row, column] != LETHAL_COST:
             return None
         for name, layer in self._layers.items():
             origin = layer.origin_of(row, column)
@@ -219,11 +230,14 @@ class Costmap:
 
     def _recompute(self) -> None:
         self._painting.repaint_all()
+        self._copies.renew()
         self._grid = None
         self._version += 1
 
     def _repaint(self, marked: Box, added: Box) -> None:
-        if self._painting.repaint(marked, added):
+        changed = self._painting.repaint(marked, added)
+        if is_some(changed):
+            self._copies.note(changed)
             self._grid = None
             self._version += 1
 

@@ -17,10 +17,14 @@ from stack.costmap.layer import (
     Layer,
     edges,
     is_some,
+    joined,
     part,
     shifted,
 )
 from stack.types import UNKNOWN_COST
+
+BAND = 1 << 20
+"""Cells that are painted at once, so that the work arrays stay small."""
 
 
 class LayerCompositor:
@@ -62,11 +66,12 @@ class LayerCompositor:
     def repaint_all(self) -> None:
         """Repaint all cells."""
         self._shift = (0, 0)
-        self._compose(self._frame.everywhere)
+        for band in _bands(self._frame.everywhere):
+            self._compose(band)
         self._finish([self._frame.everywhere])
 
-    def repaint(self, marked: Box, added: Box) -> bool:
-        """Repaint changed cells; return whether any cost may have changed.
+    def repaint(self, marked: Box, added: Box) -> Box:
+        """Repaint changed cells; return the box of the costs that may have changed.
 
         Args:
             marked: box to repaint for the marking layers.
@@ -76,13 +81,12 @@ class LayerCompositor:
         reach = self._inflation.reach
         moved, self._shift = self._shift, (0, 0)
         paint = [*edges(shape, moved, lead=far, trail=far), self._grown(marked, far)]
-        changed = [self._compose(box) for box in paint]
+        changed = [self._compose(band) for box in paint for band in _bands(box)]
         spread = edges(shape, moved, lead=reach, trail=reach)
         spread += [self._grown(box, reach) for box in changed]
         if added != NO_BOX or any(map(is_some, spread)):
             self._finish([box for box in spread if is_some(box)], added)
-            return True
-        return False
+        return self._frame.everywhere if moved != (0, 0) else joined([*spread, added])
 
     def _set_grids(self, grids: list[Costs]) -> None:
         self._base, self._inflated, self.cells = grids
@@ -106,11 +110,12 @@ class LayerCompositor:
         """Inflate some boxes, and add costs to them and to `added`."""
         if sum(map(_area, spread)) >= _area(self._frame.everywhere):
             spread = [self._frame.everywhere]
-        for box in spread:
-            self._inflation.spread(self._inflated, self._base, box)
+        bands = [band for box in spread for band in _bands(box)]
+        for band in bands:
+            self._inflation.spread(self._inflated, self._base, band)
         if not self._adding:
             return
-        for box in (*spread, added):
+        for box in (*bands, *_bands(added)):
             cells = part(self.cells, box)
             cells[:] = part(self._inflated, box)
             canvas = Canvas(cells, self._ground(box), box)
@@ -126,6 +131,13 @@ class LayerCompositor:
 
     def _grown(self, box: Box, by: int) -> Box:
         return self._frame.grown(box, by) if is_some(box) else NO_BOX
+
+
+def _bands(box: Box) -> list[Box]:
+    """Cut a large box into bands of rows."""
+    top, bottom, left, right = box
+    step = max(1, BAND // max(right - left, 1))
+    return [(row, min(row + step, bottom), left, right) for row in range(top, bottom, step)]
 
 
 def _area(box: Box) -> int:

@@ -23,6 +23,7 @@ from stack.costmap.layer import (
     part,
     shifted,
 )
+from stack.costmap.mark_boxes import MarkBoxes
 from stack.costmap.parameters import ObstacleParameters
 from stack.parameters import parameter
 from stack.types import Footprint, Pose2D, Scan
@@ -63,7 +64,8 @@ class ObstacleLayer(Layer):
 
         self._kernels: Any = kernels
         self._next_expiry = 0.0
-        self._marks = NO_BOX  # contains all marks
+        self._marks = MarkBoxes()
+        self._sensed = NO_BOX  # contains all cells marked or seen free
         self._marked_at = np.empty((0, 0), dtype=np.float32)
         self._seen = np.empty((0, 0), dtype=np.uint8)
 
@@ -76,11 +78,13 @@ class ObstacleLayer(Layer):
     def lay_out(self, frame: Frame, shift: tuple[int, int] | None) -> None:
         """Move the grid; marks keep their positions in the map frame."""
         self.frame = frame
-        self._marks = NO_BOX if shift is None else moved(self._marks, frame.shape, shift)
+        self._sensed = NO_BOX if shift is None else moved(self._sensed, frame.shape, shift)
         if shift is None:
+            self._marks.clear()
             self._marked_at = np.full(frame.shape, -np.inf, dtype=np.float32)
             self._seen = np.zeros(frame.shape, dtype=np.uint8)
         else:
+            self._marks.move(frame.shape, shift)
             self._marked_at = shifted(self._marked_at, frame.shape, shift, -np.inf)
             self._seen = shifted(self._seen, frame.shape, shift, 0)
 
@@ -91,7 +95,9 @@ class ObstacleLayer(Layer):
         if posed is not None:
             touched.append(self._sense(posed.pose, posed.scan, update.time))
         touched.append(self._clear_footprint(update.pose))
-        return joined(touched)
+        changed = joined(touched)
+        self._sensed = joined([self._sensed, changed])
+        return changed
 
     def paint(self, canvas: Canvas) -> None:
         """Paint marks as lethal; cells seen free become free where they are unknown."""
@@ -100,10 +106,11 @@ class ObstacleLayer(Layer):
     def clear(self, region: Region | None) -> Box:
         """Clear marks and cells seen free."""
         if region is None:
-            self._marked_at[:] = -np.inf
-            self._seen[:] = 0
-            self._marks = NO_BOX
-            return self.frame.everywhere
+            part(self._marked_at, self._sensed)[:] = -np.inf
+            part(self._seen, self._sensed)[:] = 0
+            self._marks.clear()
+            sensed, self._sensed = self._sensed, NO_BOX
+            return sensed
         if not is_some(region.box):
             return NO_BOX
         part(self._marked_at, region.box)[region.inside] = -np.inf
@@ -119,10 +126,7 @@ class ObstacleLayer(Layer):
         if self.parameters.decay == 0.0 or time < self._next_expiry:
             return NO_BOX
         self._next_expiry = time + _EXPIRY_PERIOD
-        oldest = time - self.parameters.decay
-        cleared: Box
-        cleared, self._marks = self._kernels.expire(self._marked_at, oldest, *self._marks)
-        return cleared
+        return self._marks.expire(self._marked_at, time - self.parameters.decay)
 
     def _sense(self, pose: Pose2D, scan: Scan, time: float) -> Box:
         sensor, settings = pose.compose(scan.mount), self.parameters
@@ -133,7 +137,7 @@ class ObstacleLayer(Layer):
             scan.ranges, scan.angles, _is_closed(scan), scan.range_max,
             settings.obstacle_range, settings.clearing_range, time, clearable,
         )  # fmt: skip
-        self._marks = joined([self._marks, box])
+        self._marks.add(box)
         return box
 
     def _clear_footprint(self, pose: Pose2D) -> Box:

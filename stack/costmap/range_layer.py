@@ -20,10 +20,10 @@ from stack.costmap.layer import (
     Region,
     is_some,
     joined,
-    moved,
     part,
     shifted,
 )
+from stack.costmap.mark_boxes import MarkBoxes
 from stack.errors import ParameterError
 from stack.parameters import parameter
 from stack.types import (
@@ -94,7 +94,7 @@ class RangeLayer(Layer):
         self._probability = np.empty((0, 0), dtype=np.float32)
         self._heard_at = np.empty((0, 0), dtype=np.float32)
         self._source, self._next_expiry = "sonar", 0.0
-        self._heard = NO_BOX  # contains all updated cells
+        self._heard = MarkBoxes()  # all updated cells
 
     @property
     def marked(self) -> NDArray[np.bool_]:
@@ -105,11 +105,12 @@ class RangeLayer(Layer):
     def lay_out(self, frame: Frame, shift: tuple[int, int] | None) -> None:
         """Move the grid; probabilities keep their positions in the map frame."""
         self.frame = frame
-        self._heard = NO_BOX if shift is None else moved(self._heard, frame.shape, shift)
         if shift is None:
+            self._heard.clear()
             self._probability = np.full(frame.shape, _PRIOR, dtype=np.float32)
             self._heard_at = np.full(frame.shape, -np.inf, dtype=np.float32)
         else:
+            self._heard.move(frame.shape, shift)
             self._probability = shifted(self._probability, frame.shape, shift, _PRIOR)
             self._heard_at = shifted(self._heard_at, frame.shape, shift, -np.inf)
 
@@ -131,7 +132,7 @@ class RangeLayer(Layer):
         """Reset the probabilities."""
         if region is None:
             self._probability[:], self._heard_at[:] = _PRIOR, -np.inf
-            self._heard = NO_BOX
+            self._heard.clear()
             return self.frame.everywhere
         if not is_some(region.box):
             return NO_BOX
@@ -159,7 +160,7 @@ class RangeLayer(Layer):
             (sensor.x - end, sensor.y - end), (sensor.x + end, sensor.y + end)
         )
         self._source = reading.source
-        self._heard = joined([self._heard, box])
+        self._heard.add(box)
         self._kernels.hear(
             self._probability, self._heard_at, *self.frame.origin, self.frame.resolution,
             sensor.x, sensor.y, sensor.heading, distance if returned else inf, end,
@@ -171,9 +172,7 @@ class RangeLayer(Layer):
         if self.parameters.decay == 0.0 or time < self._next_expiry:
             return NO_BOX
         self._next_expiry = time + _EXPIRY_PERIOD
-        oldest = time - self.parameters.decay
-        cleared: Box
-        cleared, self._heard = self._kernels.expire(self._heard_at, oldest, *self._heard)
+        cleared = self._heard.expire(self._heard_at, time - self.parameters.decay)
         if is_some(cleared):
             faded = part(self._heard_at, cleared) == -np.inf
             part(self._probability, cleared)[faded] = _PRIOR

@@ -4,8 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from stack.costmap.layer import Box, Canvas, Costs, Frame, Layer, NoParameters, edges, part, shifted
-from stack.costmap.sampling import sampled
+from stack.costmap.layer import (
+    Box,
+    Canvas,
+    Costs,
+    Frame,
+    Layer,
+    NoParameters,
+    edges,
+    part,
+    sampled,
+    shifted,
+)
 from stack.types import (
     FREE_COST,
     LETHAL_COST,
@@ -22,12 +32,15 @@ class StaticLayer(Layer):
     def __init__(self, parameters: NoParameters, footprint: Footprint) -> None:
         super().__init__(parameters, footprint)
         self._cells: Costs = np.empty((0, 0), dtype=np.uint8)
+        self._costs: Costs = np.full(256, UNKNOWN_COST, dtype=np.uint8)
         self._is_drawn = False
 
     def set_map(self, grid: OccupancyGrid | None) -> None:
         """Use another map, or none; the next `lay_out` draws it."""
         super().set_map(grid)
         self._is_drawn = False
+        if grid is not None:
+            self._costs = _costs_of(grid)
 
     def lay_out(self, frame: Frame, shift: tuple[int, int] | None) -> None:
         """Sample the map at the cell centres; after a shift only the new cells are sampled."""
@@ -58,7 +71,13 @@ class StaticLayer(Layer):
         if self.map is None:
             return np.full((box[1] - box[0], box[3] - box[2]), UNKNOWN_COST, dtype=np.uint8)
         values = sampled(self.map, self.frame, box, UNKNOWN)
-        costs = np.full(values.shape, UNKNOWN_COST, dtype=np.uint8)
-        costs[self.map.are_free(values)] = FREE_COST
-        costs[self.map.are_occupied(values)] = LETHAL_COST
-        return costs
+        return self._costs[values.view(np.uint8)]
+
+
+def _costs_of(grid: OccupancyGrid) -> Costs:
+    """Return (256,) costs of a map's values, taken as bytes without a sign."""
+    values = np.arange(256, dtype=np.uint8).view(np.int8)
+    costs = np.full(256, UNKNOWN_COST, dtype=np.uint8)
+    costs[grid.are_free(values)] = FREE_COST
+    costs[grid.are_occupied(values)] = LETHAL_COST
+    return costs

@@ -10,8 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.costmap.layer import NO_BOX, Box, Frame, edges, is_some, part, shifted
-from stack.costmap.sampling import sampled
+from stack.costmap.layer import NO_BOX, Box, Frame, edges, is_some, part, sampled, shifted
 from stack.errors import InputError, ParameterError
 from stack.geometry.polygons import points_inside
 from stack.parameters import Declaration, build, parameter

@@ -46,22 +46,39 @@ class SignedDistanceField:
             deviation: standard deviation of a hit, metres.
             hit_share: in (0, 1).
         """
-        hit = np.exp(-0.5 * (self.distances.astype(np.float64) / deviation) ** 2)
-        mixture: NDArray[np.float32] = np.log(hit_share * hit + (1.0 - hit_share)).astype(
-            np.float32
-        )
-        return mixture
+
+        def mixture(distances: NDArray[np.float32]) -> NDArray[np.float32]:
+            hit = np.exp(-0.5 * (distances.astype(np.float64) / deviation) ** 2)
+            return np.log(hit_share * hit + (1.0 - hit_share)).astype(np.float32)
+
+        far = np.array([TRUNCATION], dtype=np.float32)
+        table = np.full(self.distances.shape, mixture(far)[0])
+        near = self.distances < TRUNCATION
+        table[near] = mixture(self.distances[near])
+        return table
+
+    def are_free(self, clearance: float, stride: int = 1, first: int = 0) -> NDArray[np.bool_]:
+        """Return (rows, columns): free cells with this clearance in metres.
+
+        Args:
+            clearance: metres to the next surface.
+            stride: only every `stride`-th row and column.
+            first: the first row and column.
+        """
+        chosen = (slice(first, None, stride),) * 2
+        free: NDArray[np.bool_] = self.occupancy[chosen] == 0
+        free &= self.distances[chosen] >= clearance
+        return free
 
     def free_cells(self, clearance: float) -> NDArray[np.int64]:
-        """Return (n, 2) rows and columns of free cells with this clearance in metres."""
-        cells: NDArray[np.int64] = np.argwhere(
-            (self.occupancy == 0) & (self.distances >= clearance)
-        )
+        """Return (n,) indices, row * columns + column, of free cells with this clearance."""
+        cells: NDArray[np.int64] = np.flatnonzero(self.are_free(clearance))
         return cells
 
     def centres(self, cells: NDArray[np.int64]) -> FloatArray:
-        """Return (n, 2) x, y in metres of the centres of cells (n, 2) of row and column."""
-        middles: FloatArray = cells[:, ::-1].astype(np.float64)
+        """Return (n, 2) x, y in metres of the centres of cells (n,), row * columns + column."""
+        row, column = np.divmod(cells, self.distances.shape[1])
+        middles: FloatArray = np.column_stack([column, row]).astype(np.float64)
         middles += 0.5
         middles *= self.resolution
         middles += self.origin
@@ -82,17 +99,19 @@ def surface_field(grid: OccupancyGrid) -> SignedDistanceField:
         if not goal.any():
             return np.full(goal.shape, TRUNCATION, dtype=np.float32)
         rough = cv2.distanceTransform((~goal).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+        nearest = np.full(goal.shape, TRUNCATION, dtype=np.float32)
+        near = rough < TRUNCATION / grid.resolution + 1.0
         # The last bit depends on memory alignment; squared distances in cells are integers.
-        cells = np.sqrt(np.rint(np.square(rough)))
-        metres = (cells - 0.5) * grid.resolution
-        nearest: NDArray[np.float32] = np.minimum(metres, TRUNCATION).astype(np.float32)
+        cells = np.sqrt(np.rint(np.square(rough[near])))
+        nearest[near] = np.minimum((cells - 0.5) * grid.resolution, TRUNCATION)
         return nearest
 
-    distances = np.where(occupied, -to_nearest(free), to_nearest(occupied))
-    occupancy = np.where(occupied, 1, np.where(free, 0, 2)).astype(np.uint8)
-    return SignedDistanceField(
-        distances.astype(np.float32), occupancy, grid.resolution, grid.origin
-    )
+    distances = to_nearest(occupied)
+    np.copyto(distances, -to_nearest(free), where=occupied)
+    occupancy = np.full(occupied.shape, 2, dtype=np.uint8)
+    occupancy[free] = 0
+    occupancy[occupied] = 1
+    return SignedDistanceField(distances, occupancy, grid.resolution, grid.origin)
 
 
 def as_row(pose: Pose2D) -> FloatArray:

@@ -59,9 +59,9 @@ class GlobalMatcher:
         self._kernels, self._field, self._evaluator = kernels, field, evaluator
         self.beams = parameters.search_beams
         stride = max(1, round(parameters.search_spacing / field.resolution))
-        cells = field.free_cells(0.1)
-        on_lattice = (cells % stride == stride // 2).all(axis=1)
-        self._rows, self._columns = (np.ascontiguousarray(a) for a in cells[on_lattice].T)
+        first = stride // 2
+        rows, columns = np.nonzero(field.are_free(0.1, stride, first))
+        self._rows, self._columns = rows * stride + first, columns * stride + first
         self._headings = np.arange(HEADINGS) * (2.0 * pi / HEADINGS) - pi
         self._table = field.log_likelihoods(parameters.search_blur, 0.9)
 
@@ -84,7 +84,8 @@ class GlobalMatcher:
     def poses(self, indices: NDArray[np.int64]) -> FloatArray:
         """Return (n, 3) x, y, heading of lattice poses by index."""
         at, heading = np.divmod(indices, HEADINGS)
-        centres = self._field.centres(np.column_stack([self._rows[at], self._columns[at]]))
+        columns = self._field.distances.shape[1]
+        centres = self._field.centres(self._rows[at] * columns + self._columns[at])
         return np.column_stack([centres, self._headings[heading]])
 
     def candidates(self, scan: Scan, earlier: Views = ()) -> list[GlobalMatch]:

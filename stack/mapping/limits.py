@@ -9,7 +9,7 @@ MAX_SIDE = 8192
 MAX_CELLS = MAX_SIDE * MAX_SIDE
 """Cells of a map. Memory per cell: at most 47 bytes while an image is read, 54 for the localiser,
 22 for the global costmap and at most 20 for a plan, not all at once: about 5 GB for the largest
-map. Building the parts takes about 5 s for 20 million cells."""
+map. Building the parts takes about 5 s for 80 million cells."""
 
 LEAST_RESOLUTION = 0.01
 """Metres, of the cells of maps and costmaps. The cells that one scan changes grow with its square:

@@ -173,11 +173,12 @@ class GoalDrive(Drive):
         twist = state.odometry.twist
         direction = 0 if standing(twist) else int(copysign(1, twist.linear))
         pose = state.estimate.pose
-        request = PlanRequest(
-            self._tools.global_costmap.grid, pose, self._goals, self.partial, direction
-        )
+        copy = self._tools.global_costmap.copied()
+        request = PlanRequest(copy.grid, pose, self._goals, self.partial, direction)
         due = state.time + p.planning_latency
-        self.task.future = self._tools.planner_worker.ask(request, due, wait=p.wait_for_plan)
+        self.task.future = self._tools.planner_worker.ask(
+            request, due, wait=p.wait_for_plan, over=copy.release
+        )
         self._reason, self._requested_at = reason, state.time
         self._requested_from = self._tools.planner_worker.planner
 
@@ -191,7 +192,7 @@ class GoalDrive(Drive):
         if self.path is not None and self.path.partial:
             end = self.path.goal
             points = points[np.hypot(points[:, 0] - end.x, points[:, 1] - end.y) > NEAR_ENOUGH]
-        self._blocked_at = blocked_at(costmap.grid, points, pose, self._tools.clear_of)
+        self._blocked_at = blocked_at(costmap.view, points, pose, self._tools.clear_of)
 
     def _replan_reason(self, state: NavigationState) -> str | None:
         """Reason to plan now; ROUTINE to search for a better path, None for no plan."""
@@ -294,7 +295,7 @@ class GoalDrive(Drive):
             return closer > NEAR_ENOUGH  # the other side of a table may be nearer by one cell
         if closer > 0.02:
             return True
-        costs = self._tools.global_costmap.grid
+        costs = self._tools.global_costmap.view
         now = route_cost(costs, progress.ahead(inf))
         new = route_cost(costs, plan.path.points)
         return new < (1.0 - self._tools.parameters.replan_gain) * now - 0.1

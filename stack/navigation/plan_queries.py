@@ -46,9 +46,12 @@ class PlanQueries:
         tools, p, task = self._tools, self._tools.parameters, planning.task
         if task.future is None:
             start = planning.start or state.estimate.pose
-            request = PlanRequest(tools.global_costmap.grid, start, (planning.goal,))
+            copy = tools.global_costmap.copied()
+            request = PlanRequest(copy.grid, start, (planning.goal,))
             due = state.time + p.planning_latency
-            task.future = tools.planner_worker.ask(request, due, wait=p.wait_for_plan)
+            task.future = tools.planner_worker.ask(
+                request, due, wait=p.wait_for_plan, over=copy.release
+            )
             task.report("planning", 0.0)
         answer = task.future.result(state.time)
         if isinstance(answer, Plan):

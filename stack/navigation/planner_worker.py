@@ -8,7 +8,7 @@ delay; its progress does not affect any result.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
@@ -34,7 +34,7 @@ class Plan:
 
 @dataclass(frozen=True, slots=True)
 class PlanRequest:
-    """Input of a plan: costs (never modified), start and goals, map frame.
+    """Input of a plan: costs (not modified before the plan is over), start and goals, map frame.
 
     Attributes:
         partial: if a goal is not reachable, plan to the nearest reachable pose.
@@ -98,16 +98,21 @@ class PlannerWorker:
         self._worker = ThreadPoolExecutor(max_workers=1, thread_name_prefix="planner")
         self._open: list[PlanFuture] = []
 
-    def ask(self, request: PlanRequest, due: float, *, wait: bool) -> PlanFuture:
+    def ask(
+        self, request: PlanRequest, due: float, *, wait: bool,
+        over: Callable[[], None] = lambda: None,
+    ) -> PlanFuture:  # fmt: skip
         """Submit a request whose plan is due at time `due` (seconds, robot's clock).
 
         Args:
             request: to plan.
             due: time from which the result is available.
             wait: whether `PlanFuture.result` waits for a late plan.
+            over: called once nobody reads the request's costs any more, from any thread.
         """
         cancel = CancelToken()
         future = self._worker.submit(plan_through, self.planner, request, cancel)
+        future.add_done_callback(lambda _: over())
         queued = PlanFuture(request, future, cancel, due, wait)
         self._open = [item for item in self._open if not item.over] + [queued]
         return queued

@@ -46,12 +46,34 @@ class NavigationState:
     obstacles: ObstaclePoints = field(default_factory=ObstaclePoints)
 
 
+class CopyLike(Protocol):
+    """A copy of a costmap for a worker thread."""
+
+    @property
+    def grid(self) -> CostGrid:
+        """The costs; not modified before the release."""
+        ...
+
+    def release(self) -> None:
+        """Allow the reuse of the cells."""
+        ...
+
+
 class CostmapLike(Protocol):
     """A costmap, as far as navigation needs it."""
 
     @property
     def grid(self) -> CostGrid:
-        """The current costs; never modified later, so that a worker thread may read them."""
+        """A copy of the current costs; never modified later."""
+        ...
+
+    @property
+    def view(self) -> CostGrid:
+        """The current costs without a copy, which the next update changes: read them at once."""
+        ...
+
+    def copied(self) -> CopyLike:
+        """Return a copy of the current costs for a worker thread, until it is released."""
         ...
 
     @property

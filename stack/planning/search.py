@@ -61,6 +61,12 @@ class SearchLimits:
     cancel: CancelToken = field(default_factory=CancelToken)
 
 
+_LONGEST = 64
+"""A path is expected to cost at most this many times as much as one of free cells."""
+
+_NEAR = 512
+"""Cells added to the distance from start to goal in that rule: the way round a wall beside them."""
+
 UNLIMITED = SearchLimits()
 """No limit on expansions, and no caller that could cancel."""
 
@@ -68,9 +74,13 @@ UNLIMITED = SearchLimits()
 class Workspace:
     """Arrays of an A* search, reused between queries on grids of one shape without clearing.
 
+    Each query takes `limit` + 1 numbers of the range of `reached`; when the range is used up, all
+    cells are cleared. A query that needs more than its limit is repeated with a higher one.
+
     Attributes:
         reached, base, limit: cell n was reached at the cost reached[n] - base if that is at most
             limit.
+        highest: largest limit of a query, as long as the range of `reached` is 32 bits.
         parents: (cells,) uint8, direction of the step into each reached cell.
         expanded: number of cells that the last search expanded.
         limited: whether the last search stopped at its limit of expansions.
@@ -87,7 +97,8 @@ class Workspace:
         self._heads = np.full(1 << rise.bit_length(), -1, dtype=np.int32)
         self._set_queue(cells // 4 + 1024)
         self.parents = np.empty(cells, dtype=np.uint8)
-        self.limit = min(64 * (rows + columns) * int(tables.diagonal.max()), 2**31 - 1)
+        self.highest = min(_LONGEST * (rows + columns) * int(tables.diagonal.max()), 2**31 - 1)
+        self.limit = self.highest
         self.reached: NDArray[Any] = np.empty(cells, dtype=np.int32)
         self._forget()
 
@@ -117,6 +128,7 @@ class Workspace:
             NavigationError: CANCELLED when the cancel token is set.
         """
         kernels, tables = self._kernels, self._tables
+        self.limit = self._expected(start, goal)
         while True:
             self._next_base()
             status, _, self.expanded = kernels.search(
@@ -129,8 +141,10 @@ class Workspace:
             limits.cancel.check()
             if status == kernels.QUEUE_FULL:
                 self._set_queue(2 * self._links.size)
+            elif status == kernels.RANGE_FULL and self.limit < self.highest:
+                self.limit = self.highest
             elif status == kernels.RANGE_FULL:  # a very long path: 64 bits hold any path cost
-                self.limit = 2**60
+                self.highest = self.limit = 2**60
                 self.reached = np.empty(self.reached.size, dtype=np.int64)
                 self._forget()
             else:
@@ -144,6 +158,12 @@ class Workspace:
             (place.y - y) / costs.resolution, (place.x - x) / costs.resolution,
         )  # fmt: skip
         return None if row < 0 else (int(row), int(column))
+
+    def _expected(self, start: int, goal: int) -> int:
+        """Return the limit for a path between two cells, unless it is unusually long."""
+        (row, column), (to_row, to_column) = (divmod(n, self._shape[1]) for n in (start, goal))
+        steps = abs(row - to_row) + abs(column - to_column) + _NEAR
+        return min(_LONGEST * steps * int(self._tables.traverse[0]), self.highest)
 
     def _next_base(self) -> None:
         if self.base - self.limit - 1 < np.iinfo(self.reached.dtype).min:

@@ -86,6 +86,14 @@ LAYOUTS: dict[str, Layout] = {
         **{stage: f"{{{stage} ms:.2f}} ms"
            for stage in ("body", "estimate", "costmap", "navigate", "safety", "publish")},
     }),
+    "hall": Layout({
+        "controller": "{controller}", "success": "{success}", "driven": "{distance m:.0f} m",
+        "× real time": "{x real time:.1f}", "start to first tick": "{start to first tick s:.1f} s",
+        "memory": "{peak memory MB:.0f} MB", "replans": "{replans}",
+        "largest pose error": "{error max m:.2f} m", "costmap overruns": "{costmap overruns}",
+        **{stage: f"{{{stage} ms:.2f}} ms"
+           for stage in ("body", "estimate", "costmap", "navigate")},
+    }),
     "commands": Layout({
         "command": "{command}", "median": "{median s:.2f} s", "best": "{best s:.2f} s",
         "processor time": "{processor s:.2f} s",

@@ -26,6 +26,18 @@ def map_shape(world: World, resolution: float = RESOLUTION) -> tuple[int, int]:
     return ceil((y_max - y_min) / resolution - TOUCHING), columns
 
 
+def map_problem(world: World, resolution: float) -> str:
+    """Return why no map of a world can be drawn in cells of this size; empty if one can."""
+    rows, columns = map_shape(world, resolution)
+    if rows * columns <= MAX_CELLS:
+        return ""
+    x_min, y_min, x_max, y_max = world.bounds
+    return (
+        f"{world.name} is {x_max - x_min:g} x {y_max - y_min:g} m: its map would have"
+        f" {rows * columns} cells of {resolution:g} m, at most {MAX_CELLS} are possible"
+    )
+
+
 def rasterise(world: World, resolution: float = RESOLUTION) -> OccupancyGrid:
     """Return the occupancy grid of a world, over its bounds.
 
@@ -41,14 +53,11 @@ def rasterise(world: World, resolution: float = RESOLUTION) -> OccupancyGrid:
     Raises:
         ParameterError: the grid would have more than 8192 x 8192 cells.
     """
-    x_min, y_min, x_max, y_max = world.bounds
+    problem = map_problem(world, resolution)
+    if problem:
+        raise ParameterError("resolution", problem, "use larger cells or closer bounds")
     rows, columns = map_shape(world, resolution)
-    if rows * columns > MAX_CELLS:
-        sentence = (
-            f"{x_max - x_min:g} x {y_max - y_min:g} m in cells of {resolution:g} m make "
-            f"{rows * columns} cells, at most {MAX_CELLS} fit"
-        )
-        raise ParameterError("resolution", sentence, "take larger cells or tighter bounds")
+    x_min, y_min, _, _ = world.bounds
     covered = np.zeros((rows, columns), dtype=np.bool_)
     grid = OccupancyGrid(np.full((rows, columns), UNKNOWN, np.int8), resolution, (x_min, y_min))
     for outline in outlines(world, mapped_only=True):

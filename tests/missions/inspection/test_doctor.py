@@ -4,6 +4,7 @@ import pytest
 
 from missions.execution.resources import MISSIONS
 from missions.inspection.doctor import diagnose
+from stack.errors import InputError
 
 WORLD = """\
 world: narrow
@@ -36,6 +37,21 @@ def test_a_gap_narrower_than_the_robot_closes_the_place_behind_it(tmp_path):
     assert "place east (4.00, 1.50): not reachable" in text
     assert "place wedge (0.20, 0.20): blocked" in text
     assert found.closed == 3  # the passage, the place behind it, the place in the corner
+
+
+def test_a_world_too_large_for_a_map_is_the_finding_of_check(tmp_path):
+    """205 m / 2.5 cm = 8200 cells a side; 8192 are possible."""
+    file = tmp_path / "wide.yaml"
+    post = "boxes:\n  - {at: [9, 9, 0], size: [1, 1, 1]}\n"
+    file.write_text(f"world: wide\nbounds: [0, 0, 205, 205]\nstart: [1, 1, 0]\n{post}", "utf-8")
+    with pytest.raises(InputError) as refused:
+        diagnose(str(file), "scout", None)
+    (finding,) = refused.value.findings
+    assert finding.code == "E413" and finding.mark.file == str(file)
+    assert finding.sentence == (
+        "wide is 205 x 205 m: its map would have 67240000 cells of 0.025 m,"
+        " at most 67108864 are possible"
+    )
 
 
 @pytest.mark.pain("n5625")

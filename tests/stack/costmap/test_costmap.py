@@ -348,3 +348,28 @@ def test_the_lower_envelope_gives_the_nearest_lethal_cell_in_any_box(seed):
             raised = cost >= 253 if value == 255 else cost > value
             expected[row, column] = cost if raised else value
     assert np.array_equal(cells, expected)
+
+
+def test_clearing_everything_repaints_only_what_was_sensed():
+    """On a map of 64 million cells, repainting all of them takes a second."""
+    costmap, fresh = (Costmap(CostmapParameters(), ROUND, room()) for _ in range(2))
+    version = costmap.version
+    costmap.clear()
+    assert costmap.version == version  # nothing was sensed
+    costmap.update(seen(Pose2D(1.0, 0.0), scan([1.0]), 0.0))
+    copy = costmap.copied()
+    copy.grid.cells[-1, -1] = 77  # at (5, 3); the robot sees from (0.8, -0.2) to (2, 0.2)
+    copy.release()
+    costmap.clear()
+    assert np.array_equal(costmap.grid.cells, fresh.grid.cells)
+    differ = costmap.copied().grid.cells != fresh.grid.cells
+    assert differ[-1, -1] and np.count_nonzero(differ) == 1
+
+
+def test_large_boxes_are_painted_in_bands_with_the_same_costs(monkeypatch):
+    monkeypatch.setattr("stack.costmap.layer_compositor.BAND", 500)  # four rows of 120 cells
+    whole, banded = room(), Costmap(CostmapParameters(), ROUND, room())
+    whole.cells[::9, ::7] = OCCUPIED
+    banded.set_static(whole)
+    monkeypatch.undo()
+    assert np.array_equal(banded.grid.cells, Costmap(CostmapParameters(), ROUND, whole).grid.cells)

@@ -10,6 +10,8 @@ from hypothesis import strategies as st
 from stack.costmap import kernels
 from stack.costmap.choosing import read_layers
 from stack.costmap.costmap import Costmap
+from stack.costmap.layer import NO_BOX, shifted
+from stack.costmap.mark_boxes import MarkBoxes
 from stack.costmap.parameters import CostmapParameters
 from stack.types import FREE, Footprint, OccupancyGrid, Pose2D, RangeReading, Scan
 from tests.stack.costmap.marks import seen, sensed
@@ -45,6 +47,44 @@ def test_expiry_clears_what_a_search_of_every_cell_clears(seed, oldest):
             )  # fmt: skip
         else:
             assert low >= high or first >= last
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 2**32 - 1))
+def test_expiry_in_tiles_clears_what_a_search_of_every_cell_clears(seed):
+    """Random boxes with marks, moves of the grid, and expiries, on 3 x 3 tiles of 128 cells."""
+    random = np.random.default_rng(seed)
+    shape = (300, 330)
+    marked_at, boxes = np.full(shape, -inf, dtype=np.float32), MarkBoxes()
+    for time in range(12):
+        top, left = random.integers(0, 280, 2)
+        box = (top, min(top + random.integers(1, 200), 300), left, left + 40)
+        seen_now = random.random((box[1] - box[0], 40)) < 0.05
+        marked_at[box[0] : box[1], box[2] : box[3]][seen_now] = time
+        boxes.add(box)
+        if time % 4 == 1:
+            shift = tuple(int(n) for n in random.integers(-60, 60, 2))
+            marked_at = shifted(marked_at, shape, shift, -inf)
+            boxes.move(shape, shift)
+        expected = marked_at.copy()
+        rows, columns = np.nonzero(expire_everywhere(expected, time - 3.0))
+        cleared = boxes.expire(marked_at, time - 3.0)
+        assert np.array_equal(marked_at, expected)
+        if rows.size:
+            assert cleared == (rows.min(), rows.max() + 1, columns.min(), columns.max() + 1)
+        else:
+            assert cleared == NO_BOX
+
+
+def test_expiry_searches_the_way_that_was_driven_not_the_square_around_it():
+    """2400 cells along a diagonal in boxes of 240: 60 m at 2.5 cm, 3 m seen on each side."""
+    marked_at, boxes = np.full((2700, 2700), -inf, dtype=np.float32), MarkBoxes()
+    for n in range(0, 2401, 8):
+        boxes.add((n, n + 240, n, n + 240))
+        marked_at[n + 239, n] = n  # a wall 3 m to the left of the way
+    assert boxes.expire(marked_at, 0.0) == NO_BOX
+    searched = sum((b - a) * (d - c) for a, b, c, d in boxes._boxes.values())
+    assert searched < 0.1 * 2639 * 2401  # the box around all marks
 
 
 @pytest.mark.parametrize("window", [4.0, None])

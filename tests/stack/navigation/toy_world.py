@@ -217,6 +217,16 @@ class ToyCostmap:
 
     layers = ("static", "obstacle")
 
+    @property
+    def view(self) -> CostGrid:
+        return self.grid
+
+    def copied(self) -> ToyCostmap:
+        return self
+
+    def release(self) -> None:
+        """The grid is replaced, never modified."""
+
     def clear_around(self, pose: Pose2D, radius: float, *, layer: str | None = None) -> None:
         self.cleared_around = (pose, radius, layer)
 

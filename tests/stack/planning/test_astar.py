@@ -341,20 +341,46 @@ def test_a_maze_longer_than_the_first_range_and_queue_is_solved():
     cells[1::2] = LETHAL_COST
     cells[1::4, -1] = cells[3::4, 0] = 0
     workspace = Workspace(201, 60, StepCosts.of(WEIGHT, True))
-    workspace.limit = 50_000
+    workspace.highest = 50_000
     assert workspace.run(CostGrid(cells, 0.05), 0, 200 * 60, 0)
     assert workspace.reached.dtype == np.int64
     path = kernels.extract(workspace.parents, 60, 0, 200 * 60)
     assert len(path) == 100 * 60 + 100 + 1  # hundred rows, the gaps between them, the goal
 
 
+def test_a_path_of_more_than_the_expected_cost_is_found_in_a_second_search():
+    # 100 rows of 500 cells: at least 50 000 steps of 100 to a goal 200 cells away
+    cells = np.zeros((201, 500), dtype=np.uint8)
+    cells[1::2] = LETHAL_COST
+    cells[1::4, -1] = cells[3::4, 0] = 0
+    workspace = Workspace(201, 500, StepCosts.of(WEIGHT, True))
+    assert workspace.run(CostGrid(cells, 0.05), 0, 200 * 500, 0)
+    assert workspace.reached.dtype == np.int32
+    assert workspace.limit == workspace.highest > 5_000_000
+    assert len(kernels.extract(workspace.parents, 500, 0, 200 * 500)) == 100 * 500 + 100 + 1
+
+
+def test_queries_on_a_large_map_use_the_range_of_their_distance():
+    """Clearing the cells takes time with the area; 32 bits of range last for many queries."""
+    costs = CostGrid(np.zeros((4000, 20), dtype=np.uint8), 0.05)
+    workspace = Workspace(4000, 20, StepCosts.of(WEIGHT, True))
+    before = workspace.base
+    assert workspace.run(costs, 0, 399, 0)
+    used = before - workspace.base
+    assert (2**32 - 1) // used > 1000  # 19 + 19 + 512 steps, 64 times a free step of 100 each
+    assert (2**32 - 1) // workspace.highest < 40
+
+
 def test_work_arrays_are_reset_when_their_range_is_exhausted():
     costs = CostGrid(np.zeros((20, 20), dtype=np.uint8), 0.05)
     workspace = Workspace(20, 20, StepCosts.of(WEIGHT, True))
-    workspace.limit = 2**30
-    for _ in range(9):  # 32 bits hold three such ranges
+    workspace.run(costs, 0, 399, 0)
+    used = workspace.limit + 1
+    workspace.base = int(np.iinfo(np.int32).min) + 3 * used  # the range holds three more queries
+    for _ in range(5):
         assert workspace.run(costs, 0, 399, 0)
         assert len(kernels.extract(workspace.parents, 20, 0, 399)) == 20
+    assert workspace.base == int(np.iinfo(np.int32).max) - 2 * used
 
 
 def test_cheap_unknown_cells_are_crossed_and_expensive_ones_avoided():
