@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from math import inf
 
 from stack.navigation.escape.primitives import EscapeSegment
 from stack.navigation.escape.search import ChosenMotion, EscapeCriteria, MotionId, Search
@@ -116,12 +117,15 @@ class Escape(MotionExecutor):
             self._first = self._clearance
 
     def _sees(self, state: NavigationState) -> bool:
-        """Whether there is a view; the task fails without one when patience is over."""
-        if self._surroundings.updates:
+        """Whether every range sensor has measured; the task fails when patience is over."""
+        missing = [name for name, age in state.obstacles.ages.items() if age == inf]
+        if self._surroundings.updates and not missing:
             return True
+        which = f" from {', '.join(missing)}" if missing else ""
         self._wait(
-            state, FailureCode.FAILED, "no measurement received: an escape needs a lidar or a sonar"
-        )
+            state, FailureCode.FAILED,
+            f"no measurement received{which}: an escape needs all lidars and sonars",
+        )  # fmt: skip
         return False
 
     def _wait(self, state: NavigationState, code: FailureCode, sentence: str) -> None:

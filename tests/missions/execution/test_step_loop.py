@@ -51,14 +51,10 @@ def turning_error(run: LiveRun) -> float:
 
 
 @pytest.mark.parametrize(
-    ("rate", "words"),
-    [
-        ("12.5 Hz", ""),
-        ("10 Hz", "  rotation_time: 100 ms\n"),
-        ("12.5 Hz", "  rotation_time: 80 ms\n"),
-    ],
+    ("rate", "rotation_time"),
+    [("12.5 Hz", "0 ms"), ("10 Hz", "100 ms"), ("12.5 Hz", "80 ms")],
 )
-def test_the_heading_is_right_while_turning_at_any_rate_of_the_lidar(live, rate, words):
+def test_the_heading_is_right_while_turning_at_any_rate_of_the_lidar(live, rate, rotation_time):
     """At 12.5 Hz half of the scans are 10 to 40 ms old: 0.73 degrees with the pose of the step.
 
     At 10 Hz, with no age, it is 0.06 degrees.
@@ -66,7 +62,8 @@ def test_the_heading_is_right_while_turning_at_any_rate_of_the_lidar(live, rate,
 
     def change(robot: str) -> str:
         """Change the lidar; its rate is the first one in the file."""
-        return robot.replace("  rate: 10 Hz\n", f"  rate: {rate}\n{words}", 1)
+        robot = robot.replace("rotation_time: 100 ms", f"rotation_time: {rotation_time}")
+        return robot.replace("  rate: 10 Hz\n", f"  rate: {rate}\n", 1)
 
     run = live("run: {spin: {angle: 720 deg}}\n", change)
     run.before = run.runtime.parts.scorer.truth.heading
@@ -135,7 +132,7 @@ def test_a_robot_that_cannot_see_says_so_before_it_drives(live):
     while not run.runtime.state.is_over:
         run.steps()
         speeds.append(run.runtime.parts.state.commanded.linear)
-    assert max(speeds) == pytest.approx(0.15)
+    assert 0.149 < max(speeds) <= 0.15  # the outline enters unseen ground at 0.15 m/s
 
 
 def test_holding_the_robot_does_not_stop_a_world_that_cannot_freeze(live):

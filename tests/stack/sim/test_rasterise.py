@@ -119,5 +119,5 @@ def test_walls_at_any_angle_and_thinner_than_a_cell_are_closed(heading, thicknes
 
 def test_too_many_cells_are_refused_with_both_numbers():
     world = World("test", (0.0, 0.0, 1000.0, 1000.0))
-    with pytest.raises(ParameterError, match="400000000 cells, at most 67108864"):
+    with pytest.raises(ParameterError, match=r"400000000 cells of 0.05 m, at most 67108864"):
         rasterise(world, 0.05)
