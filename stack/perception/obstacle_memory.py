@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from math import inf, isfinite, pi
 
 import numpy as np
@@ -245,10 +246,16 @@ def arc_points(reading: RangeReading) -> FloatArray:
         return np.empty((0, 2))
     width = reading.field_of_view
     count = max(2, round(width * reading.distance / ARC_SPACING) + 1)
+    return reading.mount.transform(reading.distance * _unit_arc(width, count))
+
+
+@lru_cache(maxsize=1024)
+def _unit_arc(width: float, count: int) -> FloatArray:
+    """Return (count, 2) evenly spaced points of an arc of radius 1 about the x axis; read only."""
     bearings = np.linspace(-width / 2.0, width / 2.0, count)
-    return reading.mount.transform(
-        reading.distance * np.column_stack([np.cos(bearings), np.sin(bearings)])
-    )
+    points = np.column_stack([np.cos(bearings), np.sin(bearings)])
+    points.setflags(write=False)
+    return points
 
 
 def blind_sectors(robot: RobotDescription) -> FloatArray:

@@ -148,8 +148,10 @@ class Simulation:
 
     def _run_physics(self, until: int) -> None:
         """Advance physics and wheel controllers to a step."""
-        for _ in range(until - self._step):
-            for robot in self._robots:
+        steps = until - self._step
+        changing = [robot for robot in self._robots if not robot.drive.skip(steps)]
+        for _ in range(steps):
+            for robot in changing:
                 robot.drive_wheels()
             self._physics.step()
         self._step = until

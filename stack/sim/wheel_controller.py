@@ -44,6 +44,13 @@ class WheelController:
         self._settled = self.setpoint == last
         return not self._settled
 
+    def skip(self, steps: int) -> bool:
+        """Advance by `steps` physics steps if nothing changes in them; return whether it did."""
+        if not self._settled or self._steps_since_command + steps > self._dead_man_steps:
+            return False
+        self._steps_since_command += steps
+        return True
+
     @property
     def wheels(self) -> WheelCommand:
         """Setpoints of the wheels."""

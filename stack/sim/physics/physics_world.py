@@ -66,7 +66,7 @@ class PhysicsWorld:
 
     def step(self) -> None:
         """Advance by one physics period."""
-        self.bullet.stepSimulation(physicsClientId=self.client)
+        self.bullet.stepSimulation(self.client)
         self.steps += 1
 
     def close(self) -> None:

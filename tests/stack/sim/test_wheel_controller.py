@@ -149,3 +149,20 @@ def test_no_command_makes_a_car_turn_tighter_than_it_can(v, w, later_v, later_w)
                 <= abs(drive.setpoint.twist.linear) * tan(pi / 6) / 0.5 + 1e-12
             )
             before = drive.setpoint.steering
+
+
+def test_steps_are_skipped_only_while_nothing_changes(drive):
+    drive.command(Twist(0.1))
+    assert not drive.skip(5)  # speeding up: 0.1 / 1.0 / 0.002 = 50 steps
+    run(drive, Twist(0.1), 51)  # and one that changes nothing
+    one_by_one = WheelController(WHEELS.drivetrain(LIMITS), 0.002)
+    run(one_by_one, Twist(0.1), 51)
+    skipped = 0
+    while drive.skip(5):
+        skipped += 5
+        assert [one_by_one.advance() for _ in range(5)] == [False] * 5
+    for _ in range(300 - skipped):  # past the dead-man time, 0.3 s after the last command
+        assert drive.advance() == one_by_one.advance()
+        assert drive.setpoint == one_by_one.setpoint
+    assert drive.setpoint.twist == Twist()
+    assert 0 < skipped < 300
