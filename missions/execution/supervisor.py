@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, replace
 from datetime import datetime
@@ -90,16 +90,17 @@ def launch(options: LaunchOptions) -> int:
 
 def default_folder(mission: str) -> Path:
     """Return `runs/<mission>-<date>-<time>` in the current folder, numbered if it exists."""
-    base = Path("runs") / f"{find_mission(mission).stem}-{_time_stamp()}"
-    folder, count = base, 1
-    while folder.exists():
+    return Path("runs") / (find_mission(mission).stem + free_suffix([mission]))
+
+
+def free_suffix(names: Sequence[str]) -> str:
+    """Return `-<date>-<time>`, numbered if one of the missions has a run folder of that name."""
+    stamp, count = datetime.now().strftime("-%Y%m%d-%H%M%S"), 1
+    suffix = stamp
+    while any((Path("runs") / (find_mission(name).stem + suffix)).exists() for name in names):
         count += 1
-        folder = base.with_name(f"{base.name}-{count}")
-    return folder
-
-
-def _time_stamp() -> str:
-    return datetime.now().strftime("%Y%m%d-%H%M%S")
+        suffix = f"{stamp}-{count}"
+    return suffix
 
 
 def watch_run(name: str) -> int:
@@ -164,7 +165,8 @@ def _run_several(options: LaunchOptions) -> int:
     """Run several missions in one world, in this process."""
     settings, suffix = options.run_options(), ""
     if settings.out is None:
-        settings, suffix = replace(settings, out=Path("runs")), f"-{_time_stamp()}"
+        suffix = free_suffix(options.missions)
+        settings = replace(settings, out=Path("runs"))
     with _clean_stdout(options.json) as out:
         entries = prepare_together(options.missions, settings, suffix)
         for entry in entries:

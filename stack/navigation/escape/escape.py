@@ -124,7 +124,7 @@ class Escape(MotionExecutor):
         which = f" from {', '.join(missing)}" if missing else ""
         self._wait(
             state, FailureCode.FAILED,
-            f"no measurement received{which}: an escape needs all lidars and sonars",
+            f"no measurement received{which}: an escape needs a lidar or a sonar",
         )  # fmt: skip
         return False
 

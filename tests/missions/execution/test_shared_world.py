@@ -1,11 +1,13 @@
 """Missions that run at once, a robot each, in one world with one clock."""
 
+from datetime import datetime
 from pathlib import Path
 from shutil import copytree
 
 import pytest
 
 import missions
+from missions.execution import supervisor
 from missions.execution.prepare import RunOptions
 from missions.execution.run import Run
 from missions.execution.shared_world import prepare_together, run_together
@@ -227,3 +229,18 @@ def test_robots_with_different_control_rates_share_the_clock(together):
                 run.step()
     east, west = (run.engine.runtime.steps for run in runs)
     assert east == 10 and west in (25, 26)  # 20 Hz and 50 Hz for half a second
+
+
+def test_runs_that_begin_in_the_same_second_get_folders_of_their_own(tmp_path, monkeypatch):
+    class Noon(datetime):
+        @classmethod
+        def now(cls, tz=None):
+            return cls(2026, 11, 22, 12, 0, 0, tzinfo=tz)
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(supervisor, "datetime", Noon)
+    names = ["20_courier", "21_second_courier"]
+    assert supervisor.free_suffix(names) == "-20261122-120000"
+    Path("runs/21_second_courier-20261122-120000").mkdir(parents=True)
+    assert supervisor.free_suffix(names) == "-20261122-120000-2"
+    assert supervisor.default_folder("20_courier") == Path("runs/20_courier-20261122-120000")
