@@ -13,7 +13,7 @@ from stack.costmap.layer import Box, joined, part
 from stack.types import CostGrid
 
 REMEMBERED = 256
-"""Number of changes that are remembered; an older copy is made anew."""
+"""Number of changes that are remembered; an older copy is not reused."""
 
 
 @dataclass(frozen=True, slots=True)
