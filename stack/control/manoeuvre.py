@@ -3,14 +3,15 @@
 A sampled search like D. Fox, W. Burgard and S. Thrun, "The Dynamic Window Approach to Collision
 Avoidance", IEEE Robotics & Automation Magazine 4(1), 1997, but over curvatures instead of
 velocities, because in tight places the robot is slow enough for any curvature. It tries one motion
-(an arc ahead) or two (a short reverse or turn in place, then an arc ahead).
+(an arc ahead), two (a short reverse or turn in place, then an arc ahead), and three.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from math import copysign, inf
+from typing import NamedTuple
 
 from stack.components import ControlState
 from stack.control.swept import SweptFootprint
@@ -66,6 +67,20 @@ class ArcPrimitive:
         return copysign(1.0, self.twist.angular) * wrap_angle(self.end.heading - pose.heading)
 
 
+Motions = tuple[ArcPrimitive, ...]
+
+
+class _Manoeuvre(NamedTuple):
+    """Motions, the error of the pose at their end, and the error with their price, metres."""
+
+    cost: float
+    error: float
+    motions: Motions
+
+
+_NONE = _Manoeuvre(inf, inf, ())
+
+
 class Manoeuvres:
     """Finds manoeuvres for one robot.
 
@@ -87,17 +102,38 @@ class Manoeuvres:
         arcs = self._ahead(state, state.pose)
         return min(arcs, key=lambda arc: _end_error(arc, segment), default=None)
 
-    def around(self, state: ControlState, segment: PathSegment) -> tuple[ArcPrimitive, ...]:
-        """A short reverse or turn, then an arc ahead; empty when nothing improves the pose."""
-        best: tuple[ArcPrimitive, ...] = ()
-        best_error = _path_error(state.pose, segment) - GAIN
-        for first in self._first(state):
-            price = FIRST + (REVERSE * first.span if first.twist.linear else 0.0)
-            for arc in self._ahead(state, first.end):
-                error = _path_error(arc.end, segment) + price
-                if error < best_error:
-                    best, best_error = (first, arc), error
-        return best
+    def around(self, state: ControlState, segment: PathSegment) -> Motions:
+        """A short reverse or turn, then an arc ahead; empty when nothing improves the pose.
+
+        When no such pair is worth its price, three motions are tried, as in a turn in three moves:
+        whatever improves the pose is better than to stand.
+        """
+        once = [((first,), _price(first)) for first in self._first(state, state.pose)]
+        limit = _path_error(state.pose, segment) - GAIN
+        pairs = self._with_arcs(state, segment, once)
+        best = min(pairs, key=_cost, default=_NONE)
+        if best.cost < limit:
+            return best.motions
+        twice = [
+            ((first, second), price + _price(second))
+            for (first,), price in once
+            for second in self._first(state, first.end)
+            if first.twist.linear or second.twist.linear
+        ]
+        both = [*pairs, *self._with_arcs(state, segment, twice)]
+        better = (found for found in both if found.error < limit)
+        return min(better, key=_cost, default=_NONE).motions
+
+    def _with_arcs(
+        self, state: ControlState, segment: PathSegment, begun: Sequence[tuple[Motions, float]]
+    ) -> list[_Manoeuvre]:
+        """First motions with their price, and the clear arcs ahead from their ends."""
+        found = []
+        for firsts, price in begun:
+            for arc in self._ahead(state, firsts[-1].end):
+                error = _path_error(arc.end, segment)
+                found.append(_Manoeuvre(error + price, error, (*firsts, arc)))
+        return found
 
     def is_clear(self, state: ControlState, arc: ArcPrimitive) -> bool:
         """Whether the rest of an arc is clear."""
@@ -111,21 +147,29 @@ class Manoeuvres:
             if way >= SHORTEST:
                 yield ArcPrimitive.of(begin, twist, way)
 
-    def _first(self, state: ControlState) -> Iterator[ArcPrimitive]:
+    def _first(self, state: ControlState, begin: Pose2D) -> Iterator[ArcPrimitive]:
         for angle in self._turns:
             turn = Twist(angular=copysign(1.0, angle))
-            if self._free(state, state.pose, turn, abs(angle) + 0.05) == inf:
-                yield ArcPrimitive.of(state.pose, turn, abs(angle))
+            if self._free(state, begin, turn, abs(angle) + 0.05) == inf:
+                yield ArcPrimitive.of(begin, turn, abs(angle))
         for curvature in self._back:
             twist = Twist(-1.0, curvature)
-            free = self._free(state, state.pose, twist, BACK_DISTANCES[-1] + MARGIN)
+            free = self._free(state, begin, twist, BACK_DISTANCES[-1] + MARGIN)
             for distance in BACK_DISTANCES:
                 if free >= distance + MARGIN:
-                    yield ArcPrimitive.of(state.pose, twist, distance)
+                    yield ArcPrimitive.of(begin, twist, distance)
 
     def _free(self, state: ControlState, pose: Pose2D, twist: Twist, reach: float) -> float:
         free, _ = self._swept.arc(state.costs, pose, twist, reach)
         return free
+
+
+def _cost(manoeuvre: _Manoeuvre) -> float:
+    return manoeuvre.cost
+
+
+def _price(first: ArcPrimitive) -> float:
+    return FIRST + (REVERSE * first.span if first.twist.linear else 0.0)
 
 
 def _end_error(arc: ArcPrimitive, segment: PathSegment) -> float:

@@ -190,7 +190,8 @@ class Safety:
         """Share of a twist's speed at which the robot may pass obstacles within the padding.
 
         At low speed the robot follows its arc to millimetres and needs less room to the side. An
-        obstacle ahead still limits the speed as usual.
+        obstacle ahead still limits the speed as usual; a turn in place slows down in proportion to
+        the time until this smaller room is used up, so that it may end before.
         """
         p = self.parameters
         speed = self._rim_speed(twist)
@@ -199,7 +200,10 @@ class Safety:
         share = min(1.0, p.tight_speed / speed)
         slow = Twist(twist.linear * share, twist.angular * share, twist.lateral * share)
         contact = self._monitor.contact(slow, points, p.slow_time, p.tight_padding)
-        return share if contact.time == inf else 0.0
+        if contact.time == inf:
+            return share
+        turns = twist.linear == twist.lateral == 0.0
+        return share * contact.time / p.slow_time if turns else 0.0
 
     def _padding(self, twist: Twist) -> float:
         """Distance kept free at a twist's speed, metres."""

@@ -102,6 +102,21 @@ def test_a_lot_askew_it_turns_first():
     assert found.is_clear(now, first)
 
 
+@pytest.mark.parametrize(("nose", "motions"), [(0.3, 2), (0.28, 3)])
+def test_before_a_wall_it_takes_motions_that_cost_more_than_they_gain(nose, motions):
+    """On the path, 0.4 rad askew, 5 or 3 cm before a wall: it reverses once or twice, then drives
+    on less askew. Each short reverse costs more than 0.4 rad are worth, but to stand is worse."""
+    costs, _ = lane(3.0)
+    pose = Pose2D(3.3, 3.0, 0.4)
+    walls = np.array([(x, y) for x in (nose, -0.6) for y in np.arange(-0.4, 0.41, 0.02)])
+    found, now = manoeuvres(points=walls, pose=pose), state(costs, pose, walls)
+    assert found.ahead(now, AHEAD) is None
+    legs = found.around(now, AHEAD)
+    assert len(legs) == motions
+    assert [leg.twist.linear for leg in legs] == [-1.0] * (motions - 1) + [1.0]
+    assert abs(legs[-1].end.heading) < 0.3
+
+
 def test_a_car_neither_turns_in_place_nor_on_arcs_it_cannot_drive():
     costs, _ = lane(3.0)
     car = moving("ackermann")

@@ -51,3 +51,17 @@ def test_a_gap_too_tight_for_a_crawl_stops_the_robot_before_it():
     world, speeds = through(0.42)
     assert world.pose.x < 3.0 and not speeds
     assert world.nearest > 0.0
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_beside_a_post_within_the_padding_it_turns_a_little_nearer(side):
+    """A post 2.9 cm from the side, 0.1 m before the base: turning brings it nearer by 0.1 m a
+    radian at first, to the 1.5 cm of a crawl after 0.12 rad; at half of that it is slower than a
+    creep."""
+    posts = [(4.1, 4.0 + side * (0.229 + 0.05), 0.05)]
+    world = ToyWorld(room(8, 8), robot(), Pose2D(4.0, 4.0), posts, beams=1440)
+    safety = Safety(world.robot, PARAMETERS, world.period)
+    for _ in range(100):
+        world.drive(safety.limit(Twist(angular=side), world.odometry, world.obstacles))
+    assert 0.05 < side * world.pose.heading < 0.12
+    assert PARAMETERS.tight_padding < world.nearest < 0.025
