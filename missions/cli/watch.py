@@ -15,7 +15,7 @@ def watch(
 
     Closing the dashboard does not stop the mission.
     """
-    from missions.execution.supervisor import watch_run
+    from missions.execution.supervision.watching import watch_run
 
     if not on_a_terminal():
         raise InputError("watch needs a terminal; without one, read events.jsonl in the run folder")

@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
-from time import perf_counter
+from time import perf_counter, sleep  # noqa: TID251 - only before the first step
 
 from missions.execution.build import Engine, build, run_info
 from missions.execution.prepare import PreparedMission, RunOptions, prepare
@@ -22,17 +22,36 @@ from missions.execution.warm_up import warm_up
 from robots.bodies import MakeBody
 from stack.body import SimulatedWorld
 from stack.errors import BodyError, InputError
+from stack.runtime.mission_state import MissionEvent
 from stack.runtime.snapshots import compose_snapshot
 from stack.telemetry.hub import Telemetry
 from stack.telemetry.recorder import Recorder, RunFolder
 from stack.telemetry.records import MissionState, Sink
+from stack.telemetry.rendezvous import RunHandle
 from stack.telemetry.sensor_log import read_about
+from stack.telemetry.server import TelemetryServer
 
 MAX_SIMULATED_SECONDS = 24 * 3600.0
 """A mission that runs longer is ended as a failure."""
 
+VIEWER_POLL = 0.01
+"""Wall seconds between two looks for a dashboard before the first step."""
+
 STOPPING_TIME = 3.0
 """Longest time, seconds, that the robot gets to come to a stop after the end of its mission."""
+
+
+class RunWatch:
+    """Follows a run from outside. This one does nothing: a run in the caller's process has none."""
+
+    def compiles(self) -> None:
+        """Called before kernels are compiled."""
+
+    def built(self, run: Run) -> None:
+        """Called when the run is ready for its first step."""
+
+    def stepped(self, run: Run) -> None:
+        """Called after each step."""
 
 
 class Run:
@@ -52,6 +71,7 @@ class Run:
         sinks: consumers of events and snapshots, in addition to those of the options.
         make_body: makes the body; None: the choice of the options or of the robot file.
         interrupted: called while kernels are compiled; True stops that.
+        watch: follows the run.
 
     Raises:
         InputError: the options contradict each other or the plan; nothing has moved.
@@ -60,14 +80,16 @@ class Run:
         engine: the parts of the run.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 - the optional ones by keyword
         self, plan: PreparedMission, options: RunOptions, sinks: Sequence[Sink] = (),
         make_body: MakeBody | None = None, interrupted: Callable[[], bool] = lambda: False,
+        watch: RunWatch | None = None,
     ) -> None:  # fmt: skip
-        self._began = perf_counter()
+        self._began, self._watch = perf_counter(), watch or RunWatch()
         if options.record and options.out is None:
             raise InputError("`record` needs a run folder: set `out`")
         options = _as_recorded(plan, options)
+        self._server = TelemetryServer() if options.serve else None
         network_sinks = _network_sinks(options)  # refuses a bad address before anything is written
         self._folder = folder = (
             RunFolder.create(options.out, plan.text) if options.out is not None else None
@@ -79,7 +101,12 @@ class Run:
         run_id = folder.path.name if folder is not None else _default_name(plan)
         info = run_info(plan, run_id, options.seed)
         self._log(f"{info.title}: {info.robot} in {info.world}, seed {info.seed}")
+        if watch is None:
+            self._log("no supervisor: a node that does not return hangs this process")
+        self._watch.compiles()
         warm_up(plan, options, self._show, interrupted)  # before a dashboard can open the run
+        if self._server is not None:
+            network_sinks.append(self._server)
         self._telemetry = Telemetry(info, [*own, *sinks, *network_sinks], self._log)
         self._report: Report | None = None
         try:
@@ -91,6 +118,7 @@ class Run:
         if options.watch:
             self._reload_on_change()
         self._loop_began, self._first_tick = perf_counter(), 0.0
+        self._watch.built(self)
 
     @property
     def is_over(self) -> bool:
@@ -105,6 +133,21 @@ class Run:
         """Whether the next step can be taken; not while other robots in the world lag behind."""
         body = self.engine.body
         return not isinstance(body, SimulatedWorld) or body.is_due
+
+    @property
+    def state(self) -> MissionState:
+        """State of the mission."""
+        return self.engine.runtime.state
+
+    @property
+    def handle(self) -> RunHandle | None:
+        """How to reach the run's telemetry; None if it serves none."""
+        return None if self._server is None else self._server.handle
+
+    @property
+    def folder(self) -> Path | None:
+        """The run folder; None without records."""
+        return None if self._folder is None else self._folder.path
 
     def step(self) -> None:
         """Run one control period; after the end of the mission, stop the robot."""
@@ -125,22 +168,43 @@ class Run:
             self._log(traceback.format_exc())
             self._steps_to_stop = 0 if stopping else self._steps_to_stop
             runtime.end(MissionState.ERROR, f"{type(error).__name__}: {error}")
+        self._watch.stepped(self)
 
-    def interrupt(self) -> None:
-        """End the mission because a signal asks for it."""
-        self.engine.runtime.end(MissionState.INTERRUPTED, "stopped by a signal")
+    def interrupt(self, reason: str = "stopped by a signal") -> None:
+        """End the mission; a simulation stops its robot as fast as possible."""
+        if self.engine.simulation is not None:
+            self.engine.simulation.pace = 0.0
+        self.engine.runtime.end(MissionState.INTERRUPTED, reason)
+
+    def pause(self, reason: str) -> None:
+        """Pause the mission, as an operator would; the robot stops."""
+        self.engine.runtime.mission.send(MissionEvent.PAUSE, reason)
 
     def finish(self) -> Report:
         """Return the report of the finished run; `close` writes it."""
-        self._report = compose_report(
+        self._report = self.draft()
+        self._log(self._report.summary())
+        return self._report
+
+    def await_viewer(self, patience: float) -> None:
+        """Wait until a dashboard has connected, at most `patience` wall seconds."""
+        began = perf_counter()
+        server = self._server
+        while server is not None and not server.watchers and perf_counter() - began < patience:
+            self._telemetry.service()
+            sleep(VIEWER_POLL)
+        waited = perf_counter() - began
+        self._began, self._loop_began = self._began + waited, self._loop_began + waited
+
+    def draft(self) -> Report:
+        """Return the report with the figures so far."""
+        return compose_report(
             self._plan, self._options, self.engine,
             wall_seconds=perf_counter() - self._loop_began,
             first_tick=(self._first_tick or perf_counter()) - self._began,
             peak_memory_mb=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
             folder=self._folder, relocalisations=self._milestones.relocalisations,
         )  # fmt: skip
-        self._log(self._report.summary())
-        return self._report
 
     def close(self) -> None:
         """Write the report, close every sink, stop the robot. Safe to call twice."""
@@ -209,15 +273,16 @@ def run_mission(
     return execute(prepare(mission, options), options, sinks, interrupted, make_body)
 
 
-def execute(
+def execute(  # noqa: PLR0913 - the optional ones by keyword
     plan: PreparedMission,
     options: RunOptions,
     sinks: Sequence[Sink] = (),
     interrupted: Callable[[], bool] = lambda: False,
     make_body: MakeBody | None = None,
+    watch: RunWatch | None = None,
 ) -> Report:
     """Run a prepared mission to its end; in any case stop the robot and close the records."""
-    run = Run(plan, options, sinks, make_body, interrupted)
+    run = Run(plan, options, sinks, make_body, interrupted, watch)
     try:
         while not run.is_over:
             run.step()
@@ -260,10 +325,6 @@ def _network_sinks(options: RunOptions) -> list[Sink]:
         from stack.telemetry.mavlink_sink import MavlinkSink
 
         sinks.append(MavlinkSink(options.mavlink))
-    if options.serve:
-        from stack.telemetry.server import TelemetryServer
-
-        sinks.append(TelemetryServer())
     return sinks
 
 
