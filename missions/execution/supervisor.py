@@ -23,6 +23,7 @@ from missions.execution.resources import find_mission
 from missions.execution.run import execute
 from missions.execution.shared_world import prepare_together, run_together
 from stack.errors import InputError
+from stack.telemetry.records import new_identity
 from stack.telemetry.rendezvous import RunHandle, find_run, live_runs
 
 WRONG_INPUT, ENGINE_LOST = 2, 3
@@ -104,7 +105,7 @@ def free_suffix(names: Sequence[str]) -> str:
 
 
 def watch_run(name: str) -> int:
-    """Attach the dashboard to a live run; an empty name is the newest run."""
+    """Attach the dashboard to a live run; an empty name is the only one."""
     run = find_run(name)
     outcome = _dashboard(run)
     if outcome == "abort":
@@ -213,16 +214,16 @@ def _clean_stdout(wanted: bool) -> Iterator[TextIO]:
 
 def _run_with_dashboard(options: LaunchOptions) -> int:
     """Start the engine in its own session; show its dashboard, forward signals, await its end."""
-    run_options = options.run_options()
+    run_options = replace(options.run_options(), identity=new_identity())
     prepare(options.mission, run_options)  # findings are printed before the screen changes
     assert run_options.out is not None
     with tempfile.TemporaryFile() as errors:
         engine = _spawn_engine(options.mission, run_options, errors)
         with _interrupts(lambda: _interrupt(engine)) as caught:
-            run = _await_engine(engine, run_options.out.name, caught, errors)
+            run = _await_engine(engine, run_options.identity, caught, errors)
             outcome = _dashboard(run, lambda: bool(caught)) if run is not None else "over"
             if outcome == "leave" and engine.poll() is None:
-                print(f"the mission continues; attach with: treepilot watch {run_options.out.name}")
+                print(f"the mission continues; attach with: treepilot watch {run_options.out}")
                 return 0
             if outcome == "interrupt":
                 _interrupt(engine)
@@ -246,7 +247,7 @@ def _spawn_engine(mission: str, options: RunOptions, errors: IO[bytes]) -> subpr
 
 
 def _await_engine(
-    engine: subprocess.Popen[bytes], run_id: str, caught: list[int], errors: IO[bytes]
+    engine: subprocess.Popen[bytes], identity: str, caught: list[int], errors: IO[bytes]
 ) -> RunHandle | None:
     """Wait until the engine's telemetry answers; meanwhile show what the engine writes to stderr.
 
@@ -256,7 +257,7 @@ def _await_engine(
     shown, deadline = 0, monotonic() + START_TIMEOUT
     while monotonic() < deadline and engine.poll() is None and not caught:
         for run in live_runs():
-            if run.run_id == run_id:
+            if run.identity == identity:
                 return run
         output = os.pread(errors.fileno(), 1 << 16, shown)
         if output:
@@ -277,7 +278,7 @@ def _dashboard(run: RunHandle, interrupted: Callable[[], bool] | None = None) ->
     from stack.telemetry.client import TelemetryClient
     from tui.app import Dashboard
 
-    client = TelemetryClient(run.address)
+    client = TelemetryClient(run)
     try:
         return Dashboard(client, interrupted=interrupted).run() or "over"
     finally:

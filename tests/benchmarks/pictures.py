@@ -21,15 +21,15 @@ from pathlib import Path
 from missions.execution.prepare import RunOptions
 from missions.execution.run import run_mission
 from stack.telemetry.client import TelemetryClient
-from stack.telemetry.rendezvous import live_runs
+from stack.telemetry.rendezvous import RunHandle, live_runs
 from tui.app import Dashboard
 
 SIZE = (150, 44)
 
 
-async def dashboard(address: str, moment: float, target: Path) -> None:
+async def dashboard(run: RunHandle, moment: float, target: Path) -> None:
     """Watch a run until a moment of robot time, then save what the screen shows."""
-    app = Dashboard(TelemetryClient(address))
+    app = Dashboard(TelemetryClient(run))
     async with app.run_test(size=SIZE) as pilot:
         while app.snapshot is None or app.snapshot.time < moment:
             await pilot.pause(0.05)
@@ -76,11 +76,11 @@ def watch(mission: str, moment: float, folder: Path, svg: Path) -> None:
     options = {**asdict(RunOptions(speed=4.0)), "out": str(folder)}
     message = json.dumps({"mission": mission, "options": options})
     engine = subprocess.Popen([sys.executable, "-m", "missions.execution.engine", message])
-    address = None
-    while address is None:
+    run = None
+    while run is None:
         assert engine.poll() is None, "the engine ended before it was watched"
-        address = next((live.address for live in live_runs() if live.run_id == folder.name), None)
-    asyncio.run(dashboard(address, moment, svg))
+        run = next((live for live in live_runs() if live.run_id == folder.name), None)
+    asyncio.run(dashboard(run, moment, svg))
     engine.send_signal(signal.SIGINT)
     engine.wait()
 

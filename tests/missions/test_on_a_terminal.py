@@ -171,8 +171,8 @@ def test_make_run_opens_the_dashboard_and_q_may_leave_the_mission_running(open_t
     terminal.shows("The mission is still running.", "Leave it running")
     terminal.press("\x1b[B\r")  # arrow down, enter
     assert terminal.ends_with() == 0
-    assert f"treepilot watch {terminal.folder.name}" in terminal.after_the_dashboard
-    client = TelemetryClient(run.address)
+    assert f"treepilot watch {terminal.folder}" in terminal.after_the_dashboard
+    client = TelemetryClient(run)
     state_becomes(client, MissionState.RUNNING)
     assert order(client, "abort").done
     client.close()
