@@ -21,13 +21,13 @@ from missions.execution.report_builder import Milestones, compose_report
 from missions.execution.warm_up import warm_up
 from robots.bodies import MakeBody
 from stack.body import SimulatedWorld
-from stack.errors import BodyError, InputError
+from stack.errors import BodyError, InputError, TelemetryError
 from stack.runtime.mission_state import MissionEvent
 from stack.runtime.snapshots import compose_snapshot
 from stack.telemetry.hub import Telemetry
 from stack.telemetry.recorder import Recorder, RunFolder
 from stack.telemetry.records import MissionState, Sink
-from stack.telemetry.rendezvous import RunHandle
+from stack.telemetry.rendezvous import RunHandle, choose_socket
 from stack.telemetry.sensor_log import read_about
 from stack.telemetry.server import TelemetryServer
 
@@ -74,7 +74,8 @@ class Run:
         watch: follows the run.
 
     Raises:
-        InputError: the options contradict each other or the plan; nothing has moved.
+        InputError: the options contradict each other or the plan, or the run cannot be commanded
+            as they ask; nothing has moved.
 
     Attributes:
         engine: the parts of the run.
@@ -89,8 +90,8 @@ class Run:
         if options.record and options.out is None:
             raise InputError("`record` needs a run folder: set `out`")
         options = _as_recorded(plan, options)
-        self._server = TelemetryServer() if options.serve else None
-        network_sinks = _network_sinks(options)  # refuses a bad address before anything is written
+        # Bad addresses are refused before anything is written.
+        network_sinks, self._server = _network_sinks(options)
         self._folder = folder = (
             RunFolder.create(options.out, plan.text) if options.out is not None else None
         )
@@ -99,15 +100,15 @@ class Run:
         self._milestones = Milestones()
         own = [self._milestones] if folder is None else [self._milestones, Recorder(folder)]
         run_id = folder.path.name if folder is not None else _default_name(plan)
-        info = run_info(plan, run_id, options.seed)
+        info = run_info(plan, run_id, options.seed, options.identity)
         self._log(f"{info.title}: {info.robot} in {info.world}, seed {info.seed}")
         if watch is None:
             self._log("no supervisor: a node that does not return hangs this process")
         self._watch.compiles()
         warm_up(plan, options, self._show, interrupted)  # before a dashboard can open the run
-        if self._server is not None:
-            network_sinks.append(self._server)
         self._telemetry = Telemetry(info, [*own, *sinks, *network_sinks], self._log)
+        if self._server is not None:
+            _open_control(self._telemetry, self._server)
         self._report: Report | None = None
         try:
             self.engine: Engine = build(plan, options, self._telemetry, folder, make_body)
@@ -319,13 +320,37 @@ def _default_name(plan: PreparedMission) -> str:
     return f"{plan.mission.source.stem}-{now}"
 
 
-def _network_sinks(options: RunOptions) -> list[Sink]:
+def _network_sinks(options: RunOptions) -> tuple[list[Sink], TelemetryServer | None]:
+    """Return the sinks on the network, and the server that operators command the run through.
+
+    Raises:
+        InputError: an address is wrong, or there is no place for the server's socket.
+    """
     sinks: list[Sink] = []
     if options.mavlink:
         from stack.telemetry.mavlink_sink import MavlinkSink
 
         sinks.append(MavlinkSink(options.mavlink))
-    return sinks
+    if not options.serve:
+        return sinks, None
+    try:
+        choose_socket()
+    except TelemetryError as error:
+        raise _without_control(error) from None
+    return sinks, TelemetryServer(folder=options.out)
+
+
+def _open_control(telemetry: Telemetry, server: TelemetryServer) -> None:
+    """Announce the run; raise InputError if operators cannot command it."""
+    try:
+        telemetry.attach(server, required=True)
+    except TelemetryError as error:
+        telemetry.close(None)
+        raise _without_control(error) from None
+
+
+def _without_control(error: TelemetryError) -> InputError:
+    return InputError(f"the robot does not start, since nobody could command or stop it: {error}")
 
 
 def _discard(text: str) -> None:

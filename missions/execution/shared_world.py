@@ -67,7 +67,7 @@ def prepare_together(
     for number, label in enumerate(_unique([file.stem + suffix for file in files])):
         own = {name: value for name, value in given.items() if name in declared[number]}
         out = None if options.out is None else options.out / label
-        single = replace(options, seed=options.seed + number, arguments=own, out=out)
+        single = replace(options, seed=options.seed + number, arguments=own, out=out, identity="")
         entries.append(Entry(label, prepare(files[number], single), single))
     if options.body != "simulated":
         _check_bodies([entry.plan for entry in entries])

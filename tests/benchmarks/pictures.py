@@ -20,14 +20,15 @@ from missions.execution.run import run_mission
 from missions.execution.supervision.launch import LaunchOptions
 from missions.execution.supervision.supervisor import Supervisor
 from stack.telemetry.client import TelemetryClient
+from stack.telemetry.rendezvous import RunHandle
 from tui.app import Dashboard
 
 SIZE = (150, 44)
 
 
-async def dashboard(address: str, moment: float, target: Path) -> None:
+async def dashboard(run: RunHandle, moment: float, target: Path) -> None:
     """Watch a run until a moment of robot time, then save what the screen shows."""
-    app = Dashboard(TelemetryClient(address))
+    app = Dashboard(TelemetryClient(run))
     async with app.run_test(size=SIZE) as pilot:
         while app.snapshot is None or app.snapshot.time < moment:
             await pilot.pause(0.05)
@@ -74,7 +75,7 @@ def watch(mission: str, moment: float, folder: Path, svg: Path) -> None:
     options = LaunchOptions((mission,), speed="4", out=folder, rerun=False)
     supervisor = Supervisor(options.request(), 0.0, show=True)
     supervisor.wait(lambda: bool(supervisor.started))
-    asyncio.run(dashboard(supervisor.started[0]["handle"]["address"], moment, svg))
+    asyncio.run(dashboard(RunHandle(**supervisor.started[0]["handle"]), moment, svg))
     supervisor.interrupt()
     supervisor.wait()
     supervisor.close()

@@ -186,7 +186,7 @@ def test_make_run_opens_the_dashboard_and_q_may_leave_the_mission_running(open_t
     terminal.press("\x1b[B\r")  # arrow down, enter
     assert terminal.ends_with() == 0
     assert f"treepilot watch {terminal.folder}" in terminal.after_the_dashboard
-    client = TelemetryClient(run.address)
+    client = TelemetryClient(run)
     state_becomes(client, MissionState.RUNNING)
     assert order(client, "abort").done
     client.close()
@@ -211,7 +211,7 @@ def test_a_crashed_dashboard_is_reported_and_the_mission_continues(open_terminal
     os.kill(viewer_of(terminal.process.pid), signal.SIGKILL)
     terminal.shows("the dashboard crashed", f"attach again with: treepilot watch {terminal.folder}")
     assert MAIN_SCREEN in terminal.written
-    client = TelemetryClient(run.address)
+    client = TelemetryClient(run)
     state_becomes(client, MissionState.RUNNING)
     client.close()
     assert terminal.is_cooked
@@ -228,7 +228,7 @@ def test_a_closed_terminal_ends_command_and_dashboard_and_not_the_mission(open_t
     terminal.hang_up()
     assert terminal.process.wait(timeout=PATIENCE) == 130
     until(lambda: not Path(f"/proc/{viewer}").exists())
-    client = TelemetryClient(run.address)
+    client = TelemetryClient(run)
     state_becomes(client, MissionState.RUNNING)
     assert order(client, "abort").done
     client.close()

@@ -38,7 +38,7 @@ class Viewer:
                 "-m",
                 "tui",
                 handle["address"],
-                handle.get("identity", ""),
+                handle["identity"],
                 str(theirs),
             ],
             pass_fds=(theirs,),

@@ -53,7 +53,7 @@ def stands(client):
 @pytest.mark.slow
 def test_break_step_force_and_reload_over_telemetry(engine):
     process, folder, mission, run = engine
-    client = TelemetryClient(run.address)
+    client = TelemetryClient(run)
     paused = state_becomes(client, MissionState.PAUSED)
     assert paused.reason == "stopped at breakpoint: before 'out' (lively.yaml:9)"
     assert paused.debugging.breakpoints == paused.debugging.held == (2,)

@@ -72,7 +72,7 @@ def state_becomes(client: TelemetryClient, state: MissionState) -> Snapshot:
 
 def test_an_operator_pauses_resumes_stops_and_aborts(engine):
     process, folder, run = engine
-    client = TelemetryClient(run.address)
+    client = TelemetryClient(run)
     state_becomes(client, MissionState.RUNNING)
     assert order(client, "pause").done
     paused = state_becomes(client, MissionState.PAUSED)
@@ -107,16 +107,17 @@ def test_the_mission_outlives_its_viewers_and_a_later_one_attaches(engine):
     viewer = subprocess.Popen(
         [sys.executable, "-c",
          "import sys, time; from stack.telemetry.client import TelemetryClient\n"
-         "client = TelemetryClient(sys.argv[1])\n"
+         "from stack.telemetry.rendezvous import find_run\n"
+         "client = TelemetryClient(find_run(sys.argv[1]))\n"
          "while client.poll() is None: time.sleep(0.02)\n"
-         "print('seen', flush=True); time.sleep(600)", run.address],
+         "print('seen', flush=True); time.sleep(600)", run.identity],
         cwd=ROOT, stdout=subprocess.PIPE, text=True,
     )  # fmt: skip
     assert viewer.stdout is not None
     assert viewer.stdout.readline() == "seen\n"
     viewer.kill()
     viewer.communicate()
-    client = TelemetryClient(run.address)
+    client = TelemetryClient(run)
     first = state_becomes(client, MissionState.RUNNING)
     later = until(lambda: (s := client.poll()) and s.time > first.time + 1.0 and s)
     assert process.poll() is None
@@ -128,7 +129,7 @@ def test_the_mission_outlives_its_viewers_and_a_later_one_attaches(engine):
 
 def test_a_signal_ends_the_run_as_interrupted_with_a_report(engine):
     process, folder, run = engine
-    client = TelemetryClient(run.address)
+    client = TelemetryClient(run)
     state_becomes(client, MissionState.RUNNING)
     process.send_signal(signal.SIGTERM)
     assert process.wait(timeout=PATIENCE) == 130

@@ -41,7 +41,7 @@ class Started:
             cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
         )  # fmt: skip
         self.handle = until(self._announced)
-        self.client = TelemetryClient(self.handle.address)
+        self.client = TelemetryClient(self.handle)
         state_becomes(self.client, MissionState.RUNNING)
 
     def _announced(self) -> RunHandle | None:
