@@ -110,6 +110,17 @@ class Run:
         body = self.engine.body
         return not isinstance(body, SimulatedWorld) or body.is_due
 
+    def is_ready(self) -> bool:
+        """Wait for at most some milliseconds; return whether `step` can be made without waiting.
+
+        If not, call `serve`, so that operators can command the robot meanwhile.
+        """
+        return self.engine.runtime.is_ready()
+
+    def serve(self) -> None:
+        """Apply the commands of operators and show them the run, without a step."""
+        self.engine.runtime.serve()
+
     def step(self) -> None:
         """Run one control period; after the end of the mission, stop the robot."""
         runtime = self.engine.runtime
@@ -133,6 +144,8 @@ class Run:
     def interrupt(self) -> None:
         """End the mission because a signal asks for it."""
         self.engine.runtime.end(MissionState.INTERRUPTED, "stopped by a signal")
+        if isinstance(self.engine.body, SimulatedWorld):
+            self.engine.body.pace = 0.0  # slow motion must not delay the end
 
     def finish(self) -> Report:
         """Return the report of the finished run; `close` writes it."""
@@ -224,7 +237,10 @@ def execute(
     run = Run(plan, options, sinks, make_body, interrupted)
     try:
         while not run.is_over:
-            run.step()
+            if run.is_ready():
+                run.step()
+            else:
+                run.serve()
             if interrupted():
                 run.interrupt()
         return run.finish()
