@@ -80,7 +80,7 @@ class Runtime:
     def serve(self) -> None:
         """Apply commands and publish between two steps, as the next step would."""
         self.parts.telemetry.advance(self.steps, self.parts.body.time)
-        self._apply_commands()
+        self._commands.apply_all()
         self.parts.telemetry.publish(lambda: compose_snapshot(self))
 
     def step(self) -> None:
@@ -93,7 +93,7 @@ class Runtime:
             return
         self.stages.begin_step()
         with measure("commands"):
-            self._apply_commands()
+            self._commands.apply_all()
         with measure("sense"):
             observation = self._sense()
         with measure("estimate"):
@@ -231,15 +231,8 @@ class Runtime:
         """Apply commands and publish, without a step; time stands still."""
         self._idle()
         self._install_next_tree()
-        self._apply_commands(held=True)
+        self._commands.apply_all(held=True)
         self.parts.telemetry.publish(lambda: compose_snapshot(self))
-
-    def _apply_commands(self, held: bool = False) -> None:
-        """Apply the commands that have come; an emergency stop reaches the body at once."""
-        stopped = self.mission.emergency_stop
-        self._commands.apply_all(held)
-        if self.mission.emergency_stop and not stopped:
-            self.parts.body.command(BodyCommand(STANDSTILL))
 
     @property
     def _navigates(self) -> bool:
