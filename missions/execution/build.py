@@ -44,7 +44,7 @@ from stack.telemetry.records import Layer, RunInfo, new_identity
 from stack.telemetry.sensor_log import SensorLog, read_observations
 from stack.types import Observation, OccupancyGrid, Pose2D
 
-IDLE_SECONDS = 0.02
+IDLE_SECONDS = 0.01
 """Wall seconds between two checks for commands while the robot is held."""
 
 

@@ -51,7 +51,7 @@ class RunWatch:
         """Called when the run is ready for its first step."""
 
     def stepped(self, run: Run) -> None:
-        """Called after each step."""
+        """Called after each step, and while the next one has to wait."""
 
 
 class Run:
@@ -149,6 +149,18 @@ class Run:
     def folder(self) -> Path | None:
         """The run folder; None without records."""
         return None if self._folder is None else self._folder.path
+
+    def is_ready(self) -> bool:
+        """Wait for at most some milliseconds; return whether `step` can be made without waiting.
+
+        If not, call `serve`, so that operators can command the robot meanwhile.
+        """
+        return self.engine.runtime.is_ready()
+
+    def serve(self) -> None:
+        """Apply the commands of operators and show them the run, without a step."""
+        self.engine.runtime.serve()
+        self._watch.stepped(self)
 
     def step(self) -> None:
         """Run one control period; after the end of the mission, stop the robot."""
@@ -286,7 +298,10 @@ def execute(  # noqa: PLR0913 - the optional ones by keyword
     run = Run(plan, options, sinks, make_body, interrupted, watch)
     try:
         while not run.is_over:
-            run.step()
+            if run.is_ready():
+                run.step()
+            else:
+                run.serve()
             if interrupted():
                 run.interrupt()
         return run.finish()

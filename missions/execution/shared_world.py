@@ -103,13 +103,19 @@ def run_together(
             runs.append(run)
         while len(reports) < len(runs):
             for number, run in enumerate(runs):
-                if number in reports or not run.is_due:
+                if number in reports:
+                    continue
+                if not run.is_due:
+                    run.serve()
                     continue
                 if run.is_over:
                     reports[number] = run.finish()
                     run.close()
                     continue
-                run.step()
+                if run.is_ready():
+                    run.step()
+                else:
+                    run.serve()
                 if interrupted():
                     run.interrupt()
     return [reports[number] for number in range(len(runs))]
