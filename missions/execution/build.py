@@ -160,7 +160,7 @@ def build(
         body=body, odometry=odometry, frames=frames, estimator=estimator,
         obstacle_memory=obstacle_memory, world_model=world_model, tree=tree, facade=facade,
         navigator=navigator, safety=safety, camera=camera, telemetry=telemetry, state=state,
-        map_layer=Layer(1, grid), scorer=scorer, debugger=debugger,
+        map_layer=Layer(1, grid), is_mapped=plan.is_mapped, scorer=scorer, debugger=debugger,
         sensor_log=sensor_log,
     )  # fmt: skip
     runtime = Runtime(parts, loop, _idle)

@@ -22,6 +22,7 @@ from missions.execution.report import Report
 from missions.execution.resources import find_mission
 from missions.execution.run import execute
 from missions.execution.shared_world import prepare_together, run_together
+from stack.body import FASTEST_PACE, SLOWEST_PACE, pace_problem
 from stack.errors import InputError
 from stack.telemetry.rendezvous import RunHandle, find_run, live_runs
 
@@ -120,8 +121,9 @@ def _speed(text: str) -> float:
         factor = float(text)
     except ValueError:
         factor = -1.0
-    if not 0.0 < factor <= 1000.0:
-        raise InputError(f"--speed {text}: expected max, or a number above 0 and up to 1000")
+    if factor == 0.0 or pace_problem(factor):
+        allowed = f"{SLOWEST_PACE:g} to {FASTEST_PACE:g}"
+        raise InputError(f"--speed {text}: expected max, or a number from {allowed}")
     return factor
 
 
