@@ -15,6 +15,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from stack.types import Failure, FailureCode
+from stack.types.printable import printable
+
+LONGEST = 1000
+"""Characters of a sentence in the text of a finding."""
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -40,8 +44,13 @@ class Finding:
     severity: str = "error"
 
     def __str__(self) -> str:
-        hint = f"; {self.hint}" if self.hint else ""
-        return f"{self.mark} {self.severity}[{self.code}] {self.sentence}{hint}"
+        hint = f"; {_shortened(self.hint)}" if self.hint else ""
+        text = f"{self.mark} {self.severity}[{self.code}] {_shortened(self.sentence)}{hint}"
+        return printable(text)
+
+
+def _shortened(text: str) -> str:
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]}…"
 
 
 class TreepilotError(Exception):

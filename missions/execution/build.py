@@ -23,6 +23,7 @@ from stack.control.path_follower import PathFollower
 from stack.costmap.costmap import Costmap
 from stack.costmap.speed_limits import SpeedLimits
 from stack.costmap.unexplored import Ground, unexplored
+from stack.documents.files import URDF_BYTES, decoded, read_input
 from stack.errors import InputError
 from stack.frames.buffer import TransformBuffer
 from stack.localisation.odometry import OdometryFusion
@@ -80,7 +81,7 @@ def run_info(plan: PreparedMission, run_id: str, seed: int) -> RunInfo:
         seed=seed,
         footprint=plan.robot.footprint,
         markers=plan.world.markers,
-        urdf=plan.robot.urdf.read_text("utf-8"),
+        urdf=decoded(read_input(plan.robot.urdf, "URDF", URDF_BYTES), plan.robot.urdf),
         versions=versions(),
         places=dict(plan.mission.places),
     )
