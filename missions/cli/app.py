@@ -33,6 +33,7 @@ from missions.cli.tune import EPILOG as TUNE_EPILOG
 from missions.cli.tune import tune
 from missions.cli.watch import watch
 from stack.errors import BodyError, InputError, ParameterError, TelemetryError
+from stack.types.printable import printable
 
 HELP = """Run behaviour-tree missions on a simulated robot.
 
@@ -84,10 +85,10 @@ def main() -> None:
     try:
         app()
     except (InputError, ParameterError, TelemetryError) as error:
-        typer.echo(str(error), err=True)
+        typer.echo(printable(str(error)), err=True)
         raise SystemExit(2) from None
     except BodyError as error:
-        typer.echo(f"robot failure: {error}", err=True)
+        typer.echo(printable(f"robot failure: {error}"), err=True)
         raise SystemExit(3) from None
     except KeyboardInterrupt:
         raise SystemExit(130) from None

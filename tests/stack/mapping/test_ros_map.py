@@ -105,7 +105,7 @@ def test_plain_and_16_bit_pgm_images(folder):
 WRONG = [
     ("image: map.pgm\n", "", "1:1 E401 a map file needs the key 'image'"),
     ("map.pgm", "mop.pgm", "1:8 E402 image: there is no file 'mop.pgm' in the folder of this file"),
-    ("map.pgm", "map.yaml", "1:8 E402 image: 'map.yaml' is not a PGM or PNG image; it begins with"),
+    ("map.pgm", "map.yaml", "1:8 E402 image: 'map.yaml' is not a PGM or PNG image"),
     ("map.pgm", "cut.pgm", "1:8 E402 image: 'cut.pgm' is a damaged PGM: it has 3 of 6 pixels"),
     ("map.pgm", "cut.png", "1:8 E402 image: 'cut.png' is a damaged PNG: its end is missing"),
     ("map.pgm", "huge.pgm", "1:8 E402 image: 'huge.pgm' has 9000 x 9000 pixels; a map image has 1"),
