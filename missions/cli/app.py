@@ -8,7 +8,7 @@ would compile each of them twice at every start, which takes 50 ms.
 """
 
 import os
-from typing import Annotated
+from typing import Annotated, NoReturn
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # halves numpy's import time; before numpy
 
@@ -92,12 +92,21 @@ def main() -> None:
         raise SystemExit(3) from None
     except KeyboardInterrupt:
         raise SystemExit(130) from None
+    except OSError as error:
+        if error.filename is None:
+            _fail_internally()
+        typer.echo(printable(f"{error.filename!s:.200}: {error.strerror}"), err=True)
+        raise SystemExit(2) from None
     except Exception:
-        import traceback
+        _fail_internally()
 
-        traceback.print_exc()
-        typer.echo("internal error: a bug in treepilot, not in your mission", err=True)
-        raise SystemExit(3) from None
+
+def _fail_internally() -> NoReturn:
+    import traceback
+
+    traceback.print_exc()
+    typer.echo("internal error: a bug in treepilot, not in your mission", err=True)
+    raise SystemExit(3) from None
 
 
 if __name__ == "__main__":
