@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import ClassVar
 from uuid import uuid4
 
-from textual.app import App, ComposeResult
+from textual.app import ComposeResult
 from textual.binding import BindingType
 from textual.containers import Horizontal, Vertical
 from textual.screen import Screen
@@ -24,9 +24,11 @@ from tui.chart import Chart
 from tui.events_pane import EventsPane
 from tui.keys import KEYS
 from tui.map_pane import MapPane
+from tui.pacing import Pacing
 from tui.screens import Help, Question
 from tui.source import Source
 from tui.status_bar import STALE_AFTER, StatusBar
+from tui.terminal.app import TerminalApp
 from tui.tree_pane import TreePane
 from tui.tuning import Change, Tuning
 from tui.vitals_pane import VitalsPane
@@ -51,7 +53,7 @@ class Charts(Vertical, can_focus=True):
     """The column of charts."""
 
 
-class Dashboard(App[str]):
+class Dashboard(TerminalApp):
     """Shows a run until the operator leaves.
 
     Returns `over` (the run has ended), `leave` (it continues), `abort` (the operator aborted it),
@@ -80,6 +82,7 @@ class Dashboard(App[str]):
         super().__init__()
         self.source, self._live, self._interrupted = source, live, interrupted
         self.snapshot: Snapshot | None = None
+        self._pacing = Pacing()
         self._speed_factor = 1.0
         self._stop_id, self._stop_age = "", 0
         self._teleop_ids: deque[str] = deque(maxlen=50)
@@ -108,7 +111,7 @@ class Dashboard(App[str]):
         self.query_one(MapPane).focus()
         self.refresh_now()
         if self._live:
-            self.set_interval(REFRESH, self.refresh_now)
+            self.set_interval(REFRESH, self._refresh_in_turn)
 
     def on_unmount(self) -> None:
         """Close the source; the run continues."""
@@ -121,19 +124,28 @@ class Dashboard(App[str]):
         ended = source.is_over or source.report is not None
         return ended or (snapshot is not None and snapshot.state.is_over)
 
-    def refresh_now(self) -> None:
-        """Receive new data and show it."""
+    def _refresh_in_turn(self) -> None:
+        """Refresh, less often while nothing happens."""
         if self._interrupted is not None and self._interrupted():
             self.exit("interrupt")
-            return
+        elif self.terminal_is_gone:
+            self.exit("leave")
+        elif self._pacing.begin_turn():
+            self.catch_up()
+            self.refresh_now()
+
+    def refresh_now(self) -> None:
+        """Receive new data and show it."""
         self._ensure_focus()
         fresh = self._receive()
         link = self._link()
         panes = self._panes
+        is_news = fresh is not None and self._pacing.take(fresh)
         panes.query_one(Banner).show(notice(self.snapshot, link))
-        panes.query_one(StatusBar).show(self.snapshot, self.source.info, link.silent_for)
+        if fresh is None or self._pacing.draws_map or not self._live:
+            panes.query_one(StatusBar).show(self.snapshot, self.source.info, link.silent_for)
         panes.set_class(not self.is_over and link.silent_for > STALE_AFTER, "stale")
-        if fresh is not None:
+        if fresh is not None and (is_news or not self._live):
             self._show(fresh)
 
     @property
@@ -155,6 +167,8 @@ class Dashboard(App[str]):
                 self.notify(ack.reason, severity="warning", title="refused", markup=False)
         if events:
             self._panes.query_one(EventsPane).add(events)
+        if events or acks:
+            self._pacing.hurry()
         return fresh
 
     def _link(self) -> Link:
@@ -166,19 +180,21 @@ class Dashboard(App[str]):
         )  # fmt: skip
 
     def _show(self, snapshot: Snapshot) -> None:
-        panes = self._panes
-        tree = panes.query_one(TreePane)
-        if tree.show(snapshot):
+        panes, pacing = self._panes, self._pacing
+        draws_map = pacing.draws_map or not self._live
+        draw = pacing.draws_figures or not self._live
+        if draws_map and panes.query_one(TreePane).show(snapshot):
             self.notify("the new tree starts from its root", title="reloaded", timeout=3.0)
-        panes.query_one(MapPane).show(snapshot, self.source.info)
-        panes.query_one(VitalsPane).show(snapshot)
+        panes.query_one(MapPane).show(snapshot, self.source.info, draw=draws_map)
+        if draw:
+            panes.query_one(VitalsPane).show(snapshot)
         speed, health, error = panes.query(Chart)
-        now = snapshot.time
-        speed.add(now, set=snapshot.commanded.linear, real=snapshot.measured.linear)
-        health.add(now, health=snapshot.health)
+        now, set_, real = snapshot.time, snapshot.commanded.linear, snapshot.measured.linear
+        speed.add(now, draw=draw, set=set_, real=real)
+        health.add(now, draw=draw, health=snapshot.health)
         error.display = snapshot.truth is not None
         if snapshot.truth is not None:
-            error.add(now, error=snapshot.pose.distance_to(snapshot.truth))
+            error.add(now, draw=draw, error=snapshot.pose.distance_to(snapshot.truth))
         if snapshot.teleop and not self._was_teleop:
             panes.query_one(MapPane).focus()  # in the event log the arrow keys would scroll
         self._was_teleop = snapshot.teleop
@@ -193,6 +209,7 @@ class Dashboard(App[str]):
         except TelemetryError as error:
             self.notify(str(error), severity="error", title="not sent", markup=False)
             return ""
+        self._pacing.hurry()
         return command.id
 
     def action_estop(self) -> None:

@@ -29,6 +29,7 @@ class StatusBar(Static):
 
     def __init__(self) -> None:
         super().__init__(id="status")
+        self._shown = Text()
 
     def show(self, snapshot: Snapshot | None, info: RunInfo | None, silent_for: float) -> None:
         """Show the state of a snapshot, or that the engine is awaited."""
@@ -41,7 +42,10 @@ class StatusBar(Static):
             self._figures(right, snapshot)
         room = max(0, self.size.width - right.cell_len - 1)
         left.truncate(room, overflow="ellipsis", pad=True)
-        self.update(left.append_text(right), layout=False)
+        left.append_text(right)
+        if left != self._shown:
+            self._shown = left
+            self.update(left, layout=False)
 
     def _state(self, text: Text, snapshot: Snapshot, silent_for: float) -> None:
         state = str(snapshot.state)

@@ -23,6 +23,8 @@ class VitalsPane(Static, can_focus=True):
 
     def __init__(self) -> None:
         super().__init__("[dim italic]waiting for the robot[/]", id="vitals")
+        self._shown = Text()
+        self._warning = ""
 
     def show(self, snapshot: Snapshot) -> None:
         """Show the figures of a snapshot."""
@@ -34,10 +36,12 @@ class VitalsPane(Static, can_focus=True):
         self._counters(text, snapshot)
         self._stages(text, snapshot)
         text.right_crop(1)
-        self.border_subtitle = (
-            f"[{css(WARN)}]▲ {escape(snapshot.safety)}[/]" if snapshot.safety else ""
-        )
-        self.update(text, layout=False)
+        warning = f"[{css(WARN)}]▲ {escape(snapshot.safety)}[/]" if snapshot.safety else ""
+        if warning != self._warning:
+            self.border_subtitle = self._warning = warning
+        if text != self._shown:
+            self._shown = text
+            self.update(text, layout=False)
 
     def _battery(self, text: Text, snapshot: Snapshot) -> None:
         charge = snapshot.battery.charge
