@@ -19,15 +19,16 @@ from textual.widgets import Footer
 from stack.errors import TelemetryError
 from stack.telemetry.records import Command, MissionState, Snapshot
 from tui import palette
-from tui.banner import Banner, Link, notice
+from tui.banner import Banner, notice
 from tui.chart import Chart
 from tui.events_pane import EventsPane
 from tui.keys import KEYS
+from tui.link import STALE_AFTER, Link, StopConfirmation
 from tui.map_pane import MapPane
 from tui.pacing import Pacing
 from tui.screens import Help, Question
 from tui.source import Source
-from tui.status_bar import STALE_AFTER, StatusBar
+from tui.status_bar import StatusBar
 from tui.terminal.app import TerminalApp
 from tui.tree_pane import TreePane
 from tui.tuning import Change, Tuning
@@ -44,9 +45,6 @@ HEIGHTS = [(0, "-short"), (32, "-tall"), (46, "-high")]
 
 TELEOP_LINEAR, TELEOP_ANGULAR, TELEOP_LATERAL = 0.25, 0.6, 0.2
 """Velocities of the arrow keys in teleoperation: m/s, rad/s, m/s. One press acts for 0.5 s."""
-
-CONFIRM_WITHIN = 10
-"""Refreshes (1 s in total) after which the banner reports an unconfirmed emergency stop."""
 
 
 class Charts(Vertical, can_focus=True):
@@ -82,12 +80,12 @@ class Dashboard(TerminalApp):
         super().__init__()
         self.source, self._live, self._interrupted = source, live, interrupted
         self.snapshot: Snapshot | None = None
-        self._pacing = Pacing()
+        self._pacing = Pacing(everything=not live)
         self._speed_factor = 1.0
-        self._stop_id, self._stop_age = "", 0
+        self._stop = StopConfirmation()
         self._teleop_ids: deque[str] = deque(maxlen=50)
         self._was_teleop = False
-        self._trouble = ""
+        self._trouble = self._records_lost = ""
 
     def compose(self) -> ComposeResult:
         """Compose the panes from left to right, with the event log below."""
@@ -138,14 +136,15 @@ class Dashboard(TerminalApp):
         """Receive new data and show it."""
         self._ensure_focus()
         fresh = self._receive()
+        self._stop.refresh()
         link = self._link()
         panes = self._panes
         is_news = fresh is not None and self._pacing.take(fresh)
         panes.query_one(Banner).show(notice(self.snapshot, link))
-        if fresh is None or self._pacing.draws_map or not self._live:
-            panes.query_one(StatusBar).show(self.snapshot, self.source.info, link.silent_for)
+        if fresh is None or self._pacing.draws_map:
+            panes.query_one(StatusBar).show(self.snapshot, self.source.info, link)
         panes.set_class(not self.is_over and link.silent_for > STALE_AFTER, "stale")
-        if fresh is not None and (is_news or not self._live):
+        if fresh is not None and is_news:
             self._show(fresh)
 
     @property
@@ -161,31 +160,33 @@ class Dashboard(TerminalApp):
             return None
         self.snapshot = fresh or self.snapshot
         for ack in acks:
-            if ack.id == self._stop_id:
-                self._stop_id = ""
+            if self._stop.take(ack):
+                self.notify("the engine has accepted it", title="emergency stop", timeout=2.0)
             if not ack.done and ack.id not in self._teleop_ids:
-                self.notify(ack.reason, severity="warning", title="refused", markup=False)
+                self.notify(ack.reason, severity="warning", title="refused")
         if events:
             self._panes.query_one(EventsPane).add(events)
+        for event in events:
+            if event.source == "records" and event.level == "error":
+                self._records_lost = event.text
         if events or acks:
             self._pacing.hurry()
         return fresh
 
     def _link(self) -> Link:
-        self._stop_age = self._stop_age + 1 if self._stop_id else 0
         source = self.source
         return Link(
             source.silent_for, source.is_over or source.report is not None,
-            source.report is not None, self._trouble, self._stop_age > CONFIRM_WITHIN,
+            source.report is not None, self._trouble, self._stop.is_late,
+            self._records_lost,
         )  # fmt: skip
 
     def _show(self, snapshot: Snapshot) -> None:
         panes, pacing = self._panes, self._pacing
-        draws_map = pacing.draws_map or not self._live
-        draw = pacing.draws_figures or not self._live
-        if draws_map and panes.query_one(TreePane).show(snapshot):
+        draw = pacing.draws_figures
+        if pacing.draws_map and panes.query_one(TreePane).show(snapshot):
             self.notify("the new tree starts from its root", title="reloaded", timeout=3.0)
-        panes.query_one(MapPane).show(snapshot, self.source.info, draw=draws_map)
+        panes.query_one(MapPane).show(snapshot, self.source.info, draw=pacing.draws_map)
         if draw:
             panes.query_one(VitalsPane).show(snapshot)
         speed, health, error = panes.query(Chart)
@@ -207,14 +208,14 @@ class Dashboard(TerminalApp):
         try:
             self.source.send(command)
         except TelemetryError as error:
-            self.notify(str(error), severity="error", title="not sent", markup=False)
+            self.notify(str(error), severity="error", title="not sent")
             return ""
         self._pacing.hurry()
         return command.id
 
     def action_estop(self) -> None:
         """Trigger the emergency stop."""
-        self._stop_id, self._stop_age = self._send("estop", reason="operator"), 0
+        self._stop.sent(self._send("estop", reason="operator"))
 
     def action_release(self) -> None:
         """Release the emergency stop."""

@@ -12,7 +12,7 @@ from stack.telemetry.records import Layer, RunInfo, Snapshot
 from stack.types import CostGrid, OccupancyGrid
 from tui import palette
 from tui.canvas import Canvas, View, arrow, circle, scale_bar
-from tui.strips import Lines, ink, paper, to_strips
+from tui.strips import Lines, ink, one_line, paper, to_strips
 
 TRAIL_LENGTH, TRAIL_SPACING = 4000, 0.05
 PAN_SHARE = 0.25
@@ -183,7 +183,7 @@ class MapPane(Lines, can_focus=True):
             if grid is not None:
                 self._ground.draw_walls(grid)
             for name, pose in (self.info.places if self.info is not None else {}).items():
-                self._ground.draw_place(pose.x, pose.y, name, palette.PLACE)
+                self._ground.draw_place(pose.x, pose.y, one_line(name), palette.PLACE)
         return self._ground
 
     def _overlays(self, canvas: Canvas, snapshot: Snapshot) -> None:

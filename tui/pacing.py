@@ -14,13 +14,16 @@ QUIET_AFTER, QUIET_EVERY = 20, 4
 class Pacing:
     """Decides which refreshes are made, and what they draw.
 
+    Args:
+        everything: draw everything at each refresh.
+
     Attributes:
         draws_map: whether to draw map, tree and status now.
         draws_figures: whether to draw figures and charts now.
     """
 
-    def __init__(self) -> None:
-        self.draws_map = self.draws_figures = False
+    def __init__(self, everything: bool = False) -> None:
+        self.draws_map = self.draws_figures = self._everything = everything
         self._turn = self._last_news = 0
         self._shown: tuple[object, ...] = ()
         self._headline: tuple[object, ...] = ()
@@ -53,6 +56,8 @@ class Pacing:
             self._last_news = self._turn
             self._map_due = self._figures_due = True
         since_map, since_figures = self._turn - self._map_drawn, self._turn - self._figures_drawn
+        if self._everything:
+            return True
         self.draws_map = self._map_due and (at_once or since_map >= MAP_EVERY)
         self.draws_figures = self._figures_due and (at_once or since_figures >= FIGURES_EVERY)
         if self.draws_map:

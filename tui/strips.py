@@ -15,6 +15,7 @@ from textual.geometry import Region
 from textual.strip import Strip
 from textual.widget import Widget
 
+from stack.types.printable import printable
 from tui.palette import BACKDROP, css
 
 
@@ -51,6 +52,11 @@ class Lines(Widget):
     def get_line_filters(self) -> Sequence[LineFilter]:
         """Return Textual's filters but the one for ANSI colours, which no line has."""
         return [item for item in super().get_line_filters() if type(item) is not ANSIToTruecolor]
+
+
+def one_line(text: str) -> str:
+    """Return a text of a file or another process as one line that is safe to print."""
+    return printable(text).replace("\n", " ").replace("\t", " ")
 
 
 @lru_cache(maxsize=4096)

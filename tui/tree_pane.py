@@ -16,7 +16,7 @@ from stack.telemetry.records import Debugging, Snapshot, TreeRow
 from tui import palette
 from tui.keys import TREE_KEYS
 from tui.screens import Question
-from tui.strips import Lines, ink, paper
+from tui.strips import Lines, ink, one_line, paper
 
 KIND_GLYPH = {
     "sequence": "→", "reactive": "⇉", "fallback": "?", "reactive_fallback": "⁇", "parallel": "∥",
@@ -116,7 +116,9 @@ class TreePane(Lines, can_focus=True):
             if status:
                 self._request("force", row, status=status)
 
-        self.app.push_screen(Question(f"Force the outcome of {row.name}?", answers), answered)
+        self.app.push_screen(
+            Question(f"Force the outcome of {one_line(row.name)}?", answers), answered
+        )
 
     def _request(self, kind: str, row: TreeRow, **more: str) -> None:
         generation = self._debugging.generation if self._debugging else 0
@@ -178,7 +180,7 @@ class TreePane(Lines, can_focus=True):
         words = palette.IDLE if row.status == "idle" else palette.TEXT
         age = self._age(row)
         room = width - cell_len(self._stems[index]) - 4 - len(age)
-        name = _shortened(row.name, room)
+        name = _shortened(one_line(row.name), room)
         room -= cell_len(name)
         message = self._message(row)
         shown = f"  {_shortened(message, room - 2)}" if message and room > 6 else ""
@@ -208,14 +210,14 @@ class TreePane(Lines, can_focus=True):
         row = self._rows[min(self.chosen, len(self._rows) - 1)]
         if line == 0:
             marks = " · breakpoint" if self._mark(row)[0] == "●" else ""
-            title = _shortened(f"╴{row.name} · {row.kind}{marks}╶", width - 2)
+            title = _shortened(one_line(f"╴{row.name} · {row.kind}{marks}╶"), width - 2)
             return Strip([Segment(f"─{title}".ljust(width, "─"), ink(palette.IDLE))])
         duration = f" for {self._time - row.since:.0f} s" if row.status == "running" else ""
         status = f"{row.status}{duration}"
         status = (
             "stopped before this node; starts with the next tick" if self._is_held(row) else status
         )
-        words = self._forced(row) or row.message or status
+        words = one_line(self._forced(row) or row.message or status)
         lines = wrap(words, max(8, width - 2), max_lines=DETAIL_LINES - 1, placeholder="…")
         text = f" {lines[line - 1]}" if line <= len(lines) else ""
         return Strip([Segment(set_cell_size(text, width), self._message_style(row))])
@@ -228,7 +230,7 @@ class TreePane(Lines, can_focus=True):
         """Return the text after the name."""
         if self._is_held(row):
             return "starts next"
-        return self._forced(row) or (row.message if row.status != "idle" else "")
+        return one_line(self._forced(row) or (row.message if row.status != "idle" else ""))
 
     def _is_held(self, row: TreeRow) -> bool:
         return self._debugging is not None and row.id in self._debugging.held

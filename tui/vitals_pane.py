@@ -8,6 +8,7 @@ from textual.widgets import Static
 
 from stack.telemetry.records import Snapshot
 from tui.palette import BAD, BUSY, DIM, FAINT, GOOD, PARTICLE, TEXT, WARN, css, health_colour
+from tui.strips import one_line
 
 BAR, LABEL = 10, 9
 STAGES = ("estimate", "costmap", "tree", "navigate", "safety", "body")
@@ -36,7 +37,9 @@ class VitalsPane(Static, can_focus=True):
         self._counters(text, snapshot)
         self._stages(text, snapshot)
         text.right_crop(1)
-        warning = f"[{css(WARN)}]▲ {escape(snapshot.safety)}[/]" if snapshot.safety else ""
+        warning = (
+            f"[{css(WARN)}]▲ {escape(one_line(snapshot.safety))}[/]" if snapshot.safety else ""
+        )
         if warning != self._warning:
             self.border_subtitle = self._warning = warning
         if text != self._shown:

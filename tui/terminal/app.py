@@ -7,8 +7,10 @@ from traceback import format_exception
 from rich.console import RenderableType
 from textual._compositor import CompositorUpdate
 from textual.app import App
+from textual.notifications import SeverityLevel
 from textual.screen import Screen
 
+from stack.types.printable import printable
 from tui.terminal.ascii_glyphs import needs_ascii
 from tui.terminal.cells import TerminalCells
 from tui.terminal.driver import TerminalDriver
@@ -48,6 +50,15 @@ class TerminalApp(App[str]):
     def on_resize(self) -> None:
         """Write the whole screen after a change of its size."""
         self._cells.forget()
+
+    def notify(
+        self, message: str, *, title: str = "", severity: SeverityLevel = "information",
+        timeout: float | None = None, markup: bool = False,
+    ) -> None:  # fmt: skip
+        """Show a message for a while; control characters and markup in it have no effect."""
+        super().notify(
+            printable(message), title=title, severity=severity, timeout=timeout, markup=markup
+        )
 
     def _display(self, screen: Screen[object], renderable: RenderableType | None) -> None:
         if isinstance(self._driver, TerminalDriver):

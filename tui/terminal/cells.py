@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from functools import lru_cache
+from unicodedata import category
 
 from rich.cells import get_character_cell_size
 from rich.color import ColorSystem
@@ -120,13 +121,14 @@ class TerminalCells:
                 cells.extend([(character, codes) for character in text])
                 continue
             for character in text:
-                width = _width(character)
-                shown = to_ascii(character) if self._ascii_only else character
+                width, shown = _width(character), _safe(character)
+                if self._ascii_only:
+                    shown = to_ascii(shown)
                 if width == 1:
                     cells.append((shown, codes))
                 elif width == 2:
                     cells.extend([(shown, codes), (" " if self._ascii_only else "", codes)])
-                elif cells and character.isprintable() and not self._ascii_only:
+                elif cells and shown != "?" and not self._ascii_only:
                     cells[-1] = (cells[-1][0] + shown, cells[-1][1])  # combining
         return cells
 
@@ -199,6 +201,12 @@ def transition(before: Codes, after: Codes) -> str:
         if old != new
     ]
     return f"\x1b[{';'.join(parts)}m"
+
+
+@lru_cache(maxsize=4096)
+def _safe(character: str) -> str:
+    """Return the character, or `?` for one that terminals obey: the last of several barriers."""
+    return "?" if category(character) in ("Cc", "Cf", "Cs", "Zl", "Zp") else character
 
 
 @lru_cache(maxsize=4096)
