@@ -7,7 +7,6 @@ from /proc, and only after the first seconds, in which it starts.
 
 from __future__ import annotations
 
-import json
 import os
 import signal
 import subprocess
@@ -16,13 +15,11 @@ import tempfile
 import termios
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import asdict
 from pathlib import Path
 from select import select
 from time import monotonic  # noqa: TID251 - other processes take wall time
 from typing import Any, TypeVar
 
-from missions.execution.prepare import RunOptions
 from stack.telemetry.client import TelemetryClient
 from stack.telemetry.records import Command, MissionState
 from stack.telemetry.rendezvous import RunHandle, live_runs
@@ -52,7 +49,7 @@ def _rows(folder: Path, size: tuple[int, int]) -> Rows:
         _engine(folder / f"run-{os.getpid()}-{columns}x{lines}") as (engine, handle),
         _viewer(handle, columns, lines) as viewer,
     ):
-        client = TelemetryClient(handle.address)
+        client = TelemetryClient(handle)
         try:
             rows = [viewer.row("running")]
             _command(client, "pause", MissionState.PAUSED)
@@ -100,17 +97,16 @@ class _Viewer:
 
 @contextmanager
 def _engine(folder: Path) -> Iterator[tuple[subprocess.Popen[bytes], RunHandle]]:
-    settings = {**asdict(RunOptions(speed=1.0, rerun=False)), "out": str(folder)}
-    message = json.dumps({"mission": MISSION, "options": settings}, default=str)
     engine = subprocess.Popen(
-        [sys.executable, "-m", "missions.execution.engine", message],
+        [sys.executable, "-m", "missions.cli.app", "run", MISSION, "--headless", "--speed", "1",
+         "--no-rerun", "--out", str(folder)],
         stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
         start_new_session=True,
     )  # fmt: skip
     try:
         yield engine, _until(lambda: _announced(folder.name))
     finally:
-        engine.kill()
+        engine.terminate()
         engine.wait()
 
 
@@ -119,7 +115,7 @@ def _viewer(handle: RunHandle, columns: int, lines: int) -> Iterator[_Viewer]:
     ours, theirs = os.openpty()
     termios.tcsetwinsize(theirs, (lines, columns))
     process = subprocess.Popen(
-        [sys.executable, "-m", "tui", handle.address],
+        [sys.executable, "-m", "tui", handle.address, handle.identity],
         stdin=theirs, stdout=theirs, stderr=theirs, start_new_session=True,
         env={**os.environ, "TERM": "xterm-256color", "COLORTERM": "truecolor"},
     )  # fmt: skip
