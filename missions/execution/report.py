@@ -7,6 +7,8 @@ import json
 from dataclasses import dataclass, field
 from typing import Any
 
+from stack.types.printable import printable
+
 EXIT_CODES = {"success": 0, "failure": 1, "aborted": 1, "error": 3, "interrupted": 130}
 
 
@@ -95,4 +97,4 @@ class Report:
         lines.append(f"  event log {self.log_sha256[:16]}")
         if self.folder:
             lines.append(f"  records in {self.folder}")
-        return "\n".join(lines)
+        return printable("\n".join(lines))
