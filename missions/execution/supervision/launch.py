@@ -108,13 +108,14 @@ def _watch(supervisor: Supervisor) -> bool:
         viewer.wait(POLL)
     outcome = viewer.close()
     attach = f"treepilot watch {supervisor.started[0]['folder'] or handle['run_id']}"
-    if outcome == "interrupt":
+    if outcome == "interrupt" and not supervisor.stopping:
         supervisor.interrupt()
     elif outcome == "leave" and supervisor.engine.poll() is None:
         supervisor.leave()
         print(f"the mission continues; attach with: {attach}")
         return False
     elif outcome == "crashed" and supervisor.engine.poll() is None:
+        supervisor.log(f"the dashboard crashed\n{viewer.traceback}")
         print(f"the dashboard crashed: {viewer.trouble}", file=sys.stderr)
         print(f"the mission continues; attach again with: {attach}", file=sys.stderr)
         supervisor.output.show()
