@@ -182,9 +182,11 @@ class Run:
     def _add_late_sinks(self) -> None:
         """Attach rerun only after the first tick: importing it takes half a second."""
         if self._options.rerun and self._folder is not None:
-            from stack.telemetry.rerun_sink import RerunSink
+            from stack.telemetry.rerun.sink import RerunSink
 
-            self._telemetry.attach(RerunSink(self._folder.recording))
+            self._telemetry.attach(
+                RerunSink(self._folder.recording, self._plan.choices["recording"].parameters)
+            )
 
 
 def run_mission(

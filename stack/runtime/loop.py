@@ -184,7 +184,7 @@ class Runtime:
         local, globe = parts.world_model.local_costmap, parts.world_model.global_costmap
         return {
             "map": parts.map_layer,
-            "global_costmap": Layer(globe.version, globe.grid),
+            "global_costmap": Layer(globe.version, globe.shown, globe.changes),
             "local_costmap": Layer(local.version, local.grid),
             **(parts.scorer.layers() if parts.scorer is not None else {}),
         }

@@ -155,10 +155,19 @@ class SceneShape:
 
 @dataclass(frozen=True, slots=True)
 class Layer:
-    """A large record that changes rarely; its version grows with each change."""
+    """A large record that changes rarely; its version grows with each change.
+
+    Attributes:
+        changes: the last changes of a grid without a gap, oldest first: the version after the
+            change, and the changed rows and columns as (first row, row after the last, first
+            column, column after the last). Not sent to clients.
+    """
 
     version: int
     content: OccupancyGrid | CostGrid | tuple[SceneShape, ...]
+    changes: tuple[tuple[int, tuple[int, int, int, int]], ...] = field(
+        default=(), compare=False, metadata={"sent": False}
+    )
 
 
 @dataclass(frozen=True, slots=True)
