@@ -13,8 +13,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from stack.types import Failure, FailureCode
+if TYPE_CHECKING:
+    from stack.types import FailureCode
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -79,6 +81,8 @@ class NavigationError(TreepilotError):
     """A planner or controller cannot continue; `failure` has the reason."""
 
     def __init__(self, code: FailureCode, sentence: str) -> None:
+        from stack.types import Failure  # imports NumPy, which the command line does without
+
         self.failure = Failure(code, sentence)
         super().__init__(f"{code}: {sentence}")
 

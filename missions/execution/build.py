@@ -40,11 +40,11 @@ from stack.runtime.loop import Runtime
 from stack.safety.safety import Safety
 from stack.telemetry.hub import Telemetry
 from stack.telemetry.recorder import RunFolder
-from stack.telemetry.records import Layer, RunInfo
+from stack.telemetry.records import Layer, RunInfo, new_identity
 from stack.telemetry.sensor_log import SensorLog, read_observations
 from stack.types import Observation, OccupancyGrid, Pose2D
 
-IDLE_SECONDS = 0.02
+IDLE_SECONDS = 0.01
 """Wall seconds between two checks for commands while the robot is held."""
 
 
@@ -69,7 +69,7 @@ class Engine:
     between_steps: Callable[[], None] = lambda: None
 
 
-def run_info(plan: PreparedMission, run_id: str, seed: int) -> RunInfo:
+def run_info(plan: PreparedMission, run_id: str, seed: int, identity: str = "") -> RunInfo:
     """Return the description of the run that every sink receives when it opens."""
     return RunInfo(
         run_id=run_id,
@@ -83,6 +83,7 @@ def run_info(plan: PreparedMission, run_id: str, seed: int) -> RunInfo:
         urdf=plan.robot.urdf.read_text("utf-8"),
         versions=versions(),
         places=dict(plan.mission.places),
+        identity=identity or new_identity(),
     )
 
 

@@ -62,6 +62,7 @@ class RunOptions:
         body: simulated | scripted; empty: the choice of the robot file.
         replay: sensor log to play instead of driving; its seed replaces `seed`.
         record: what to record besides events: `sensors`.
+        identity: of the run, chosen by the process that starts it; empty: a new one.
     """
 
     seed: int = 0
@@ -82,6 +83,7 @@ class RunOptions:
     body: str = ""
     replay: Path | None = None
     record: tuple[str, ...] = ()
+    identity: str = ""
 
     def first_commands(self) -> list[Command]:
         """Return the breakpoints and forced outcomes as commands, applied before the first step."""

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from math import isfinite
 from typing import Any
 
-from stack.body import SimulatedWorld
+from stack.body import BodyCommand, SimulatedWorld
 from stack.errors import InputError, ParameterError
 from stack.navigation.teleoperation import Teleoperation
 from stack.robot import Task
@@ -14,7 +14,7 @@ from stack.runtime.debug_commands import DebugCommands
 from stack.runtime.interfaces import Parts
 from stack.runtime.mission_state import MissionEvent, MissionStateMachine
 from stack.telemetry.records import Ack, Command, MissionState
-from stack.types import Pose2D, TaskStatus, Twist
+from stack.types import STANDSTILL, Pose2D, TaskStatus, Twist
 
 Arguments = Mapping[str, Any]
 
@@ -116,6 +116,7 @@ class CommandHandler:
         refusal = self._mission.send(
             MissionEvent.EMERGENCY_STOP, str(arguments.get("reason", "operator"))
         )
+        self._parts.body.command(BodyCommand(STANDSTILL))  # at once, not with the next step
         self._cancel_detour()
         return refusal
 

@@ -33,6 +33,9 @@ from stack.types import (
     Twist,
 )
 
+LONGEST_NAP = 0.01
+"""Wall seconds between two looks for commands while the next step cannot be made yet."""
+
 STANDING_SPEED = 0.02
 """Speed, m/s and rad/s, below which the robot counts as standing."""
 
@@ -62,6 +65,23 @@ class Runtime:
         self._health: BodyHealth = HEALTHY
         self._ticks_every = parameters.steps_per_tick
         self._commands = CommandHandler(parts, self.mission, self.end)
+
+    def is_ready(self) -> bool:
+        """Wait up to LONGEST_NAP for what the next step needs; return whether it can be made.
+
+        It needs the simulation's pace, a picture that is due, and a plan that is due. While they
+        are not there, call `serve`: `step` would wait, and no operator could stop the robot.
+        """
+        p = self.parts
+        if isinstance(p.body, SimulatedWorld) and not p.body.rest(LONGEST_NAP):
+            return False
+        return not self._navigates or p.navigator.await_plans(p.body.time, LONGEST_NAP)
+
+    def serve(self) -> None:
+        """Apply commands and publish between two steps, as the next step would."""
+        self.parts.telemetry.advance(self.steps, self.parts.body.time)
+        self._commands.apply_all()
+        self.parts.telemetry.publish(lambda: compose_snapshot(self))
 
     def step(self) -> None:
         """Run one control period; while a simulation is frozen, only serve the operator."""
@@ -214,6 +234,10 @@ class Runtime:
         self._commands.apply_all(held=True)
         self.parts.telemetry.publish(lambda: compose_snapshot(self))
 
+    @property
+    def _navigates(self) -> bool:
+        return self.mission.ticks or self._commands.drives_to_operator_goal
+
     def _sense(self) -> Observation:
         """Return the new measurements; pause the mission when the body reports a problem."""
         observation, health = self.parts.body.sense(), self.parts.body.health
@@ -273,7 +297,7 @@ class Runtime:
 
     def _navigate(self, motion: Odometry, obstacles: ObstaclePoints, world: WorldView) -> Twist:
         """Return the velocity of the current task; standstill while the robot is held."""
-        if not (self.mission.ticks or self._commands.drives_to_operator_goal):
+        if not self._navigates:
             return STANDSTILL
         p = self.parts
         return p.navigator.step(

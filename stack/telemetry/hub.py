@@ -54,8 +54,12 @@ class Telemetry:
         """SHA-256 of all events so far: of the bytes of events.jsonl."""
         return self._digest.hexdigest()
 
-    def attach(self, sink: Sink) -> bool:
+    def attach(self, sink: Sink, *, required: bool = False) -> bool:
         """Open a sink, send it the last REPLAYED events and feed it from now on.
+
+        Args:
+            sink: to open.
+            required: raise the error of a sink that does not open, instead of removing the sink.
 
         Returns:
             Whether the sink opened.
@@ -64,7 +68,10 @@ class Telemetry:
         self._sinks[number] = sink
         if isinstance(sink, CommandSource):
             self._sources[number] = sink
-        self._call(number, sink.open, self.info)
+        if required:
+            self._open_required(number, sink)
+        else:
+            self._call(number, sink.open, self.info)
         for event in self._past:
             self._call(number, sink.event, event)
         return number in self._sinks
@@ -147,6 +154,13 @@ class Telemetry:
             self._call(number, sink.close, report)
         self._sinks.clear()
         self._sources.clear()
+
+    def _open_required(self, number: int, sink: Sink) -> None:
+        try:
+            sink.open(self.info)
+        except Exception as error:
+            self._drop(number, error)
+            raise
 
     def _hand_out(self, numbers: Iterable[int], snapshot: Snapshot) -> None:
         for number in numbers:

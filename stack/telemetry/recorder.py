@@ -40,11 +40,13 @@ class RunFolder:
             path.mkdir(parents=True, exist_ok=True)
             if next(path.iterdir(), None) is not None:
                 raise InputError(f"the run folder {path} is not empty; choose another")
+            (path / "log.txt").touch(exist_ok=False)  # of two runs that begin at once, one fails
             folder = RunFolder(path)
             if mission_text:
                 folder.write("mission.yaml", mission_text.encode())
         except FileExistsError:
-            raise InputError(f"the run folder {path} is a file; choose another") from None
+            problem = "not empty" if path.is_dir() else "a file"
+            raise InputError(f"the run folder {path} is {problem}; choose another") from None
         except OSError as error:
             raise InputError(f"cannot write the run folder {path}: {error.strerror}") from None
         return folder

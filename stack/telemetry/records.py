@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any, Protocol, runtime_checkable
+from uuid import uuid4
 
 from stack.types import (
     STANDSTILL,
@@ -25,6 +26,11 @@ from stack.types import (
 
 ROUTINE = frozenset({"pose", "node_status", "tree", "teleop"})
 """Kinds of frequent events that are recorded but not shown to people."""
+
+
+def new_identity() -> str:
+    """Return the identity of a new run: 32 hexadecimal digits that no other run has."""
+    return uuid4().hex
 
 
 class MissionState(StrEnum):
@@ -179,6 +185,7 @@ class RunInfo:
         urdf: text of the robot's URDF, for 3-D views.
         versions: package -> version.
         places: named poses, map frame.
+        identity: of this run alone; two runs may have the same name.
     """
 
     run_id: str
@@ -192,6 +199,7 @@ class RunInfo:
     urdf: str = ""
     versions: Mapping[str, str] = field(default_factory=dict)
     places: Mapping[str, Pose2D] = field(default_factory=dict)
+    identity: str = field(default_factory=new_identity)
 
 
 @dataclass(frozen=True, slots=True)
@@ -279,11 +287,13 @@ class Command:
             {"name": "controller.cruise_speed", "value": 0.4}, {"reason": "…"},
             {"linear": 0.2, "angular": -0.4, "lateral": 0.0}, {"ticks": 1}, {"node": "12",
             "generation": 0}, {"node": "go to lab", "status": "failure", "code": "NO_VALID_PATH"}.
+        run: identity of the run that it is meant for; `TelemetryClient` fills it in.
     """
 
     id: str
     kind: str
     arguments: Mapping[str, Any] = field(default_factory=dict)
+    run: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,6 +22,7 @@ from tests.benchmarks import (
     control,
     costmap,
     driving,
+    estop,
     hall,
     missions,
     planners,
@@ -52,6 +53,7 @@ class Given:
     kidnaps: int
     runs: int
     twists: int
+    presses: int
     largest: int
     jobs: int
     barn: Path | None
@@ -94,6 +96,8 @@ TIMING = {
                          setting={"parameters": "default"}),
     "costmap": Benchmark("Costmap and tracker, processor time", lambda given: costmap.run(),
                          setting={"parameters": "default"}),
+    "estop": Benchmark("From the emergency stop's key to the body",
+                       lambda given: estop.stop_times(given.presses), ("presses",)),
     "planners": Benchmark("Planners and smoothers side by side", lambda given: planners.run(),
                           setting={"cells": "400 x 400", "queries": 30}),
 }  # fmt: skip
@@ -172,6 +176,7 @@ def _arguments() -> argparse.ArgumentParser:
         "seeds": (10, "of each mission"), "kidnaps": (60, "seeds of mission 05"),
         "runs": (2, "seeds of the speed table"),
         "twists": (100_000, "random velocities over four robots"),
+        "presses": (200, "of the emergency stop in each situation"),
         "largest": (4000, "cells on a side of the largest map to plan on"),
         "jobs": (1, "processes of the driving tables"),
     }  # fmt: skip

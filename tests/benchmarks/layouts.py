@@ -110,6 +110,10 @@ LAYOUTS: dict[str, Layout] = {
         "median": "{median_ms:.2f} ms", "worst": "{worst_ms:.1f} ms",
         "length / astar's": "{length_ratio:.3f}", "cost / astar's": "{cost_ratio:.3f}",
     }),
+    "estop": Layout({
+        "situation": "{situation}", "presses": "{presses}", "median": "{median ms:.1f} ms",
+        "99 %": "{99 % ms:.1f} ms", "worst": "{worst ms:.1f} ms",
+    }),
     "trees": Layout({
         "tree, nodes": "{tree}", "treepilot": "{ours us:.1f} µs",
         "py_trees": "{py_trees us:.1f} µs",
