@@ -77,7 +77,13 @@ def notice(snapshot: Snapshot | None, link: Link) -> Notice | None:
     if link.stop_unconfirmed:
         detail = "the engine has not answered; without commands a robot stops by itself after 0.3 s"
         return Notice("bad", "■ STOP SENT, NOT CONFIRMED", detail, "space sends it again")
-    return None if snapshot is None else _held(snapshot)
+    return None if snapshot is None else _held(snapshot) or _records_lost(snapshot)
+
+
+def _records_lost(snapshot: Snapshot) -> Notice | None:
+    if not snapshot.records_lost:
+        return None
+    return Notice("warn", "! RECORDS LOST", snapshot.records_lost, "")
 
 
 def _held(snapshot: Snapshot) -> Notice | None:

@@ -22,6 +22,7 @@ from stack.runtime.mission_state import HELD, MissionEvent, MissionStateMachine
 from stack.runtime.parameters import LoopParameters
 from stack.runtime.snapshots import compose_snapshot
 from stack.runtime.stage_times import Stages
+from stack.telemetry.hub import SENSORS, reason_of
 from stack.telemetry.records import Ack, Command, Layer, MissionState
 from stack.types import (
     STANDSTILL,
@@ -262,6 +263,7 @@ class Runtime:
             self.parts.sensor_log = None
             text = f"the sensor log ends here: {error.strerror}"
             self.parts.telemetry.emit("record", text, source="records", level="error")
+            self.parts.telemetry.lose(SENSORS, reason_of(error))
 
     def _publish_state(
         self, observation: Observation, motion: Odometry, estimate: PoseEstimate,

@@ -107,7 +107,7 @@ class RerunDrawing:
         """Write what was drawn to the file.
 
         Raises:
-            RecordingFull: the file reached its size limit.
+            RecordFull: the file reached its size limit.
             OSError: it cannot be written.
         """
         self._recording.write()

@@ -7,13 +7,14 @@ without the index, which `rerun rrd optimize` adds.
 
 from __future__ import annotations
 
-import errno
 import os
 import struct
 from collections.abc import Iterator
 from pathlib import Path
 
 from stack.errors import TelemetryError
+from stack.telemetry.recorder import write_all
+from stack.telemetry.records import RecordFull
 
 MAGIC = b"RRF2"
 HEADER_BYTES = 12
@@ -24,10 +25,6 @@ END_OF_STREAM = 0
 
 _MESSAGE = struct.Struct("<QQ")
 """Kind and length of a message, which precede its content."""
-
-
-class RecordingFull(TelemetryError):
-    """The recording reached its size limit; what is written so far is complete."""
 
 
 class RecordingFile:
@@ -50,7 +47,7 @@ class RecordingFile:
         """Append the messages of an encoded stream, as rerun's memory stream returns it.
 
         Raises:
-            RecordingFull: they do not fit; nothing was written.
+            RecordFull: they do not fit; nothing was written.
             OSError: they cannot be written, or the file was removed; the file ends before them.
             TelemetryError: this is not a stream of rerun.
         """
@@ -58,17 +55,11 @@ class RecordingFile:
         if self._size == 0:
             wanted = stream[:HEADER_BYTES] + wanted
         if self._size + len(wanted) > self._limit:
-            raise RecordingFull(
+            raise RecordFull(
                 f"{self._path.name} reached its limit of {self._limit / 1e6:g} MB; the recording "
                 "ends here (recording.size_limit sets the limit)"
             )
-        if os.fstat(self._file).st_nlink == 0:
-            raise OSError(errno.ENOENT, "the file was removed")
-        try:
-            write_all(self._file, wanted)
-        except OSError:
-            os.ftruncate(self._file, self._size)
-            raise
+        write_all(self._file, wanted)
         self._size += len(wanted)
 
     def close(self) -> None:
@@ -76,17 +67,6 @@ class RecordingFile:
         if self._file >= 0:
             os.close(self._file)
             self._file = -1
-
-
-def write_all(file: int, content: bytes) -> None:
-    """Write bytes to a file descriptor, in several parts if the system takes only a part.
-
-    Raises:
-        OSError: they cannot be written.
-    """
-    written = os.write(file, content)
-    while written < len(content):
-        written += os.write(file, content[written:])
 
 
 def _messages(stream: bytes) -> Iterator[bytes]:

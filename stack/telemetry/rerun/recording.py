@@ -129,7 +129,7 @@ class Recording:
         """Write everything drawn so far to the file.
 
         Raises:
-            RecordingFull: the file reached its size limit.
+            RecordFull: the file reached its size limit.
             OSError: it cannot be written.
         """
         for path, rows in self._rows.items():

@@ -13,8 +13,7 @@ import pytest
 from stack.telemetry.grid_colours import OUTSIDE_MAP, coloured, cost_table, map_table
 from stack.telemetry.hub import Telemetry
 from stack.telemetry.outlines import outline, uncertainty_ellipse
-from stack.telemetry.records import Layer, MissionState, TreeRow
-from stack.telemetry.rerun.file import RecordingFull
+from stack.telemetry.records import Layer, MissionState, RecordFull, TreeRow
 from stack.telemetry.rerun.parameters import RecordingParameters
 from stack.telemetry.rerun.sink import RerunSink
 from stack.telemetry.tree_text import NOTHING, activity, tree_markdown
@@ -139,9 +138,9 @@ def test_the_recording_stops_at_its_size_limit(tmp_path):
     run, path = SyntheticRun(), tmp_path / "mission.rrd"
     sink = RerunSink(path, RecordingParameters(size_limit=1.0, particle_rate=100.0))
     sink.open(run.info())
-    with pytest.raises(RecordingFull, match=r"mission.rrd reached its limit of 1 MB"):
+    with pytest.raises(RecordFull, match=r"mission.rrd reached its limit of 1 MB"):
         write_until(sink, run, 60.0)
-    with suppress(RecordingFull):
+    with suppress(RecordFull):
         sink.close(None)
     assert 500_000 < path.stat().st_size <= 1_000_000
     assert rows_by_entity(path)["/world/robot_pose"] >= 21  # readable
