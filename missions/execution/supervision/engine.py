@@ -157,6 +157,7 @@ def _run(
     """
     settings, missions = request["options"], request["missions"]
     paths = {key: Path(settings[key]) for key in ("out", "replay") if settings.get(key)}
+    runs = RUNS.absolute()  # a plugin may change the working directory
     options = RunOptions(**{**settings, **paths, "speed": speed_factor(settings["speed"])})
     with ExitStack() as folders:
         if len(missions) == 1:
@@ -164,15 +165,15 @@ def _run(
             _print_warnings(plan.mission.warnings)
             if options.out is None:
                 stem = plan.mission.source.stem
-                suffix = folders.enter_context(reserved_suffix([stem]))
-                options = replace(options, out=RUNS / (stem + suffix))
+                suffix = folders.enter_context(reserved_suffix([stem], runs))
+                options = replace(options, out=runs / (stem + suffix))
             watch = supervised()
             return [execute(plan, options, [watch, _progress()], interrupted, watch=watch)]
         suffix = ""
         if options.out is None:
             stems = [find_mission(name).stem for name in missions]
-            suffix = folders.enter_context(reserved_suffix(stems))
-            options = replace(options, out=RUNS)
+            suffix = folders.enter_context(reserved_suffix(stems, runs))
+            options = replace(options, out=runs)
         entries = []
         for entry in prepare_together(missions, options, suffix):
             _print_warnings(entry.plan.mission.warnings)

@@ -30,6 +30,7 @@ class LaunchOptions:
     """Command-line options of `treepilot run`.
 
     Attributes:
+        on_lost_records: continue | stop when a record cannot be written.
         on_hangup: continue | stop | abort when the terminal is closed; empty: continue in a
             simulation, stop a real robot.
         hang_timeout: wall seconds without a step after which the engine is killed; 0: never.
@@ -55,6 +56,7 @@ class LaunchOptions:
     body: str = ""
     replay: Path | None = None
     record: tuple[str, ...] = ()
+    on_lost_records: str = "continue"
     on_hangup: str = ""
     hang_timeout: float = HANG_TIMEOUT
 
@@ -67,7 +69,7 @@ class LaunchOptions:
             "mavlink": self.mavlink, "camera": self.camera, "watch": self.watch,
             "breakpoints": self.breakpoints, "forced": self.forced,
             "parameters": self.parameters, "body": self.body, "replay": self.replay,
-            "record": self.record,
+            "record": self.record, "on_lost_records": self.on_lost_records,
         }  # fmt: skip
         return {
             "missions": self.missions, "options": options, "on_hangup": self.on_hangup,
