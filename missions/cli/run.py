@@ -23,6 +23,13 @@ class Record(StrEnum):
     SENSORS = "sensors"
 
 
+class OnLostRecords(StrEnum):
+    """What to do when a record cannot be written."""
+
+    CONTINUE = "continue"
+    STOP = "stop"
+
+
 class OnHangup(StrEnum):
     """What happens when the terminal is closed."""
 
@@ -118,6 +125,13 @@ def run(  # noqa: PLR0913 - each is an option of the command
         BodyChoice | None,
         typer.Option(help="what drives the robot [default: the robot file's choice]"),
     ] = None,
+    on_lost_records: Annotated[
+        OnLostRecords,
+        typer.Option(
+            help="when a record cannot be written, e.g. on a full disk: continue the mission, or"
+            " stop it; the exit code is 3"
+        ),
+    ] = OnLostRecords.CONTINUE,
     on_hangup: Annotated[
         OnHangup | None,
         typer.Option(
@@ -159,6 +173,7 @@ def run(  # noqa: PLR0913 - each is an option of the command
         parameters=assignments(parameter or [], "--parameter"),
         body=body.value if body else "", replay=replay,
         record=tuple(item.value for item in record or ()),
+        on_lost_records=on_lost_records.value,
         on_hangup=on_hangup.value if on_hangup else "", hang_timeout=hang_timeout,
     )  # fmt: skip
     raise typer.Exit(launch(options))

@@ -9,7 +9,7 @@ import resource
 import sys
 import traceback
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from datetime import datetime
 from pathlib import Path
 from time import perf_counter, sleep  # noqa: TID251 - only before the first step
@@ -24,7 +24,7 @@ from stack.body import SimulatedWorld
 from stack.errors import BodyError, InputError, TelemetryError
 from stack.runtime.mission_state import MissionEvent
 from stack.runtime.snapshots import compose_snapshot
-from stack.telemetry.hub import Telemetry
+from stack.telemetry.hub import Telemetry, reason_of
 from stack.telemetry.recorder import Recorder, RunFolder
 from stack.telemetry.records import MissionState, Sink
 from stack.telemetry.rendezvous import RunHandle, choose_socket
@@ -106,10 +106,13 @@ class Run:
             self._log("no supervisor: a node that does not return hangs this process")
         self._watch.compiles()
         warm_up(plan, options, self._show, interrupted)  # before a dashboard can open the run
-        self._telemetry = Telemetry(info, [*own, *sinks, *network_sinks], self._log)
+        self._telemetry = Telemetry(info, [*own, *sinks, *network_sinks], self._log, self._show)
+        if folder is not None:
+            folder.on_loss = self._telemetry.lose
         if self._server is not None:
             _open_control(self._telemetry, self._server)
         self._report: Report | None = None
+        self._is_reported = False
         try:
             self.engine: Engine = build(plan, options, self._telemetry, folder, make_body)
         except BaseException:
@@ -199,6 +202,17 @@ class Run:
         self._log(self._report.summary())
         return self._report
 
+    @property
+    def report(self) -> Report:
+        """The report of the finished run; after `close` also with records lost at the end.
+
+        Raises:
+            RuntimeError: the run is not finished.
+        """
+        if self._report is None:
+            raise RuntimeError("the run has no report before `finish`")
+        return self._report
+
     def await_viewer(self, patience: float) -> None:
         """Wait until a dashboard has connected, at most `patience` wall seconds."""
         began = perf_counter()
@@ -225,11 +239,26 @@ class Run:
         try:
             final = self._report.plain() if self._report is not None else None
             self._telemetry.close(final, lambda: compose_snapshot(engine.runtime))
+            self._write_report()
         finally:
             engine.runtime.parts.navigator.close()
             engine.body.close()
             if engine.sensor_log is not None:
                 engine.sensor_log.close()
+
+    def _write_report(self) -> None:
+        """Write report.json after all other records, with those that were lost."""
+        if self._report is None or self._folder is None or self._is_reported:
+            return
+        self._is_reported = True
+        try:
+            self._folder.write_report(self._with_losses(self._report).plain())
+        except OSError as error:
+            self._telemetry.lose("report.json", reason_of(error))
+        self._report = self._with_losses(self._report)
+
+    def _with_losses(self, report: Report) -> Report:
+        return replace(report, records_lost=[asdict(lost) for lost in self._telemetry.lost])
 
     def _show(self, line: str) -> None:
         """Write a line to the run's log and to stderr, where also a caller's notebook shows it."""
@@ -251,7 +280,10 @@ class Run:
         if not self._first_tick:
             self._first_tick = perf_counter()
             self._add_late_sinks()
-        if body.has_ended:
+        if self._telemetry.lost and self._options.on_lost_records == "stop":
+            lost = "; ".join(record.text for record in self._telemetry.lost)
+            runtime.end(MissionState.ABORTED, f"records lost: {lost}")
+        elif body.has_ended:
             runtime.end(MissionState.INTERRUPTED, "the recording is over")
         elif body.time > MAX_SIMULATED_SECONDS:
             runtime.end(MissionState.FAILURE, "TIMED_OUT: ran for 24 hours of robot time")
@@ -259,9 +291,11 @@ class Run:
     def _add_late_sinks(self) -> None:
         """Attach rerun only after the first tick: importing it takes half a second."""
         if self._options.rerun and self._folder is not None:
-            from stack.telemetry.rerun_sink import RerunSink
+            from stack.telemetry.rerun.sink import RerunSink
 
-            self._telemetry.attach(RerunSink(self._folder.recording))
+            self._telemetry.attach(
+                RerunSink(self._folder.recording, self._plan.choices["recording"].parameters)
+            )
 
 
 def run_mission(
@@ -304,9 +338,10 @@ def execute(  # noqa: PLR0913 - the optional ones by keyword
                 run.serve()
             if interrupted():
                 run.interrupt()
-        return run.finish()
+        run.finish()
     finally:
         run.close()
+    return run.report
 
 
 def _as_recorded(plan: PreparedMission, options: RunOptions) -> RunOptions:

@@ -13,8 +13,8 @@ RUNS = Path("runs")
 
 
 @contextmanager
-def reserved_suffix(stems: Sequence[str]) -> Iterator[str]:
-    """Create empty folders `runs/<stem><suffix>`; those that stay empty are removed at the end.
+def reserved_suffix(stems: Sequence[str], parent: Path = RUNS) -> Iterator[str]:
+    """Create empty folders `<parent>/<stem><suffix>`; those that stay empty are removed at the end.
 
     The suffix is `-<date>-<time>`, and numbered if a folder of that name exists: of runs that begin
     in the same second, each gets its own folders.
@@ -24,7 +24,7 @@ def reserved_suffix(stems: Sequence[str]) -> Iterator[str]:
     """
     stamp, count = datetime.now().strftime("-%Y%m%d-%H%M%S"), 1
     suffix = stamp
-    while not _created(folders := [RUNS / (stem + suffix) for stem in dict.fromkeys(stems)]):
+    while not _created(folders := [parent / (stem + suffix) for stem in dict.fromkeys(stems)]):
         count += 1
         suffix = f"{stamp}-{count}"
     try:
@@ -46,8 +46,10 @@ def _created(folders: Sequence[Path]) -> bool:
     except FileExistsError:
         for folder in done:
             folder.rmdir()
-        if not RUNS.is_dir():
-            raise InputError(f"{RUNS} is not a folder; choose another one with --out") from None
+        if not folders[0].parent.is_dir():
+            raise InputError(
+                f"{folders[0].parent} is not a folder; choose another one with --out"
+            ) from None
         return False
     except OSError as error:
         raise InputError(f"cannot create the run folder {folders[0]}: {error.strerror}") from None

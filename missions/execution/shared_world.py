@@ -109,8 +109,9 @@ def run_together(
                     run.serve()
                     continue
                 if run.is_over:
-                    reports[number] = run.finish()
+                    run.finish()
                     run.close()
+                    reports[number] = run.report
                     continue
                 if run.is_ready():
                     run.step()

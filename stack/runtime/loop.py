@@ -22,6 +22,7 @@ from stack.runtime.pace_meter import PaceMeter
 from stack.runtime.parameters import LoopParameters
 from stack.runtime.snapshots import compose_snapshot
 from stack.runtime.stage_times import Stages
+from stack.telemetry.hub import SENSORS, reason_of
 from stack.telemetry.records import Ack, Command, Layer, MissionState
 from stack.types import (
     STANDSTILL,
@@ -210,7 +211,7 @@ class Runtime:
         local, globe = parts.world_model.local_costmap, parts.world_model.global_costmap
         return {
             "map": parts.map_layer,
-            "global_costmap": Layer(globe.version, globe.grid),
+            "global_costmap": Layer(globe.version, globe.shown, globe.changes),
             "local_costmap": Layer(local.version, local.grid),
             **(parts.scorer.layers() if parts.scorer is not None else {}),
         }
@@ -268,6 +269,7 @@ class Runtime:
             self.parts.sensor_log = None
             text = f"the sensor log ends here: {error.strerror}"
             self.parts.telemetry.emit("record", text, source="records", level="error")
+            self.parts.telemetry.lose(SENSORS, reason_of(error))
 
     def _publish_state(
         self, observation: Observation, motion: Odometry, estimate: PoseEstimate,

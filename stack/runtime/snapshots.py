@@ -93,6 +93,7 @@ def compose_snapshot(runtime: Loop) -> Snapshot:
         safety=parts.safety.reason,
         events=parts.telemetry.recent(SHOWN_EVENTS),
         debugging=parts.debugger.view() if parts.debugger else Debugging(),
+        records_lost="; ".join(record.text for record in parts.telemetry.lost),
     )
 
 
