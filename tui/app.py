@@ -175,7 +175,6 @@ class Dashboard(TerminalApp):
         return Link(
             source.silent_for, source.is_over or source.report is not None,
             source.report is not None, self._trouble, self._stop.is_late,
-            "" if self.snapshot is None else self.snapshot.records_lost,
         )  # fmt: skip
 
     def _show(self, snapshot: Snapshot) -> None:
