@@ -87,6 +87,8 @@ class SimulatedBody(Body, SimulatedWorld):
     def wait(self, period: float) -> None:
         """Advance the simulation by `period` seconds, at the set pace.
 
+        The pace is kept before the physics: by `rest`, or else by the next `wait`.
+
         Raises:
             ParameterError: the period is not a multiple of the physics period.
         """
@@ -97,6 +99,11 @@ class SimulatedBody(Body, SimulatedWorld):
         self._simulation.remove(self._robot)
         if self._camera is not None:
             self._camera.close()
+
+    def rest(self, longest: float) -> bool:
+        """Sleep at most `longest` wall seconds until the pace and the camera allow a step."""
+        rested = self._simulation.pace.rest(longest)
+        return rested and (self._camera is None or self._camera.await_picture(self.time, longest))
 
     @property
     def is_due(self) -> bool:

@@ -143,6 +143,17 @@ class SimulatedWorld(ABC):
             Whether time stands: only while every robot in the world asks for it.
         """
 
+    @abstractmethod
+    def rest(self, longest: float) -> bool:
+        """Sleep at most `longest` wall seconds until the next step can be made.
+
+        A step needs that the wall clock has caught up with the pace, and that a picture which is
+        due has been rendered. Without `rest` the next `wait` or `sense` sleeps as long as it takes.
+
+        Returns:
+            Whether the next step can be made now.
+        """
+
     @property
     @abstractmethod
     def is_due(self) -> bool:
@@ -194,4 +205,4 @@ class SimulatedWorld(ABC):
     @property
     @abstractmethod
     def slept(self) -> float:
-        """Wall seconds that `wait` has slept so far to keep the pace."""
+        """Wall seconds slept so far to keep the pace."""

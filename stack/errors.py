@@ -13,9 +13,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from stack.types import Failure, FailureCode
-from stack.types.printable import printable
+if TYPE_CHECKING:
+    from stack.types import FailureCode
 
 LONGEST = 1000
 """Characters of a sentence in the text of a finding."""
@@ -44,6 +45,8 @@ class Finding:
     severity: str = "error"
 
     def __str__(self) -> str:
+        from stack.types.printable import printable  # imports NumPy with its package
+
         hint = f"; {_shortened(self.hint)}" if self.hint else ""
         text = f"{self.mark} {self.severity}[{self.code}] {_shortened(self.sentence)}{hint}"
         return printable(text)
@@ -88,6 +91,8 @@ class NavigationError(TreepilotError):
     """A planner or controller cannot continue; `failure` has the reason."""
 
     def __init__(self, code: FailureCode, sentence: str) -> None:
+        from stack.types import Failure  # imports NumPy
+
         self.failure = Failure(code, sentence)
         super().__init__(f"{code}: {sentence}")
 

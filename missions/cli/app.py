@@ -1,7 +1,7 @@
 """The `treepilot` command: registers the commands and turns errors into exit codes.
 
 Exit codes: 0 success · 1 the mission failed or was aborted · 2 the input is wrong ·
-3 internal error · 130 interrupted.
+3 internal error or records lost · 130 interrupted.
 
 No module of this package postpones its annotations with `from __future__ import annotations`: typer
 would compile each of them twice at every start, which takes 50 ms.
@@ -24,6 +24,7 @@ from missions.cli.nav2 import nav2
 from missions.cli.new import new_app
 from missions.cli.parameters import parameters
 from missions.cli.run import run
+from missions.cli.runs import runs_app
 from missions.cli.schema import schema
 from missions.cli.show import show
 from missions.cli.tell import tell_app
@@ -59,6 +60,7 @@ app.command()(lsp)
 app.command()(trace)
 app.command()(doctor)
 app.command()(watch)
+app.add_typer(runs_app, name="runs")
 app.add_typer(new_app, name="new")
 app.add_typer(tell_app, name="tell")
 app.add_typer(bench_app, name="bench")

@@ -7,13 +7,15 @@ import typer
 
 HELP = """Send a command to a running mission.
 
-RUN is the name or folder of a run, or `newest`. NODE is a number (listed by `treepilot tell RUN
-nodes`), a name, a path such as `patrol/inspect/drive`, or a position such as `patrol.yaml:31`.
+RUN is the folder of a run, its name, the first digits of its identity, or `only` for the only live
+run. If several runs match, they are listed and the command is not sent; `treepilot watch --list`
+lists all. NODE is a number (listed by `treepilot tell RUN nodes`), a name, a path such as
+`patrol/inspect/drive`, or a position such as `patrol.yaml:31`.
 
 \b
-    treepilot tell newest break "back to the dock"
-    treepilot tell newest step 5
-    treepilot tell newest force drive failure --code NO_VALID_PATH
+    treepilot tell only break "back to the dock"
+    treepilot tell only step 5
+    treepilot tell only force drive failure --code NO_VALID_PATH
 """
 
 tell_app = typer.Typer(no_args_is_help=True, help=HELP)
@@ -36,10 +38,10 @@ class Outcome(StrEnum):
 def _tell(
     context: typer.Context,
     run: Annotated[
-        str, typer.Argument(metavar="RUN", help="name or folder of the run, or `newest`")
+        str, typer.Argument(metavar="RUN", help="folder, name or first digits of a run, or `only`")
     ],
 ) -> None:
-    context.obj = "" if run == "newest" else run
+    context.obj = run
 
 
 @tell_app.command()

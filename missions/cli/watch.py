@@ -1,4 +1,4 @@
-"""`treepilot watch`: attaches the dashboard to a running mission."""
+"""`treepilot watch`: attaches the dashboard to a running mission, or lists the live runs."""
 
 from typing import Annotated
 
@@ -9,14 +9,35 @@ from stack.errors import InputError
 
 
 def watch(
-    run: Annotated[str, typer.Argument(help="name or folder of a run [default: the newest]")] = "",
+    run: Annotated[
+        str,
+        typer.Argument(
+            help="folder, name or first digits of the identity of a run [default: the only one]"
+        ),
+    ] = "",
+    list_: Annotated[
+        bool, typer.Option("--list", help="list your live runs with their states, open nothing")
+    ] = False,
 ) -> None:
     """Attach the dashboard to a running mission.
 
-    Closing the dashboard does not stop the mission.
+    Closing the dashboard does not stop the mission. If several runs match, they are listed and none
+    is opened.
     """
-    from missions.execution.supervisor import watch_run
+    if list_:
+        _list(run)
+        return
+    from missions.execution.supervision.watching import watch_run
 
     if not on_a_terminal():
         raise InputError("watch needs a terminal; without one, read events.jsonl in the run folder")
     raise typer.Exit(watch_run(run))
+
+
+def _list(run: str) -> None:
+    from stack.telemetry.rendezvous import live_runs, run_table
+
+    if run:
+        raise InputError("--list lists all live runs; leave out RUN")
+    runs = live_runs()
+    typer.echo(run_table(runs) if runs else "no mission is running")

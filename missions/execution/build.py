@@ -41,11 +41,11 @@ from stack.runtime.loop import Runtime
 from stack.safety.safety import Safety
 from stack.telemetry.hub import Telemetry
 from stack.telemetry.recorder import RunFolder
-from stack.telemetry.records import Layer, RunInfo
+from stack.telemetry.records import Layer, RunInfo, new_identity
 from stack.telemetry.sensor_log import SensorLog, read_observations
 from stack.types import Observation, OccupancyGrid, Pose2D
 
-IDLE_SECONDS = 0.02
+IDLE_SECONDS = 0.01
 """Wall seconds between two checks for commands while the robot is held."""
 
 
@@ -70,7 +70,7 @@ class Engine:
     between_steps: Callable[[], None] = lambda: None
 
 
-def run_info(plan: PreparedMission, run_id: str, seed: int) -> RunInfo:
+def run_info(plan: PreparedMission, run_id: str, seed: int, identity: str = "") -> RunInfo:
     """Return the description of the run that every sink receives when it opens."""
     return RunInfo(
         run_id=run_id,
@@ -84,6 +84,7 @@ def run_info(plan: PreparedMission, run_id: str, seed: int) -> RunInfo:
         urdf=decoded(read_input(plan.robot.urdf, "URDF", URDF_BYTES), plan.robot.urdf),
         versions=versions(),
         places=dict(plan.mission.places),
+        identity=identity or new_identity(),
     )
 
 

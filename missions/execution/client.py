@@ -24,7 +24,7 @@ def tell(run: str, kind: str, arguments: dict[str, Any]) -> str:
     """Send a command to a run and return the engine's answer.
 
     Args:
-        run: the run's name or folder; the newest run when empty.
+        run: folder, name or first digits of the identity of the run; `only`: the only live run.
         kind: the kind of the `Command`.
         arguments: the arguments of the `Command`.
 
@@ -32,7 +32,7 @@ def tell(run: str, kind: str, arguments: dict[str, Any]) -> str:
         InputError: the engine refused the command; the message gives the reason.
         TelemetryError: the run does not exist or does not answer.
     """
-    client = TelemetryClient(find_run(run).address)
+    client = TelemetryClient(find_run(run))
     try:
         command = Command(uuid4().hex, kind, arguments)
         client.send(command)
@@ -51,7 +51,7 @@ def tell(run: str, kind: str, arguments: dict[str, Any]) -> str:
 
 def status_lines(run: str) -> list[str]:
     """Return the state of a run: one line for the mission, then one per node with its number."""
-    client = TelemetryClient(find_run(run).address)
+    client = TelemetryClient(find_run(run))
     try:
         snapshot = _until(client, client.poll)
     finally:

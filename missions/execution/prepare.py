@@ -51,7 +51,7 @@ class RunOptions:
 
     Attributes:
         speed: simulated seconds per wall second; 0 is as fast as possible.
-        out: the run folder; None writes no records.
+        out: the run folder, made absolute; None writes no records.
         serve: let dashboards attach.
         mavlink: address to send MAVLink telemetry to, or None.
         parameters: `controller.cruise_speed` -> value as text; overrides all files.
@@ -63,6 +63,8 @@ class RunOptions:
         body: simulated | scripted; empty: the choice of the robot file.
         replay: sensor log to play instead of driving; its seed replaces `seed`.
         record: what to record besides events: `sensors`.
+        on_lost_records: continue | stop, when a record cannot be written, e.g. on a full disk.
+        identity: of the run, chosen by the process that starts it; empty: a new one.
     """
 
     seed: int = 0
@@ -83,6 +85,12 @@ class RunOptions:
     body: str = ""
     replay: Path | None = None
     record: tuple[str, ...] = ()
+    on_lost_records: str = "continue"
+    identity: str = ""
+
+    def __post_init__(self) -> None:
+        if self.out is not None:  # a plugin may change the working directory
+            object.__setattr__(self, "out", self.out.absolute())
 
     def first_commands(self) -> list[Command]:
         """Return the breakpoints and forced outcomes as commands, applied before the first step."""

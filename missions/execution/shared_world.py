@@ -11,7 +11,7 @@ from pathlib import Path
 from missions.execution.prepare import PreparedMission, RunOptions, prepare
 from missions.execution.report import Report
 from missions.execution.resources import find_mission
-from missions.execution.run import Run
+from missions.execution.run import Run, RunWatch
 from robots.bodies import sharing
 from stack.documents import read_file
 from stack.errors import InputError
@@ -32,12 +32,14 @@ class Entry:
         plan: the checked mission.
         options: its options.
         sinks: consumers of its events and snapshots, in addition to those of the options.
+        watch: follows its run.
     """
 
     label: str
     plan: PreparedMission
     options: RunOptions
     sinks: Sequence[Sink] = ()
+    watch: RunWatch | None = None
 
 
 def prepare_together(
@@ -65,7 +67,7 @@ def prepare_together(
     for number, label in enumerate(_unique([file.stem + suffix for file in files])):
         own = {name: value for name, value in given.items() if name in declared[number]}
         out = None if options.out is None else options.out / label
-        single = replace(options, seed=options.seed + number, arguments=own, out=out)
+        single = replace(options, seed=options.seed + number, arguments=own, out=out, identity="")
         entries.append(Entry(label, prepare(files[number], single), single))
     if options.body != "simulated":
         _check_bodies([entry.plan for entry in entries])
@@ -96,18 +98,25 @@ def run_together(
         runs = []
         for entry in entries:
             make_body = sharing(simulation)
-            run = Run(entry.plan, entry.options, entry.sinks, make_body, interrupted)
+            run = Run(entry.plan, entry.options, entry.sinks, make_body, interrupted, entry.watch)
             cleanup.callback(run.close)
             runs.append(run)
         while len(reports) < len(runs):
             for number, run in enumerate(runs):
-                if number in reports or not run.is_due:
+                if number in reports:
+                    continue
+                if not run.is_due:
+                    run.serve()
                     continue
                 if run.is_over:
-                    reports[number] = run.finish()
+                    run.finish()
                     run.close()
+                    reports[number] = run.report
                     continue
-                run.step()
+                if run.is_ready():
+                    run.step()
+                else:
+                    run.serve()
                 if interrupted():
                     run.interrupt()
     return [reports[number] for number in range(len(runs))]

@@ -154,6 +154,14 @@ class Navigator:
         self._queries.step(state)
         return self._activities.step(state)
 
+    def await_plans(self, now: float, longest: float) -> bool:
+        """Wait at most `longest` wall seconds for the plans that the step at a time needs.
+
+        Returns:
+            Whether they are there: `step` does not wait.
+        """
+        return self._tools.planner_worker.await_plans(now, longest)
+
     def pause(self, now: float) -> None:
         """Hold the mission's motion at a time in seconds; does nothing while it is held."""
         self._activities.pause(now)

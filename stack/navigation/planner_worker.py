@@ -9,7 +9,7 @@ delay; its progress does not affect any result.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
+from concurrent.futures import CancelledError, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -61,16 +61,27 @@ class PlanFuture:
     ) -> None:
         self.request = request
         self._future, self._cancel, self._due, self._wait = future, cancel, due, wait
+        self._dropped = False
 
     @property
     def over(self) -> bool:
         """Whether the search has ended."""
         return self._future.done()
 
+    def is_late(self, time: float) -> bool:
+        """Whether `result` would wait at this time, robot's clock."""
+        waits = self._wait and not self._dropped and not self._future.done()
+        return waits and time >= self._due - 1e-9
+
     def drop(self) -> None:
         """Cancel the plan; a search that has started stops."""
+        self._dropped = True
         self._cancel.request()
         self._future.cancel()
+
+    def join(self, longest: float) -> None:
+        """Wait at most `longest` wall seconds for the end of the search."""
+        wait([self._future], longest)
 
     def result(self, time: float) -> Plan | Failure | None:
         """Return the plan or the failure; None before it is due."""
@@ -116,6 +127,21 @@ class PlannerWorker:
         queued = PlanFuture(request, future, cancel, due, wait)
         self._open = [item for item in self._open if not item.over] + [queued]
         return queued
+
+    def await_plans(self, time: float, longest: float) -> bool:
+        """Wait at most `longest` wall seconds for plans that are due.
+
+        Args:
+            time: robot's clock, seconds.
+            longest: wall seconds.
+
+        Returns:
+            Whether there is no late plan: `PlanFuture.result` returns at once.
+        """
+        late = [queued for queued in self._open if queued.is_late(time)]
+        if late:
+            late[0].join(longest)
+        return not any(queued.is_late(time) for queued in late)
 
     def close(self) -> None:
         """Cancel all requests and stop the worker."""

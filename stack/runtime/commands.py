@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from stack.body import SimulatedWorld
+from stack.body import BodyCommand, SimulatedWorld
 from stack.errors import InputError, ParameterError
 from stack.navigation.teleoperation import Teleoperation
 from stack.robot import Task
@@ -24,7 +24,7 @@ from stack.runtime.debug_commands import DebugCommands
 from stack.runtime.interfaces import Parts
 from stack.runtime.mission_state import MissionEvent, MissionStateMachine
 from stack.telemetry.records import Ack, Command, MissionState
-from stack.types import OccupancyGrid, Pose2D, TaskStatus
+from stack.types import STANDSTILL, OccupancyGrid, Pose2D, TaskStatus
 
 End = Callable[[MissionState, str], None]
 """end(state, reason): end the mission with a final state."""
@@ -118,6 +118,7 @@ class CommandHandler:
 
     def _emergency_stop(self, arguments: EmergencyStop) -> str:
         refusal = self._mission.send(MissionEvent.EMERGENCY_STOP, arguments.reason)
+        self._parts.body.command(BodyCommand(STANDSTILL))  # at once, not with the next step
         self._cancel_detour()
         return refusal
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time as wall_clock
+from math import inf
 
 MAX_DELAY = 0.25
 """Delay behind schedule, wall seconds, above which the schedule restarts from now."""
@@ -10,6 +11,8 @@ MAX_DELAY = 0.25
 
 class Pace:
     """Sleeps so that simulated time passes at a set rate.
+
+    The time between two steps can be slept in pieces, so that operators are served meanwhile.
 
     Attributes:
         factor: simulated seconds per wall second; 0: as fast as possible.
@@ -20,17 +23,28 @@ class Pace:
         self.factor, self.slept = factor, 0.0
         self._schedule: tuple[float, float] | None = None
 
-    def keep(self, seconds: float) -> None:
-        """Sleep until `seconds` of simulated time are over on the wall clock."""
+    def advance(self, seconds: float) -> None:
+        """Note that `seconds` of simulated time have passed."""
         if self.factor <= 0.0:
             self._schedule = None
             return
-        now = wall_clock.monotonic()  # noqa: TID251 - pacing inside a body's wait
+        now = wall_clock.monotonic()  # noqa: TID251 - pacing of a body
         due, factor = self._schedule or (now, self.factor)
         if factor != self.factor or now - due > MAX_DELAY:
             due = now
-        due += seconds / self.factor
-        self._schedule = (due, self.factor)
-        if due > now:
-            self.slept += due - now
-            wall_clock.sleep(due - now)  # noqa: TID251 - pacing inside a body's wait
+        self._schedule = (due + seconds / self.factor, self.factor)
+
+    def rest(self, longest: float = inf) -> bool:
+        """Sleep until the wall clock has caught up, at most `longest` wall seconds.
+
+        Returns:
+            Whether it has caught up. A change of the factor ends the rest.
+        """
+        if self._schedule is None or self._schedule[1] != self.factor:
+            return True
+        ahead = self._schedule[0] - wall_clock.monotonic()  # noqa: TID251 - pacing of a body
+        if ahead > 0.0:
+            asleep = min(ahead, longest)
+            self.slept += asleep
+            wall_clock.sleep(asleep)  # noqa: TID251 - pacing of a body
+        return ahead <= longest

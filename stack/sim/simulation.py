@@ -81,6 +81,8 @@ class Simulation:
     def wait(self, robot: SimulatedRobot, period: float) -> None:
         """Let `period` seconds pass for a robot; time advances once every robot waits.
 
+        It first sleeps what is left of the wall time of the period before.
+
         Raises:
             ParameterError: the period is not a multiple of the physics period.
         """
@@ -135,6 +137,7 @@ class Simulation:
         steps = min(robot.due for robot in self._active) - self._step
         if steps <= 0:
             return
+        self.pace.rest()
         self.begin()
         end = self._step + steps
         while self._step < end:
@@ -144,7 +147,7 @@ class Simulation:
             if self._step % self._quiet_steps == 0:
                 self._measure()
         self._apply_due_events()
-        self.pace.keep(steps * self._period)
+        self.pace.advance(steps * self._period)
 
     def _run_physics(self, until: int) -> None:
         """Advance physics and wheel controllers to a step."""

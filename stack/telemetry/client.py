@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from time import monotonic  # noqa: TID251 - transport timeouts are wall time
 from typing import Any
 
@@ -12,6 +13,7 @@ from stack.telemetry.codec import decode, decode_one_of, encode
 from stack.telemetry.messages import (
     SERVER_SENDS,
     EventBatch,
+    Goodbye,
     Moment,
     NamedLayer,
     Over,
@@ -19,6 +21,7 @@ from stack.telemetry.messages import (
     Served,
 )
 from stack.telemetry.records import Ack, Command, Event, Layer, RunInfo, Snapshot
+from stack.telemetry.rendezvous import RunHandle
 
 REQUEST_TIMEOUT = 2.0
 """Wall seconds of silence after which an unanswered request is repeated."""
@@ -34,6 +37,7 @@ class TelemetryClient:
     """Connection to one run: snapshots, events, commands. No method blocks.
 
     Attributes:
+        run: the run that it is connected to; commands are meant for this one only.
         info: constant data of the run; None until the engine has answered.
         report: content of report.json; None until the run is over, or after a crash.
         is_over: the engine has reported the end of the run.
@@ -41,22 +45,25 @@ class TelemetryClient:
     """
 
     def __init__(
-        self, address: str, *, images: bool = False, clock: Callable[[], float] = monotonic
+        self, run: RunHandle, *, images: bool = False, clock: Callable[[], float] = monotonic
     ) -> None:
         """Connect to a run.
 
         Args:
-            address: of a RunHandle, ipc://…
+            run: a live run.
             images: whether snapshots contain camera pictures.
             clock: returns wall seconds.
 
         Raises:
             TelemetryError: the address is not local (ipc://…).
         """
-        if not address.startswith("ipc://"):
-            raise TelemetryError(f"cannot connect to {address!r}: expected ipc://… of a live run")
+        if not run.address.startswith("ipc://"):
+            raise TelemetryError(
+                f"cannot connect to {run.address!r}: expected ipc://… of a live run"
+            )
         import zmq
 
+        self.run = run
         self.info: RunInfo | None = None
         self.report: dict[str, Any] | None = None
         self.is_over = False
@@ -70,7 +77,7 @@ class TelemetryClient:
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
         self._socket: zmq.Socket[bytes] = self._context.socket(zmq.DEALER)
         self._socket.set(zmq.LINGER, LINGER_MS)
-        self._socket.connect(address)
+        self._socket.connect(run.address)
         self._heard = self._requested = clock()
         self._request()
 
@@ -102,7 +109,9 @@ class TelemetryClient:
         return taken
 
     def send(self, command: Command) -> None:
-        """Send a command; `acks` returns its acknowledgement.
+        """Send a command to this run; `acks` returns its acknowledgement.
+
+        The command carries the run's identity: an engine refuses those of another run.
 
         Raises:
             TelemetryError: the engine does not accept messages, or the run is over.
@@ -112,12 +121,21 @@ class TelemetryClient:
         if self.is_over:
             raise TelemetryError(f"cannot {command.kind}: the run is over")
         try:
-            self._socket.send(encode(command), zmq.NOBLOCK)
+            self._socket.send(
+                encode(dataclasses.replace(command, run=self.run.identity)), zmq.NOBLOCK
+            )
         except zmq.Again:
             raise TelemetryError(f"cannot {command.kind}: the engine does not answer") from None
 
     def close(self) -> None:
-        """Disconnect; the run continues. Safe to call twice."""
+        """Say goodbye and disconnect; the run continues. Safe to call twice."""
+        import zmq
+
+        if self._socket.closed:
+            return
+        if not self.is_over:
+            with suppress(zmq.Again):  # the engine does not read; it displaces silent clients
+                self._socket.send(encode(Goodbye()), zmq.NOBLOCK)
         self._socket.close()
         self._context.term()
 

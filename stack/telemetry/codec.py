@@ -25,7 +25,7 @@ from stack.telemetry.records import Event
 
 T = TypeVar("T")
 
-FORMAT = 1
+FORMAT = 2
 """Version of the encoding; increase it for changes that the records' fields do not show."""
 
 COMPRESS_ABOVE = 2048
@@ -33,6 +33,9 @@ COMPRESS_ABOVE = 2048
 
 MAX_ARRAY_BYTES = 256 * 1024 * 1024
 """Largest accepted array: a short message must not allocate all the memory."""
+
+MAX_DEPTH = 32
+"""Deepest nesting of lists and mappings in a field without a record type."""
 
 _DTYPES = {"<f8", "<f4", "|i1", "|u1", "<i2", "<u2", "<i4", "<u4", "<i8", "<u8", "|b1"}
 
@@ -156,10 +159,23 @@ def _codec(kind: Any) -> _Codec:
     if isinstance(kind, type) and issubclass(kind, Enum):
         return _Codec(lambda member: member.value, kind, kind.__name__)
     if kind is Any:
-        return _Codec(plain, lambda value: value, "any")
+        return _Codec(plain, _decode_plain, "any")
     if kind in (str, int, bool, float, bytes):
         return _scalar_codec(kind)
     raise TypeError(f"{kind} has no encoding")
+
+
+def _decode_plain(value: Any, depth: int = MAX_DEPTH) -> Any:
+    """Accept what `plain` makes: no bytes, extension types or keys other than text."""
+    if value is None or type(value) in (bool, int, float, str):
+        return value
+    if depth == 0:
+        raise _Malformed(f"values nested deeper than {MAX_DEPTH}")
+    if type(value) is list:
+        return [_decode_plain(item, depth - 1) for item in value]
+    if type(value) is dict and all(type(key) is str for key in value):
+        return {key: _decode_plain(item, depth - 1) for key, item in value.items()}
+    raise _Malformed(f"expected a number, text, list or mapping, got {value!r:.60}")
 
 
 def _scalar_codec(kind: type) -> _Codec:
@@ -173,7 +189,8 @@ def _scalar_codec(kind: type) -> _Codec:
 
 def _record_codec(kind: type) -> _Codec:
     hints = typing.get_type_hints(kind)
-    names = [item.name for item in dataclasses.fields(kind)]
+    sent = [item for item in dataclasses.fields(kind) if item.metadata.get("sent", True)]
+    names = [item.name for item in sent]
     codecs = [_codec(hints[name]) for name in names]
     pairs = list(zip(names, codecs, strict=True))
 

@@ -3,6 +3,8 @@
 The client polls: a Request lists what the client already has, and the engine answers once with
 what is new, at most twenty times a second. Messages never queue up for a client that is slow or
 gone. A lost answer does no harm: the next Request asks for the same data.
+
+Commands are acknowledged, each on its own. A Goodbye frees the client's place.
 """
 
 from __future__ import annotations
@@ -11,7 +13,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from stack.telemetry.records import Ack, Command, Layer, RunInfo, Snapshot
+from stack.telemetry.records import Ack, Command, Layer, MissionState, RunInfo, Snapshot
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,6 +33,31 @@ class Request:
     moment: int = -1
     layers: Mapping[str, int] = field(default_factory=dict)
     images: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Inquiry:
+    """Question for the state of the run; answered once, with a RunState."""
+
+
+@dataclass(frozen=True, slots=True)
+class Goodbye:
+    """The client leaves; nothing more is sent to it."""
+
+
+@dataclass(frozen=True, slots=True)
+class RunState:
+    """Answer to an Inquiry.
+
+    Attributes:
+        identity: of the run.
+        state: of the mission.
+        time: on the robot's clock, seconds.
+    """
+
+    identity: str
+    state: MissionState
+    time: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,5 +113,5 @@ class Over:
     report: Any
 
 
-CLIENT_SENDS = (Request, Command)
-SERVER_SENDS = (RunInfo, NamedLayer, Moment, EventBatch, Served, Ack, Over)
+CLIENT_SENDS = (Request, Command, Inquiry, Goodbye)
+SERVER_SENDS = (RunInfo, RunState, NamedLayer, Moment, EventBatch, Served, Ack, Over)

@@ -1,4 +1,8 @@
-"""Discovery of a user's live runs: descriptors and sockets in a private folder."""
+"""Discovery of a user's live runs: descriptors and sockets in a private folder.
+
+A run is chosen by its folder, name or identity, never by being the newest. Runs are listed with
+the states that their engines tell.
+"""
 
 from __future__ import annotations
 
@@ -6,15 +10,42 @@ import json
 import os
 import stat
 import tempfile
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, fields
 from datetime import UTC, datetime
+from math import ceil
 from pathlib import Path
+from time import monotonic  # noqa: TID251 - transport timeouts are wall time
 
 from stack.errors import TelemetryError
+from stack.telemetry.codec import decode_one_of, encode
+from stack.telemetry.messages import Goodbye, Inquiry, RunState, Served
+from stack.telemetry.records import RunInfo
+from stack.types.printable import printable
 
 MAX_SOCKET_PATH = 107
 """Longest path of a Unix socket, bytes (Linux's sun_path without the final zero)."""
+
+
+ONLY = ("", "only", "newest")
+"""Words for the only live run."""
+
+SHORTEST_PREFIX = 4
+"""Fewest digits of an identity that name a run."""
+
+SHOWN_DIGITS = 8
+"""Digits of the identities in the table; the first ones are enough to name a run."""
+
+STATE_TIMEOUT = 0.3
+"""Wall seconds that all engines together get to tell their states."""
+
+NO_ANSWER = "no answer"
+
+HOW_TO_NAME = "name one by its folder, or by the first digits of RUN"
+
+LINGER_MS = 50
+"""Longest time that a goodbye may take."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,17 +53,23 @@ class RunHandle:
     """Descriptor of a live run.
 
     Attributes:
+        identity: of this run alone; commands carry it.
+        run_id: name of the run; another run may have the same.
+        folder: absolute path of the run folder; empty if there is none.
         address: for TelemetryClient.
-        started: ISO 8601, UTC.
+        since: when it was announced, ISO 8601, UTC.
         process_started: start time of the process in kernel ticks, to detect a recycled pid; 0 if
             the system does not provide it.
     """
 
+    identity: str
     run_id: str
+    robot: str
     mission: str
+    folder: str
     pid: int
     address: str
-    started: str
+    since: str
     process_started: int = 0
 
     @property
@@ -77,8 +114,8 @@ def run_directory() -> Path:
     return folder
 
 
-def announce(run_id: str, mission: str) -> RunHandle:
-    """Announce that this process runs a mission, and choose the address of its socket.
+def choose_socket() -> Path:
+    """Return a free path for the socket of a run of this process.
 
     Raises:
         TelemetryError: there is no private folder, or its path is too long for a socket.
@@ -93,11 +130,31 @@ def announce(run_id: str, mission: str) -> RunHandle:
             f"{socket} is longer than the {MAX_SOCKET_PATH} bytes of a socket's path; "
             "set XDG_RUNTIME_DIR to a shorter folder"
         )
-    started = datetime.now(UTC).isoformat(timespec="seconds")
-    handle = RunHandle(run_id, mission, pid, f"ipc://{socket}", started, _process_started(pid))
+    return socket
+
+
+def announce(info: RunInfo, folder: Path | None = None) -> RunHandle:
+    """Announce that this process runs a mission, and choose the address of its socket.
+
+    Args:
+        info: of the run.
+        folder: of the run; None if it has none.
+
+    Raises:
+        TelemetryError: there is no private folder, or its path is too long for a socket.
+    """
+    socket, pid = choose_socket(), os.getpid()
+    handle = RunHandle(
+        info.identity, info.run_id, info.robot, info.mission,
+        "" if folder is None else str(folder.resolve()), pid, f"ipc://{socket}",
+        datetime.now(UTC).isoformat(timespec="seconds"), _process_started(pid),
+    )  # fmt: skip
     unfinished = handle.descriptor.with_suffix(".new")
     try:
-        unfinished.write_text(json.dumps(asdict(handle)), encoding="utf-8")
+        unfinished.unlink(missing_ok=True)
+        flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC
+        with os.fdopen(os.open(unfinished, flags, 0o600), "w", encoding="utf-8") as file:
+            json.dump(asdict(handle), file)
         unfinished.replace(handle.descriptor)
     except OSError as error:
         raise TelemetryError(f"cannot announce the run: {error}") from None
@@ -125,24 +182,87 @@ def live_runs() -> list[RunHandle]:
                 runs.append(handle)
             else:
                 withdraw(handle)
-    return sorted(runs, key=lambda run: (run.started, run.run_id))
+    return sorted(runs, key=lambda run: (run.since, run.run_id, run.identity))
 
 
 def find_run(name: str) -> RunHandle:
-    """A live run by name or folder; the newest if the name is empty.
+    """Return the live run of a name.
+
+    Args:
+        name: path of a run folder, name of a run, or the first digits of its identity (at least
+            SHORTEST_PREFIX); `only` or an empty text: the only live run.
 
     Raises:
-        TelemetryError: no such run is live; the message lists the live runs.
+        TelemetryError: no run matches, or several do; the message lists them.
     """
     runs = live_runs()
-    wanted = Path(name).name
-    matching = [run for run in runs if not name or run.run_id == wanted]
+    matching = [run for run in runs if _matches(run, name)]
+    if len(matching) == 1:
+        return matching[0]
+    if not runs:
+        named = "" if name in ONLY else f"no run {name!r} is live: "
+        raise TelemetryError(f"{named}no mission is running")
     if not matching:
-        live = ", ".join(run.run_id for run in runs) or "none"
-        raise TelemetryError(
-            f"no run {name!r} is live; live runs: {live}" if name else "no mission is running"
-        )
-    return matching[-1]
+        raise TelemetryError(f"no run {name!r} is live; live runs:\n{run_table(runs)}")
+    what = f"{len(runs)} runs are live" if name in ONLY else f"{len(matching)} runs match {name!r}"
+    raise TelemetryError(f"{what}; {HOW_TO_NAME}:\n{run_table(matching)}")
+
+
+def run_table(runs: Sequence[RunHandle]) -> str:
+    """Return a table of runs, one per line below the headings; it asks each engine its state."""
+    states = states_of(runs)
+    rows = [("RUN", "NAME", "ROBOT", "MISSION", "SINCE", "STATE", "FOLDER")]
+    for run in runs:
+        state, since = states[run.identity], _local_time(run.since)
+        rows.append(
+            (run.identity[:SHOWN_DIGITS], run.run_id, run.robot, run.mission, since, state,
+             run.folder or "-")
+        )  # fmt: skip
+    cells = [[_one_line(cell) for cell in row] for row in rows]
+    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    lines = [
+        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True))
+        for row in cells
+    ]
+    return "\n".join(line.rstrip() for line in lines)
+
+
+def states_of(
+    runs: Sequence[RunHandle], timeout: float = STATE_TIMEOUT,
+    clock: Callable[[], float] = monotonic,
+) -> dict[str, str]:  # fmt: skip
+    """Ask the engines of runs for their states, all at once.
+
+    Args:
+        runs: to ask.
+        timeout: wall seconds for all of them together.
+        clock: returns wall seconds.
+
+    Returns:
+        State by identity; NO_ANSWER for an engine that does not answer in time.
+    """
+    import zmq
+
+    states, context, poller = {run.identity: NO_ANSWER for run in runs}, zmq.Context(), zmq.Poller()
+    sockets: dict[zmq.Socket[bytes], str] = {}
+    for run in runs:
+        socket = context.socket(zmq.DEALER)
+        socket.set(zmq.LINGER, 0)
+        socket.connect(run.address)
+        socket.send(encode(Inquiry()))
+        poller.register(socket, zmq.POLLIN)
+        sockets[socket] = run.identity
+    waiting, deadline = set(sockets), clock() + timeout
+    while waiting and (left := deadline - clock()) > 0.0:
+        for socket, _ in poller.poll(ceil(1000.0 * left)):
+            states[sockets[socket]] = _state_in(socket.recv(), sockets[socket])
+            socket.send(encode(Goodbye()))
+            waiting.discard(socket)
+            poller.unregister(socket)
+    for socket in sockets:
+        socket.close(linger=0 if socket in waiting else LINGER_MS)
+    context.term()
+    return states
 
 
 def _read(file: Path) -> RunHandle | None:
@@ -172,3 +292,35 @@ def _process_started(pid: int) -> int:
         return 0
     # Field 22 of proc(5); field 2, the command's name, may contain spaces and parentheses.
     return int(status.rpartition(")")[2].split()[19])
+
+
+def _state_in(answer: bytes, identity: str) -> str:
+    """Return the state that an engine has sent."""
+    try:
+        found = decode_one_of(answer, (RunState, Served))
+    except TelemetryError:
+        return "another version"
+    right = isinstance(found, RunState) and found.identity == identity
+    return str(found.state) if right else NO_ANSWER
+
+
+def _matches(run: RunHandle, name: str) -> bool:
+    if name in ONLY:
+        return True
+    is_folder = bool(run.folder) and Path(name).resolve() == Path(run.folder)
+    if "/" in name:
+        return is_folder
+    is_prefix = len(name) >= SHORTEST_PREFIX and run.identity.startswith(name.lower())
+    return is_folder or run.run_id == name or is_prefix
+
+
+def _local_time(since: str) -> str:
+    """Return a UTC time of a descriptor as local time."""
+    try:
+        return datetime.fromisoformat(since).astimezone().strftime("%Y-%m-%d %H:%M:%S")
+    except (ValueError, OverflowError):
+        return since
+
+
+def _one_line(text: str) -> str:
+    return printable(text).replace("\n", "\\n").replace("\t", "\\t")

@@ -10,6 +10,9 @@ to its last complete message. The format is described at https://mcap.dev.
 from __future__ import annotations
 
 import dataclasses
+import errno
+import os
+import stat
 import struct
 from collections.abc import Iterator
 from contextlib import suppress
@@ -59,7 +62,7 @@ class SensorLog:
         """Append an observation.
 
         Raises:
-            OSError: the disk is full.
+            OSError: the disk is full, or the file was removed.
         """
         for name, measurement in observation.measurements.items():
             fields = {"time": observation.time, **_plain(measurement)}
@@ -72,6 +75,9 @@ class SensorLog:
             )
         self._count += 1
         self._file.flush()
+        found = os.fstat(self._file.fileno())
+        if stat.S_ISREG(found.st_mode) and found.st_nlink == 0:
+            raise OSError(errno.ENOENT, "the file was removed")
 
     def close(self) -> None:
         """Write the index if the disk has room; the log is readable without it. Safe twice."""

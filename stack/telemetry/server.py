@@ -1,7 +1,8 @@
 """Telemetry server: dashboards in other processes watch and command a run over ZeroMQ.
 
-It has one ROUTER socket. All work is done in calls from the engine's thread and in ZeroMQ's
-background thread; no call blocks.
+It has one ROUTER socket, which takes the messages of the clients in turn: none can crowd out
+another. All work is done in calls from the engine's thread and in ZeroMQ's background thread; no
+call blocks.
 """
 
 from __future__ import annotations
@@ -9,20 +10,26 @@ from __future__ import annotations
 import dataclasses
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
+from pathlib import Path
 from time import monotonic  # noqa: TID251 - transport timeouts are wall time
 from typing import TYPE_CHECKING, Any
 
 from stack.errors import InputError, TelemetryError
 from stack.telemetry.codec import decode_one_of, encode
 from stack.telemetry.event_log import json_value
+from stack.telemetry.inbox import STOP, CommandInbox
 from stack.telemetry.messages import (
     CLIENT_SENDS,
     EventBatch,
+    Goodbye,
+    Inquiry,
     Moment,
     NamedLayer,
     Over,
     Request,
+    RunState,
     Served,
 )
 from stack.telemetry.records import Ack, Command, Event, RunInfo, Snapshot
@@ -42,12 +49,17 @@ BATCH = 2000
 """Events in one message."""
 
 MAX_CLIENTS = 32
-FORGET_AFTER = 60.0
-"""Wall seconds after which a silent client is forgotten."""
+SILENT_AFTER = 2.0
+"""Wall seconds without a message and without an open request after which a client may lose its
+place to a new one. A client that receives its answers requests again at once.
+"""
 
-MAX_REQUEST_BYTES = 1 << 20
-MAX_RECEIVED = 200
+MAX_REQUEST_BYTES = 1 << 16
+MAX_RECEIVED = 100
 """Messages read in one call, so that a flood of messages cannot block the engine."""
+
+MAX_UNREAD, MAX_UNSENT = 200, 400
+"""Messages that wait in memory from one client, and for one client."""
 
 LINGER_MS = 1000
 """Longest time that closing waits for the last messages to be sent."""
@@ -58,17 +70,17 @@ class _Client:
     """State of one connection.
 
     Attributes:
-        number: counts the connections.
         heard: wall time of its last message.
         answered: wall time of the last answer, -1 before the first.
         pending: request that is not answered yet.
+        asks: an Inquiry is not answered yet.
         has: what the client has after the last answer.
     """
 
-    number: int
     heard: float
     answered: float = -1.0
     pending: Request | None = None
+    asks: bool = False
     has: Request = dataclasses.field(default_factory=Request)
 
 
@@ -79,12 +91,16 @@ class TelemetryServer:
         handle: descriptor of the run with its address; None until opened.
     """
 
-    def __init__(self, address: str | None = None, clock: Callable[[], float] = monotonic) -> None:
+    def __init__(
+        self, address: str | None = None, clock: Callable[[], float] = monotonic,
+        folder: Path | None = None,
+    ) -> None:  # fmt: skip
         """Prepare a server.
 
         Args:
-            address: None for a socket in the user's own run folder.
+            address: None for a socket in the user's own folder of sockets.
             clock: returns wall seconds.
+            folder: of the run, which is announced; None if it has none.
 
         Raises:
             InputError: any other address: listening on a network without keys is not allowed.
@@ -97,15 +113,14 @@ class TelemetryServer:
                 "forward the socket over ssh to watch from another machine"
             )
         self.handle: RunHandle | None = None
-        self._clock = clock
+        self._clock, self._folder = clock, folder
         self._socket: zmq.Socket[bytes] | None = None
         self._context: zmq.Context[zmq.Socket[bytes]] | None = None
         self._clients: dict[bytes, _Client] = {}
-        self._connected = 0
-        self._commands: list[Command] = []
+        self._inbox: CommandInbox | None = None
         self._events: deque[bytes] = deque(maxlen=KEPT_EVENTS)
         self._event_count = 0
-        self._info = b""
+        self._info, self._identity = b"", ""
         self._newest: Snapshot | None = None
         self._moment = -1
         self._encoded_moments: dict[bool, bytes] = {}
@@ -117,18 +132,28 @@ class TelemetryServer:
         return len(self._clients)
 
     def open(self, info: RunInfo) -> None:
-        """Bind the socket, then announce the run."""
+        """Announce the run and bind the socket.
+
+        Raises:
+            TelemetryError: there is no private folder for the socket, or it cannot be bound.
+        """
         import zmq
 
-        self._info = encode(info)
-        self.handle = announce(info.run_id, info.mission)
+        self._info, self._inbox = encode(info), CommandInbox(info, self._clock)
+        self._identity = info.identity
+        self.handle = announce(info, self._folder)
         self._context = zmq.Context()
         socket: zmq.Socket[bytes] = self._context.socket(zmq.ROUTER)
         socket.set(zmq.LINGER, LINGER_MS)
         socket.set(zmq.MAXMSGSIZE, MAX_REQUEST_BYTES)
         socket.set(zmq.ROUTER_MANDATORY, 1)
+        socket.set(zmq.RCVHWM, MAX_UNREAD)
+        socket.set(zmq.SNDHWM, MAX_UNSENT)
         self._socket = socket
-        socket.bind(self.handle.address)
+        try:
+            socket.bind(self.handle.address)
+        except zmq.ZMQError as error:
+            raise TelemetryError(f"cannot open {self.handle.socket}: {error}") from None
 
     def event(self, event: Event) -> None:
         """Keep an event until clients request it."""
@@ -145,28 +170,36 @@ class TelemetryServer:
         self._newest, self._moment = snapshot, self._moment + 1
         self._encoded_moments.clear()
         for identity, client in list(self._due()):
-            self._answer(identity, client)
+            if client.asks:
+                self._tell_state(identity, client, snapshot)
+            if client.pending is not None:
+                self._answer(identity, client)
 
     def service(self) -> None:
         """Answer clients that are due with the newest data."""
         self._receive()
         now = self._clock()
         for identity, client in list(self._due()):
+            if client.pending is None:
+                continue
             if self._has_news(client) or now - client.answered >= ALIVE_PERIOD:
                 self._answer(identity, client)
 
     def commands(self) -> list[Command]:
-        """Return the received commands, with ids made unique across clients."""
+        """Return the next commands to apply; emergency stops come first.
+
+        Their ids are made unique across clients.
+        """
         self._receive()
-        taken, self._commands = self._commands, []
-        return taken
+        assert self._inbox is not None
+        return self._inbox.take()
 
     def acknowledge(self, ack: Ack) -> None:
         """Send an Ack to the client whose command it was."""
-        number, _, own = ack.id.partition(":")
-        for identity, client in list(self._clients.items()):
-            if str(client.number) == number:
-                self._send(identity, encode(dataclasses.replace(ack, id=own)))
+        assert self._inbox is not None
+        addressed = self._inbox.addressed(ack)
+        if addressed is not None:
+            self._send_ack(*addressed)
 
     def close(self, report: Mapping[str, Any] | None) -> None:
         """Send every client the data it lacks and the end of the run; close and withdraw."""
@@ -198,42 +231,63 @@ class TelemetryServer:
                 self._take(frames[0], frames[1])
 
     def _take(self, identity: bytes, encoded: bytes) -> None:
-        client = self._client(identity)
-        if client is None:
-            return
         try:
             message = decode_one_of(encoded, CLIENT_SENDS)
         except TelemetryError:
             # A client of another version detects this by the stamp of any answer.
             self._send(identity, encode(Served(self._event_count)))
             return
+        if isinstance(message, Goodbye):
+            self._clients.pop(identity, None)
+            return
+        client = self._client(identity)
         if isinstance(message, Command):
-            unique = f"{client.number}:{message.id}"
-            self._commands.append(dataclasses.replace(message, id=unique))
+            self._take_command(identity, message, has_place=client is not None)
+        elif client is None:
+            return
+        elif isinstance(message, Inquiry):
+            client.asks = True
         else:
             client.pending = client.has = message
+
+    def _take_command(self, identity: bytes, command: Command, *, has_place: bool) -> None:
+        """Pass a command on; a client without a place can only trigger the emergency stop."""
+        assert self._inbox is not None
+        if not has_place and command.kind != STOP:
+            refusal = f"{MAX_CLIENTS} clients are connected already; close one of them"
+            self._send_ack(identity, Ack(command.id, False, refusal))
+            return
+        for sender, ack in self._inbox.receive(identity, command):
+            self._send_ack(sender, ack)
 
     def _client(self, identity: bytes) -> _Client | None:
         """The client with this identity, created if new; None if there are too many."""
         now = self._clock()
         if identity not in self._clients:
-            for other, known in list(self._clients.items()):
-                if now - known.heard > FORGET_AFTER:
-                    del self._clients[other]
-            if len(self._clients) >= MAX_CLIENTS:
+            if len(self._clients) >= MAX_CLIENTS and not self._displace(now):
                 return None
-            self._clients[identity] = _Client(self._connected, now)
-            self._connected += 1
+            self._clients[identity] = _Client(now)
         client = self._clients[identity]
         client.heard = now
         return client
+
+    def _displace(self, now: float) -> bool:
+        """Forget the client that has been silent for longest; return whether one was silent."""
+        silent = [
+            (client.heard, identity)
+            for identity, client in self._clients.items()
+            if client.pending is None and now - client.heard > SILENT_AFTER
+        ]
+        if silent:
+            del self._clients[min(silent)[1]]
+        return bool(silent)
 
     def _due(self) -> Iterator[tuple[bytes, _Client]]:
         if not self._clients:
             return
         now = self._clock()
         for identity, client in self._clients.items():
-            if client.pending is not None and (
+            if (client.pending is not None or client.asks) and (
                 client.answered < 0.0 or now - client.answered >= PERIOD
             ):
                 yield identity, client
@@ -252,6 +306,12 @@ class TelemetryServer:
                 return False
         client.pending, client.answered = None, self._clock()
         return True
+
+    def _tell_state(self, identity: bytes, client: _Client, snapshot: Snapshot) -> None:
+        """Answer an Inquiry."""
+        state = RunState(self._identity, snapshot.state, snapshot.time)
+        if self._send(identity, encode(state)):
+            client.asks, client.answered = False, self._clock()
 
     def _news(self, client: _Client) -> Iterator[bytes]:
         has = client.has
@@ -300,6 +360,14 @@ class TelemetryServer:
             bare = dataclasses.replace(newest, layers={}, image=image)
             self._encoded_moments[images] = encode(Moment(self._moment, versions, bare))
         return self._encoded_moments[images]
+
+    def _send_ack(self, identity: bytes, ack: Ack) -> None:
+        """Send an Ack; a client that does not read its messages keeps its place and budget."""
+        import zmq
+
+        assert self._socket is not None
+        with suppress(zmq.ZMQError):
+            self._socket.send_multipart([identity, encode(ack)], zmq.NOBLOCK)
 
     def _send(self, identity: bytes, message: bytes) -> bool:
         """Send without waiting; remove a client that is gone or does not receive."""

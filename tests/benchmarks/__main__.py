@@ -21,7 +21,9 @@ from missions.bench.table import TableOptions
 from tests.benchmarks import (
     control,
     costmap,
+    dashboard,
     driving,
+    estop,
     hall,
     missions,
     planners,
@@ -52,6 +54,7 @@ class Given:
     kidnaps: int
     runs: int
     twists: int
+    presses: int
     largest: int
     jobs: int
     barn: Path | None
@@ -86,6 +89,9 @@ TIMING = {
     "hall": Benchmark("Across a hall of 200 x 200 m on one core",
                       lambda given: hall.hall_figures(given.runs), ("runs",),
                       {"recording": "off", "boxes": hall.BOXES}),
+    "dashboard": Benchmark("The dashboard's process and its terminal",
+                           lambda given: dashboard.run(),
+                           setting={"mission": dashboard.MISSION, "speed": 1}),
     "trees": Benchmark("A tick of a tree, ours and py_trees'", lambda given: trees.run(),
                        setting={"rounds": trees.ROUNDS, "ticks in a round": trees.TICKS}),
     "planning": Benchmark("Planning on generated office maps",
@@ -94,6 +100,8 @@ TIMING = {
                          setting={"parameters": "default"}),
     "costmap": Benchmark("Costmap and tracker, processor time", lambda given: costmap.run(),
                          setting={"parameters": "default"}),
+    "estop": Benchmark("From the emergency stop's key to the body",
+                       lambda given: estop.stop_times(given.presses), ("presses",)),
     "planners": Benchmark("Planners and smoothers side by side", lambda given: planners.run(),
                           setting={"cells": "400 x 400", "queries": 30}),
 }  # fmt: skip
@@ -172,6 +180,7 @@ def _arguments() -> argparse.ArgumentParser:
         "seeds": (10, "of each mission"), "kidnaps": (60, "seeds of mission 05"),
         "runs": (2, "seeds of the speed table"),
         "twists": (100_000, "random velocities over four robots"),
+        "presses": (200, "of the emergency stop in each situation"),
         "largest": (4000, "cells on a side of the largest map to plan on"),
         "jobs": (1, "processes of the driving tables"),
     }  # fmt: skip

@@ -94,6 +94,10 @@ LAYOUTS: dict[str, Layout] = {
         **{stage: f"{{{stage} ms:.2f}} ms"
            for stage in ("body", "estimate", "costmap", "navigate")},
     }),
+    "dashboard": Layout({
+        "terminal": "{terminal}", "mission": "{state}", "of a core": "{core %:.1f} %",
+        "to the terminal": "{kB/s:.1f} kB/s",
+    }),
     "commands": Layout({
         "command": "{command}", "median": "{median s:.2f} s", "best": "{best s:.2f} s",
         "processor time": "{processor s:.2f} s",
@@ -109,6 +113,10 @@ LAYOUTS: dict[str, Layout] = {
         "planner": "{planner}", "robot": "{robot}", "found": "{found}",
         "median": "{median_ms:.2f} ms", "worst": "{worst_ms:.1f} ms",
         "length / astar's": "{length_ratio:.3f}", "cost / astar's": "{cost_ratio:.3f}",
+    }),
+    "estop": Layout({
+        "situation": "{situation}", "presses": "{presses}", "median": "{median ms:.1f} ms",
+        "99 %": "{99 % ms:.1f} ms", "worst": "{worst ms:.1f} ms",
     }),
     "trees": Layout({
         "tree, nodes": "{tree}", "treepilot": "{ours us:.1f} µs",

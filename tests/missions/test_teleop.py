@@ -39,7 +39,7 @@ class Station:
         self.engine = build(plan, RunOptions(serve=False), self.telemetry, None)
         self.runtime = self.engine.runtime
         assert self.server.handle is not None
-        self.client = TelemetryClient(self.server.handle.address)
+        self.client = TelemetryClient(self.server.handle)
         self._sent = 0
         self.snapshot = None
 

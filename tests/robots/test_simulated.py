@@ -173,16 +173,33 @@ def test_pace_is_kept_against_the_wall_clock(build, monkeypatch):
     body = build(pace=2.0)
     for _ in range(4):
         body.wait(0.1)
+    assert clock.now == pytest.approx(0.15)  # the last tenth of a second is still to be slept
+    assert body.rest(1.0)
     assert clock.now == pytest.approx(0.2)
     clock.now += 0.03  # slow for once: made up for
     body.wait(0.1)
+    assert body.rest(1.0)
     assert clock.now == pytest.approx(0.25)
     clock.now += 1.0  # too far behind: forgotten
     body.wait(0.1)
+    assert body.rest(1.0)
     assert clock.now == pytest.approx(1.3)
     body.pace = 0.0
     body.wait(0.1)
+    assert body.rest(1.0)
     assert clock.now == pytest.approx(1.3)
+
+
+def test_slow_motion_rests_in_short_pieces_and_ends_with_a_new_pace(build, monkeypatch):
+    """At a pace of 0.001 a wait of 0.05 s used to sleep for 50 s without a break."""
+    clock = Clock()
+    monkeypatch.setattr(stack.sim.pace, "wall_clock", clock)
+    body = build(pace=0.001)
+    body.wait(0.05)
+    assert [body.rest(0.01) for _ in range(3)] == [False, False, False]
+    assert clock.slept == pytest.approx([0.01, 0.01, 0.01])
+    body.pace = 1.0
+    assert body.rest(0.01) and clock.now == pytest.approx(0.03)
 
 
 def test_images_arrive_after_their_latency(build):

@@ -40,6 +40,12 @@ class Camera:
         self._renderer.send(request)
         self._exposed = self._last = time
 
+    def await_picture(self, time: float, longest: float) -> bool:
+        """Wait at most `longest` wall seconds for a due picture; return whether none is late."""
+        if not self._is_due(time):
+            return True
+        return self._renderer.has_answered(longest)
+
     def take(self, time: float) -> Image | None:
         """Return the picture that is due now, once; None if none is due.
 
@@ -47,7 +53,7 @@ class Camera:
             BodyError: the renderer failed.
         """
         stamp, camera = self._exposed, self._setup.camera
-        if stamp is None or time < stamp + camera.latency - _ROUNDING:
+        if stamp is None or not self._is_due(time):
             return None
         self._exposed = None
         shape = (camera.model.height, camera.model.width, 3)
@@ -57,6 +63,10 @@ class Camera:
     def close(self) -> None:
         """Stop the renderer process. Safe to call twice."""
         self._renderer.close()
+
+    def _is_due(self, time: float) -> bool:
+        latency = self._setup.camera.latency
+        return self._exposed is not None and time >= self._exposed + latency - _ROUNDING
 
 
 class _RendererProcess:
@@ -79,6 +89,14 @@ class _RendererProcess:
             pipe.send(request)
         except OSError as error:
             raise self._lost() from error
+
+    def has_answered(self, longest: float) -> bool:
+        """Wait at most `longest` wall seconds; return whether `receive` returns at once."""
+        assert self._pipe is not None
+        try:
+            return self._pipe.poll(longest)
+        except OSError:
+            return True  # `receive` reports the failure
 
     def receive(self) -> bytes:
         """Wait for the requested picture and return its pixels."""

@@ -9,15 +9,16 @@ import subprocess
 import sys
 import time  # watching other processes takes wall time
 from collections.abc import Iterator
-from dataclasses import asdict
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
-from missions.execution.prepare import RunOptions
+from missions.execution.supervision.launch import LaunchOptions
+from missions.execution.supervision.supervisor import Supervisor
 from stack.telemetry.client import TelemetryClient
 from stack.telemetry.records import Ack, Command, MissionState, Snapshot
-from stack.telemetry.rendezvous import RunHandle, live_runs
+from stack.telemetry.rendezvous import RunHandle
 
 ROOT = Path(__file__).parents[3]
 PATIENCE = 60.0
@@ -25,32 +26,25 @@ PATIENCE = 60.0
 pytestmark = pytest.mark.slow
 
 
-def message(folder: Path, speed: float) -> str:
-    options = {**asdict(RunOptions(speed=speed)), "out": str(folder)}
-    return json.dumps({"mission": "02_office_patrol", "options": options})
-
-
 @pytest.fixture
 def engine(tmp_path) -> Iterator[tuple[subprocess.Popen[bytes], Path, RunHandle]]:
     """An engine at twice real time, and the run it announced."""
     folder = tmp_path / f"run-{os.getpid()}"
-    process = subprocess.Popen(
-        [sys.executable, "-m", "missions.execution.engine", message(folder, 2.0)],
-        cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, start_new_session=True,
-    )  # fmt: skip
+    options = LaunchOptions(("02_office_patrol",), speed="2", out=folder, rerun=False)
+    with supervised(options) as (process, run):
+        yield process, folder, run
+
+
+@contextmanager
+def supervised(options: LaunchOptions) -> Iterator[tuple[subprocess.Popen[bytes], RunHandle]]:
+    """The engine of a run, and its telemetry; killed at the end."""
+    supervisor = Supervisor(options.request(), 0.0, show=False)
     try:
-        yield process, folder, announced(process, folder.name)
+        supervisor.wait(lambda: bool(supervisor.started))
+        yield supervisor.engine, RunHandle(**supervisor.started[0]["handle"])
     finally:
-        process.kill()
-        process.communicate()
-
-
-def announced(process: subprocess.Popen[bytes], run_id: str) -> RunHandle:
-    def found() -> RunHandle | None:
-        assert process.poll() is None, process.communicate()[1]
-        return next((run for run in live_runs() if run.run_id == run_id), None)
-
-    return until(found)
+        supervisor.end_now("the test is over")
+        supervisor.close()
 
 
 def until(look):
@@ -78,7 +72,7 @@ def state_becomes(client: TelemetryClient, state: MissionState) -> Snapshot:
 
 def test_an_operator_pauses_resumes_stops_and_aborts(engine):
     process, folder, run = engine
-    client = TelemetryClient(run.address)
+    client = TelemetryClient(run)
     state_becomes(client, MissionState.RUNNING)
     assert order(client, "pause").done
     paused = state_becomes(client, MissionState.PAUSED)
@@ -113,16 +107,17 @@ def test_the_mission_outlives_its_viewers_and_a_later_one_attaches(engine):
     viewer = subprocess.Popen(
         [sys.executable, "-c",
          "import sys, time; from stack.telemetry.client import TelemetryClient\n"
-         "client = TelemetryClient(sys.argv[1])\n"
+         "from stack.telemetry.rendezvous import find_run\n"
+         "client = TelemetryClient(find_run(sys.argv[1]))\n"
          "while client.poll() is None: time.sleep(0.02)\n"
-         "print('seen', flush=True); time.sleep(600)", run.address],
+         "print('seen', flush=True); time.sleep(600)", run.identity],
         cwd=ROOT, stdout=subprocess.PIPE, text=True,
     )  # fmt: skip
     assert viewer.stdout is not None
     assert viewer.stdout.readline() == "seen\n"
     viewer.kill()
     viewer.communicate()
-    client = TelemetryClient(run.address)
+    client = TelemetryClient(run)
     first = state_becomes(client, MissionState.RUNNING)
     later = until(lambda: (s := client.poll()) and s.time > first.time + 1.0 and s)
     assert process.poll() is None
@@ -134,7 +129,7 @@ def test_the_mission_outlives_its_viewers_and_a_later_one_attaches(engine):
 
 def test_a_signal_ends_the_run_as_interrupted_with_a_report(engine):
     process, folder, run = engine
-    client = TelemetryClient(run.address)
+    client = TelemetryClient(run)
     state_becomes(client, MissionState.RUNNING)
     process.send_signal(signal.SIGTERM)
     assert process.wait(timeout=PATIENCE) == 130

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 import random
+from contextlib import suppress
 from math import inf, nan
 
 import msgpack
 import pytest
 
+from stack.errors import TelemetryError
 from stack.runtime.command_schema import SCHEMAS
 from stack.telemetry.codec import decode, encode
 from stack.telemetry.records import Command, MissionState
@@ -125,7 +127,8 @@ def test_what_msgpack_can_encode_is_refused(run):
         for hostile in HOSTILE:
             message = msgpack.unpackb(encode(Command("1", kind, {})))
             message[2][place] = hostile
-            assert_refused(run, decode(msgpack.packb(message), Command))
+            with suppress(TelemetryError):  # some are refused on arrival
+                assert_refused(run, decode(msgpack.packb(message), Command))
 
 
 def test_poses_outside_the_map_are_refused(run):

@@ -133,10 +133,7 @@ def test_the_log_of_a_hostile_command_is_short():
 
 
 def test_the_speeds_of_the_command_line_are_those_of_the_command():
-    from missions.execution.supervisor import LaunchOptions
-
-    def of_option(text):
-        return LaunchOptions(("01_drive_to_a_point",), speed=text).run_options().speed
+    from missions.execution.supervision.engine import speed_factor as of_option
 
     assert of_option("max") == Speed(0.0).factor
     for limit in ("0.01", "1000"):

@@ -2,6 +2,7 @@ import os
 import signal
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
 
@@ -17,7 +18,7 @@ from stack.telemetry.client import TelemetryClient
 from stack.telemetry.hub import Telemetry
 from stack.telemetry.messages import EventBatch, Served
 from stack.telemetry.records import Ack, Command, Layer
-from stack.telemetry.rendezvous import live_runs
+from stack.telemetry.rendezvous import RunHandle, live_runs
 from stack.telemetry.server import TelemetryServer
 from stack.types import CostGrid
 
@@ -45,7 +46,7 @@ class Run:
         raise AssertionError(sentence)
 
     def connect(self, **options):
-        client = TelemetryClient(self.server.handle.address, clock=self.clock, **options)
+        client = TelemetryClient(self.server.handle, clock=self.clock, **options)
         self.clients.append(client)
         return client
 
@@ -233,6 +234,89 @@ def test_commands_are_acknowledged_to_their_sender(run):
     assert run.until(other.acks) == [Ack("1", False, "no map")]
 
 
+def taken(run, count):
+    """The next commands that the run gets."""
+    commands = []
+    run.until(lambda: commands.extend(run.telemetry.commands()) or len(commands) >= count)
+    return commands
+
+
+def apply_all(run):
+    """Take and acknowledge what has come; what was taken."""
+    commands = run.telemetry.commands()
+    for command in commands:
+        run.telemetry.acknowledge(Ack(command.id, True))
+    return commands
+
+
+def test_a_command_for_another_run_is_refused(run):
+    """Two engines may have runs of the same name; a stop must not reach the wrong one."""
+    stranger = replace(run.server.handle, identity="0" * 32)
+    client = TelemetryClient(stranger, clock=run.clock)
+    run.clients.append(client)
+    client.send(Command("1", "estop"))
+    (ack,) = run.until(client.acks)
+    assert not ack.done
+    assert ack.reason.startswith("the command is for run '00000000', this is 'test_run-1' (")
+    assert run.telemetry.commands() == []
+
+
+def test_a_command_for_no_run_is_refused(run):
+    client = run.connect()
+    client._socket.send(codec.encode(Command("1", "estop")))
+    (ack,) = run.until(client.acks)
+    assert (ack.done, ack.reason[:27]) == (False, "the command is for no run, ")
+    assert run.telemetry.commands() == []
+
+
+def test_an_emergency_stop_overtakes_other_commands_and_cancels_a_release(run):
+    one, other = run.connect(), run.connect()
+    for n, kind in enumerate(["release", "resume", "pause"]):
+        one.send(Command(str(n), kind))
+    run.until(lambda: run.server._receive() or len(run.server._inbox._others) == 3)
+    other.send(Command("s", "estop"))
+    run.until(lambda: run.server._receive() or run.server._inbox._stops)
+    assert [command.kind for command in apply_all(run)] == ["estop", "resume", "pause"]
+    acks = []
+    run.until(lambda: acks.extend(one.acks()) or len(acks) == 3)
+    assert {ack.id: ack.done for ack in acks} == {"0": False, "1": True, "2": True}
+    assert run.until(other.acks) == [Ack("s", True)]
+
+
+def test_a_flood_of_commands_is_cut_off_and_does_not_delay_a_stop(run):
+    """A client sends 800 commands at once, another one an emergency stop."""
+    flooding, calm = run.connect(), run.connect()
+    for n in range(800):
+        flooding.send(Command(str(n), "pause"))
+        if n == 500:
+            calm.send(Command("s", "estop"))
+    acks, kinds = [], []
+
+    def exchange():
+        acks.extend(flooding.acks())
+        kinds.extend(command.kind for command in apply_all(run))
+        return len(acks) == 800
+
+    run.until(exchange, lambda: None)
+    # The clock advances 0.05 s a round: 5 more commands are allowed in each.
+    applied = kinds.count("pause")
+    refused = [ack for ack in acks if not ack.done]
+    assert len(refused) == 800 - applied and applied < 500
+    assert refused[0].reason == "too many commands: at most 100 in a second are accepted"
+    assert kinds.index("estop") <= server.MAX_RECEIVED
+    assert run.until(calm.acks)[0].done
+
+
+def test_one_client_cannot_pile_up_emergency_stops(run):
+    client = run.connect()
+    for n in range(60):
+        client.send(Command(str(n), "estop"))
+    acks = []
+    run.until(lambda: (acks.extend(client.acks()), run.server._receive(), len(acks) == 56)[2])
+    assert not any(ack.done for ack in acks)
+    assert [command.kind for command in apply_all(run)] == ["estop"] * 4
+
+
 def test_a_paused_engine_still_answers(run):
     client = run.connect()
     run.until(lambda: client.poll() or client.info, run.telemetry.service)
@@ -278,16 +362,51 @@ def test_a_client_that_left_is_forgotten(run):
     run.until(lambda: run.server.watchers == 0 or run.publish())
 
 
-def test_too_many_clients_are_turned_away_until_one_falls_silent(run, monkeypatch):
+def test_a_goodbye_frees_the_place_at_once(run, monkeypatch):
+    """33 `treepilot tell` in a row; 32 of them used to block the rest for a minute."""
+    for _ in range(server.MAX_CLIENTS + 1):
+        client = run.connect()
+        run.until(client.poll)
+        client.close()
+    run.until(lambda: run.server._receive() or run.server.watchers == 0)
+
+
+def test_a_silent_client_gives_its_place_to_a_new_one(run, monkeypatch):
+    monkeypatch.setattr(server, "MAX_CLIENTS", 2)
+    first, second = run.connect(), run.connect()
+    run.until(lambda: run.server.watchers == 2)
+    run.until(first.poll)
+    run.until(second.poll)
+    for _ in range(10):  # both are answered and send nothing more
+        run.publish()
+        run.clock.now += 0.1
+    third = run.connect()
+    for _ in range(5):
+        run.publish()
+    assert third.poll() is None and third.info is None
+    run.clock.now += server.SILENT_AFTER + 0.1
+    run.until(third.poll)
+    assert run.server.watchers == 2
+
+
+def test_without_a_place_only_the_emergency_stop_is_obeyed(run, monkeypatch):
     monkeypatch.setattr(server, "MAX_CLIENTS", 1)
     first = run.connect()
     run.until(first.poll)
     second = run.connect()
-    for _ in range(100):
+    second.send(Command("p", "pause"))
+    second.send(Command("s", "estop"))
+    commands = []
+
+    def step():
+        first.poll()  # it stays active
+        commands.extend(apply_all(run))
         run.publish()
-    assert run.server.watchers == 1 and second.info is None
-    run.clock.now += server.FORGET_AFTER + 1.0
-    run.until(second.poll)
+
+    acks = []
+    run.until(lambda: acks.extend(second.acks()) or len(acks) == 2, step)
+    assert acks[0] == Ack("p", False, "1 clients are connected already; close one of them")
+    assert acks[1].done and [command.kind for command in commands] == ["estop"]
 
 
 def test_a_request_that_got_lost_is_repeated(run):
@@ -319,15 +438,20 @@ def test_random_bytes_of_a_client_do_no_harm(run):
     assert run.until(client.poll)
 
 
+def at(address):
+    """The handle of a run at an address."""
+    return RunHandle("1" * 32, "r", "rover", "m", "", os.getpid(), address, "")
+
+
 def test_only_local_addresses(clock):
     with pytest.raises(InputError, match=r"cannot listen on 'tcp://0.0.0.0:1': only local"):
         TelemetryServer("tcp://0.0.0.0:1")
     with pytest.raises(TelemetryError, match="expected ipc://"):
-        TelemetryClient("tcp://127.0.0.1:1")
+        TelemetryClient(at("tcp://127.0.0.1:1"))
 
 
 def test_a_client_of_a_dead_address_waits_quietly(runtime_directory, clock):
-    client = TelemetryClient(f"ipc://{runtime_directory}/nobody.sock", clock=clock)
+    client = TelemetryClient(at(f"ipc://{runtime_directory}/nobody.sock"), clock=clock)
     clock.now += 5.0
     assert client.poll() is None and client.info is None and client.silent_for == 5.0
     client.send(Command("1", "pause"))
@@ -351,7 +475,7 @@ while True:
     assert engine.stdout.readline() == b"ready\n"
     (handle,) = live_runs()
     assert handle.pid == engine.pid
-    client = TelemetryClient(handle.address)
+    client = TelemetryClient(handle)
     while client.info is None:
         client.poll()
     os.kill(engine.pid, signal.SIGKILL)

@@ -1,0 +1,100 @@
+"""The operator's hold on a run: it is announced before it moves, and reached by its identity."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+
+import pytest
+from typer.testing import CliRunner
+
+from missions.cli.app import app
+from missions.execution.client import tell
+from missions.execution.prepare import RunOptions, prepare
+from missions.execution.run import Run
+from stack.errors import InputError, TelemetryError
+from stack.telemetry.hub import Telemetry
+from stack.telemetry.rendezvous import announce, live_runs, run_directory
+from tests.missions.execution.live_run import HEAD
+from tests.missions.execution.test_engine import ROOT
+from tests.stack.telemetry.conftest import runtime_directory  # noqa: F401 - a fixture
+from tests.stack.telemetry.test_rendezvous import about
+
+DRIVE = HEAD + "run: {navigate_to_pose: {goal: [5.0, 3.8, 0]}}\n"
+
+
+@pytest.fixture
+def mission(tmp_path):
+    file = tmp_path / "drive.yaml"
+    file.write_text(DRIVE)
+    return file
+
+
+@pytest.mark.slow
+def test_a_robot_that_nobody_can_command_does_not_start(mission, tmp_path, runtime_directory):  # noqa: F811
+    """The engine used to write a line into its log and to drive without a control channel."""
+    run_directory().chmod(0o755)
+    done = subprocess.run(
+        [sys.executable, "-m", "missions.cli.app", "run", mission, "--headless",
+         "--out", tmp_path / "run"],
+        cwd=ROOT, capture_output=True, text=True, check=False, timeout=120,
+    )  # fmt: skip
+    assert done.returncode == 2
+    assert "nobody could command or stop it: other users have access to" in done.stderr
+    assert "chmod 700" in done.stderr
+    assert not (tmp_path / "run").exists()
+
+
+def test_a_socket_that_cannot_be_bound_ends_the_run(mission, tmp_path, runtime_directory):  # noqa: F811
+    options = RunOptions(out=tmp_path / "run")
+    (run_directory() / f"{os.getpid()}-0.sock").mkdir()  # in the way
+    with pytest.raises(InputError, match="nobody could command or stop it: cannot open"):
+        Run(prepare(mission, options), options)
+    assert live_runs() == []
+
+
+class Broken:
+    """A sink that does not open."""
+
+    def open(self, info):
+        raise OSError("no")
+
+    def close(self, report):
+        self.closed = True
+
+
+def test_a_required_sink_raises_its_error_and_is_closed():
+    sink, telemetry = Broken(), Telemetry(about("r"))
+    assert not telemetry.attach(Broken())
+    with pytest.raises(OSError, match="no"):
+        telemetry.attach(sink, required=True)
+    assert sink.closed
+
+
+def test_the_identity_is_the_one_that_the_options_give(mission, runtime_directory):  # noqa: F811
+    identity = "0123456789abcdef" * 2
+    options = RunOptions(identity=identity)
+    run = Run(prepare(mission, options), options)
+    try:
+        (handle,) = live_runs()
+        assert (handle.identity, handle.robot, handle.mission, handle.folder) == (
+            identity, "scout", "drive", "",
+        )  # fmt: skip
+    finally:
+        run.close()
+
+
+def test_tell_refuses_to_choose_between_two_runs(tmp_path, runtime_directory):  # noqa: F811
+    for part in "AB":
+        announce(about("same"), tmp_path / part / "same")
+    with pytest.raises(TelemetryError, match="2 runs match 'same'"):
+        tell("same", "estop", {})
+    shown = CliRunner().invoke(app, ["watch", "--list"]).output.splitlines()
+    assert [line.split()[1] for line in shown] == ["NAME", "same", "same"]
+    assert sorted(line[-6:] for line in shown[1:]) == ["A/same", "B/same"]
+    assert all("no answer" in line for line in shown[1:])
+
+
+def test_no_runs_are_listed_when_none_is_live(runtime_directory):  # noqa: F811
+    assert CliRunner().invoke(app, ["watch", "--list"]).output == "no mission is running\n"
