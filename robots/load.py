@@ -72,7 +72,7 @@ def read_robot(path: Path, text: str | None = None) -> RobotDescription:
     findings = Findings()
     document = read_document(path, "robot file", text, KEYS)
     top = Section(document, findings, "a robot file", SHAPE)
-    name = top.value(Declaration("robot", str, "name of the robot"))
+    name = top.name(Declaration("robot", str, "name of the robot"))
     top.value(Declaration("format", int, "file format", default=1, at_least=1, at_most=1))
     top.value(Declaration("doc", str, "description", default=""))
     body = top.value(BODY)

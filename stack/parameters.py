@@ -37,6 +37,9 @@ class _Required:
 REQUIRED: Any = _Required()
 """Default of a declaration whose value is required."""
 
+FARTHEST = 1e6
+"""Metres: largest coordinate of a pose."""
+
 _UNITS: dict[str, tuple[str, float]] = {
     "m": ("m", 1.0), "cm": ("m", 0.01), "mm": ("m", 0.001), "km": ("m", 1000.0),
     "s": ("s", 1.0), "ms": ("s", 0.001), "min": ("s", 60.0), "h": ("s", 3600.0),
@@ -359,6 +362,8 @@ def _pose(raw: list[Any] | tuple[Any, ...]) -> Pose2D:
         raise ParameterError("", f"a pose is [x, y] or [x, y, heading], got {_shown(raw)}")
     x, y = (_converted(float, "m", item) for item in raw[:2])
     heading = _converted(float, "rad", raw[2]) if len(raw) == 3 else 0.0
+    if max(abs(x), abs(y)) > FARTHEST:
+        raise ParameterError("", f"({x:g}, {y:g}) m is farther than {FARTHEST:g} m from the origin")
     if abs(heading) > 2.0 * pi + 1e-9:  # almost certainly degrees
         sentence = f"a heading of {heading:g} rad is more than a full turn"
         raise ParameterError("", sentence, f"write {raw[2]:g} deg" if _is_number(raw[2]) else "")

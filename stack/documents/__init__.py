@@ -9,6 +9,7 @@ components.
 from stack.documents.findings import Finding, Findings, Mark
 from stack.documents.reader import (
     Section,
+    is_one_line,
     read_document,
     read_file,
     read_text,
@@ -18,5 +19,5 @@ from stack.documents.yaml_nodes import MAX_DEPTH, MAX_NODES, Node, as_yaml, iter
 
 __all__ = [
     "MAX_DEPTH", "MAX_NODES", "Finding", "Findings", "Mark", "Node", "Section",
-    "as_yaml", "iter_scalars", "read_document", "read_file", "read_text", "value_of",
+    "as_yaml", "is_one_line", "iter_scalars", "read_document", "read_file", "read_text", "value_of",
 ]  # fmt: skip

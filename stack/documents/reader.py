@@ -118,6 +118,14 @@ class Section:
         node = self.node_of(declared.name, required=declared.required)
         return fallback if node is None else self.read(declared, node, fallback)
 
+    def name(self, declared: Declaration) -> str:
+        """The checked value of a declared key that is a name: one line of text."""
+        value = self.value(declared)
+        if value is not None and not is_one_line(value):
+            node = self.node_of(declared.name) or self.node
+            self.findings.error(self.code, node.mark, f"{declared.name}: expected one line")
+        return value or ""
+
     def read(self, declared: Declaration, node: Node, fallback: T | None = None) -> Any | T:
         """The checked value of a node by its declaration; the fallback if it is wrong."""
         try:
@@ -180,6 +188,11 @@ class Section:
         for key, _ in self.node.entries:
             if key.value not in self._known:
                 self._unknown(key, self._known)
+
+
+def is_one_line(name: str) -> bool:
+    """Whether a name can be shown in one line of a list."""
+    return "\n" not in name and "\t" not in name
 
 
 def _inner_mark(node: Node) -> Mark:

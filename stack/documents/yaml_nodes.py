@@ -219,6 +219,8 @@ class _Composer:
             value = self._node(next(self.events), depth + 1)
             if key.kind != "scalar":
                 self.findings.error("E010", key.mark, f"a key must be a word, got {key.words()}")
+            elif "\n" in str(key.value) or "\t" in str(key.value):
+                self.findings.error("E010", key.mark, f"a key must be one line, got {key.words()}")
             elif key.value in seen:
                 first = seen[key.value]
                 self.findings.error(

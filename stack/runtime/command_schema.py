@@ -14,7 +14,7 @@ from typing import Any
 
 from stack.body import pace_problem
 from stack.errors import InputError, ParameterError
-from stack.parameters import REQUIRED, Declaration, declarations, parameter, suggestion
+from stack.parameters import FARTHEST, REQUIRED, Declaration, declarations, parameter, suggestion
 from stack.types import Pose2D, Twist
 from stack.types.printable import printable
 
@@ -26,9 +26,6 @@ MAX_VALUES = 32
 
 LOGGED_NAMES, LOGGED_DEPTH = 10, 2
 """Arguments of a command in the event log, and depth of lists; valid commands are below."""
-
-FARTHEST = 1e6
-"""Metres: largest coordinate of a pose. A map has narrower bounds."""
 
 FASTEST = 100.0
 """m/s and rad/s: largest velocity; the limits of the robot are far below."""

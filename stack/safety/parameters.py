@@ -24,7 +24,11 @@ class SafetyParameters:
         1.0, "s", above=0.0, at_most=5.0, help="time to contact below which the speed is reduced"
     )
     reaction_time: float = parameter(
-        0.15, "s", at_least=0.0, help="delay of scan, step and drive, added to the stopping time"
+        0.15,
+        "s",
+        at_least=0.0,
+        at_most=5.0,
+        help="delay of scan, step and drive, added to the stopping time",
     )
     creep_speed: float = parameter(
         0.02, "m/s", at_least=0.0, help="stops at an obstacle instead of driving slower than this"

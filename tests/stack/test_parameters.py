@@ -50,7 +50,7 @@ def test_ninety_without_a_unit_is_not_taken_for_ninety_radians():
     assert caught.value.hint == "write 90 deg"
 
 
-@pytest.mark.parametrize("raw", [[1], [1, 2, 3, 4], "here", [1, "x"], None, True])
+@pytest.mark.parametrize("raw", [[1], [1, 2, 3, 4], "here", [1, "x"], [1, 1.1e6], None, True])
 def test_wrong_poses_are_refused(raw):
     with pytest.raises(ParameterError):
         POSE.read(raw)

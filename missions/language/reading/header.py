@@ -36,11 +36,10 @@ class HeaderReader:
         self.findings: Findings = top.findings
 
     def text(self, key: str, default: str | None = None) -> str:
-        """Return a key that holds a text; without a default it is required."""
-        declared = (
-            Declaration(key, str) if default is None else Declaration(key, str, default=default)
-        )
-        return self.top.value(declared) or ""
+        """Return a key that holds a text; without a default it is required and a name."""
+        if default is None:
+            return self.top.name(Declaration(key, str))
+        return self.top.value(Declaration(key, str, default=default)) or ""
 
     def unsupported(self) -> None:
         """Report reserved keys and an unsupported format."""

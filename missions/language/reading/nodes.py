@@ -38,7 +38,7 @@ from missions.language.reading.waypoints import (
     waypoint_loop,
     waypoint_symbols,
 )
-from stack.documents import Findings, Mark, Node
+from stack.documents import Findings, Mark, Node, is_one_line
 from stack.parameters import REQUIRED, Declaration, suggestion
 from stack.types import Pose2D
 
@@ -162,6 +162,9 @@ class NodeReader:
         node = raw["name"][1]
         if not isinstance(node.value, str) or not node.value:
             self.findings.error("E123", node.mark, f"name must be a text, got {node.words()}")
+            return ""
+        if not is_one_line(node.value):
+            self.findings.error("E123", node.mark, f"name must be one line, got {node.words()}")
             return ""
         return node.value
 

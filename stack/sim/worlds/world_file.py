@@ -84,7 +84,7 @@ def read_world(path: Path, text: str | None = None) -> World:
     document = read_document(path, "world file", text, KEYS)
     top = Section(document, findings, "a world file", SHAPE)
     reading = Reading(findings)
-    name = top.value(Declaration("world", str, "name of the world"))
+    name = top.name(Declaration("world", str, "name of the world"))
     top.value(
         Declaration("format", int, "version of the file format", default=1, at_least=1, at_most=1)
     )

@@ -157,3 +157,10 @@ def test_a_stop_with_a_malformed_reason_stops(run):
 def test_the_commands_have_schemas(run):
     handler = run.runtime._commands
     assert {*handler._actions, *handler.debugging.actions} == SCHEMAS.keys()
+
+
+def test_a_reaction_time_of_days_is_refused(run):
+    """The safety stage computes a time step for every part of it: at 1e6 s a step took minutes."""
+    assert_refused(
+        run, Command("1", "set_parameter", {"name": "safety.reaction_time", "value": 1e6})
+    )

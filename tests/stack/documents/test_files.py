@@ -203,3 +203,18 @@ def test_deep_and_huge_values_are_refused(text, sentence):
     assert len(text) < YAML_BYTES
     with pytest.raises(InputError, match=sentence):
         read_text(text, "f.yaml")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "expected"),
+    [
+        ("mission: m", 'mission: "m\\nsuccess"', "1:10 error[E101] mission: expected one line"),
+        ("hello", 'hello\n  name: "a\\nb"', "6:9 error[E123] name must be one line, got"),
+        ("run", '"a\\tb": 1\nrun', "4:1 error[E010] a key must be one line, got 'a\\tb'"),
+    ],
+)
+def test_names_are_one_line(tmp_path, old, new, expected):
+    file = tmp_path / "m.yaml"
+    file.write_text(MISSION.replace("{say: hello}", "\n  say: hello").replace(old, new))
+    lines = [item.text for item in check_files([str(file)])]
+    assert f"m.yaml:{expected}" in lines[0]
