@@ -59,3 +59,12 @@ def test_held_robots_show_the_key_that_continues():
 
 def test_an_unconfirmed_emergency_stop_is_reported():
     assert "NOT CONFIRMED" in notice(RUNNING, Link(0.1, stop_unconfirmed=True)).headline
+
+
+def test_lost_records_are_shown_until_something_is_more_urgent():
+    lost = replace(RUNNING, records_lost="events.jsonl from event 29 on (No space left on device)")
+    said = notice(lost, Link(0.1))
+    assert (said.tone, said.headline) == ("warn", "! RECORDS LOST")
+    assert said.detail.startswith("events.jsonl from event 29")
+    held = notice(replace(lost, state=MissionState.EMERGENCY_STOP), Link(0.1))
+    assert "EMERGENCY STOP" in held.headline
