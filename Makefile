@@ -53,7 +53,7 @@ wheel-test: $(VENV)/bin/python
 	$(VENV)/bin/python -m tests.wheel
 
 bench: $(VENV)/.installed-test
-	$(VENV)/bin/python -m tests.benchmarks --trials 2 --worlds 5 --seeds 2 --kidnaps 10 --runs 1 --twists 400
+	$(VENV)/bin/python -m tests.benchmarks --trials 2 --worlds 5 --seeds 2 --kidnaps 10 --runs 1 --twists 400 --presses 20
 
 figures: $(VENV)/.installed-test
 	$(VENV)/bin/python -m tests.benchmarks.figures

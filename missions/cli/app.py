@@ -8,7 +8,7 @@ would compile each of them twice at every start, which takes 50 ms.
 """
 
 import os
-from typing import Annotated
+from typing import Annotated, NoReturn
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # halves numpy's import time; before numpy
 
@@ -34,6 +34,7 @@ from missions.cli.tune import EPILOG as TUNE_EPILOG
 from missions.cli.tune import tune
 from missions.cli.watch import watch
 from stack.errors import BodyError, InputError, ParameterError, TelemetryError
+from stack.types.printable import printable
 
 HELP = """Run behaviour-tree missions on a simulated robot.
 
@@ -86,19 +87,28 @@ def main() -> None:
     try:
         app()
     except (InputError, ParameterError, TelemetryError) as error:
-        typer.echo(str(error), err=True)
+        typer.echo(printable(str(error)), err=True)
         raise SystemExit(2) from None
     except BodyError as error:
-        typer.echo(f"robot failure: {error}", err=True)
+        typer.echo(printable(f"robot failure: {error}"), err=True)
         raise SystemExit(3) from None
     except KeyboardInterrupt:
         raise SystemExit(130) from None
+    except OSError as error:
+        if error.filename is None:
+            _fail_internally()
+        typer.echo(printable(f"{error.filename!s:.200}: {error.strerror}"), err=True)
+        raise SystemExit(2) from None
     except Exception:
-        import traceback
+        _fail_internally()
 
-        traceback.print_exc()
-        typer.echo("internal error: a bug in treepilot, not in your mission", err=True)
-        raise SystemExit(3) from None
+
+def _fail_internally() -> NoReturn:
+    import traceback
+
+    traceback.print_exc()
+    typer.echo("internal error: a bug in treepilot, not in your mission", err=True)
+    raise SystemExit(3) from None
 
 
 if __name__ == "__main__":

@@ -25,6 +25,7 @@ from missions.language.reading.mission import read_mission
 from stack.components import Choice, Component, Estimator
 from stack.costmap.parameters import CostmapParameters
 from stack.documents import Finding, Mark, read_file, value_of
+from stack.documents.files import decoded, read_input
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError, ParameterError
 from stack.mapping.limits import MAX_CELLS
@@ -167,7 +168,7 @@ def prepare(name: str | Path, options: RunOptions) -> PreparedMission:
         start=start,
         belief=belief,
         choices=choices,
-        text=path.read_text("utf-8"),
+        text=decoded(read_input(path, "mission"), path),
         warnings=warnings,
     )
     if options.breakpoints or options.forced:

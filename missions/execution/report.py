@@ -9,8 +9,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from stack.telemetry.records import LostRecord
-
 EXIT_CODES = {"success": 0, "failure": 1, "aborted": 1, "error": 3, "interrupted": 130}
 RECORDS_LOST = 3
 """Exit code of a run whose records are not complete, whatever its outcome."""
@@ -85,6 +83,9 @@ class Report:
 
     def summary(self) -> str:
         """Return a few lines for the terminal."""
+        from stack.telemetry.records import LostRecord  # imports NumPy, which the command avoids
+        from stack.types.printable import printable  # as above
+
         error, clearance = self.localisation_error, self.min_clearance_m
         lines = [
             f"{self.mission}: {self.status}" + (f"; {self.reason}" if self.reason else ""),
@@ -110,7 +111,7 @@ class Report:
                 lines.append(f"  recording: rerun {_shown(folder / 'mission.rrd')}")
         for lost in self.records_lost:
             lines.append(f"  records lost: {LostRecord(**lost).text}")
-        return "\n".join(lines)
+        return printable("\n".join(lines))
 
 
 def _shown(path: Path) -> str:

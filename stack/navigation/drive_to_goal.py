@@ -175,7 +175,7 @@ class GoalDrive(Drive):
         pose = state.estimate.pose
         copy = self._tools.global_costmap.copied()
         request = PlanRequest(copy.grid, pose, self._goals, self.partial, direction)
-        due = state.time + p.planning_latency
+        due = p.plan_due(state.time)
         self.task.future = self._tools.planner_worker.ask(
             request, due, wait=p.wait_for_plan, over=copy.release
         )

@@ -98,3 +98,10 @@ class NavigationParameters:
     stall_time: float = parameter(
         3.0, "s", above=0.0, help="a recovery that does not move for this long fails"
     )
+
+    def plan_due(self, requested: float) -> float:
+        """Return the time from which a plan is used, given that of its request, seconds.
+
+        It is never used in the step that requests it: the loop waits for plans between two steps.
+        """
+        return requested + max(self.planning_latency, 1e-6)

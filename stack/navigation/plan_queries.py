@@ -48,7 +48,7 @@ class PlanQueries:
             start = planning.start or state.estimate.pose
             copy = tools.global_costmap.copied()
             request = PlanRequest(copy.grid, start, (planning.goal,))
-            due = state.time + p.planning_latency
+            due = p.plan_due(state.time)
             task.future = tools.planner_worker.ask(
                 request, due, wait=p.wait_for_plan, over=copy.release
             )

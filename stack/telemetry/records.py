@@ -252,7 +252,7 @@ class Snapshot:
         commanded: velocity sent to the body.
         measured: velocity measured by odometry.
         stages: compute time by stage name.
-        speed: simulated seconds per wall second so far.
+        speed: robot seconds per wall second in the last 5 s, without holds.
         pace: requested simulated seconds per wall second; 0: as fast as possible.
         parameters: current component parameters, flat: "controller.cruise_speed" -> value.
         image: newest camera picture if one came since the last snapshot.
@@ -262,6 +262,7 @@ class Snapshot:
         blackboard: key -> value as text.
         counters: recoveries, replans, collisions, distance (m)…
         teleop: whether the operator may drive with `teleop` commands.
+        detour: whether the robot drives to the operator's goal while the mission is paused.
         safety: what the safety stage limits now, as text; empty if nothing.
         events: the last few events, oldest first.
         debugging: breakpoints, forced outcomes and reloads.
@@ -296,6 +297,7 @@ class Snapshot:
     blackboard: Mapping[str, str] = field(default_factory=dict)
     counters: Mapping[str, float] = field(default_factory=dict)
     teleop: bool = False
+    detour: bool = False
     safety: str = ""
     events: tuple[Event, ...] = ()
     tracks: tuple[TrackedObject, ...] = ()

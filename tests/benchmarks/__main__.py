@@ -21,6 +21,7 @@ from missions.bench.table import TableOptions
 from tests.benchmarks import (
     control,
     costmap,
+    dashboard,
     driving,
     estop,
     hall,
@@ -92,6 +93,9 @@ TIMING = {
     "recording": Benchmark("Recording for rerun, processor time",
                            lambda given: recording.recording_figures(given.runs), ("runs",),
                            {"recording": "off and on"}),
+    "dashboard": Benchmark("The dashboard's process and its terminal",
+                           lambda given: dashboard.run(),
+                           setting={"mission": dashboard.MISSION, "speed": 1}),
     "trees": Benchmark("A tick of a tree, ours and py_trees'", lambda given: trees.run(),
                        setting={"rounds": trees.ROUNDS, "ticks in a round": trees.TICKS}),
     "planning": Benchmark("Planning on generated office maps",

@@ -6,7 +6,8 @@ import pytest
 
 from stack.telemetry.records import MissionState
 from tests.tui.sample_source import SampleSource
-from tui.banner import Link, notice
+from tui.banner import notice
+from tui.link import Link
 
 RUNNING = SampleSource().poll()
 
@@ -62,9 +63,9 @@ def test_an_unconfirmed_emergency_stop_is_reported():
 
 
 def test_lost_records_are_shown_until_something_is_more_urgent():
-    lost = replace(RUNNING, records_lost="events.jsonl from event 29 on (No space left on device)")
-    said = notice(lost, Link(0.1))
-    assert (said.tone, said.headline) == ("warn", "! RECORDS LOST")
+    link = Link(0.1, records_lost="events.jsonl from event 29 on (No space left on device)")
+    said = notice(RUNNING, link)
+    assert (said.tone, said.headline) == ("warn", "▲ RECORDS LOST")
     assert said.detail.startswith("events.jsonl from event 29")
-    held = notice(replace(lost, state=MissionState.EMERGENCY_STOP), Link(0.1))
+    held = notice(replace(RUNNING, state=MissionState.EMERGENCY_STOP), link)
     assert "EMERGENCY STOP" in held.headline

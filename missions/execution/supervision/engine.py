@@ -30,7 +30,8 @@ from missions.execution.run_folders import RUNS, reserved_suffix
 from missions.execution.shared_world import prepare_together, run_together
 from missions.execution.supervision.heartbeat import Heartbeat, Phase, Request
 from missions.execution.supervision.messages import Outbox
-from stack.errors import BodyError, Finding, TreepilotError
+from stack.body import FASTEST_PACE, SLOWEST_PACE, pace_problem
+from stack.errors import BodyError, Finding, InputError, TreepilotError
 from stack.telemetry.records import Event, RunInfo, Snapshot
 
 WRONG_INPUT, INTERNAL_ERROR = 2, 3
@@ -157,7 +158,7 @@ def _run(
     settings, missions = request["options"], request["missions"]
     paths = {key: Path(settings[key]) for key in ("out", "replay") if settings.get(key)}
     runs = RUNS.absolute()  # a plugin may change the working directory
-    options = RunOptions(**{**settings, **paths})
+    options = RunOptions(**{**settings, **paths, "speed": speed_factor(settings["speed"])})
     with ExitStack() as folders:
         if len(missions) == 1:
             plan = prepare(missions[0], options)
@@ -179,6 +180,20 @@ def _run(
             watch = supervised()
             entries.append(replace(entry, sinks=[watch, _progress(entry.label)], watch=watch))
         return run_together(entries, interrupted)
+
+
+def speed_factor(text: str) -> float:
+    """Return the speed factor; 0 for "max"."""
+    if text == "max":
+        return 0.0
+    try:
+        factor = float(text)
+    except ValueError:
+        factor = -1.0
+    if factor == 0.0 or pace_problem(factor):
+        allowed = f"{SLOWEST_PACE:g} to {FASTEST_PACE:g}"
+        raise InputError(f"--speed {text}: expected max, or a number from {allowed}")
+    return factor
 
 
 def _progress(label: str = "") -> ProgressLines:

@@ -16,7 +16,6 @@ from missions.execution.supervision.heartbeat import Phase
 from missions.execution.supervision.last_word import end_of, lost_reports
 from missions.execution.supervision.supervisor import POLL, Supervisor
 from missions.execution.supervision.viewer import Viewer
-from stack.errors import InputError
 
 SUCCEEDED, WRONG_INPUT, INTERNAL_ERROR, INTERRUPTED = 0, 2, 3, 130
 BY_SEVERITY = (INTERNAL_ERROR, INTERRUPTED, 1)
@@ -62,15 +61,11 @@ class LaunchOptions:
     hang_timeout: float = HANG_TIMEOUT
 
     def request(self) -> dict[str, Any]:
-        """Return what the engine is asked to do.
-
-        Raises:
-            InputError: the speed is not a factor.
-        """
+        """Return what the engine is asked to do."""
         options = {
             "seed": self.seed, "arguments": self.arguments, "robot": self.robot,
             "world": self.world, "start": self.start, "out": self.out,
-            "speed": _speed(self.speed or ("max" if self.headless else "1")), "rerun": self.rerun,
+            "speed": self.speed or ("max" if self.headless else "1"), "rerun": self.rerun,
             "mavlink": self.mavlink, "camera": self.camera, "watch": self.watch,
             "breakpoints": self.breakpoints, "forced": self.forced,
             "parameters": self.parameters, "body": self.body, "replay": self.replay,
@@ -115,13 +110,14 @@ def _watch(supervisor: Supervisor) -> bool:
         viewer.wait(POLL)
     outcome = viewer.close()
     attach = f"treepilot watch {supervisor.started[0]['folder'] or handle['run_id']}"
-    if outcome == "interrupt":
+    if outcome == "interrupt" and not supervisor.stopping:
         supervisor.interrupt()
     elif outcome == "leave" and supervisor.engine.poll() is None:
         supervisor.leave()
         print(f"the mission continues; attach with: {attach}")
         return False
     elif outcome == "crashed" and supervisor.engine.poll() is None:
+        supervisor.log(f"the dashboard crashed\n{viewer.traceback}")
         print(f"the dashboard crashed: {viewer.trouble}", file=sys.stderr)
         print(f"the mission continues; attach again with: {attach}", file=sys.stderr)
         supervisor.output.show()
@@ -176,16 +172,3 @@ def _signals(supervisor: Supervisor, *, with_dashboard: bool) -> Iterator[None]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-
-
-def _speed(text: str) -> float:
-    """Return the speed factor; 0 for "max"."""
-    if text == "max":
-        return 0.0
-    try:
-        factor = float(text)
-    except ValueError:
-        factor = -1.0
-    if not 0.0 < factor <= 1000.0:
-        raise InputError(f"--speed {text}: expected max, or a number above 0 and up to 1000")
-    return factor

@@ -225,11 +225,15 @@ class Supervisor:
     def _tell(self, line: str) -> None:
         """Write a warning after the engine's output, and to log.txt."""
         os.write(self._file.fileno(), f"! {line}\n".encode())
+        self.log(line)
+
+    def log(self, text: str) -> None:
+        """Append to log.txt of the runs."""
         for started in self.started:
             log = Path(started["folder"]) / "log.txt"
             if started["folder"] and log.exists():
                 with suppress(OSError), log.open("a", encoding="utf-8") as file:
-                    file.write(line + "\n")
+                    file.write(text + "\n")
 
 
 class OutputCopier(Thread):

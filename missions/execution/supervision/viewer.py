@@ -11,21 +11,18 @@ from collections.abc import Mapping
 from contextlib import suppress
 from typing import Any
 
+from tui.terminal.restore import RESTORE
+
 CLOSE_WITHIN = 2.0
 """Wall seconds that a dashboard gets to end after the run was interrupted."""
-
-RESTORE = (
-    "\x1b[?1000l\x1b[?1002l\x1b[?1003l\x1b[?1006l\x1b[?2004l\x1b[?1004l"
-    "\x1b[<u\x1b[?25h\x1b[?1049l\x1b[0m"
-)
-"""Mouse, paste and focus reports off, keyboard protocol reset, cursor on, main screen."""
 
 
 class Viewer:
     """A dashboard in the terminal of this process.
 
     Attributes:
-        trouble: why it crashed; empty if it did not.
+        trouble: why it crashed, in one line; empty if it did not.
+        traceback: of the crash.
     """
 
     def __init__(self, handle: Mapping[str, Any]) -> None:
@@ -44,7 +41,7 @@ class Viewer:
             pass_fds=(theirs,),
         )
         os.close(theirs)
-        self.trouble = ""
+        self.trouble = self.traceback = ""
 
     @property
     def is_open(self) -> bool:
@@ -80,6 +77,7 @@ class Viewer:
         if outcome == "crashed":
             code = self._process.returncode
             self.trouble = str(answer.get("trouble") or f"it ended with exit code {code}")
+            self.traceback = str(answer.get("traceback", ""))
         if was_open or outcome == "crashed":
             self._restore_terminal()
         return outcome
