@@ -2,7 +2,7 @@
 
 It writes one JSON object to the file descriptor: `outcome`, and after a crash `trouble` (one line)
 and `traceback`. The exit code is 0, or 3 after a crash. SIGTERM and SIGINT end it with the outcome
-`interrupt`, SIGHUP and a closed terminal with `leave`.
+`interrupt`, SIGHUP and a closed terminal with `hangup`.
 """
 
 from __future__ import annotations

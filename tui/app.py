@@ -54,8 +54,9 @@ class Charts(Vertical, can_focus=True):
 class Dashboard(TerminalApp):
     """Shows a run until the operator leaves.
 
-    Returns `over` (the run has ended), `leave` (it continues), `abort` (the operator aborted it),
-    `interrupt` (a signal or ctrl+c) or `lost` (the engine does not answer).
+    Returns `over` (the run has ended), `leave` (it continues), `hangup` (the terminal is
+    gone), `abort` (the operator aborted it), `interrupt` (a signal or ctrl+c) or `lost` (the engine
+    does not answer).
     """
 
     CSS_PATH = "app.tcss"
@@ -127,7 +128,7 @@ class Dashboard(TerminalApp):
         if self._interrupted is not None and self._interrupted():
             self.exit("interrupt")
         elif self.terminal_is_gone:
-            self.exit("leave")
+            self.exit("hangup")
         elif self._pacing.begin_turn():
             self.catch_up()
             self.refresh_now()

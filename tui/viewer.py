@@ -20,8 +20,9 @@ class Outcome:
     """How a dashboard ended.
 
     Attributes:
-        name: over (the run has ended) | leave (it continues) | abort (the operator aborted it) |
-            interrupt (ctrl+c, or a signal) | lost (the engine does not answer) | crashed.
+        name: over (the run has ended) | leave (it continues) | hangup (the terminal is gone) |
+            abort (the operator aborted it) | interrupt (ctrl+c, or a signal) | lost (the engine
+            does not answer) | crashed.
         traceback: of a crash; empty without one.
     """
 

@@ -23,7 +23,6 @@ from missions.execution.warm_up import warm_up
 from robots.bodies import MakeBody
 from stack.body import SimulatedWorld
 from stack.errors import BodyError, InputError, TelemetryError
-from stack.runtime.mission_state import MissionEvent
 from stack.runtime.snapshots import compose_snapshot
 from stack.telemetry.hub import Telemetry, reason_of
 from stack.telemetry.recorder import Recorder, RunFolder
@@ -189,7 +188,7 @@ class Run:
 
     def pause(self, reason: str) -> None:
         """Pause the mission, as an operator would; the robot stops."""
-        self.engine.runtime.mission.send(MissionEvent.PAUSE, reason)
+        self.engine.runtime.pause(reason)
 
     def finish(self) -> Report:
         """Return the report of the finished run; `close` writes it."""

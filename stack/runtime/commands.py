@@ -102,6 +102,12 @@ class CommandHandler:
         except (InputError, ParameterError, TypeError, ValueError) as error:
             return str(error), ""
 
+    def stand(self, reason: str) -> None:
+        """Pause without a command; a drive to the operator's goal ends too."""
+        self._mission.send(MissionEvent.PAUSE, reason)
+        self._cancel_detour()
+        self.debugging.forget_steps()
+
     def _pause(self, _: NoArguments) -> str:
         refusal = self._mission.send(MissionEvent.PAUSE)
         if not refusal:

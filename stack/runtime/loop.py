@@ -144,6 +144,10 @@ class Runtime:
         """Apply a command now, between two steps, as if an operator had sent it."""
         return self._commands.apply(command)
 
+    def pause(self, reason: str) -> None:
+        """Pause the mission now; the robot stops, also on its way to the operator's goal."""
+        self._commands.stand(reason)
+
     def replace_tree(self, make_tree: Callable[[], MissionTree]) -> None:
         """Halt the tree now, and continue with another one from its root once the robot stands.
 

@@ -24,14 +24,14 @@ from stack.telemetry.client import TelemetryClient
 from stack.telemetry.records import MissionState
 from stack.telemetry.rendezvous import RunHandle, live_runs
 from tests.missions.execution.test_engine import PATIENCE, ROOT, order, state_becomes, until
+from tests.tui.terminal_screen import TerminalScreen
 
 pytestmark = pytest.mark.slow
 
 ESCAPES = re.compile(r"\x1b(?:\[[0-?]*[ -/]*[@-~]|[PX^_\]].*?(?:\x1b\\|\x07)|[ -/]*[0-~])", re.S)
 LINES, COLUMNS = 40, 140
 ALTERNATE_SCREEN, MAIN_SCREEN = "\x1b[?1049h", "\x1b[?1049l"
-OVERLAP = 4096
-"""Bytes looked at twice, in case that a text arrives in two parts."""
+END_OF_FRAME = "\x1b[?2026l"
 
 
 class Terminal:
@@ -69,16 +69,22 @@ class Terminal:
         return ESCAPES.sub("", self.written.rpartition(MAIN_SCREEN)[2])
 
     def shows(self, *texts: str) -> None:
-        """Wait until each of the texts has been drawn, from now or before."""
+        """Wait until each of the texts has been on the screen, from now or before.
+
+        The dashboard writes only the cells that change, so a text need not arrive in one piece.
+        """
         missing, looked_at = set(texts), 0
+        screen = TerminalScreen(COLUMNS, LINES)
 
         def drawn() -> bool:
             nonlocal looked_at
             received = len(self._received)
-            fresh = self._received[max(0, looked_at - OVERLAP) : received]
+            fresh = self._received[looked_at:received].decode(errors="replace")
             looked_at = received
-            plain = ESCAPES.sub("", fresh.decode(errors="replace"))
-            missing.difference_update([text for text in missing if text in plain])
+            for part in re.split(f"({re.escape(END_OF_FRAME)})", fresh):
+                screen.feed(part)
+                seen = screen.text + ESCAPES.sub("", part)
+                missing.difference_update([text for text in missing if text in seen])
             assert not missing or self.process.poll() is None, self.written
             return not missing
 

@@ -160,7 +160,7 @@ def test_a_closed_terminal_ends_the_dashboard_and_not_the_run(open_terminal):
     terminal.shows("NO_PROGRESS")
     os.close(terminal.master)
     terminal.master = -1
-    assert terminal.ended() == ("leave", "", [])
+    assert terminal.ended() == ("hangup", "", [])
 
 
 def test_a_terminal_that_does_not_read_does_not_hold_up_the_emergency_stop(open_terminal):

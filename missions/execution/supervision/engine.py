@@ -33,6 +33,7 @@ from missions.execution.supervision.messages import Outbox
 from stack.body import FASTEST_PACE, SLOWEST_PACE, pace_problem
 from stack.errors import BodyError, Finding, InputError, TreepilotError
 from stack.telemetry.records import Event, RunInfo, Snapshot
+from stack.types.printable import printable
 
 WRONG_INPUT, INTERNAL_ERROR = 2, 3
 BY_SEVERITY = (3, 130, 1)
@@ -132,18 +133,28 @@ def main() -> int:
     try:
         reports = _run(request, supervised, lambda: bool(caught))
     except BodyError as error:
-        print(f"robot failure: {error}", file=sys.stderr)
+        print(printable(f"robot failure: {error}"), file=sys.stderr)
         return INTERNAL_ERROR
     except TreepilotError as error:
-        print(error, file=sys.stderr)
+        print(printable(str(error)), file=sys.stderr)
+        return WRONG_INPUT
+    except OSError as error:
+        if error.filename is None:
+            return _internal_error()
+        print(printable(f"{error.filename!s:.200}: {error.strerror}"), file=sys.stderr)
         return WRONG_INPUT
     except Exception:
-        traceback.print_exc()
-        print("internal error: a bug in treepilot, not in your mission", file=sys.stderr)
-        return INTERNAL_ERROR
+        return _internal_error()
     outbox.send("reports", reports=[report.plain() for report in reports])
     codes = [report.exit_code for report in reports]
     return next((code for code in BY_SEVERITY if code in codes), 0)
+
+
+def _internal_error() -> int:
+    """Print the error that is being handled and return its exit code."""
+    traceback.print_exc()
+    print("internal error: a bug in treepilot, not in your mission", file=sys.stderr)
+    return INTERNAL_ERROR
 
 
 def _run(
@@ -204,7 +215,7 @@ def _progress(label: str = "") -> ProgressLines:
 
 def _print_warnings(warnings: Iterable[Finding]) -> None:
     for warning in warnings:
-        print(warning, file=sys.stderr)
+        print(printable(str(warning)), file=sys.stderr)
 
 
 if __name__ == "__main__":

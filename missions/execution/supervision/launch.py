@@ -5,8 +5,8 @@ from __future__ import annotations
 import json as json_format
 import signal
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -109,8 +109,12 @@ def _watch(supervisor: Supervisor) -> bool:
         supervisor.poll()
         viewer.wait(POLL)
     outcome = viewer.close()
+    if outcome == "hangup":
+        supervisor.hang_up()
+    if supervisor.hung_up or supervisor.stopping:
+        return True
     attach = f"treepilot watch {supervisor.started[0]['folder'] or handle['run_id']}"
-    if outcome == "interrupt" and not supervisor.stopping:
+    if outcome == "interrupt":
         supervisor.interrupt()
     elif outcome == "leave" and supervisor.engine.poll() is None:
         supervisor.leave()
@@ -142,14 +146,19 @@ def _last_word(supervisor: Supervisor, options: LaunchOptions) -> int:
             supervisor.output.show_all()
             print(f"{reason}; nothing has moved", file=sys.stderr)
             return INTERNAL_ERROR
+    with suppress(OSError):  # the terminal is gone
+        _print(reports, options)
+    codes = [report.exit_code for report in reports]
+    return next((code for code in BY_SEVERITY if code in codes), SUCCEEDED)
+
+
+def _print(reports: Sequence[Report], options: LaunchOptions) -> None:
     if options.json:
         plain = [report.plain() for report in reports]
         shown = plain if len(options.missions) > 1 else plain[0]
         print(json_format.dumps(shown, indent=2, allow_nan=False, ensure_ascii=False))
     else:
-        print("\n\n".join(report.summary() for report in reports))
-    codes = [report.exit_code for report in reports]
-    return next((code for code in BY_SEVERITY if code in codes), SUCCEEDED)
+        print("\n\n".join(report.summary() for report in reports), flush=True)
 
 
 @contextmanager

@@ -56,7 +56,7 @@ class Supervisor:
         output: copies what the engine writes to standard error.
         killed: why the supervisor killed the engine; empty if it did not.
         stopping: when a signal asked for the end, monotonic; 0 before.
-        hung_up: the terminal is gone.
+        hung_up: the terminal is gone, and the mission goes on without this process.
     """
 
     def __init__(self, request: Mapping[str, Any], hang_timeout: float, *, show: bool) -> None:
@@ -71,7 +71,7 @@ class Supervisor:
         ours, theirs = os.pipe()
         self._inbox, self._inbox_end = Inbox(ours), ours
         self._file = tempfile.TemporaryFile()
-        self._hang_timeout = hang_timeout
+        self._hang_timeout, self._on_hangup = hang_timeout, request["on_hangup"]
         message = {
             **request, "heartbeat": shared, "outbox": theirs, "supervisor": os.getpid(),
         }  # fmt: skip
@@ -129,9 +129,12 @@ class Supervisor:
         self._heartbeat.request = Request.CONTINUE_ALONE
 
     def hang_up(self) -> None:
-        """Tell the engine that the terminal is gone; it continues, stops or aborts."""
+        """Tell the engine that the terminal is gone; it continues, stops the robot, or ends."""
         self._heartbeat.request = Request.HUNG_UP
-        self.hung_up = True
+        if self._on_hangup == "abort":
+            self.stopping = self.stopping or monotonic()
+        else:
+            self.hung_up = True
 
     def suspend(self) -> None:
         """Suspend the engine and this process; the body stops by itself. SIGCONT continues both."""
