@@ -8,14 +8,14 @@ from __future__ import annotations
 
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree
 
 import numpy as np
 
 from robots.declared import BODY, FOOTPRINT, RADIUS, SHAPE, URDF, X, Y, length
 from robots.sensors import parameters_of, read_camera, read_lidar, read_lidars, read_sonars
+from robots.urdf import read_urdf
 from robots.wheels import check_joints, check_lateral_speed, read_skid, read_wheels
-from stack.documents import Findings, Node, Section, read_document
+from stack.documents import Finding, Findings, Node, Section, read_document
 from stack.drivetrain.description import (
     BatteryDescription,
     ImuDescription,
@@ -29,6 +29,8 @@ from stack.parameters import Declaration, suggestion
 from stack.types import FloatArray, Footprint
 
 HERE = Path(__file__).parent
+KEYS = ("robot", "footprint", "wheels", "urdf", "height", "limits", "lidar", "odometry")
+"""Of a robot file; a file without any is of another kind."""
 
 
 def robot_names() -> list[str]:
@@ -68,7 +70,8 @@ def read_robot(path: Path, text: str | None = None) -> RobotDescription:
         InputError: all findings, each with its position.
     """
     findings = Findings()
-    top = Section(read_document(path, "robot file", text), findings, "a robot file", SHAPE)
+    document = read_document(path, "robot file", text, KEYS)
+    top = Section(document, findings, "a robot file", SHAPE)
     name = top.value(Declaration("robot", str, "name of the robot"))
     top.value(Declaration("format", int, "file format", default=1, at_least=1, at_most=1))
     top.value(Declaration("doc", str, "description", default=""))
@@ -161,26 +164,25 @@ def _urdf(top: Section, path: Path, wheels: WheelGeometry | None) -> Path | None
         top.findings.error(SHAPE, node.mark, f"urdf: expected a file name, got {node.words()}")
         return None
     urdf = path.parent / node.value
+    near = [file.name for file in path.parent.glob("*.urdf")]
     try:
-        root = ElementTree.parse(urdf).getroot()
-    except FileNotFoundError:
-        near = [file.name for file in path.parent.glob("*.urdf")]
-        sentence = f"urdf: there is no file {node.value!r} in the folder of this file"
-        top.findings.error(URDF, node.mark, sentence, suggestion(node.value, near))
-        return None
-    except (OSError, UnicodeDecodeError) as error:
-        top.findings.error(URDF, node.mark, f"urdf: {node.value!r} cannot be read: {error}")
-        return None
-    except ElementTree.ParseError as error:
-        top.findings.error(URDF, node.mark, f"urdf: {node.value!r} is not XML: {error}")
-        return None
-    if root.tag != "robot":
-        sentence = f"urdf: expected <robot> in {node.value!r}, got <{root.tag}>"
-        top.findings.error(URDF, node.mark, sentence)
+        root = read_urdf(urdf)
+    except InputError as error:
+        top.findings.items += _at(node, error, suggestion(node.value, near))
         return None
     if wheels is not None:
         check_joints(top, root, wheels)
     return urdf
+
+
+def _at(node: Node, error: InputError, hint: str) -> list[Finding]:
+    """The findings of a URDF; of one that cannot be opened, at its name in robot.yaml."""
+    return [
+        Finding(node.mark, URDF, f"urdf: {node.value!r}: {item.sentence}", item.hint or hint)
+        if item.code in ("E001", "E002")
+        else item
+        for item in error.findings
+    ]
 
 
 def _components(top: Section) -> dict[str, Any]:

@@ -6,13 +6,13 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from math import degrees
 from typing import Any
-from xml.etree import ElementTree
 
 import numpy as np
 
 from robots.declared import FARTHEST, HEADING, RADIUS, SHAPE, URDF, X, Y, length
 from robots.sensors import parameters_of
 from stack.documents import Node, Section
+from stack.documents.xml_file import Element
 from stack.drivetrain.ackermann import Ackermann, SteeredWheels
 from stack.drivetrain.differential import Differential, Wheels
 from stack.drivetrain.drivetrain import WheelGeometry
@@ -112,17 +112,17 @@ def read_skid(top: Section, wheels: WheelGeometry | None) -> Skid:
     return parameters_of(section, Skid)
 
 
-def check_joints(top: Section, root: ElementTree.Element, wheels: WheelGeometry) -> None:
+def check_joints(top: Section, root: Element, wheels: WheelGeometry) -> None:
     """Check that wheels are continuous joints of the URDF and steering joints revolute ones."""
-    joints = {str(joint.get("name")): joint for joint in root.iter("joint")}
+    joints = {joint.name: joint for joint in root.within() if joint.tag == "joint"}
     listed = top.node.get("wheels")
     for named in _named_joints(listed) if listed is not None else ():
         joint = joints.get(named.name)
         if joint is None:
             sentence = f"wheels: the URDF has no joint {named.name!r}"
             top.findings.error(URDF, named.node.mark, sentence, suggestion(named.name, joints))
-        elif joint.get("type") != named.wanted:
-            sentence = f"wheels: the URDF's joint {named.name!r} is {joint.get('type')}"
+        elif joint.attributes.get("type") != named.wanted:
+            sentence = f"wheels: the URDF's joint {named.name!r} is {joint.attributes.get('type')}"
             hint = f"a {named.role} joint must be {named.wanted}"
             top.findings.error(URDF, named.node.mark, sentence, hint)
         elif named.wanted == "revolute":
@@ -272,14 +272,12 @@ def _named_joints(listed: Node) -> Iterator[_NamedJoint]:
             yield _NamedJoint(str(joint.value), joint, "wheel", "continuous")
 
 
-def _check_joint_limit(
-    top: Section, named: _NamedJoint, joint: ElementTree.Element, inner: float
-) -> None:
+def _check_joint_limit(top: Section, named: _NamedJoint, joint: Element, inner: float) -> None:
     """Check the limits of a steering joint: on the tightest arc the inner wheel steers most."""
-    limit = joint.find("limit")
+    limit = joint.first("limit")
     try:
-        ends = [float((limit.get(end) if limit is not None else None) or 0.0)
-                for end in ("lower", "upper")]  # fmt: skip
+        given = limit.attributes if limit is not None else {}
+        ends = [float(given.get(end) or 0.0) for end in ("lower", "upper")]
     except ValueError:
         ends = [0.0, 0.0]
     if ends[0] > -inner or ends[1] < inner:

@@ -114,6 +114,19 @@ class ContactTally:
     against_standing: int = 0
 
 
+SLOWEST_PACE, FASTEST_PACE = 0.01, 1000.0
+"""Simulated seconds per wall second that can be chosen, besides 0: as fast as possible."""
+
+
+def pace_problem(factor: float) -> str:
+    """Why a simulation cannot run at this pace; empty if it can."""
+    if factor == 0.0 or SLOWEST_PACE <= factor <= FASTEST_PACE:
+        return ""
+    return (
+        f"expected 0 (as fast as possible) or {SLOWEST_PACE:g} to {FASTEST_PACE:g}, got {factor:g}"
+    )
+
+
 class SimulatedWorld(ABC):
     """What only a simulation can do: truth, scoring, events of the world, pace and freezing time.
 

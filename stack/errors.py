@@ -13,8 +13,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from stack.types import Failure, FailureCode
+if TYPE_CHECKING:
+    from stack.types import FailureCode
+
+LONGEST = 1000
+"""Characters of a sentence in the text of a finding."""
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -40,8 +45,15 @@ class Finding:
     severity: str = "error"
 
     def __str__(self) -> str:
-        hint = f"; {self.hint}" if self.hint else ""
-        return f"{self.mark} {self.severity}[{self.code}] {self.sentence}{hint}"
+        from stack.types.printable import printable  # imports NumPy with its package
+
+        hint = f"; {_shortened(self.hint)}" if self.hint else ""
+        text = f"{self.mark} {self.severity}[{self.code}] {_shortened(self.sentence)}{hint}"
+        return printable(text)
+
+
+def _shortened(text: str) -> str:
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]}…"
 
 
 class TreepilotError(Exception):
@@ -79,6 +91,8 @@ class NavigationError(TreepilotError):
     """A planner or controller cannot continue; `failure` has the reason."""
 
     def __init__(self, code: FailureCode, sentence: str) -> None:
+        from stack.types import Failure  # imports NumPy
+
         self.failure = Failure(code, sentence)
         super().__init__(f"{code}: {sentence}")
 

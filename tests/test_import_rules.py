@@ -35,7 +35,7 @@ MAY_IMPORT = {
     "stack.lifecycle": set(),
     "stack.compilation": set(),
     "stack.streams": set(),
-    "stack.documents": {"stack.errors", "stack.parameters"},
+    "stack.documents": {"stack.types", "stack.errors", "stack.parameters"},
     "stack.geometry": {"stack.types"},
     "stack.frames": {"stack.types", "stack.errors"},
     "stack.drivetrain": {"stack.types", "stack.parameters"},
@@ -49,7 +49,9 @@ MAY_IMPORT = {
         "stack.types", "stack.errors", "stack.parameters", "stack.frames", "stack.geometry",
         "stack.component_bases", "stack.compilation", "stack.drivetrain",
     },
-    "stack.telemetry": {"stack.types", "stack.errors"},
+    "stack.telemetry": {
+        "stack.types", "stack.errors", "stack.parameters", "stack.documents.files",
+    },
     "stack.mapping": FOUNDATION,
     "stack.localisation": {"stack.components", *FOUNDATION},
     "stack.perception": FOUNDATION,
@@ -99,6 +101,7 @@ DATA = {"stack": set(), "missions": {"worlds", "parameters", "routes", "maps"}}
 ONE_PLACE = {
     "pybullet": {"stack/sim"},
     "rerun": {"stack/telemetry"},
+    "pyarrow": {"stack/telemetry/rerun"},
     "pymavlink": {"stack/telemetry", "robots"},
     "zmq": {"stack/telemetry"},
     "msgpack": {"stack/telemetry"},

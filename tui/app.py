@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import ClassVar
 from uuid import uuid4
 
-from textual.app import App, ComposeResult
+from textual.app import ComposeResult
 from textual.binding import BindingType
 from textual.containers import Horizontal, Vertical
 from textual.screen import Screen
@@ -19,14 +19,17 @@ from textual.widgets import Footer
 from stack.errors import TelemetryError
 from stack.telemetry.records import Command, MissionState, Snapshot
 from tui import palette
-from tui.banner import Banner, Link, notice
+from tui.banner import Banner, notice
 from tui.chart import Chart
 from tui.events_pane import EventsPane
 from tui.keys import KEYS
+from tui.link import STALE_AFTER, Link, StopConfirmation
 from tui.map_pane import MapPane
+from tui.pacing import Pacing
 from tui.screens import Help, Question
 from tui.source import Source
-from tui.status_bar import STALE_AFTER, StatusBar
+from tui.status_bar import StatusBar
+from tui.terminal.app import TerminalApp
 from tui.tree_pane import TreePane
 from tui.tuning import Change, Tuning
 from tui.vitals_pane import VitalsPane
@@ -43,15 +46,12 @@ HEIGHTS = [(0, "-short"), (32, "-tall"), (46, "-high")]
 TELEOP_LINEAR, TELEOP_ANGULAR, TELEOP_LATERAL = 0.25, 0.6, 0.2
 """Velocities of the arrow keys in teleoperation: m/s, rad/s, m/s. One press acts for 0.5 s."""
 
-CONFIRM_WITHIN = 10
-"""Refreshes (1 s in total) after which the banner reports an unconfirmed emergency stop."""
-
 
 class Charts(Vertical, can_focus=True):
     """The column of charts."""
 
 
-class Dashboard(App[str]):
+class Dashboard(TerminalApp):
     """Shows a run until the operator leaves.
 
     Returns `over` (the run has ended), `leave` (it continues), `abort` (the operator aborted it),
@@ -80,11 +80,12 @@ class Dashboard(App[str]):
         super().__init__()
         self.source, self._live, self._interrupted = source, live, interrupted
         self.snapshot: Snapshot | None = None
+        self._pacing = Pacing(everything=not live)
         self._speed_factor = 1.0
-        self._stop_id, self._stop_age = "", 0
+        self._stop = StopConfirmation()
         self._teleop_ids: deque[str] = deque(maxlen=50)
         self._was_teleop = False
-        self._trouble = ""
+        self._trouble = self._records_lost = ""
 
     def compose(self) -> ComposeResult:
         """Compose the panes from left to right, with the event log below."""
@@ -108,7 +109,7 @@ class Dashboard(App[str]):
         self.query_one(MapPane).focus()
         self.refresh_now()
         if self._live:
-            self.set_interval(REFRESH, self.refresh_now)
+            self.set_interval(REFRESH, self._refresh_in_turn)
 
     def on_unmount(self) -> None:
         """Close the source; the run continues."""
@@ -121,19 +122,29 @@ class Dashboard(App[str]):
         ended = source.is_over or source.report is not None
         return ended or (snapshot is not None and snapshot.state.is_over)
 
-    def refresh_now(self) -> None:
-        """Receive new data and show it."""
+    def _refresh_in_turn(self) -> None:
+        """Refresh, less often while nothing happens."""
         if self._interrupted is not None and self._interrupted():
             self.exit("interrupt")
-            return
+        elif self.terminal_is_gone:
+            self.exit("leave")
+        elif self._pacing.begin_turn():
+            self.catch_up()
+            self.refresh_now()
+
+    def refresh_now(self) -> None:
+        """Receive new data and show it."""
         self._ensure_focus()
         fresh = self._receive()
+        self._stop.refresh()
         link = self._link()
         panes = self._panes
+        is_news = fresh is not None and self._pacing.take(fresh)
         panes.query_one(Banner).show(notice(self.snapshot, link))
-        panes.query_one(StatusBar).show(self.snapshot, self.source.info, link.silent_for)
+        if fresh is None or self._pacing.draws_map:
+            panes.query_one(StatusBar).show(self.snapshot, self.source.info, link)
         panes.set_class(not self.is_over and link.silent_for > STALE_AFTER, "stale")
-        if fresh is not None:
+        if fresh is not None and is_news:
             self._show(fresh)
 
     @property
@@ -149,36 +160,42 @@ class Dashboard(App[str]):
             return None
         self.snapshot = fresh or self.snapshot
         for ack in acks:
-            if ack.id == self._stop_id:
-                self._stop_id = ""
+            if self._stop.take(ack):
+                self.notify("the engine has accepted it", title="emergency stop", timeout=2.0)
             if not ack.done and ack.id not in self._teleop_ids:
-                self.notify(ack.reason, severity="warning", title="refused", markup=False)
+                self.notify(ack.reason, severity="warning", title="refused")
         if events:
             self._panes.query_one(EventsPane).add(events)
+        for event in events:
+            if event.source == "records" and event.level == "error":
+                self._records_lost = event.text
+        if events or acks:
+            self._pacing.hurry()
         return fresh
 
     def _link(self) -> Link:
-        self._stop_age = self._stop_age + 1 if self._stop_id else 0
         source = self.source
         return Link(
             source.silent_for, source.is_over or source.report is not None,
-            source.report is not None, self._trouble, self._stop_age > CONFIRM_WITHIN,
+            source.report is not None, self._trouble, self._stop.is_late,
+            self._records_lost,
         )  # fmt: skip
 
     def _show(self, snapshot: Snapshot) -> None:
-        panes = self._panes
-        tree = panes.query_one(TreePane)
-        if tree.show(snapshot):
+        panes, pacing = self._panes, self._pacing
+        draw = pacing.draws_figures
+        if pacing.draws_map and panes.query_one(TreePane).show(snapshot):
             self.notify("the new tree starts from its root", title="reloaded", timeout=3.0)
-        panes.query_one(MapPane).show(snapshot, self.source.info)
-        panes.query_one(VitalsPane).show(snapshot)
+        panes.query_one(MapPane).show(snapshot, self.source.info, draw=pacing.draws_map)
+        if draw:
+            panes.query_one(VitalsPane).show(snapshot)
         speed, health, error = panes.query(Chart)
-        now = snapshot.time
-        speed.add(now, set=snapshot.commanded.linear, real=snapshot.measured.linear)
-        health.add(now, health=snapshot.health)
+        now, set_, real = snapshot.time, snapshot.commanded.linear, snapshot.measured.linear
+        speed.add(now, draw=draw, set=set_, real=real)
+        health.add(now, draw=draw, health=snapshot.health)
         error.display = snapshot.truth is not None
         if snapshot.truth is not None:
-            error.add(now, error=snapshot.pose.distance_to(snapshot.truth))
+            error.add(now, draw=draw, error=snapshot.pose.distance_to(snapshot.truth))
         if snapshot.teleop and not self._was_teleop:
             panes.query_one(MapPane).focus()  # in the event log the arrow keys would scroll
         self._was_teleop = snapshot.teleop
@@ -191,13 +208,14 @@ class Dashboard(App[str]):
         try:
             self.source.send(command)
         except TelemetryError as error:
-            self.notify(str(error), severity="error", title="not sent", markup=False)
+            self.notify(str(error), severity="error", title="not sent")
             return ""
+        self._pacing.hurry()
         return command.id
 
     def action_estop(self) -> None:
         """Trigger the emergency stop."""
-        self._stop_id, self._stop_age = self._send("estop", reason="operator"), 0
+        self._stop.sent(self._send("estop", reason="operator"))
 
     def action_release(self) -> None:
         """Release the emergency stop."""

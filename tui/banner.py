@@ -8,18 +8,13 @@ from rich.text import Text
 from textual.widgets import Static
 
 from stack.telemetry.records import MissionState, Snapshot
-from tui.palette import BAD, BUSY, GOOD, TEXT, WARN, css
-
-LOST_AFTER = 5.0
-"""Wall seconds without a message after which the engine counts as lost."""
-
-FIRST_SNAPSHOT_WITHIN = 20.0
-"""The same before the first snapshot: a first start compiles kernels for several seconds."""
+from tui.link import Link
+from tui.palette import BUSY, TEXT, TONES, css
+from tui.strips import one_line
 
 MARGIN = 6
 """Columns of padding in the banner."""
 
-TONES = {"good": GOOD, "bad": BAD, "warn": WARN, "busy": BUSY}
 OUTCOMES = {
     MissionState.SUCCESS: ("good", "✔ MISSION SUCCEEDED"),
     MissionState.FAILURE: ("bad", "✘ MISSION FAILED"),
@@ -27,31 +22,6 @@ OUTCOMES = {
     MissionState.INTERRUPTED: ("warn", "⊘ MISSION INTERRUPTED"),
     MissionState.ERROR: ("bad", "✘ INTERNAL ERROR"),
 }
-
-
-@dataclass(frozen=True, slots=True)
-class Link:
-    """State of the connection to the engine.
-
-    Attributes:
-        silent_for: wall seconds since the last message.
-        is_over: whether the engine has reported the end of the run.
-        has_report: whether its report arrived.
-        trouble: why its messages cannot be read; empty if they can.
-        stop_unconfirmed: whether an emergency stop was sent and not answered in time.
-    """
-
-    silent_for: float
-    is_over: bool = False
-    has_report: bool = False
-    trouble: str = ""
-    stop_unconfirmed: bool = False
-
-    def is_lost(self, snapshot: Snapshot | None) -> bool:
-        """Return whether the engine is silent although the run is not over."""
-        over = self.is_over or (snapshot is not None and snapshot.state.is_over)
-        timeout = FIRST_SNAPSHOT_WITHIN if snapshot is None else LOST_AFTER
-        return not over and self.silent_for > timeout
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,21 +39,23 @@ def notice(snapshot: Snapshot | None, link: Link) -> Notice | None:
     if link.trouble:
         return Notice("bad", "✘ INCOMPATIBLE ENGINE", link.trouble, "q leaves")
     if snapshot is not None and snapshot.state.is_over:
-        return _outcome(snapshot)
+        return _outcome(snapshot, link)
     if link.is_over:
         return _ended_before_snapshot(link)
     if link.is_lost(snapshot):
         return _lost(snapshot, link.silent_for)
     if link.stop_unconfirmed:
         detail = "the engine has not answered; without commands a robot stops by itself after 0.3 s"
-        return Notice("bad", "■ STOP SENT, NOT CONFIRMED", detail, "space sends it again")
-    return None if snapshot is None else _held(snapshot)
+        return Notice("bad", "■ STOP NOT CONFIRMED", detail, "space sends it again")
+    return None if snapshot is None else _held(snapshot) or _records_lost(link)
 
 
 def _held(snapshot: Snapshot) -> Notice | None:
     if snapshot.state is MissionState.EMERGENCY_STOP:
         return Notice("bad", "■ EMERGENCY STOP", snapshot.reason, "R releases it")
     paused = snapshot.state is MissionState.PAUSED
+    if snapshot.detour:
+        return Notice("busy", "⚑ DRIVING TO YOUR GOAL", "the mission is paused", "p continues it")
     if snapshot.debugging.faults:
         return _reload_failed(snapshot.debugging.faults, paused)
     if paused and snapshot.debugging.held:
@@ -98,6 +70,12 @@ def _held(snapshot: Snapshot) -> Notice | None:
     return None
 
 
+def _records_lost(link: Link) -> Notice | None:
+    if not link.records_lost:
+        return None
+    return Notice("warn", "▲ RECORDS LOST", link.records_lost, "the mission continues")
+
+
 def _reload_failed(faults: tuple[str, ...], paused: bool) -> Notice:
     """Return the notice for a mission file that was saved with errors."""
     headline = "✘ RELOAD FAILED" + (", ‖ PAUSED" if paused else "")
@@ -105,14 +83,15 @@ def _reload_failed(faults: tuple[str, ...], paused: bool) -> Notice:
     return Notice("bad", headline, faults[0] + more, "old tree continues; fix and save")
 
 
-def _outcome(snapshot: Snapshot) -> Notice:
+def _outcome(snapshot: Snapshot, link: Link) -> Notice:
     tone, headline = OUTCOMES[snapshot.state]
+    detail = "; ".join(filter(None, (snapshot.reason, link.records_lost)))
     minutes, seconds = divmod(snapshot.time, 60)
     figures = f"{int(minutes):02d}:{seconds:04.1f}, {snapshot.counters.get('distance', 0.0):.1f} m"
     recoveries = int(snapshot.counters.get("recoveries", 0))
     if recoveries:
         figures += f", {recoveries} recover{'y' if recoveries == 1 else 'ies'}"
-    return Notice(tone, f"{headline}  {figures}", snapshot.reason, "q leaves")
+    return Notice(tone, f"{headline}  {figures}", detail, "q leaves")
 
 
 def _ended_before_snapshot(link: Link) -> Notice:
@@ -154,7 +133,7 @@ class Banner(Static):
             self.set_class(tone == current.tone, tone)
         text = Text(current.headline, style=f"bold {css(TONES[current.tone])}")
         keys = Text(f"   {current.keys}", style=f"bold {css(BUSY)}")
-        detail = Text(current.detail, style=f"not bold {css(TEXT)}")
+        detail = Text(one_line(current.detail), style=f"not bold {css(TEXT)}")
         if text.cell_len + keys.cell_len + detail.cell_len + 3 <= self.app.size.width - MARGIN:
             text.append("   " if current.detail else "").append_text(detail).append_text(keys)
         else:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from rich.cells import get_character_cell_size
 
 from stack.types import (
     FREE,
@@ -204,7 +205,8 @@ class Canvas:
                     self.background[at] = back
                 elif self._walls[at]:
                     self.background[at] = palette.WALL_DIM
-                self.glyphs[at], self.foreground[at] = ord(glyph), colour
+                shown = glyph if get_character_cell_size(glyph) == 1 else "?"  # one per cell
+                self.glyphs[at], self.foreground[at] = ord(shown), colour
                 self._words[at] = True
 
     def _is_free(self, row: int, column: int, length: int) -> bool:

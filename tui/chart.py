@@ -8,12 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 from rich.segment import Segment
 from textual.strip import Strip
-from textual.widget import Widget
 
 from stack.types import FloatArray
 from tui import palette
 from tui.canvas import BRAILLE
-from tui.strips import style, to_strips
+from tui.strips import Lines, style, to_strips
 
 SPAN = 60.0
 """Width of the chart in seconds of the robot's clock."""
@@ -22,7 +21,7 @@ TICKS = 6
 """Width of the vertical scale in characters."""
 
 
-class Chart(Widget):
+class Chart(Lines):
     """Chart of the last minute of several values, newest at the right."""
 
     def __init__(
@@ -38,14 +37,20 @@ class Chart(Widget):
             top: lowest upper end of the scale.
         """
         super().__init__(classes="chart")
-        self.border_title = f"{title} [dim]{unit}[/]"
+        self.border_title = f"{title} [{palette.css(palette.DIM)}]{unit}[/]"
         self._colours, self._floor, self._top = series, floor, top
         self._times: deque[float] = deque(maxlen=2400)
         self._values = {name: deque[float](maxlen=2400) for name in series}
-        self._strips: list[Strip] = []
+        self._subtitle = ""
 
-    def add(self, time: float, **values: float) -> None:
-        """Add a sample of every series at a robot time; a repeated time is ignored."""
+    def add(self, time: float, *, draw: bool = True, **values: float) -> None:
+        """Add a sample of every series at a robot time; a repeated time is ignored.
+
+        Args:
+            time: robot's clock, seconds.
+            draw: whether to draw now, or with a later sample.
+            values: of each series.
+        """
         if self._times and time <= self._times[-1]:
             return
         self._times.append(time)
@@ -55,25 +60,24 @@ class Chart(Widget):
             self._times.popleft()
             for samples in self._values.values():
                 samples.popleft()
-        self.border_subtitle = "  ".join(
+        if not draw:
+            return
+        subtitle = "  ".join(
             f"[{palette.css(self._colours[name])}]━[/] {name} {value:.2f}"
             for name, value in values.items()
         )
+        if subtitle != self._subtitle:
+            self.border_subtitle = self._subtitle = subtitle
         self._redraw()
 
     def on_resize(self) -> None:
         """Redraw at the new size."""
         self._redraw()
 
-    def render_line(self, y: int) -> Strip:
-        """Return one line of the chart."""
-        return self._strips[y] if y < len(self._strips) else Strip.blank(self.size.width)
-
     def _redraw(self) -> None:
         columns, rows = self.size.width - TICKS - 1, self.size.height
-        self.refresh()
         if columns < 4 or rows < 1:
-            self._strips = []
+            self.put([])
             return
         known = [value for values in self._values.values() for value in values]
         low, high = min([self._floor, *known]), max([self._top, *known])
@@ -84,20 +88,23 @@ class Chart(Widget):
                 levels = sample(np.array(self._times), np.array(values), columns * 2)
                 draw_curve(glyphs, colours, (levels - low) / (high - low), self._colours[name])
         body = to_strips(glyphs, colours, np.full_like(colours, palette.BACKDROP))
-        self._strips = [
-            Strip(
-                [
-                    Segment(_tick(row, rows, low, high), style(palette.IDLE, palette.BACKDROP)),
-                    *strip,
-                ]
-            )
-            for row, strip in enumerate(body)
-        ]
+        axis = style(palette.IDLE, palette.BACKDROP)
+        self.put(
+            [
+                Strip([Segment(_tick(row, rows, low, high), axis), *strip])
+                for row, strip in enumerate(body)
+            ]
+        )
 
 
 def sample(times: FloatArray, values: FloatArray, columns: int) -> FloatArray:
-    """Return values (columns,), one per dot column of the last SPAN seconds; NaN before data."""
-    at = times[-1] - SPAN * (1.0 - np.arange(1, columns + 1) / columns)
+    """Return values (columns,), one per dot column of the last SPAN seconds; NaN before data.
+
+    The columns are at multiples of their distance, so that the curve moves by whole dots. The last
+    one has the newest value.
+    """
+    spacing = SPAN / columns
+    at = (np.ceil(times[-1] / spacing) - np.arange(columns)[::-1]) * spacing
     levels: FloatArray = np.interp(at, times, values, left=np.nan)
     return levels
 

@@ -9,6 +9,7 @@ from textual.widgets import RichLog
 
 from stack.telemetry.records import ROUTINE, Event
 from tui.palette import BAD, DIM, GOOD, TEXT, WARN, css
+from tui.strips import one_line
 
 LEVELS = {"everything": -1, "info and up": 0, "warnings and errors": 1, "errors": 2}
 RANK = {"info": 0, "warning": 1, "error": 2}
@@ -72,6 +73,6 @@ def line_of(event: Event) -> Text:
     glyph, colour = LEVEL_GLYPH.get(event.level, ("?", TEXT))
     line = Text(f"{int(minutes):02d}:{seconds:04.1f} ", style=css(DIM))
     line.append(f"{glyph} ", style=f"bold {css(colour)}")
-    line.append(f"{event.source:<13}", style=css(DIM))
-    line.append(event.text, style=css(TEXT if event.level == "info" else colour))
+    line.append(f"{one_line(event.source):<13}", style=css(DIM))
+    line.append(one_line(event.text), style=css(TEXT if event.level == "info" else colour))
     return line

@@ -41,7 +41,7 @@ class Key:
 
 
 KEYS = (
-    Key("space", "estop", "E-STOP", "emergency stop, on any screen", "space", True),
+    Key("space,shift+space", "estop", "E-STOP", "emergency stop, on any screen", "space", True),
     Key("R", "release", "", "release the emergency stop"),
     Key("p", "pause", "Pause", "pause or resume; the robot stops while paused"),
     Key("a", "abort", "Abort…", "abort the mission; asks first"),

@@ -7,13 +7,12 @@ from collections import deque
 import numpy as np
 from rich.segment import Segment
 from textual.strip import Strip
-from textual.widget import Widget
 
 from stack.telemetry.records import Layer, RunInfo, Snapshot
 from stack.types import CostGrid, OccupancyGrid
 from tui import palette
 from tui.canvas import Canvas, View, arrow, circle, scale_bar
-from tui.strips import ink, paper, to_strips
+from tui.strips import Lines, ink, one_line, paper, to_strips
 
 TRAIL_LENGTH, TRAIL_SPACING = 4000, 0.05
 PAN_SHARE = 0.25
@@ -36,7 +35,7 @@ LEGEND = " ".join(
 )  # fmt: skip
 
 
-class MapPane(Widget, can_focus=True):
+class MapPane(Lines, can_focus=True):
     """Draws the newest snapshot; the background is redrawn only when its inputs change."""
 
     BORDER_TITLE = "Map"
@@ -50,25 +49,22 @@ class MapPane(Widget, can_focus=True):
         self.costs_shown = True
         self._ground: Canvas | None = None
         self._ground_key: tuple[object, ...] = ()
-        self._strips: list[Strip] = []
+        self._canvas: Canvas | None = None
+        self._titles = ("", "")
         self._trail: deque[tuple[float, float]] = deque(maxlen=TRAIL_LENGTH)
 
-    def show(self, snapshot: Snapshot, info: RunInfo | None) -> None:
-        """Draw a snapshot."""
+    def show(self, snapshot: Snapshot, info: RunInfo | None, *, draw: bool = True) -> None:
+        """Take a snapshot.
+
+        Args:
+            snapshot: to show.
+            info: of its run.
+            draw: whether to draw now, or with a later snapshot.
+        """
         self.snapshot, self.info = snapshot, info
         self._extend_trail(snapshot)
-        self._redraw()
-
-    def render_line(self, y: int) -> Strip:
-        """Return one line of the map."""
-        if self.snapshot is None and y == self.size.height // 2:
-            text = "waiting for the map".center(self.size.width)
-            strip = Strip([Segment(text, ink(palette.DIM, italic=True))])
-        elif y < len(self._strips):
-            return self._strips[y]
-        else:
-            strip = Strip.blank(self.size.width)
-        return strip.apply_style(paper(palette.BACKDROP))
+        if draw:
+            self._redraw()
 
     def on_resize(self) -> None:
         """Fit the map to the new size unless the operator changed the view."""
@@ -122,15 +118,42 @@ class MapPane(Widget, can_focus=True):
 
     def _redraw(self) -> None:
         columns, rows = self.size.width, self.size.height
-        self.refresh()
         if self.snapshot is None or columns < 4 or rows < 2:
-            self._strips = []
+            self._canvas = None
+            self.put([self._waiting(y) for y in range(rows)])
             return
         view = self.view = self._current_view(self.snapshot, columns, rows)
         canvas = self._background(self.snapshot, view, columns, rows).copy()
         self._overlays(canvas, self.snapshot)
-        self._strips = to_strips(canvas.glyphs, canvas.foreground, canvas.background)
+        self._put_canvas(canvas)
         self._label(self.snapshot, view)
+
+    def _waiting(self, y: int) -> Strip:
+        """Return one line of the pane without a snapshot."""
+        width, is_middle = self.size.width, y == self.size.height // 2
+        text = "waiting for the map".center(width) if self.snapshot is None and is_middle else ""
+        strip = Strip([Segment(text.ljust(width), ink(palette.DIM, italic=True))], width)
+        return strip.apply_style(paper(palette.BACKDROP))
+
+    def _put_canvas(self, canvas: Canvas) -> None:
+        """Show a canvas; only its changed rows are converted."""
+        before, self._canvas = self._canvas, canvas
+        rows = np.arange(canvas.rows)
+        strips = list(self._strips)
+        if before is not None and before.glyphs.shape == canvas.glyphs.shape:
+            rows = np.flatnonzero(
+                (
+                    (before.glyphs != canvas.glyphs)
+                    | (before.foreground != canvas.foreground)
+                    | (before.background != canvas.background)
+                ).any(axis=1)
+            )
+        else:
+            strips = [Strip([])] * canvas.rows
+        drawn = to_strips(canvas.glyphs[rows], canvas.foreground[rows], canvas.background[rows])
+        for row, strip in zip(rows.tolist(), drawn, strict=True):
+            strips[row] = strip
+        self.put(strips)
 
     def _current_view(self, snapshot: Snapshot, columns: int, rows: int) -> View:
         grid = _occupancy(snapshot.layers.get("map"))
@@ -160,7 +183,7 @@ class MapPane(Widget, can_focus=True):
             if grid is not None:
                 self._ground.draw_walls(grid)
             for name, pose in (self.info.places if self.info is not None else {}).items():
-                self._ground.draw_place(pose.x, pose.y, name, palette.PLACE)
+                self._ground.draw_place(pose.x, pose.y, one_line(name), palette.PLACE)
         return self._ground
 
     def _overlays(self, canvas: Canvas, snapshot: Snapshot) -> None:
@@ -200,11 +223,14 @@ class MapPane(Widget, can_focus=True):
     def _label(self, snapshot: Snapshot, view: View) -> None:
         width, pose = self.size.width, snapshot.pose
         mode = "Map · following" if self.following else "Map"
-        where = f"x {pose.x:.2f}  y {pose.y:.2f}  θ {np.degrees(pose.heading):.0f}°"
-        self.border_title = f"{mode}  [dim not bold]{where}[/]" if width >= 44 else mode
+        where = f"x {pose.x:.1f}  y {pose.y:.1f}  θ {np.degrees(pose.heading):.0f}°"
+        title = f"{mode}  [not bold {palette.css(palette.DIM)}]{where}[/]" if width >= 44 else mode
         characters, metres = scale_bar(view, width // 5)
         scale = f"├{'─' * (characters - 2)}┤ {metres:g} m" if characters else ""
-        self.border_subtitle = f"{LEGEND}  {scale}" if width >= 46 else scale
+        subtitle = f"{LEGEND}  {scale}" if width >= 46 else scale
+        if (title, subtitle) != self._titles:
+            self._titles = title, subtitle
+            self.border_title, self.border_subtitle = title, subtitle
 
 
 def _occupancy(layer: Layer | None) -> OccupancyGrid | None:

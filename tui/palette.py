@@ -21,14 +21,8 @@ FAILED_MESSAGE = 0xC98A92
 STATUS_COLOUR = {"success": GOOD, "failure": BAD, "running": BUSY, "idle": FAINT}
 STATUS_GLYPH = {"success": "✔", "failure": "✘", "running": "▶", "idle": "·"}
 
-STATE_COLOUR = {
-    "starting": BUSY, "running": BUSY, "paused": WARN, "emergency stop": BAD, "success": GOOD,
-    "failure": BAD, "aborted": WARN, "interrupted": WARN, "error": BAD,
-}  # fmt: skip
-STATE_GLYPH = {
-    "starting": "◌", "running": "▶", "paused": "‖", "emergency stop": "■", "success": "✔",
-    "failure": "✘", "aborted": "⊘", "interrupted": "⊘", "error": "✘",
-}  # fmt: skip
+TONES = {"good": GOOD, "bad": BAD, "warn": WARN, "busy": BUSY}
+"""Colour of a header or a notice by its tone."""
 
 
 def css(colour: int) -> str:

@@ -15,6 +15,7 @@ from textual.widgets.option_list import Option
 from tui import palette
 from tui.keys import KEYS, TREE_KEYS, TREE_SENTENCE
 from tui.palette import BUSY, DIM, TEXT, css
+from tui.strips import one_line
 
 MEANINGS = (
     ("✔", "success", palette.GOOD), ("✘", "failure", palette.BAD), ("▶", "running", palette.BUSY),
@@ -45,8 +46,9 @@ class Question(ModalScreen[str]):
     def compose(self) -> ComposeResult:
         """Compose the question and its answers."""
         with Vertical(classes="dialog"):
-            yield Label(self._question)
-            yield OptionList(*(Option(text, id=key) for key, text in self._answers.items()))
+            yield Label(self._question, markup=False)
+            options = (Option(one_line(text), id=key) for key, text in self._answers.items())
+            yield OptionList(*options, markup=False)
             yield Static(f"[{css(DIM)}]enter selects · esc cancels · space: emergency stop[/]")
 
     def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:

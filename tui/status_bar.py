@@ -6,22 +6,10 @@ from rich.text import Text
 from textual.widgets import Static
 
 from stack.telemetry.records import RunInfo, Snapshot, TreeRow
-from tui.palette import (
-    BAD,
-    BUSY,
-    DIM,
-    GOOD,
-    PANEL,
-    STATE_COLOUR,
-    STATE_GLYPH,
-    TEXT,
-    WARN,
-    css,
-    health_colour,
-)
-
-STALE_AFTER = 2.0
-"""Wall seconds without a message after which the screen is marked as out of date."""
+from tui.header import header
+from tui.link import STALE_AFTER, Link
+from tui.palette import BAD, BUSY, DIM, GOOD, PANEL, TEXT, TONES, WARN, css, health_colour
+from tui.strips import one_line
 
 
 class StatusBar(Static):
@@ -29,31 +17,53 @@ class StatusBar(Static):
 
     def __init__(self) -> None:
         super().__init__(id="status")
+        self._shown = Text()
+        self._last: tuple[Snapshot | None, RunInfo | None, Link] | None = None
 
-    def show(self, snapshot: Snapshot | None, info: RunInfo | None, silent_for: float) -> None:
+    def show(self, snapshot: Snapshot | None, info: RunInfo | None, link: Link) -> None:
         """Show the state of a snapshot, or that the engine is awaited."""
-        left = Text(f" ◆ {info.title if info else 'treepilot'}  ", style=f"bold {css(TEXT)}")
-        right = Text()
-        if snapshot is None:
-            left.append(f"waiting for the engine, {silent_for:.0f} s", style=f"not bold {css(DIM)}")
-        else:
-            self._state(left, snapshot, silent_for)
+        self._last = snapshot, info, link
+        width, right = self.size.width, Text()
+        if snapshot is not None:
             self._figures(right, snapshot)
-        room = max(0, self.size.width - right.cell_len - 1)
-        left.truncate(room, overflow="ellipsis", pad=True)
-        self.update(left.append_text(right), layout=False)
+        title = one_line(info.title) if info else "treepilot"
+        left = self._state(f" ◆ {title} ", snapshot, link)
+        if left.cell_len + right.cell_len >= width:
+            left = self._state("", snapshot, link)
+        if left.cell_len + right.cell_len >= width:
+            right = Text()
+        if snapshot is not None and link.silent_for <= STALE_AFTER:
+            self._doing(left, snapshot)
+        left.truncate(max(0, width - right.cell_len - 1), overflow="ellipsis", pad=True)
+        left.append_text(right)
+        if left != self._shown:
+            self._shown = left
+            self.update(left, layout=False)
 
-    def _state(self, text: Text, snapshot: Snapshot, silent_for: float) -> None:
-        state = str(snapshot.state)
-        colour = css(STATE_COLOUR[state])
-        text.append(f" {STATE_GLYPH[state]} {state.upper()} ", style=f"{css(PANEL)} on {colour}")
-        minutes, seconds = divmod(snapshot.time, 60)
-        text.append(f"  {int(minutes):02d}:{seconds:04.1f}", style=css(TEXT))
-        if silent_for > STALE_AFTER and not snapshot.state.is_over:
-            text.append(f"  no data for {silent_for:.0f} s", style=css(WARN))
-        elif not snapshot.state.is_over and (row := deepest_running(snapshot.tree)) is not None:
-            text.append(f"  {row.name}", style=f"not bold {css(BUSY)}")
-            text.append(f"  {row.message}", style=f"not bold {css(DIM)}")
+    def on_resize(self) -> None:
+        """Use the new width."""
+        if self._last is not None:
+            self.show(*self._last)
+
+    def _state(self, title: str, snapshot: Snapshot | None, link: Link) -> Text:
+        """Return what happens, the alarms and the time."""
+        text, now = Text(title, style=f"bold {css(TEXT)}"), header(snapshot, link)
+        text.append(f" {now.words} ", style=f"bold {css(PANEL)} on {css(TONES[now.tone])}")
+        for alarm in now.alarms:
+            text.append(" ").append(f" ▲ {alarm} ", style=f"bold {css(PANEL)} on {css(WARN)}")
+        if snapshot is not None:
+            minutes, seconds = divmod(snapshot.time, 60)
+            text.append(f"  {int(minutes):02d}:{seconds:04.1f}", style=f"not bold {css(TEXT)}")
+        over = link.is_over or (snapshot is not None and snapshot.state.is_over)
+        if link.silent_for > STALE_AFTER and not over:
+            text.append(f"  no data for {link.silent_for:.0f} s", style=f"not bold {css(WARN)}")
+        return text
+
+    def _doing(self, text: Text, snapshot: Snapshot) -> None:
+        """Append the running node."""
+        if not snapshot.state.is_over and (row := deepest_running(snapshot.tree)) is not None:
+            text.append(f"  {one_line(row.name)}", style=f"not bold {css(BUSY)}")
+            text.append(f"  {one_line(row.message)}", style=f"not bold {css(DIM)}")
 
     def _figures(self, text: Text, snapshot: Snapshot) -> None:
         health, charge = snapshot.health, snapshot.battery.charge

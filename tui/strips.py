@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
 from itertools import pairwise
 
@@ -9,9 +10,53 @@ import numpy as np
 from numpy.typing import NDArray
 from rich.segment import Segment
 from rich.style import Style
+from textual.filter import ANSIToTruecolor, LineFilter
+from textual.geometry import Region
 from textual.strip import Strip
+from textual.widget import Widget
 
-from tui.palette import css
+from stack.types.printable import printable
+from tui.palette import BACKDROP, css
+
+
+class Lines(Widget):
+    """Widget of ready lines; of a new content it refreshes only the lines that differ."""
+
+    _strips: list[Strip]
+
+    def __init__(self, id: str | None = None, classes: str | None = None) -> None:
+        super().__init__(id=id, classes=classes)
+        self._strips = []
+
+    def put(self, strips: list[Strip]) -> None:
+        """Show lines; those after the last are empty."""
+        before, self._strips = self._strips, strips
+        if len(before) != len(strips):
+            self.refresh()
+            return
+        width = self.size.width
+        changed = [
+            Region(0, y, width, 1)
+            for y, (old, new) in enumerate(zip(before, strips, strict=True))
+            if old is not new and old != new
+        ]
+        if changed:
+            self.refresh(*changed)
+
+    def render_line(self, y: int) -> Strip:
+        """Return one line."""
+        if y < len(self._strips):
+            return self._strips[y]
+        return Strip.blank(self.size.width, paper(BACKDROP))
+
+    def get_line_filters(self) -> Sequence[LineFilter]:
+        """Return Textual's filters but the one for ANSI colours, which no line has."""
+        return [item for item in super().get_line_filters() if type(item) is not ANSIToTruecolor]
+
+
+def one_line(text: str) -> str:
+    """Return a text of a file or another process as one line that is safe to print."""
+    return printable(text).replace("\n", " ").replace("\t", " ")
 
 
 @lru_cache(maxsize=4096)

@@ -11,13 +11,12 @@ from rich.style import Style
 from textual.binding import BindingType
 from textual.message import Message
 from textual.strip import Strip
-from textual.widget import Widget
 
 from stack.telemetry.records import Debugging, Snapshot, TreeRow
 from tui import palette
 from tui.keys import TREE_KEYS
 from tui.screens import Question
-from tui.strips import ink, paper
+from tui.strips import Lines, ink, one_line, paper
 
 KIND_GLYPH = {
     "sequence": "→", "reactive": "⇉", "fallback": "?", "reactive_fallback": "⁇", "parallel": "∥",
@@ -33,7 +32,7 @@ AGE_FROM = 1.0
 """Seconds from which the age of a running node is shown."""
 
 
-class TreePane(Widget, can_focus=True):
+class TreePane(Lines, can_focus=True):
     """Draws the tree of a snapshot; follows the running node until the operator selects one."""
 
     BORDER_TITLE = "Mission tree"
@@ -55,6 +54,7 @@ class TreePane(Widget, can_focus=True):
         self._stems: list[str] = []
         self._time = 0.0
         self._debugging: Debugging | None = None
+        self._subtitle = ""
 
     def show(self, snapshot: Snapshot) -> bool:
         """Draw the tree of a snapshot; return whether the mission was reloaded since the last."""
@@ -66,23 +66,22 @@ class TreePane(Widget, can_focus=True):
             self._rows = snapshot.tree
             self._stems = stems(self._rows)
         self._time = snapshot.time
-        self._update_selection()
-        self.border_subtitle = self._counts()
-        self.refresh()
+        counts = self._counts()
+        if counts != self._subtitle:
+            self.border_subtitle = self._subtitle = counts
+        self._redraw()
         return replaced
 
     def choose(self, lines: int) -> None:
         """Select the node `lines` further down, and stop following the running node."""
         self.pinned = True
         self.chosen = max(0, min(self.chosen + lines, len(self._rows) - 1))
-        self._update_selection()
-        self.refresh()
+        self._redraw()
 
     def follow(self) -> None:
         """Follow the running node."""
         self.pinned = False
-        self._update_selection()
-        self.refresh()
+        self._redraw()
 
     def action_breakpoint(self) -> None:
         """Set or remove a breakpoint at the selected node."""
@@ -117,7 +116,9 @@ class TreePane(Widget, can_focus=True):
             if status:
                 self._request("force", row, status=status)
 
-        self.app.push_screen(Question(f"Force the outcome of {row.name}?", answers), answered)
+        self.app.push_screen(
+            Question(f"Force the outcome of {one_line(row.name)}?", answers), answered
+        )
 
     def _request(self, kind: str, row: TreeRow, **more: str) -> None:
         generation = self._debugging.generation if self._debugging else 0
@@ -130,7 +131,15 @@ class TreePane(Widget, can_focus=True):
 
     def on_resize(self) -> None:
         """Keep the selected node visible."""
-        self._update_selection()
+        self._redraw()
+
+    def on_focus(self) -> None:
+        """Mark the selected node."""
+        self._redraw()
+
+    def on_blur(self) -> None:
+        """Mark the selected node only if it is pinned."""
+        self._redraw()
 
     def on_mouse_scroll_down(self) -> None:
         """Select a node further down."""
@@ -146,7 +155,11 @@ class TreePane(Widget, can_focus=True):
         height = self.size.height
         return height - DETAIL_LINES if height >= DETAIL_FROM else height
 
-    def render_line(self, y: int) -> Strip:
+    def _redraw(self) -> None:
+        self._update_selection()
+        self.put([self._drawn(y) for y in range(self.size.height)])
+
+    def _drawn(self, y: int) -> Strip:
         """Return the line of a node, or of the details."""
         width = self.size.width
         if not self._rows:
@@ -167,7 +180,7 @@ class TreePane(Widget, can_focus=True):
         words = palette.IDLE if row.status == "idle" else palette.TEXT
         age = self._age(row)
         room = width - cell_len(self._stems[index]) - 4 - len(age)
-        name = _shortened(row.name, room)
+        name = _shortened(one_line(row.name), room)
         room -= cell_len(name)
         message = self._message(row)
         shown = f"  {_shortened(message, room - 2)}" if message and room > 6 else ""
@@ -197,14 +210,14 @@ class TreePane(Widget, can_focus=True):
         row = self._rows[min(self.chosen, len(self._rows) - 1)]
         if line == 0:
             marks = " · breakpoint" if self._mark(row)[0] == "●" else ""
-            title = _shortened(f"╴{row.name} · {row.kind}{marks}╶", width - 2)
+            title = _shortened(one_line(f"╴{row.name} · {row.kind}{marks}╶"), width - 2)
             return Strip([Segment(f"─{title}".ljust(width, "─"), ink(palette.IDLE))])
         duration = f" for {self._time - row.since:.0f} s" if row.status == "running" else ""
         status = f"{row.status}{duration}"
         status = (
             "stopped before this node; starts with the next tick" if self._is_held(row) else status
         )
-        words = self._forced(row) or row.message or status
+        words = one_line(self._forced(row) or row.message or status)
         lines = wrap(words, max(8, width - 2), max_lines=DETAIL_LINES - 1, placeholder="…")
         text = f" {lines[line - 1]}" if line <= len(lines) else ""
         return Strip([Segment(set_cell_size(text, width), self._message_style(row))])
@@ -217,7 +230,7 @@ class TreePane(Widget, can_focus=True):
         """Return the text after the name."""
         if self._is_held(row):
             return "starts next"
-        return self._forced(row) or (row.message if row.status != "idle" else "")
+        return one_line(self._forced(row) or (row.message if row.status != "idle" else ""))
 
     def _is_held(self, row: TreeRow) -> bool:
         return self._debugging is not None and row.id in self._debugging.held

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+from rich.text import Text
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Vertical
@@ -14,6 +15,7 @@ from textual.widgets import Input, Label, OptionList, Static
 from textual.widgets.option_list import Option
 
 from tui.palette import BAD, DIM, css
+from tui.strips import one_line
 
 HINT = "enter selects · esc cancels · the engine checks the value"
 YES, NO = ("true", "yes", "on", "1"), ("false", "no", "off", "0")
@@ -69,19 +71,21 @@ class Tuning(ModalScreen[Change | None]):
         """Compose the list; the text input appears when a parameter is selected."""
         width = max(map(len, self._parameters))
         options = (
-            Option(f"{name:<{width}}  {value}", id=name) for name, value in self._parameters.items()
+            Option(one_line(f"{name:<{width}}  {value}"), id=name)
+            for name, value in self._parameters.items()
         )
         with Vertical(classes="dialog"):
             yield Label("Change a parameter")
             yield OptionList(*options, markup=False)
             yield ValueInput()
-            yield Static(f"[{css(DIM)}]{HINT}[/]")
+            yield Static(f"[{css(DIM)}]{HINT}[/]", id="hint")
 
     def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
         """Show the text input for the selected parameter."""
         self._chosen = event.option.id or ""
         present = self._parameters[self._chosen]
-        self.query_one(Label).update(f"{self._chosen} is {present}; new value:")
+        text = one_line(f"{self._chosen} is {present}; new value:")
+        self.query_one(Label).update(Text(text))
         self.query_one(".dialog").add_class("editing")
         self.query_one(OptionList).display = False
         line = self.query_one(Input)
@@ -94,7 +98,7 @@ class Tuning(ModalScreen[Change | None]):
         try:
             value = parsed(event.value, self._parameters[self._chosen])
         except ValueError as error:
-            self.query_one(Static).update(f"[{css(BAD)}]{error}[/]")
+            self.query_one("#hint", Static).update(Text(one_line(str(error)), style=css(BAD)))
             return
         self.dismiss(Change(self._chosen, value))
 

@@ -8,6 +8,7 @@ from textual.widgets import Static
 
 from stack.telemetry.records import Snapshot
 from tui.palette import BAD, BUSY, DIM, FAINT, GOOD, PARTICLE, TEXT, WARN, css, health_colour
+from tui.strips import one_line
 
 BAR, LABEL = 10, 9
 STAGES = ("estimate", "costmap", "tree", "navigate", "safety", "body")
@@ -23,6 +24,8 @@ class VitalsPane(Static, can_focus=True):
 
     def __init__(self) -> None:
         super().__init__("[dim italic]waiting for the robot[/]", id="vitals")
+        self._shown = Text()
+        self._warning = ""
 
     def show(self, snapshot: Snapshot) -> None:
         """Show the figures of a snapshot."""
@@ -34,10 +37,14 @@ class VitalsPane(Static, can_focus=True):
         self._counters(text, snapshot)
         self._stages(text, snapshot)
         text.right_crop(1)
-        self.border_subtitle = (
-            f"[{css(WARN)}]▲ {escape(snapshot.safety)}[/]" if snapshot.safety else ""
+        warning = (
+            f"[{css(WARN)}]▲ {escape(one_line(snapshot.safety))}[/]" if snapshot.safety else ""
         )
-        self.update(text, layout=False)
+        if warning != self._warning:
+            self.border_subtitle = self._warning = warning
+        if text != self._shown:
+            self._shown = text
+            self.update(text, layout=False)
 
     def _battery(self, text: Text, snapshot: Snapshot) -> None:
         charge = snapshot.battery.charge

@@ -8,6 +8,7 @@ from typing import Any
 
 from missions.bench.runs import Case
 from stack.documents import Finding, Mark
+from stack.documents.files import JSON_BYTES, read_bytes
 from stack.errors import InputError
 from stack.sim.worlds.world import Cylinder, World
 from stack.types import Pose2D
@@ -44,7 +45,7 @@ def read_grids(path: Path) -> list[Case]:
         InputError: the file is missing, is not JSON, or has another structure.
     """
     try:
-        content = json.loads(path.read_text("utf-8"))
+        content = json.loads(read_bytes(path, JSON_BYTES))
         return [_grid_world(entry, float(content["radius"]), path) for entry in content["worlds"]]
     except OSError as error:
         raise _error(path, f"cannot be read: {error.strerror}") from None

@@ -16,6 +16,7 @@ from statistics import mean
 from typing import Any, Generic, Protocol, TypeVar
 
 from stack.documents import Finding, Mark
+from stack.documents.files import JSON_BYTES, decoded, read_bytes, read_input
 from stack.errors import InputError
 
 TABLE, SETTINGS = "runs.jsonl", "settings.json"
@@ -81,7 +82,7 @@ def record_settings(out: Path, settings: dict[str, Any]) -> None:
     """
     out.mkdir(parents=True, exist_ok=True)
     file = out / SETTINGS
-    known: dict[str, Any] = json.loads(file.read_text("utf-8")) if file.exists() else {}
+    known: dict[str, Any] = json.loads(read_bytes(file, JSON_BYTES)) if file.exists() else {}
     for label, plain in json.loads(json.dumps(settings, default=str)).items():
         if known.setdefault(label, plain) != plain:
             raise InputError(
@@ -124,7 +125,7 @@ def rows_in(folder: Path, work: Work[E, R]) -> dict[Key, R]:
     file = folder / TABLE
     if not file.exists():
         return rows
-    text = file.read_text("utf-8")
+    text = decoded(read_input(file, "table", JSON_BYTES), file)
     whole = text[: text.rfind("\n") + 1]
     if whole != text:
         file.write_text(whole, "utf-8")

@@ -1,14 +1,14 @@
 """The `treepilot` command: registers the commands and turns errors into exit codes.
 
 Exit codes: 0 success · 1 the mission failed or was aborted · 2 the input is wrong ·
-3 internal error · 130 interrupted.
+3 internal error or records lost · 130 interrupted.
 
 No module of this package postpones its annotations with `from __future__ import annotations`: typer
 would compile each of them twice at every start, which takes 50 ms.
 """
 
 import os
-from typing import Annotated
+from typing import Annotated, NoReturn
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # halves numpy's import time; before numpy
 
@@ -24,6 +24,7 @@ from missions.cli.nav2 import nav2
 from missions.cli.new import new_app
 from missions.cli.parameters import parameters
 from missions.cli.run import run
+from missions.cli.runs import runs_app
 from missions.cli.schema import schema
 from missions.cli.show import show
 from missions.cli.tell import tell_app
@@ -33,6 +34,7 @@ from missions.cli.tune import EPILOG as TUNE_EPILOG
 from missions.cli.tune import tune
 from missions.cli.watch import watch
 from stack.errors import BodyError, InputError, ParameterError, TelemetryError
+from stack.types.printable import printable
 
 HELP = """Run behaviour-tree missions on a simulated robot.
 
@@ -58,6 +60,7 @@ app.command()(lsp)
 app.command()(trace)
 app.command()(doctor)
 app.command()(watch)
+app.add_typer(runs_app, name="runs")
 app.add_typer(new_app, name="new")
 app.add_typer(tell_app, name="tell")
 app.add_typer(bench_app, name="bench")
@@ -84,19 +87,28 @@ def main() -> None:
     try:
         app()
     except (InputError, ParameterError, TelemetryError) as error:
-        typer.echo(str(error), err=True)
+        typer.echo(printable(str(error)), err=True)
         raise SystemExit(2) from None
     except BodyError as error:
-        typer.echo(f"robot failure: {error}", err=True)
+        typer.echo(printable(f"robot failure: {error}"), err=True)
         raise SystemExit(3) from None
     except KeyboardInterrupt:
         raise SystemExit(130) from None
+    except OSError as error:
+        if error.filename is None:
+            _fail_internally()
+        typer.echo(printable(f"{error.filename!s:.200}: {error.strerror}"), err=True)
+        raise SystemExit(2) from None
     except Exception:
-        import traceback
+        _fail_internally()
 
-        traceback.print_exc()
-        typer.echo("internal error: a bug in treepilot, not in your mission", err=True)
-        raise SystemExit(3) from None
+
+def _fail_internally() -> NoReturn:
+    import traceback
+
+    traceback.print_exc()
+    typer.echo("internal error: a bug in treepilot, not in your mission", err=True)
+    raise SystemExit(3) from None
 
 
 if __name__ == "__main__":

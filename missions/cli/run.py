@@ -23,6 +23,21 @@ class Record(StrEnum):
     SENSORS = "sensors"
 
 
+class OnLostRecords(StrEnum):
+    """What to do when a record cannot be written."""
+
+    CONTINUE = "continue"
+    STOP = "stop"
+
+
+class OnHangup(StrEnum):
+    """What happens when the terminal is closed."""
+
+    CONTINUE = "continue"
+    STOP = "stop"
+    ABORT = "abort"
+
+
 class BodyChoice(StrEnum):
     """Bodies that the command line offers."""
 
@@ -110,6 +125,28 @@ def run(  # noqa: PLR0913 - each is an option of the command
         BodyChoice | None,
         typer.Option(help="what drives the robot [default: the robot file's choice]"),
     ] = None,
+    on_lost_records: Annotated[
+        OnLostRecords,
+        typer.Option(
+            help="when a record cannot be written, e.g. on a full disk: continue the mission, or"
+            " stop it; the exit code is 3"
+        ),
+    ] = OnLostRecords.CONTINUE,
+    on_hangup: Annotated[
+        OnHangup | None,
+        typer.Option(
+            help="when the terminal is closed: continue the mission, stop the robot (pause), or"
+            " abort [default: continue in a simulation, stop a real robot]"
+        ),
+    ] = None,
+    hang_timeout: Annotated[
+        float,
+        typer.Option(
+            min=0.0,
+            metavar="SECONDS",
+            help="end a run that makes no step for so long, e.g. in an endless loop; 0: never",
+        ),
+    ] = 60.0,
     json: Annotated[bool, typer.Option("--json", help="print only the report, as JSON")] = (False),
 ) -> None:
     """Run a mission, in the dashboard or headless.
@@ -119,8 +156,12 @@ def run(  # noqa: PLR0913 - each is an option of the command
     Several missions run at once, a robot each, in one world with one clock. Their progress lines
     begin with the mission's name; open a dashboard for one with `treepilot watch`. The robots have
     the seeds SEED, SEED + 1, ... and run folders of their own.
+
+    Ctrl+C (SIGINT) and SIGTERM end a run within 2 s, whatever a behaviour does; its report is
+    written. Exit codes: 0 succeeded, 1 failed or aborted, 2 the input is wrong, 3 internal error,
+    130 interrupted.
     """
-    from missions.execution.supervisor import LaunchOptions, launch
+    from missions.execution.supervision.launch import LaunchOptions, launch
 
     without_dashboard = headless or json or len(missions) > 1 or not on_a_terminal()
     options = LaunchOptions(
@@ -132,5 +173,7 @@ def run(  # noqa: PLR0913 - each is an option of the command
         parameters=assignments(parameter or [], "--parameter"),
         body=body.value if body else "", replay=replay,
         record=tuple(item.value for item in record or ()),
+        on_lost_records=on_lost_records.value,
+        on_hangup=on_hangup.value if on_hangup else "", hang_timeout=hang_timeout,
     )  # fmt: skip
     raise typer.Exit(launch(options))

@@ -27,7 +27,7 @@ def watch(
     if list_:
         _list(run)
         return
-    from missions.execution.supervisor import watch_run
+    from missions.execution.supervision.watching import watch_run
 
     if not on_a_terminal():
         raise InputError("watch needs a terminal; without one, read events.jsonl in the run folder")

@@ -23,6 +23,7 @@ from stack.control.path_follower import PathFollower
 from stack.costmap.costmap import Costmap
 from stack.costmap.speed_limits import SpeedLimits
 from stack.costmap.unexplored import Ground, unexplored
+from stack.documents.files import URDF_BYTES, decoded, read_input
 from stack.errors import InputError
 from stack.frames.buffer import TransformBuffer
 from stack.localisation.odometry import OdometryFusion
@@ -80,7 +81,7 @@ def run_info(plan: PreparedMission, run_id: str, seed: int, identity: str = "") 
         seed=seed,
         footprint=plan.robot.footprint,
         markers=plan.world.markers,
-        urdf=plan.robot.urdf.read_text("utf-8"),
+        urdf=decoded(read_input(plan.robot.urdf, "URDF", URDF_BYTES), plan.robot.urdf),
         versions=versions(),
         places=dict(plan.mission.places),
         identity=identity or new_identity(),
@@ -161,7 +162,7 @@ def build(
         body=body, odometry=odometry, frames=frames, estimator=estimator,
         obstacle_memory=obstacle_memory, world_model=world_model, tree=tree, facade=facade,
         navigator=navigator, safety=safety, camera=camera, telemetry=telemetry, state=state,
-        map_layer=Layer(1, grid), scorer=scorer, debugger=debugger,
+        map_layer=Layer(1, grid), is_mapped=plan.is_mapped, scorer=scorer, debugger=debugger,
         sensor_log=sensor_log,
     )  # fmt: skip
     runtime = Runtime(parts, loop, _idle)

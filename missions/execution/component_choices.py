@@ -27,6 +27,7 @@ from stack.perception.tracker_parameters import TrackerParameters
 from stack.runtime.parameters import LoopParameters
 from stack.safety.parameters import SafetyParameters
 from stack.safety.zones import read_zones
+from stack.telemetry.rerun.parameters import RecordingParameters
 
 DEFAULTS = {
     "planner": "astar",
@@ -44,6 +45,7 @@ SETTINGS: dict[str, type] = {
     "obstacle_memory": ObstacleMemoryParameters,
     "odometry_fusion": OdometryFusionParameters,
     "loop": LoopParameters,
+    "recording": RecordingParameters,
 }
 NAVIGATION_KINDS = tuple(kind for kind in (*DEFAULTS, *SETTINGS) if kind != LOCALISATION)
 """The keys under `navigation`."""

@@ -25,6 +25,7 @@ from missions.language.reading.mission import read_mission
 from stack.components import Choice, Component, Estimator
 from stack.costmap.parameters import CostmapParameters
 from stack.documents import Finding, Mark, read_file, value_of
+from stack.documents.files import decoded, read_input
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError, ParameterError
 from stack.mapping.limits import MAX_CELLS
@@ -50,7 +51,7 @@ class RunOptions:
 
     Attributes:
         speed: simulated seconds per wall second; 0 is as fast as possible.
-        out: the run folder; None writes no records.
+        out: the run folder, made absolute; None writes no records.
         serve: let dashboards attach.
         mavlink: address to send MAVLink telemetry to, or None.
         parameters: `controller.cruise_speed` -> value as text; overrides all files.
@@ -62,6 +63,7 @@ class RunOptions:
         body: simulated | scripted; empty: the choice of the robot file.
         replay: sensor log to play instead of driving; its seed replaces `seed`.
         record: what to record besides events: `sensors`.
+        on_lost_records: continue | stop, when a record cannot be written, e.g. on a full disk.
         identity: of the run, chosen by the process that starts it; empty: a new one.
     """
 
@@ -83,7 +85,12 @@ class RunOptions:
     body: str = ""
     replay: Path | None = None
     record: tuple[str, ...] = ()
+    on_lost_records: str = "continue"
     identity: str = ""
+
+    def __post_init__(self) -> None:
+        if self.out is not None:  # a plugin may change the working directory
+            object.__setattr__(self, "out", self.out.absolute())
 
     def first_commands(self) -> list[Command]:
         """Return the breakpoints and forced outcomes as commands, applied before the first step."""
@@ -161,7 +168,7 @@ def prepare(name: str | Path, options: RunOptions) -> PreparedMission:
         start=start,
         belief=belief,
         choices=choices,
-        text=path.read_text("utf-8"),
+        text=decoded(read_input(path, "mission"), path),
         warnings=warnings,
     )
     if options.breakpoints or options.forced:

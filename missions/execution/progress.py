@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from stack.telemetry.records import ROUTINE, Event, RunInfo, Snapshot
+from stack.types.printable import printable
 
 HEARTBEAT = 10.0
 """Robot seconds between two status lines."""
@@ -18,7 +19,11 @@ class ProgressLines:
     """A telemetry sink that writes progress as lines of text."""
 
     def __init__(self, write: Callable[[str], None]) -> None:
-        self._write, self._next = write, 0.0
+        self._print, self._next = write, 0.0
+
+    def _write(self, line: str) -> None:
+        """Write a line; names and texts in it may come from anywhere."""
+        self._print(printable(line))
 
     def open(self, info: RunInfo) -> None:
         """Write the mission, robot, world and seed."""

@@ -33,7 +33,7 @@ from stack.telemetry.records import MissionState
 TUNED = {
     "controller": ("controller",), "navigator": ("navigator",), "safety": ("safety",),
     "costmap": ("local_costmap", "global_costmap"), "planner": (), "speed_limits": (),
-    "tracker": (), "loop": (), "localisation": ("localisation",),
+    "tracker": (), "loop": (), "recording": (), "localisation": ("localisation",),
     "odometry_fusion": ("odometry_fusion",), "obstacle_memory": ("obstacle_memory",),
     "goal_checker": ("goal_checker",), "progress_checker": ("progress_checker",),
 }  # fmt: skip

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import shlex
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 EXIT_CODES = {"success": 0, "failure": 1, "aborted": 1, "error": 3, "interrupted": 130}
+RECORDS_LOST = 3
+"""Exit code of a run whose records are not complete, whatever its outcome."""
 
 
 @dataclass(frozen=True)
@@ -27,6 +31,9 @@ class Report:
         stages: compute time by stage of the loop, wall seconds.
         final_pose: estimate and truth at the end.
         log_sha256: hash of the event log; equal runs have equal hashes.
+        folder: the run folder, absolute.
+        records_lost: the files of the folder that could not be written: record, time from which
+            on it is missing, reason, and for events.jsonl the number of the first missing event.
     """
 
     mission: str
@@ -59,11 +66,12 @@ class Report:
     log_sha256: str
     folder: str = ""
     arguments: dict[str, str] = field(default_factory=dict)
+    records_lost: list[dict[str, Any]] = field(default_factory=list)
 
     @property
     def exit_code(self) -> int:
         """Exit code of the process."""
-        return EXIT_CODES[self.status]
+        return RECORDS_LOST if self.records_lost else EXIT_CODES[self.status]
 
     def plain(self) -> dict[str, Any]:
         """Return JSON-compatible values."""
@@ -75,6 +83,9 @@ class Report:
 
     def summary(self) -> str:
         """Return a few lines for the terminal."""
+        from stack.telemetry.records import LostRecord  # imports NumPy, which the command avoids
+        from stack.types.printable import printable  # as above
+
         error, clearance = self.localisation_error, self.min_clearance_m
         lines = [
             f"{self.mission}: {self.status}" + (f"; {self.reason}" if self.reason else ""),
@@ -94,5 +105,16 @@ class Report:
             lines.append(f"  relocalised by {self.relocalised_by}")
         lines.append(f"  event log {self.log_sha256[:16]}")
         if self.folder:
-            lines.append(f"  records in {self.folder}")
-        return "\n".join(lines)
+            folder = Path(self.folder)
+            lines.append(f"  records in {_shown(folder)}")
+            if (folder / "mission.rrd").exists():
+                lines.append(f"  recording: rerun {_shown(folder / 'mission.rrd')}")
+        for lost in self.records_lost:
+            lines.append(f"  records lost: {LostRecord(**lost).text}")
+        return printable("\n".join(lines))
+
+
+def _shown(path: Path) -> str:
+    """A path as short as it can be typed in this folder, and quoted if the shell needs it."""
+    here = Path.cwd()
+    return shlex.quote(str(path.relative_to(here) if path.is_relative_to(here) else path))

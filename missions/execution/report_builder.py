@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import asdict
 from typing import Any
 
 from missions.execution.build import Engine
@@ -96,6 +97,7 @@ def compose_report(  # noqa: PLR0913 - the measured figures, by keyword
         log_sha256=engine.telemetry.log_sha256,
         folder=str(folder.path) if folder is not None else "",
         arguments=dict(options.arguments or {}),
+        records_lost=[asdict(record) for record in engine.telemetry.lost],
     )
 
 

@@ -10,10 +10,10 @@ import sys
 import traceback
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import asdict, replace
 from datetime import datetime
 from pathlib import Path
-from time import perf_counter
+from time import perf_counter, sleep  # noqa: TID251 - only before the first step
 
 from missions.execution.build import Engine, build, run_info
 from missions.execution.prepare import PreparedMission, RunOptions, prepare
@@ -23,17 +23,36 @@ from missions.execution.warm_up import warm_up
 from robots.bodies import MakeBody
 from stack.body import SimulatedWorld
 from stack.errors import BodyError, InputError, TelemetryError
+from stack.runtime.mission_state import MissionEvent
 from stack.runtime.snapshots import compose_snapshot
-from stack.telemetry.hub import Telemetry
+from stack.telemetry.hub import Telemetry, reason_of
 from stack.telemetry.recorder import Recorder, RunFolder
 from stack.telemetry.records import MissionState, Sink
+from stack.telemetry.rendezvous import RunHandle, choose_socket
 from stack.telemetry.sensor_log import read_about
+from stack.telemetry.server import TelemetryServer
 
 MAX_SIMULATED_SECONDS = 24 * 3600.0
 """A mission that runs longer is ended as a failure."""
 
+VIEWER_POLL = 0.01
+"""Wall seconds between two looks for a dashboard before the first step."""
+
 STOPPING_TIME = 3.0
 """Longest time, seconds, that the robot gets to come to a stop after the end of its mission."""
+
+
+class RunWatch:
+    """Follows a run from outside. This one does nothing: a run in the caller's process has none."""
+
+    def compiles(self) -> None:
+        """Called before kernels are compiled."""
+
+    def built(self, run: Run) -> None:
+        """Called when the run is ready for its first step."""
+
+    def stepped(self, run: Run) -> None:
+        """Called after each step, and while the next one has to wait."""
 
 
 class Run:
@@ -53,6 +72,7 @@ class Run:
         sinks: consumers of events and snapshots, in addition to those of the options.
         make_body: makes the body; None: the choice of the options or of the robot file.
         interrupted: called while kernels are compiled; True stops that.
+        watch: follows the run.
 
     Raises:
         InputError: the options contradict each other or the plan, or the run cannot be commanded
@@ -62,16 +82,17 @@ class Run:
         engine: the parts of the run.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 - the optional ones by keyword
         self, plan: PreparedMission, options: RunOptions, sinks: Sequence[Sink] = (),
         make_body: MakeBody | None = None, interrupted: Callable[[], bool] = lambda: False,
+        watch: RunWatch | None = None,
     ) -> None:  # fmt: skip
-        self._began = perf_counter()
+        self._began, self._watch = perf_counter(), watch or RunWatch()
         if options.record and options.out is None:
             raise InputError("`record` needs a run folder: set `out`")
         options = _as_recorded(plan, options)
         # Bad addresses are refused before anything is written.
-        network_sinks, server = _network_sinks(options)
+        network_sinks, self._server = _network_sinks(options)
         self._folder = folder = (
             RunFolder.create(options.out, plan.text) if options.out is not None else None
         )
@@ -82,11 +103,17 @@ class Run:
         run_id = folder.path.name if folder is not None else _default_name(plan)
         info = run_info(plan, run_id, options.seed, options.identity)
         self._log(f"{info.title}: {info.robot} in {info.world}, seed {info.seed}")
+        if watch is None:
+            self._log("no supervisor: a node that does not return hangs this process")
+        self._watch.compiles()
         warm_up(plan, options, self._show, interrupted)  # before a dashboard can open the run
-        self._telemetry = Telemetry(info, [*own, *sinks, *network_sinks], self._log)
-        if server is not None:
-            _open_control(self._telemetry, server)
+        self._telemetry = Telemetry(info, [*own, *sinks, *network_sinks], self._log, self._show)
+        if folder is not None:
+            folder.on_loss = self._telemetry.lose
+        if self._server is not None:
+            _open_control(self._telemetry, self._server)
         self._report: Report | None = None
+        self._is_reported = False
         try:
             self.engine: Engine = build(plan, options, self._telemetry, folder, make_body)
         except BaseException:
@@ -96,6 +123,7 @@ class Run:
         if options.watch:
             self._reload_on_change()
         self._loop_began, self._first_tick = perf_counter(), 0.0
+        self._watch.built(self)
 
     @property
     def is_over(self) -> bool:
@@ -111,6 +139,21 @@ class Run:
         body = self.engine.body
         return not isinstance(body, SimulatedWorld) or body.is_due
 
+    @property
+    def state(self) -> MissionState:
+        """State of the mission."""
+        return self.engine.runtime.state
+
+    @property
+    def handle(self) -> RunHandle | None:
+        """How to reach the run's telemetry; None if it serves none."""
+        return None if self._server is None else self._server.handle
+
+    @property
+    def folder(self) -> Path | None:
+        """The run folder; None without records."""
+        return None if self._folder is None else self._folder.path
+
     def is_ready(self) -> bool:
         """Wait for at most some milliseconds; return whether `step` can be made without waiting.
 
@@ -122,6 +165,7 @@ class Run:
         """Apply the commands of operators and show them the run, without a step."""
         with self._ends_on_error():
             self.engine.runtime.serve()
+        self._watch.stepped(self)
 
     def step(self) -> None:
         """Run one control period; after the end of the mission, stop the robot."""
@@ -135,24 +179,54 @@ class Run:
             runtime.step()
             if not stopping:
                 self._after_step()
+        self._watch.stepped(self)
 
-    def interrupt(self) -> None:
-        """End the mission because a signal asks for it."""
-        self.engine.runtime.end(MissionState.INTERRUPTED, "stopped by a signal")
-        if isinstance(self.engine.body, SimulatedWorld):
-            self.engine.body.pace = 0.0  # slow motion must not delay the end
+    def interrupt(self, reason: str = "stopped by a signal") -> None:
+        """End the mission; a simulation stops its robot as fast as possible."""
+        if self.engine.simulation is not None:
+            self.engine.simulation.pace = 0.0
+        self.engine.runtime.end(MissionState.INTERRUPTED, reason)
+
+    def pause(self, reason: str) -> None:
+        """Pause the mission, as an operator would; the robot stops."""
+        self.engine.runtime.mission.send(MissionEvent.PAUSE, reason)
 
     def finish(self) -> Report:
         """Return the report of the finished run; `close` writes it."""
-        self._report = compose_report(
+        self._report = self.draft()
+        self._log(self._report.summary())
+        return self._report
+
+    @property
+    def report(self) -> Report:
+        """The report of the finished run; after `close` also with records lost at the end.
+
+        Raises:
+            RuntimeError: the run is not finished.
+        """
+        if self._report is None:
+            raise RuntimeError("the run has no report before `finish`")
+        return self._report
+
+    def await_viewer(self, patience: float) -> None:
+        """Wait until a dashboard has connected, at most `patience` wall seconds."""
+        began = perf_counter()
+        server = self._server
+        while server is not None and not server.watchers and perf_counter() - began < patience:
+            self._telemetry.service()
+            sleep(VIEWER_POLL)
+        waited = perf_counter() - began
+        self._began, self._loop_began = self._began + waited, self._loop_began + waited
+
+    def draft(self) -> Report:
+        """Return the report with the figures so far."""
+        return compose_report(
             self._plan, self._options, self.engine,
             wall_seconds=perf_counter() - self._loop_began,
             first_tick=(self._first_tick or perf_counter()) - self._began,
             peak_memory_mb=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
             folder=self._folder, relocalisations=self._milestones.relocalisations,
         )  # fmt: skip
-        self._log(self._report.summary())
-        return self._report
 
     def close(self) -> None:
         """Write the report, close every sink, stop the robot. Safe to call twice."""
@@ -160,11 +234,26 @@ class Run:
         try:
             final = self._report.plain() if self._report is not None else None
             self._telemetry.close(final, lambda: compose_snapshot(engine.runtime))
+            self._write_report()
         finally:
             engine.runtime.parts.navigator.close()
             engine.body.close()
             if engine.sensor_log is not None:
                 engine.sensor_log.close()
+
+    def _write_report(self) -> None:
+        """Write report.json after all other records, with those that were lost."""
+        if self._report is None or self._folder is None or self._is_reported:
+            return
+        self._is_reported = True
+        try:
+            self._folder.write_report(self._with_losses(self._report).plain())
+        except OSError as error:
+            self._telemetry.lose("report.json", reason_of(error))
+        self._report = self._with_losses(self._report)
+
+    def _with_losses(self, report: Report) -> Report:
+        return replace(report, records_lost=[asdict(lost) for lost in self._telemetry.lost])
 
     @contextmanager
     def _ends_on_error(self) -> Iterator[None]:
@@ -201,7 +290,10 @@ class Run:
         if not self._first_tick:
             self._first_tick = perf_counter()
             self._add_late_sinks()
-        if body.has_ended:
+        if self._telemetry.lost and self._options.on_lost_records == "stop":
+            lost = "; ".join(record.text for record in self._telemetry.lost)
+            runtime.end(MissionState.ABORTED, f"records lost: {lost}")
+        elif body.has_ended:
             runtime.end(MissionState.INTERRUPTED, "the recording is over")
         elif body.time > MAX_SIMULATED_SECONDS:
             runtime.end(MissionState.FAILURE, "TIMED_OUT: ran for 24 hours of robot time")
@@ -209,9 +301,11 @@ class Run:
     def _add_late_sinks(self) -> None:
         """Attach rerun only after the first tick: importing it takes half a second."""
         if self._options.rerun and self._folder is not None:
-            from stack.telemetry.rerun_sink import RerunSink
+            from stack.telemetry.rerun.sink import RerunSink
 
-            self._telemetry.attach(RerunSink(self._folder.recording))
+            self._telemetry.attach(
+                RerunSink(self._folder.recording, self._plan.choices["recording"].parameters)
+            )
 
 
 def run_mission(
@@ -236,15 +330,16 @@ def run_mission(
     return execute(prepare(mission, options), options, sinks, interrupted, make_body)
 
 
-def execute(
+def execute(  # noqa: PLR0913 - the optional ones by keyword
     plan: PreparedMission,
     options: RunOptions,
     sinks: Sequence[Sink] = (),
     interrupted: Callable[[], bool] = lambda: False,
     make_body: MakeBody | None = None,
+    watch: RunWatch | None = None,
 ) -> Report:
     """Run a prepared mission to its end; in any case stop the robot and close the records."""
-    run = Run(plan, options, sinks, make_body, interrupted)
+    run = Run(plan, options, sinks, make_body, interrupted, watch)
     try:
         while not run.is_over:
             if run.is_ready():
@@ -253,9 +348,10 @@ def execute(
                 run.serve()
             if interrupted():
                 run.interrupt()
-        return run.finish()
+        run.finish()
     finally:
         run.close()
+    return run.report
 
 
 def _as_recorded(plan: PreparedMission, options: RunOptions) -> RunOptions:
@@ -284,7 +380,7 @@ def _default_name(plan: PreparedMission) -> str:
     return f"{plan.mission.source.stem}-{now}"
 
 
-def _network_sinks(options: RunOptions) -> tuple[list[Sink], Sink | None]:
+def _network_sinks(options: RunOptions) -> tuple[list[Sink], TelemetryServer | None]:
     """Return the sinks on the network, and the server that operators command the run through.
 
     Raises:
@@ -297,9 +393,6 @@ def _network_sinks(options: RunOptions) -> tuple[list[Sink], Sink | None]:
         sinks.append(MavlinkSink(options.mavlink))
     if not options.serve:
         return sinks, None
-    from stack.telemetry.rendezvous import choose_socket
-    from stack.telemetry.server import TelemetryServer
-
     try:
         choose_socket()
     except TelemetryError as error:
@@ -307,7 +400,7 @@ def _network_sinks(options: RunOptions) -> tuple[list[Sink], Sink | None]:
     return sinks, TelemetryServer(folder=options.out)
 
 
-def _open_control(telemetry: Telemetry, server: Sink) -> None:
+def _open_control(telemetry: Telemetry, server: TelemetryServer) -> None:
     """Announce the run; raise InputError if operators cannot command it."""
     try:
         telemetry.attach(server, required=True)

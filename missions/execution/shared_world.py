@@ -11,7 +11,7 @@ from pathlib import Path
 from missions.execution.prepare import PreparedMission, RunOptions, prepare
 from missions.execution.report import Report
 from missions.execution.resources import find_mission
-from missions.execution.run import Run
+from missions.execution.run import Run, RunWatch
 from robots.bodies import sharing
 from stack.documents import read_file
 from stack.errors import InputError
@@ -32,12 +32,14 @@ class Entry:
         plan: the checked mission.
         options: its options.
         sinks: consumers of its events and snapshots, in addition to those of the options.
+        watch: follows its run.
     """
 
     label: str
     plan: PreparedMission
     options: RunOptions
     sinks: Sequence[Sink] = ()
+    watch: RunWatch | None = None
 
 
 def prepare_together(
@@ -96,7 +98,7 @@ def run_together(
         runs = []
         for entry in entries:
             make_body = sharing(simulation)
-            run = Run(entry.plan, entry.options, entry.sinks, make_body, interrupted)
+            run = Run(entry.plan, entry.options, entry.sinks, make_body, interrupted, entry.watch)
             cleanup.callback(run.close)
             runs.append(run)
         while len(reports) < len(runs):
@@ -107,8 +109,9 @@ def run_together(
                     run.serve()
                     continue
                 if run.is_over:
-                    reports[number] = run.finish()
+                    run.finish()
                     run.close()
+                    reports[number] = run.report
                     continue
                 if run.is_ready():
                     run.step()

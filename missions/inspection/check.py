@@ -16,6 +16,7 @@ from missions.language.rendering import render_each
 from missions.trees import show
 from missions.trees.compiler import compile_mission
 from stack.documents import Finding, Mark, read_file
+from stack.documents.files import XML_BYTES, read_bytes
 from stack.errors import InputError
 from stack.sim.import_world import GAZEBO, read_any_world
 
@@ -61,6 +62,13 @@ def _is_world(path: Path) -> bool:
     return "world" in keys and "mission" not in keys and "run" not in keys
 
 
+_OURS = re.compile(
+    r"^(mission|run|trees|places|robot|world|image|navigation)\s*:|ros__parameters"
+    r"|<sdf\b|<robot\b|\"FeatureCollection\"",
+    re.MULTILINE,
+)
+"""Finds what files of treepilot contain; lines of other files are not shown."""
+
 _MISSION = re.compile(r"^mission\s*:", re.MULTILINE)
 """Finds the key `mission` without parsing: parsing a large mission twice is slow."""
 
@@ -68,6 +76,7 @@ _MISSION = re.compile(r"^mission\s*:", re.MULTILINE)
 def _lines(findings: Iterable[Finding]) -> list[CheckLine]:
     found = list(findings)
     sources = {file: _text(Path(file)) for file in sorted({item.mark.file for item in found})}
+    sources = {file: text for file, text in sources.items() if _OURS.search(text)}
     texts = render_each(found, sources)
     return [
         CheckLine(text, item.severity == "error", item)
@@ -95,7 +104,7 @@ def _plain(line: CheckLine) -> dict[str, str | int]:
 
 def _text(path: Path) -> str:
     try:
-        return path.read_text("utf-8", errors="replace")
+        return read_bytes(path, XML_BYTES).decode("utf-8", errors="replace")
     except OSError:
         return ""
 

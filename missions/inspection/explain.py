@@ -9,7 +9,8 @@ from stack.parameters import suggestion
 FILE_CODES: dict[str, Code] = {
     "E001": Code("file", "the file does not exist or cannot be read",
                  "treepilot check nowhere.yaml", "give the path of a file"),
-    "E002": Code("file size", "the file is larger than 1 MB", "", "use smaller files"),
+    "E002": Code("file size", "the file is larger than files of its kind may be", "",
+                 "use smaller files; docs/worlds.md lists the limits"),
     "E003": Code("not text", "the file is not UTF-8 text", "",
                  "save it as UTF-8"),
     "E004": Code("not YAML", "the file is not valid YAML: incomplete, or wrong indentation",
@@ -17,9 +18,10 @@ FILE_CODES: dict[str, Code] = {
     "E005": Code("empty", "the file is empty", "# only a comment", "add the content"),
     "E006": Code("several documents", "the file contains more than one YAML document",
                  "a: 1\n---\nb: 2", "remove `---`"),
-    "E007": Code("not a mapping", "the top level of the file is not a mapping", "- a list",
-                 "write `key: value` lines"),
-    "E008": Code("too large", "aliases contain themselves or make the file too large",
+    "E007": Code("another kind of file", "the file has no keys, or none that such a file has",
+                 "- a list", "give the path of a file of the expected kind"),
+    "E008": Code("too large", "aliases contain themselves, or make the file too large or "
+                 "nested too deeply",
                  "a: &x [*x]", "write the values without aliases"),
     "E009": Code("tag", "YAML tags are not supported", "run: !!python/object {}", "remove the tag"),
     "E010": Code("key", "a key is not a word", "[1, 2]: 3", "use a word as the key"),
@@ -27,6 +29,8 @@ FILE_CODES: dict[str, Code] = {
                  "remove one of the keys"),
     "E012": Code("number", "a number is too large or not finite", "x: .inf",
                  "write a finite number"),
+    "E013": Code("control character", "a text contains a character that controls a terminal, or "
+                 "the direction of writing", 'name: "\\e[2J"', "remove it"),
     "E201": Code("world: key or value", "a key is unknown or missing, or its value has a wrong "
                  "type, unit or range", "walls: 3", "use the suggested key or value"),
     "E202": Code("world: duplicate name", "two items have the same name or marker id",
@@ -46,7 +50,8 @@ FILE_CODES: dict[str, Code] = {
     "E301": Code("robot: key or value", "a key is unknown or missing, or its value has a wrong "
                  "type, unit or range", "limits: {linear_speed: fast}",
                  "use the suggested key or value"),
-    "E302": Code("robot: URDF", "the URDF cannot be read, or a link or joint is missing in it",
+    "E302": Code("robot: URDF", "the URDF cannot be read, a link or joint is missing in it, or "
+                 "a mass or size is not possible",
                  "urdf: nowhere.urdf", "name a URDF with all links and joints"),
     "E303": Code("robot: footprint", "the footprint does not fit the robot",
                  "footprint: {radius: 0}", "write the outline of the robot"),

@@ -5,6 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 from stack.documents import Finding
+from stack.types.printable import printable
+
+SHOWN = 200
+"""Characters of a source line."""
 
 
 def render(findings: Iterable[Finding], sources: Mapping[str, str]) -> str:
@@ -28,7 +32,10 @@ def _one(finding: Finding, lines: Sequence[str]) -> str:
         return str(finding)
     line = lines[finding.mark.line - 1]
     column = min(finding.mark.column, len(line) + 1)
+    first = column - 1 - SHOWN // 2 if len(line) > SHOWN else 0  # of the shown characters
+    before = printable(line[max(0, first) : column - 1])
+    line = before + printable(line[column - 1 : max(0, first) + SHOWN])
     # Tabs in front of the caret keep it aligned at any tab width.
-    gap = "".join("\t" if character == "\t" else " " for character in line[: column - 1])
+    gap = "".join("\t" if character == "\t" else " " for character in before)
     number = f"{finding.mark.line:>5}"
     return f"{finding}\n{number} | {line}\n{' ' * len(number)} | {gap}^"

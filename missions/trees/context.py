@@ -90,6 +90,8 @@ class Execution:
         traces: id of a node -> its last failure.
         starts: called for every node that starts a run; None if not needed.
         visited: nodes ticked and their status, while py_trees' own tools tick the tree.
+        ticked: one cell with the number of the node that is being ticked, -1 between two ticks. A
+            supervising process may read it to tell which node does not return.
     """
 
     robot: Robot = field(init=False)
@@ -104,6 +106,7 @@ class Execution:
     traces: dict[int, FailureTrace] = field(default_factory=dict)
     starts: Callable[[Behaviour], None] | None = None
     visited: list[tuple[Behaviour, Status]] | None = None
+    ticked: memoryview[int] | list[int] = field(default_factory=lambda: [-1])
 
     def record(self, node: Behaviour) -> Record:
         """Return the record of a node of this tree."""

@@ -68,6 +68,7 @@ class LeafNode(Node):
     def execute_tick(self) -> Status:
         """Tick the leaf as py_trees' Behaviour.tick does, without its generator."""
         leaf, execution = self.leaf, self.execution
+        execution.ticked[0] = self.record.id
         before = self.status
         if before is not _RUNNING:
             if self._just_updates and execution.starts is None:
@@ -160,11 +161,15 @@ class LeafNode(Node):
         return status
 
     def _safely(self, call: Callable[..., Any], *arguments: Any) -> bool:
+        ticked = self.execution.ticked
+        before, ticked[0] = ticked[0], self.record.id
         try:
             call(*arguments)
         except (Exception, SystemExit) as error:
             self._report(error)
             return False
+        finally:
+            ticked[0] = before
         return True
 
     def _report(self, error: BaseException) -> None:

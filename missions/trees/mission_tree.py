@@ -86,6 +86,7 @@ class MissionTree:
         self.ticks += 1
         self._execution.preemptible.clear()
         run(root)
+        self._execution.ticked[0] = _NO_NODE
 
     @property
     def status(self) -> Status:
@@ -175,6 +176,7 @@ class MissionTree:
         A blackboard value is taken over if both trees declare its key with the same type.
         """
         self.ticks = older.ticks
+        self._execution.ticked = older._execution.ticked
         self._execution.recoveries = older._execution.recoveries
         kept = []
         for name, slot in self._slots.items():
@@ -206,6 +208,7 @@ class MissionTree:
 
 
 _SUCCESS, _FAILURE = Status.SUCCESS, Status.FAILURE
+_NO_NODE = -1
 
 
 def _depth_first(node: Any, parent: Node | None) -> Iterator[tuple[Node, Node | None]]:

@@ -83,6 +83,7 @@ class InnerNode(Node):
     def execute_tick(self) -> Status:
         """Tick the node; a missing or invalid value becomes its failure."""
         execution = self.execution
+        execution.ticked[0] = self.record.id
         fresh = self.status is not _RUNNING
         if fresh:
             self.feedback_message = ""

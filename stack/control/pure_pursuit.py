@@ -28,7 +28,7 @@ from stack.control.swept import SweptFootprint
 from stack.control.turning import TurnInPlace, TurnStyle, turning_speed
 from stack.costmap.route_costs import blocked_at
 from stack.drivetrain.description import RobotDescription
-from stack.drivetrain.kinematics import moved, speed_towards
+from stack.drivetrain.kinematics import poses_along, speed_towards
 from stack.geometry.path_segment import PathSegment
 from stack.parameters import parameter
 from stack.types import LETHAL_COST, STANDSTILL, Path, Pose2D, Twist
@@ -211,8 +211,7 @@ class PurePursuit(Controller):
         if self._state is None or self._segment is None:
             return None
         times = np.linspace(0.0, self.parameters.time_to_collision, 11)
-        poses = [self._state.pose.compose(moved(self._last, time)) for time in times]
-        return Path(np.array([(pose.x, pose.y, pose.heading) for pose in poses]))
+        return Path(poses_along(self._state.pose, self._last, times))
 
     def _pursue(self, segment: PathSegment, state: ControlState) -> Twist | None:
         """Follow the path: a clear arc or a turn in place; None when neither is safe."""

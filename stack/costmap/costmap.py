@@ -6,6 +6,7 @@ context-sensitive navigation", IROS 2014).
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Sequence
 
 import numpy as np
@@ -13,7 +14,7 @@ import numpy as np
 from stack.compilation import KernelTypes
 from stack.costmap.choosing import LayerChoice, usual_layers
 from stack.costmap.denoise_layer import DenoiseLayer
-from stack.costmap.grid_copies import GridCopies, GridCopy
+from stack.costmap.grid_copies import REMEMBERED, GridCopies, GridCopy
 from stack.costmap.inflation import Inflation
 from stack.costmap.lattice import Lattice
 from stack.costmap.layer import Box, CellProvenance, Layer, LayerUpdate, Region, is_some, joined
@@ -73,6 +74,8 @@ class Costmap:
         self._version = 0
         self._grid: CostGrid | None = None
         self._copies = GridCopies()
+        self._changes: deque[tuple[int, Box]] = deque(maxlen=REMEMBERED)
+        self._shown: tuple[int, GridCopy] | None = None
         self._lattice = Lattice(static, window, parameters.resolution, _corner(window))
         self._frame = self._lattice.frame
         self._begin(static, None)
@@ -94,6 +97,24 @@ class Costmap:
             view = self.view
             self._grid = CostGrid(view.cells.copy(), view.resolution, view.origin)
         return self._grid
+
+    @property
+    def shown(self) -> CostGrid:
+        """The current costs for displays: a copy that the first call after a change renews.
+
+        Only what changed is copied, in place where possible: on a large map `grid` takes
+        milliseconds.
+        """
+        if self._shown is None or self._shown[0] != self._version:
+            if self._shown is not None:
+                self._shown[1].release()
+            self._shown = self._version, self.copied()
+        return self._shown[1].grid
+
+    @property
+    def changes(self) -> tuple[tuple[int, Box], ...]:
+        """The last changes, oldest first: version after the change, and the changed cells."""
+        return tuple(self._changes)
 
     @property
     def view(self) -> CostGrid:
@@ -231,6 +252,7 @@ class Costmap:
     def _recompute(self) -> None:
         self._painting.repaint_all()
         self._copies.renew()
+        self._changes.clear()
         self._grid = None
         self._version += 1
 
@@ -240,6 +262,7 @@ class Costmap:
             self._copies.note(changed)
             self._grid = None
             self._version += 1
+            self._changes.append((self._version, changed))
 
 
 def _corner(window: float | None) -> tuple[float, float]:

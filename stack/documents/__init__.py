@@ -2,13 +2,12 @@
 
 Every finding has file, line and column. A reader collects all findings before it raises.
 
-Codes: E001..E019 files and YAML · E1xx missions · E2xx worlds · E3xx robots · E4xx maps and
+Codes: E001..E019 files, YAML and texts · E1xx missions · E2xx worlds · E3xx robots · E4xx maps and
 components.
 """
 
 from stack.documents.findings import Finding, Findings, Mark
 from stack.documents.reader import (
-    MAX_BYTES,
     Section,
     read_document,
     read_file,
@@ -18,6 +17,6 @@ from stack.documents.reader import (
 from stack.documents.yaml_nodes import MAX_DEPTH, MAX_NODES, Node, as_yaml, iter_scalars
 
 __all__ = [
-    "MAX_BYTES", "MAX_DEPTH", "MAX_NODES", "Finding", "Findings", "Mark", "Node", "Section",
+    "MAX_DEPTH", "MAX_NODES", "Finding", "Findings", "Mark", "Node", "Section",
     "as_yaml", "iter_scalars", "read_document", "read_file", "read_text", "value_of",
 ]  # fmt: skip

@@ -4,66 +4,60 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from difflib import get_close_matches
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeVar
 
+from stack.documents.files import decoded, read_input
 from stack.documents.findings import Finding, Findings, Mark
 from stack.documents.yaml_nodes import Node, compose
 from stack.errors import InputError, ParameterError
 from stack.parameters import REQUIRED, Declaration, nearest, suggestion
 
-MAX_BYTES = 1_000_000
-
 T = TypeVar("T")
 
 
-def read_file(path: Path, what: str = "file") -> Node:
+def read_file(path: Path, what: str = "file", like: Sequence[str] = ()) -> Node:
     """Read the document in a YAML file.
 
     Args:
         path: of the file.
         what: kind of file for messages, such as "world file".
+        like: keys of which such a file has at least one, perhaps misspelt. A file without them is
+            of another kind, and findings must not quote from it.
 
     Raises:
-        InputError: the file is missing, a folder, not text, too large, empty, not YAML, or not
-            one mapping.
+        InputError: the file is missing, a folder, a device, not text, too large, empty, not YAML,
+            not one mapping, or of another kind.
     """
-    start = Mark(str(path))
-
-    def refuse(code: str, sentence: str, hint: str = "") -> InputError:
-        return InputError([Finding(start, code, sentence, hint)])
-
-    try:
-        raw = path.read_bytes()
-    except FileNotFoundError:
-        near = path.parent.glob(f"*{path.suffix}") if path.parent.is_dir() else iter(())
-        hint = suggestion(path.name, [item.name for item in near])
-        raise refuse("E001", f"there is no such {what}", hint) from None
-    except IsADirectoryError:
-        raise refuse("E001", f"this is a folder, not a {what}") from None
-    except OSError as error:
-        raise refuse("E001", f"cannot be read: {error.strerror}") from None
-    if len(raw) > MAX_BYTES:
-        raise refuse("E002", f"{len(raw)} bytes; a {what} may have at most {MAX_BYTES}")
-    try:
-        text = raw.decode("utf-8")
-    except UnicodeDecodeError as error:
-        line = raw[: error.start].count(b"\n") + 1
-        column = error.start - raw.rfind(b"\n", 0, error.start)
-        where = Mark(str(path), line, column)
-        sentence = f"not a text file: byte 0x{raw[error.start]:02x} is not UTF-8"
-        raise InputError([Finding(where, "E003", sentence, "save it as UTF-8")]) from None
-    return read_text(text, str(path), what)
+    return _of_kind(read_text(decoded(read_input(path, what), path), str(path), what), what, like)
 
 
-def read_document(path: Path, what: str = "file", text: str | None = None) -> Node:
+def read_document(
+    path: Path, what: str = "file", text: str | None = None, like: Sequence[str] = ()
+) -> Node:
     """Read the document in a file, or in the unsaved `text` of an editor for that file.
 
     Raises:
         InputError: as `read_file` and `read_text` do.
     """
-    return read_file(path, what) if text is None else read_text(text, str(path), what)
+    if text is None:
+        return read_file(path, what, like)
+    return read_text(text, str(path), what)
+
+
+def _of_kind(node: Node, what: str, like: Sequence[str]) -> Node:
+    """The node, if one of its keys is or resembles a known one.
+
+    Raises:
+        InputError: none does.
+    """
+    written = [str(key.value)[:60] for key, _ in node.entries]
+    if like and not any(get_close_matches(word, like, 1, cutoff=0.75) for word in written):
+        sentence = f"not a {what}: it has none of the keys {', '.join(like[:4])}…"
+        raise InputError([Finding(Mark(node.mark.file), "E007", sentence)])
+    return node
 
 
 @lru_cache(maxsize=64)
@@ -86,8 +80,8 @@ def read_text(text: str, name: str, what: str = "file") -> Node:
             [Finding(where, "E006", f"a {what} has only one document", "remove `---`")]
         )
     if not node.is_mapping:
-        sentence = f"a {what} must be a mapping of keys, got {node.words()}"
-        findings.error("E007", node.mark, sentence)
+        got = "a list" if node.is_sequence else "a text or number"
+        findings.error("E007", node.mark, f"not a {what}: expected keys with values, got {got}")
     findings.raise_errors()
     return node
 
@@ -178,7 +172,7 @@ class Section:
         return replace(node, value=entries)
 
     def _unknown(self, key: Node, keys: Sequence[str]) -> None:
-        sentence = f"{self.what} has no key {key.value!r}"
+        sentence = f"{self.what} has no key {key.words()}"
         self.findings.error(self.code, key.mark, sentence, suggestion(str(key.value), keys))
 
     def done(self) -> None:

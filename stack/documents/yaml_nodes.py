@@ -11,6 +11,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
+from math import inf, isinf
 from typing import Any
 
 import yaml
@@ -18,6 +19,7 @@ import yaml
 from stack.documents.findings import Finding, Findings, Mark
 from stack.documents.yaml_problems import Problem, explain
 from stack.errors import InputError
+from stack.types.printable import printable
 
 MAX_NODES, MAX_DEPTH = 50_000, 60
 
@@ -100,13 +102,23 @@ def compose(text: str, name: str, findings: Findings) -> list[Node]:
         raise InputError([Finding(Mark(name), "E004", sentence)]) from None
 
 
+class _Unsupported(yaml.MarkedYAMLError):
+    """Valid YAML that is not accepted."""
+
+
 _Parser: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
 def _refusal(text: str, name: str, error: yaml.YAMLError) -> Finding:
     """The finding for a syntax error, from PyYAML's own parser: it tells more than libyaml."""
     try:
-        list(yaml.parse(text, Loader=yaml.SafeLoader))
+        # libyaml stopped at the same place. PyYAML's scanner takes quadratic time in the depth.
+        depth = 0
+        for event in yaml.parse(text, Loader=yaml.SafeLoader):
+            depth += isinstance(event, yaml.CollectionStartEvent)
+            depth -= isinstance(event, yaml.CollectionEndEvent)
+            if depth > MAX_DEPTH or isinstance(error, _Unsupported):
+                break
     except yaml.YAMLError as own:
         error = own
     if isinstance(error, yaml.reader.ReaderError):
@@ -138,7 +150,7 @@ class _Composer:
     def __init__(self, name: str, findings: Findings, events: Iterator[Any]) -> None:
         self.name, self.findings, self.events = name, findings, events
         self.count = 0
-        self.anchors: dict[str, tuple[Node, int] | None] = {}
+        self.anchors: dict[str, tuple[Node, int, int] | None] = {}
 
     def documents(self) -> list[Node]:
         found = []
@@ -151,11 +163,11 @@ class _Composer:
     def _node(self, event: Any, depth: int) -> Node:
         mark = self._mark(event)
         if isinstance(event, yaml.AliasEvent):
-            return self._alias(event, mark)
+            return self._alias(event, mark, depth)
         self._counted(1, mark)
         before = self.count
         if depth > MAX_DEPTH:
-            raise yaml.MarkedYAMLError(
+            raise _Unsupported(
                 problem=f"nested more than {MAX_DEPTH} deep", problem_mark=event.start_mark
             )
         if event.tag is not None:
@@ -169,20 +181,23 @@ class _Composer:
         else:
             node = Node(self._entries(depth), "mapping", mark)
         if event.anchor is not None:
-            self.anchors[event.anchor] = node, self.count - before
+            self.anchors[event.anchor] = node, self.count - before, _height(node)
         return node
 
-    def _alias(self, event: Any, mark: Mark) -> Node:
+    def _alias(self, event: Any, mark: Mark, depth: int) -> Node:
         name = event.anchor
         if name not in self.anchors:
-            raise yaml.MarkedYAMLError(
+            raise _Unsupported(
                 problem=f"found undefined alias {name!r}", problem_mark=event.start_mark
             )
         meant = self.anchors[name]
         if meant is None:
             raise InputError([Finding(mark, "E008", "an alias contains itself")])
-        node, size = meant
+        node, size, height = meant
         self._counted(size + 1, mark)
+        if depth + height > MAX_DEPTH:
+            sentence = f"nested more than {MAX_DEPTH} deep after expanding aliases"
+            raise InputError([Finding(mark, "E008", sentence)])
         return node
 
     def _counted(self, number: int, mark: Mark) -> None:
@@ -216,6 +231,10 @@ class _Composer:
         return entries
 
     def _scalar(self, event: Any, mark: Mark) -> Node:
+        if printable(event.value) != event.value:
+            shown = printable(repr(event.value[:60]))
+            sentence = f"the text {shown} contains control characters"
+            self.findings.error("E013", mark, sentence, "remove them")
         if event.style in ("'", '"', "|", ">"):
             return Node(event.value, "scalar", mark, quoted=True)
         return Node(self._core_value(event.value, mark), "scalar", mark)
@@ -224,22 +243,31 @@ class _Composer:
         if text in _WORDS:
             return _WORDS[text]
         if _INT.fullmatch(text):
-            if len(text) > 18:
-                self.findings.error("E012", mark, f"the number {text[:20]}... is too large")
-                return 0
-            return int(text)
+            return self._in_range(int(text) if len(text) <= 18 else inf, text, mark)
         if _BASED.fullmatch(text):
-            return int(text, 0)
+            return self._in_range(int(text, 0) if len(text) <= 18 else inf, text, mark)
         if _FLOAT.fullmatch(text):
-            return float(text)
+            return self._in_range(float(text), text, mark)
         if _SPECIAL.fullmatch(text):
             self.findings.error("E012", mark, f"{text} is not a finite number")
             return 0.0
         return text
 
+    def _in_range(self, number: float, text: str, mark: Mark) -> float:
+        if isinf(number):
+            self.findings.error("E012", mark, f"the number {text[:20]}... is too large")
+            return 0
+        return number
+
     def _mark(self, event: Any) -> Mark:
         mark = event.start_mark
         return Mark(self.name, mark.line + 1, mark.column + 1)
+
+
+def _height(node: Node) -> int:
+    """Levels of lists and mappings below a node."""
+    below = [*(value for _, value in node.entries), *node.items]
+    return 0 if node.kind == "scalar" else 1 + max(map(_height, below), default=0)
 
 
 def as_yaml(value: Any) -> str:

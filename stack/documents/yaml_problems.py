@@ -220,9 +220,8 @@ def _deep(case: _Case) -> Problem:
 
 
 def _alias(case: _Case) -> Problem:
-    name = case.found[1]
-    hint = f"write `&{name}` before the value, or quote a text that begins with *"
-    return case.at(case.here, f"`*{name}` has no `&{name}` before it", hint)
+    hint = "write `&` and the name before a value above, or quote a text that begins with *"
+    return case.at(case.here, "there is no value with the name of this alias", hint)
 
 
 def _indent(line: str) -> int:

@@ -60,6 +60,26 @@ def moved(twist: Twist, seconds: float) -> Pose2D:
     )
 
 
+def poses_along(start: Pose2D, twist: Twist, times: FloatArray) -> FloatArray:
+    """(n, 3) x, y, heading after each of n times, seconds, at a constant twist; as `moved`.
+
+    Args:
+        start: start pose in any fixed frame, which is also that of the result.
+        twist: in the robot's frame.
+        times: (n,), seconds.
+    """
+    half = 0.5 * twist.angular * times
+    chord = times * np.sinc(half / pi)
+    c, s = np.cos(start.heading + half), np.sin(start.heading + half)
+    return np.column_stack(
+        [
+            start.x + chord * (c * twist.linear - s * twist.lateral),
+            start.y + chord * (s * twist.linear + c * twist.lateral),
+            start.heading + 2.0 * half,
+        ]
+    )
+
+
 def swept_poses(
     start: Pose2D, twist: Twist, amount: float, radius: float, spacing: float
 ) -> tuple[FloatArray, FloatArray]:

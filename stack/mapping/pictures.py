@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stack.documents.files import IMAGE_BYTES, TooLargeError, read_bytes
 from stack.errors import ParameterError
 from stack.mapping.limits import MAX_SIDE
 from stack.types import FloatArray
 
-MAX_BYTES = 1 << 28
 PNG = b"\x89PNG\r\n\x1a\n"
 # Magic number, width, height and largest value, with comments between, then one whitespace byte.
 _PGM = re.compile(rb"P([25])" + 3 * rb"(?:\s+(?:#[^\n]*\n\s*)*)(\d{1,9})" + rb"\s")
@@ -40,16 +40,15 @@ def read_picture(path: Path) -> Picture:
         OSError: the file cannot be read.
         ParameterError: not a PGM or PNG image, damaged, or over 8192 pixels wide or high.
     """
-    size = path.stat().st_size
-    if size > MAX_BYTES:
-        raise ParameterError("", f"has {size} bytes; a map image has at most {MAX_BYTES}")
-    raw = path.read_bytes()
+    try:
+        raw = read_bytes(path, IMAGE_BYTES)
+    except TooLargeError as error:
+        raise ParameterError("", f"has {error.strerror} of a map image") from None
     if raw.startswith(PNG):
         return _png(raw)
     header = _PGM.match(raw)
     if header is None:
-        start = raw[:4].hex(" ") or "nothing"
-        raise ParameterError("", f"is not a PGM or PNG image; it begins with {start}")
+        raise ParameterError("", "is not a PGM or PNG image" if raw else "is empty")
     return _pgm(raw[header.end() :], *(int(group) for group in header.groups()))
 
 
@@ -69,8 +68,8 @@ def _pgm(body: bytes, kind: int, width: int, height: int, brightest: int) -> Pic
         values = np.frombuffer(body[: count * (1 + (brightest > 255))], "u1")
         values = values.view(">u2") if brightest > 255 and values.size % 2 == 0 else values
     else:
-        words = re.sub(rb"#[^\n]*", b"", body).split()[:count]
-        if not all(word.isdigit() for word in words):
+        words = re.sub(rb"#[^\n]*", b"", body).split(None, count)[:count]
+        if not all(word.isdigit() and len(word) <= 9 for word in words):
             raise ParameterError("", "is a damaged PGM: not all of its values are numbers")
         values = np.array([int(word) for word in words], dtype=np.float64)
     if values.size != count:

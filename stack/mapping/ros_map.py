@@ -71,7 +71,12 @@ def read_ros_map(path: Path) -> OccupancyGrid:
         InputError: all findings, each with its position.
     """
     findings = Findings()
-    top = Section(read_file(path, "map file"), findings, "a map file", SHAPE)
+    top = Section(
+        read_file(path, "map file", ("image", "resolution", "origin")),
+        findings,
+        "a map file",
+        SHAPE,
+    )
     image = top.node_of("image", required=True)
     named = None if image is None else top.read(IMAGE, image)
     resolution = top.value(RESOLUTION)

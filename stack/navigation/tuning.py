@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
+from functools import lru_cache
 from typing import Any
 
 from stack.errors import ParameterError
@@ -31,11 +32,17 @@ class Tunable:
 def flat(tunables: Mapping[str, Tunable]) -> dict[str, Any]:
     """Return the current parameters by their full names, e.g. `controller.cruise_speed`."""
     return {
-        f"{name}.{item.name}": getattr(parameters, item.name)
+        full_name: getattr(parameters, field)
         for name, tunable in tunables.items()
         for parameters in [tunable.read()]
-        for item in fields(parameters)
+        for field, full_name in _names(name, parameters.__class__)
     }
+
+
+@lru_cache(maxsize=256)
+def _names(component: str, kind: type) -> tuple[tuple[str, str], ...]:
+    """Field and full name of each parameter; every snapshot needs them."""
+    return tuple((item.name, f"{component}.{item.name}") for item in fields(kind))
 
 
 def change(tunables: Mapping[str, Tunable], name: str, raw: Any) -> Any:

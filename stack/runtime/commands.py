@@ -2,22 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from math import isfinite
+from collections.abc import Callable
 from typing import Any
 
 from stack.body import BodyCommand, SimulatedWorld
 from stack.errors import InputError, ParameterError
 from stack.navigation.teleoperation import Teleoperation
 from stack.robot import Task
+from stack.runtime.command_schema import (
+    Abort,
+    EmergencyStop,
+    NoArguments,
+    PoseArguments,
+    SetParameter,
+    Speed,
+    Velocity,
+    loggable,
+    read_arguments,
+)
 from stack.runtime.debug_commands import DebugCommands
 from stack.runtime.interfaces import Parts
 from stack.runtime.mission_state import MissionEvent, MissionStateMachine
 from stack.telemetry.records import Ack, Command, MissionState
-from stack.types import STANDSTILL, Pose2D, TaskStatus, Twist
-
-Arguments = Mapping[str, Any]
-
+from stack.types import STANDSTILL, OccupancyGrid, Pose2D, TaskStatus
 
 End = Callable[[MissionState, str], None]
 """end(state, reason): end the mission with a final state."""
@@ -29,8 +36,8 @@ class CommandHandler:
     def __init__(self, parts: Parts, mission: MissionStateMachine, end: End) -> None:
         self._parts, self._mission, self._end = parts, mission, end
         self._detour: Task | None = None
-        self.debugging = DebugCommands(parts, mission, lambda: self._resume({}))
-        self._actions: dict[str, Callable[[Arguments], str | None]] = {
+        self.debugging = DebugCommands(parts, mission, lambda: self._resume(NoArguments()))
+        self._actions: dict[str, Callable[[Any], str | None]] = {
             "pause": self._pause,
             "resume": self._resume,
             "estop": self._emergency_stop,
@@ -71,10 +78,11 @@ class CommandHandler:
         if command.kind == "speed" and not refusal:
             return ack  # does not affect the run, so it is not in the hashed log
         kind = "teleop" if command.kind == "teleop" and not refusal else "command"
+        name = loggable(command.kind)
         self._parts.telemetry.emit(
-            kind, f"{command.kind}: {refusal or effect or 'done'}", source="command",
+            kind, f"{name}: {refusal or effect or 'done'}", source="command",
             level="warning" if refusal or command.kind == "estop" else "info",
-            command=command.kind, arguments=dict(command.arguments), refused=refusal, held=held,
+            command=name, arguments=loggable(command.arguments), refused=refusal, held=held,
         )  # fmt: skip
         return ack
 
@@ -83,44 +91,38 @@ class CommandHandler:
 
         Both are empty if it was done and needs no description.
         """
-        action, debugging = self._actions.get(command.kind), self.debugging.actions
-        if action is None and command.kind not in debugging:
-            known = ", ".join([*self._actions, *debugging])
-            return f"there is no command {command.kind!r}; available: {known}", ""
-        if self._mission.state.is_over and command.kind not in ("estop", "release"):
-            return f"the mission is over ({self._mission.state})", ""
         try:
+            arguments = read_arguments(command.kind, command.arguments)
+            if self._mission.state.is_over and command.kind not in ("estop", "release"):
+                return f"the mission is over ({self._mission.state})", ""
+            action = self._actions.get(command.kind)
             if action is not None:
-                return action(command.arguments) or "", ""
-            return "", debugging[command.kind](command.arguments)
-        except KeyError as error:
-            return f"{command.kind} needs the argument {error}", ""
+                return action(arguments) or "", ""
+            return "", self.debugging.actions[command.kind](arguments)
         except (InputError, ParameterError, TypeError, ValueError) as error:
             return str(error), ""
 
-    def _pause(self, _: Arguments) -> str:
+    def _pause(self, _: NoArguments) -> str:
         refusal = self._mission.send(MissionEvent.PAUSE)
         if not refusal:
             self._cancel_detour()
             self.debugging.forget_steps()
         return refusal
 
-    def _resume(self, _: Arguments) -> str:
+    def _resume(self, _: NoArguments) -> str:
         refusal = self._mission.send(MissionEvent.RESUME)
         if not refusal:
             self._detour = None
             self.debugging.forget_steps()
         return refusal
 
-    def _emergency_stop(self, arguments: Arguments) -> str:
-        refusal = self._mission.send(
-            MissionEvent.EMERGENCY_STOP, str(arguments.get("reason", "operator"))
-        )
+    def _emergency_stop(self, arguments: EmergencyStop) -> str:
+        refusal = self._mission.send(MissionEvent.EMERGENCY_STOP, arguments.reason)
         self._parts.body.command(BodyCommand(STANDSTILL))  # at once, not with the next step
         self._cancel_detour()
         return refusal
 
-    def _release(self, _: Arguments) -> str:
+    def _release(self, _: NoArguments) -> str:
         """Release the emergency stop; the robot stands until `resume`."""
         return self._mission.send(MissionEvent.RELEASE)
 
@@ -129,42 +131,58 @@ class CommandHandler:
         if self._detour is not None:
             self._detour.cancel()
 
-    def _abort(self, arguments: Arguments) -> None:
-        self._end(MissionState.ABORTED, str(arguments.get("reason", "by the operator")))
+    def _abort(self, arguments: Abort) -> None:
+        self._end(MissionState.ABORTED, arguments.reason)
 
-    def _speed(self, arguments: Arguments) -> str | None:
+    def _speed(self, arguments: Speed) -> str | None:
         body = self._parts.body
         if not isinstance(body, SimulatedWorld):
             return "cannot change the speed: this robot runs in real time"
-        factor = float(arguments["factor"])
-        if not 0.0 <= factor <= 1000.0:
-            return f"speed {factor:g} is not between 0 (as fast as possible) and 1000"
-        body.pace = factor
+        body.pace = arguments.factor
         return None
 
-    def _set_pose(self, arguments: Arguments) -> None:
+    def _set_pose(self, arguments: PoseArguments) -> None:
         self._parts.facade.set_pose(
-            _pose(arguments), position_deviation=0.3, heading_deviation=0.3, source="operator"
+            self._on_map(arguments.pose),
+            position_deviation=0.3,
+            heading_deviation=0.3,
+            source="operator",
         )
 
-    def _set_goal(self, arguments: Arguments) -> str | None:
+    def _set_goal(self, arguments: PoseArguments) -> str | None:
         """Pause the mission and drive to a pose; `resume` continues the mission's own motion."""
-        goal = _pose(arguments)
+        goal = self._on_map(arguments.pose)
         refusal = self._mission.send(MissionEvent.DETOUR)
         if not refusal:
             self._detour = self._parts.facade.navigate_to(goal)
         return refusal
-        return None
 
-    def _teleop(self, arguments: Arguments) -> str | None:
+    def _on_map(self, pose: Pose2D) -> Pose2D:
+        """The pose; a mission without a map accepts any.
+
+        Raises:
+            InputError: it is outside the map.
+        """
+        grid = self._parts.map_layer.content
+        if not self._parts.is_mapped or not isinstance(grid, OccupancyGrid):
+            return pose
+        if grid.contains(*grid.cell_at(pose.x, pose.y)):
+            return pose
+        (rows, columns), (x, y) = grid.cells.shape, grid.origin
+        raise InputError(
+            f"({pose.x:g}, {pose.y:g}) is outside the map, which covers x {x:g} to "
+            f"{x + columns * grid.resolution:g} m and y {y:g} to {y + rows * grid.resolution:g} m"
+        )
+
+    def _teleop(self, arguments: Velocity) -> str | None:
         """Drive a velocity for half a second; refused unless assisted_teleop is running."""
         teleoperation = self._teleoperation
         if teleoperation is None:
             return self._teleoperation_refusal
-        teleoperation.steer(_twist(arguments))
+        teleoperation.steer(arguments.twist)
         return None
 
-    def _teleop_done(self, _: Arguments) -> str | None:
+    def _teleop_done(self, _: NoArguments) -> str | None:
         teleoperation = self._teleoperation
         if teleoperation is None:
             return self._teleoperation_refusal
@@ -182,22 +200,5 @@ class CommandHandler:
             return f"the mission is {self._mission.state}"
         return "the mission drives: velocities are accepted only while assisted_teleop is running"
 
-    def _set_parameter(self, arguments: Arguments) -> None:
-        self._parts.facade.set_parameter(str(arguments["name"]), arguments["value"])
-
-
-def _pose(arguments: Arguments) -> Pose2D:
-    x, y, heading = (float(arguments[key]) for key in ("x", "y", "heading"))
-    if not all(map(isfinite, (x, y, heading))):
-        raise ValueError(f"({x}, {y}, {heading}) is not a pose: all values must be finite")
-    return Pose2D(x, y, heading)
-
-
-def _twist(arguments: Arguments) -> Twist:
-    names = ("linear", "angular", "lateral")
-    linear, angular, lateral = (float(arguments.get(name, 0.0)) for name in names)
-    if not all(map(isfinite, (linear, angular, lateral))):
-        raise ValueError(
-            f"({linear}, {angular}, {lateral}) is not a velocity: all values must be finite"
-        )
-    return Twist(linear, angular, lateral)
+    def _set_parameter(self, arguments: SetParameter) -> None:
+        self._parts.facade.set_parameter(arguments.name, arguments.value)

@@ -7,17 +7,14 @@ tick, so that the robot moves as far as without stepping; then the mission pause
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any
 
 from stack.errors import InputError
+from stack.runtime.command_schema import Break, Force, NoArguments, Step, Unbreak
 from stack.runtime.interfaces import Debugger, Parts
 from stack.runtime.mission_state import MissionEvent, MissionStateMachine
 from stack.telemetry.records import MissionState
-
-MAX_TICKS = 1_000_000
-
-Arguments = Mapping[str, Any]
 
 
 class DebugCommands:
@@ -40,7 +37,7 @@ class DebugCommands:
         """
         self._parts, self._mission, self._resume = parts, mission, resume
         self._ticks_left: int | None = None
-        self.actions: dict[str, Callable[[Arguments], str]] = {
+        self.actions: dict[str, Callable[[Any], str]] = {
             "break": self._break,
             "unbreak": self._unbreak,
             "force": self._force,
@@ -80,23 +77,20 @@ class DebugCommands:
     def _pause(self, why: str) -> None:
         self._mission.send(MissionEvent.PAUSE, why)
 
-    def _break(self, arguments: Arguments) -> str:
+    def _break(self, arguments: Break) -> str:
         return f"breakpoint set before {self._debugger.set_breakpoint(self._node(arguments))}"
 
-    def _unbreak(self, arguments: Arguments) -> str:
-        named = self._node(arguments) if "node" in arguments else ""
-        cleared = self._debugger.clear_breakpoint(named)
+    def _unbreak(self, arguments: Unbreak) -> str:
+        cleared = self._debugger.clear_breakpoint(self._node(arguments))
         return f"breakpoint removed: {cleared}"
 
-    def _force(self, arguments: Arguments) -> str:
-        node, status = self._node(arguments), str(arguments["status"])
-        found = self._debugger.force(node, status, str(arguments.get("code", "")))
+    def _force(self, arguments: Force) -> str:
+        status = arguments.status
+        found = self._debugger.force(self._node(arguments), status, arguments.code)
         return f"{found}: {'no longer forced' if status == 'off' else status}"
 
-    def _step(self, arguments: Arguments) -> str:
-        ticks = arguments.get("ticks", 1)
-        if type(ticks) is not int or not 1 <= ticks <= MAX_TICKS:
-            raise InputError(f"step needs a number of ticks from 1 to {MAX_TICKS}, got {ticks!r}")
+    def _step(self, arguments: Step) -> str:
+        ticks = arguments.ticks
         state = self._mission.state
         if state is MissionState.PAUSED:
             self._resume_mission()
@@ -105,7 +99,7 @@ class DebugCommands:
         self._ticks_left = ticks
         return f"{ticks} tick{'' if ticks == 1 else 's'}"
 
-    def _continue(self, _: Arguments) -> str:
+    def _continue(self, _: NoArguments) -> str:
         self._resume_mission()
         return "the mission continues"
 
@@ -114,12 +108,12 @@ class DebugCommands:
         if refusal:
             raise InputError(refusal)
 
-    def _node(self, arguments: Arguments) -> str:
+    def _node(self, arguments: Break | Unbreak | Force) -> str:
         """The named node; refused if its number is from a tree that was replaced since."""
-        generation = arguments.get("generation")
+        generation = arguments.generation
         if generation is not None and generation != self._debugger.view().generation:
             raise InputError("the tree was replaced; choose the node again")
-        return str(arguments["node"])
+        return arguments.node
 
     @property
     def _debugger(self) -> Debugger:

@@ -148,6 +148,7 @@ class Parts:
     telemetry: Telemetry
     state: LoopState
     map_layer: Layer
+    is_mapped: bool = True
     scorer: GroundTruthScorer | None = None
     debugger: Debugger | None = None
     sensor_log: ObservationLog | None = None

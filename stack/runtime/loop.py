@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import hypot
-from time import perf_counter
 
 from stack.body import HEALTHY, BodyCommand, BodyHealth, SimulatedWorld
 from stack.frames.deskew import deskew_observation
@@ -19,9 +18,11 @@ from stack.perception.smoothing import smooth_observation
 from stack.runtime.commands import CommandHandler
 from stack.runtime.interfaces import MissionTree, Parts
 from stack.runtime.mission_state import HELD, MissionEvent, MissionStateMachine
+from stack.runtime.pace_meter import PaceMeter
 from stack.runtime.parameters import LoopParameters
 from stack.runtime.snapshots import compose_snapshot
 from stack.runtime.stage_times import Stages
+from stack.telemetry.hub import SENSORS, reason_of
 from stack.telemetry.records import Ack, Command, Layer, MissionState
 from stack.types import (
     STANDSTILL,
@@ -59,7 +60,7 @@ class Runtime:
         self.mission = MissionStateMachine(self._state_changed)
         self.stages = Stages(self.period)
         self.distance = 0.0
-        self._began = perf_counter()
+        self._pace = PaceMeter()
         self._image: Image | None = None
         self._next_tree: Callable[[], MissionTree] | None = None
         self._health: BodyHealth = HEALTHY
@@ -87,6 +88,7 @@ class Runtime:
         """Run one control period; while a simulation is frozen, only serve the operator."""
         p, state, measure = self.parts, self.parts.state, self.stages.measure
         p.telemetry.advance(self.steps, p.body.time)
+        self._pace.advance(p.body.time, self.mission.is_held)
         self.is_frozen = self._freeze()
         if self.is_frozen:
             self._serve_operator()
@@ -181,8 +183,13 @@ class Runtime:
 
     @property
     def real_time_factor(self) -> float:
-        """Simulated seconds per wall second since the run began; for displays only."""
-        return self.parts.body.time / max(1e-6, perf_counter() - self._began)
+        """Robot seconds per wall second in the last seconds, without holds; for displays only."""
+        return self._pace.factor
+
+    @property
+    def is_on_detour(self) -> bool:
+        """Whether the robot drives to the operator's goal while the mission is paused."""
+        return self._commands.drives_to_operator_goal
 
     def fresh_image(self) -> Image | None:
         """The newest picture if no snapshot has contained it yet."""
@@ -204,7 +211,7 @@ class Runtime:
         local, globe = parts.world_model.local_costmap, parts.world_model.global_costmap
         return {
             "map": parts.map_layer,
-            "global_costmap": Layer(globe.version, globe.grid),
+            "global_costmap": Layer(globe.version, globe.shown, globe.changes),
             "local_costmap": Layer(local.version, local.grid),
             **(parts.scorer.layers() if parts.scorer is not None else {}),
         }
@@ -262,6 +269,7 @@ class Runtime:
             self.parts.sensor_log = None
             text = f"the sensor log ends here: {error.strerror}"
             self.parts.telemetry.emit("record", text, source="records", level="error")
+            self.parts.telemetry.lose(SENSORS, reason_of(error))
 
     def _publish_state(
         self, observation: Observation, motion: Odometry, estimate: PoseEstimate,

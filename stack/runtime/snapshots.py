@@ -34,7 +34,12 @@ class Loop(Protocol):
 
     @property
     def real_time_factor(self) -> float:
-        """Simulated seconds per wall second since the run began."""
+        """Robot seconds per wall second in the last seconds, without holds."""
+        ...
+
+    @property
+    def is_on_detour(self) -> bool:
+        """Whether the robot drives to the operator's goal while the mission is paused."""
         ...
 
     def fresh_image(self) -> Image | None:
@@ -84,9 +89,11 @@ def compose_snapshot(runtime: Loop) -> Snapshot:
         blackboard=parts.tree.blackboard(),
         counters=runtime.counters(),
         teleop=parts.navigator.teleoperation is not None,
+        detour=runtime.is_on_detour,
         safety=parts.safety.reason,
         events=parts.telemetry.recent(SHOWN_EVENTS),
         debugging=parts.debugger.view() if parts.debugger else Debugging(),
+        records_lost="; ".join(record.text for record in parts.telemetry.lost),
     )
 
 

@@ -189,7 +189,8 @@ def _scalar_codec(kind: type) -> _Codec:
 
 def _record_codec(kind: type) -> _Codec:
     hints = typing.get_type_hints(kind)
-    names = [item.name for item in dataclasses.fields(kind)]
+    sent = [item for item in dataclasses.fields(kind) if item.metadata.get("sent", True)]
+    names = [item.name for item in sent]
     codecs = [_codec(hints[name]) for name in names]
     pairs = list(zip(names, codecs, strict=True))
 

@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.types import FREE_COST, INSCRIBED_COST, LETHAL_COST, CostGrid, OccupancyGrid
+from stack.types import FREE_COST, INSCRIBED_COST, LETHAL_COST
 
 Picture = NDArray[np.uint8]
 
@@ -21,32 +21,23 @@ _RAMPS = {
 }
 _LETHAL_ALPHA = 130
 
+OUTSIDE_MAP, OUTSIDE_COSTS = 254, 255
+"""Transparent cells: not an occupancy, and the cost of unknown cells."""
 
-def map_picture(grid: OccupancyGrid) -> Picture:
-    """(rows, columns, 4) RGBA of a map; row 0 is at the top."""
+
+def map_table() -> Picture:
+    """(256, 4) RGBA of each occupancy, as unsigned byte."""
     table = np.empty((256, 4), np.uint8)
     table[:] = _UNKNOWN
     shades = np.linspace(_FLOOR, _WALL, 101)
     table[:101] = shades.round().astype(np.uint8)
-    return _coloured(grid.cells.view(np.uint8), table)
-
-
-def cost_picture(grid: CostGrid, layer: str) -> Picture:
-    """(rows, columns, 4) RGBA of a costmap, row 0 at the top; free and unknown: transparent."""
-    return _coloured(grid.cells, _cost_table(layer))
-
-
-def _coloured(cells: NDArray[np.uint8], table: Picture) -> Picture:
-    """Look up the colour (256, 4) of each cell and turn the last row to the top.
-
-    A pixel is taken as one 32-bit word: 12 times as fast as four bytes.
-    """
-    pixels = np.take(table.view(np.uint32)[:, 0], cells[::-1])
-    return pixels.view(np.uint8).reshape(*cells.shape, 4)
+    table[OUTSIDE_MAP, 3] = 0
+    return table
 
 
 @lru_cache(maxsize=8)
-def _cost_table(layer: str) -> Picture:
+def cost_table(layer: str) -> Picture:
+    """(256, 4) RGBA of each cost in a costmap; free and unknown are transparent."""
     low, high = _RAMPS.get(layer, _RAMPS["global_costmap"])
     table = np.zeros((256, 4), np.uint8)
     table[FREE_COST + 1 : INSCRIBED_COST] = (
@@ -54,3 +45,12 @@ def _cost_table(layer: str) -> Picture:
     )
     table[INSCRIBED_COST : LETHAL_COST + 1] = (*high[:3], _LETHAL_ALPHA)
     return table
+
+
+def coloured(cells: NDArray[np.uint8], table: Picture) -> Picture:
+    """(rows, columns, 4) RGBA: the colour (256, 4) of each cell, the grid's last row first.
+
+    A pixel is taken as one 32-bit word: 12 times as fast as four bytes.
+    """
+    pixels = np.take(table.view(np.uint32)[:, 0], cells[::-1])
+    return pixels.view(np.uint8).reshape(*cells.shape, 4)

@@ -9,15 +9,36 @@ from hashlib import sha256
 from typing import Any
 
 from stack.telemetry.event_log import event_line, json_value, without_local_details
-from stack.telemetry.records import Ack, Command, CommandSource, Event, RunInfo, Sink, Snapshot
+from stack.telemetry.records import (
+    Ack,
+    Command,
+    CommandSource,
+    Event,
+    LostRecord,
+    RecordFull,
+    RecordSink,
+    RunInfo,
+    Sink,
+    Snapshot,
+)
 
 LEVELS = ("info", "warning", "error")
 REPLAYED = 1000
 """Number of past events that a sink receives when it is attached late."""
 
+EVENTS, SENSORS = "events.jsonl", "sensors.mcap"
+"""Files of the run folder."""
+
 
 def _reproducible(value: Any) -> Any:
     return without_local_details(value) if isinstance(value, str) else value
+
+
+def reason_of(error: Exception) -> str:
+    """Why a record cannot be written: the system's words, or the error."""
+    if isinstance(error, OSError) and error.strerror:
+        return error.strerror
+    return f"{type(error).__name__}: {error}"
 
 
 def _ignore(sentence: str) -> None:
@@ -28,7 +49,13 @@ class Telemetry:
     """Numbers and hashes events, feeds sinks, and collects commands of operators.
 
     All calls come from the engine's thread. A sink that raises is removed with one line in the
-    log; the mission continues.
+    log; the mission continues. If it wrote a record, that is noted in `lost` and shown.
+
+    Args:
+        info: constant data of this run.
+        sinks: opened at once.
+        log: takes lines for the run's log.
+        warn: takes lines for the log and the screen; None: as `log`.
 
     Attributes:
         info: constant data of this run.
@@ -36,10 +63,12 @@ class Telemetry:
     """
 
     def __init__(
-        self, info: RunInfo, sinks: Iterable[Sink] = (), log: Callable[[str], None] = _ignore
-    ) -> None:
+        self, info: RunInfo, sinks: Iterable[Sink] = (), log: Callable[[str], None] = _ignore,
+        warn: Callable[[str], None] | None = None,
+    ) -> None:  # fmt: skip
         self.info, self.count = info, 0
-        self._log = log
+        self._log, self._warn = log, warn or log
+        self._lost: dict[str, LostRecord] = {}
         self._sinks: dict[int, Sink] = {}
         self._sources: dict[int, CommandSource] = {}
         self._attached = 0
@@ -53,6 +82,23 @@ class Telemetry:
     def log_sha256(self) -> str:
         """SHA-256 of all events so far: of the bytes of events.jsonl."""
         return self._digest.hexdigest()
+
+    @property
+    def lost(self) -> tuple[LostRecord, ...]:
+        """The records that could not be written, in order of their loss."""
+        return tuple(self._lost.values())
+
+    def lose(self, record: str, reason: str, event: int | None = None) -> None:
+        """Note that a record cannot be written from now on, and warn; once for each record.
+
+        Args:
+            record: path of the file relative to the run folder.
+            reason: why.
+            event: number of the first missing event, of events.jsonl.
+        """
+        if record not in self._lost:
+            lost = self._lost[record] = LostRecord(record, float(self._time), reason, event)
+            self._warn(f"! records lost: {lost.text}")
 
     def attach(self, sink: Sink, *, required: bool = False) -> bool:
         """Open a sink, send it the last REPLAYED events and feed it from now on.
@@ -181,7 +227,13 @@ class Telemetry:
         sink = self._sinks.pop(number)
         self._sources.pop(number, None)
         name = type(sink).__name__
-        self._log(f"{name} failed and was removed: {type(error).__name__}: {error}")
+        if isinstance(error, RecordFull):
+            self._warn(f"! {error}")
+        elif isinstance(sink, RecordSink):
+            event = self.count - 1 if sink.record == EVENTS else None
+            self.lose(sink.record, reason_of(error), event)
+        else:
+            self._log(f"{name} failed and was removed: {type(error).__name__}: {error}")
         try:
             sink.close(None)
         except Exception as again:

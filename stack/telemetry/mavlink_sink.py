@@ -1,15 +1,19 @@
 """Sink that shows a run to MAVLink ground stations as a ground rover.
 
-It sends only, and accepts no commands. It identifies as ArduPilot with ArduRover's mode numbers,
-which MAVProxy, MAVSDK and QGroundControl understand. Rates are in robot time; only the heartbeat
-uses the wall clock, because stations report a lost link after three wall seconds without one.
+It accepts no commands, missions or parameters, and answers that they are not supported: a station
+without an answer repeats itself and shows a time-out. It identifies as ArduPilot with
+ArduRover's mode numbers, which MAVProxy, MAVSDK and QGroundControl understand. Rates are in robot
+time; only the heartbeat and the answers use the wall clock: stations report a lost link after three
+wall seconds without a heartbeat, and expect an answer in half a second.
 """
 
 from __future__ import annotations
 
+import errno
 import os
 import re
 import socket
+import stat
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from math import cos, pi, sin
@@ -50,7 +54,20 @@ LOW_CHARGE, CRITICAL_CHARGE = 0.2, 0.1
 _UNKNOWN_TEMPERATURE, _UNKNOWN_CELL = 32767, 65535
 
 MAX_READ = 50
-"""Largest number of incoming messages read between two snapshots; they are ignored."""
+"""Largest number of incoming messages read at once."""
+
+READ_PERIOD = 0.1
+"""Wall seconds between two looks for incoming messages."""
+
+MISSION_REQUESTS = frozenset(
+    {
+        "MISSION_COUNT", "MISSION_ITEM", "MISSION_ITEM_INT", "MISSION_REQUEST_LIST",
+        "MISSION_REQUEST", "MISSION_REQUEST_INT", "MISSION_CLEAR_ALL", "MISSION_SET_CURRENT",
+        "MISSION_WRITE_PARTIAL_LIST", "MISSION_REQUEST_PARTIAL_LIST",
+    }
+)  # fmt: skip
+PARAMETER_REQUESTS = frozenset({"PARAM_SET", "PARAM_REQUEST_READ", "PARAM_REQUEST_LIST"})
+NOT_SUPPORTED = "this vehicle accepts no commands, missions or parameters over MAVLink"
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,50 +120,74 @@ def read_address(text: str) -> MavlinkAddress:
 
 
 class MavlinkSink:
-    """Sends mode, position, attitude, battery and texts of a run over MAVLink."""
+    """Sends mode, position, attitude, battery and texts of a run over MAVLink.
+
+    Attributes:
+        address: of the ground station.
+    """
 
     def __init__(self, address: str, clock: Callable[[], float] = monotonic) -> None:
-        """Check the address; `open` opens the link.
+        """Open the link; nothing is sent before `open`.
 
         Args:
             address: udpout:HOST:PORT, udp:HOST:PORT, tcp:HOST:PORT or serial:DEVICE[:BAUD].
             clock: returns wall seconds.
 
         Raises:
-            InputError: the address is wrong or not allowed.
+            InputError: the address is wrong or not allowed, its port is in use, its host is
+                unknown, its device does not exist, or a library is missing.
         """
         self.address = read_address(address)
         self._clock = clock
-        self._connection: Any = None
         self._dialect: Any = None
+        try:
+            self._connection: Any = self._connected()
+        except ModuleNotFoundError as error:
+            hint = "; install it with: pip install 'treepilot[serial]'"
+            sentence = f"MAVLink address {address!r} needs the Python package {error.name}"
+            raise InputError(sentence + (hint if error.name == "serial" else "")) from None
+        except OSError as error:
+            problem = error.strerror or str(error)
+            raise InputError(f"MAVLink address {address!r} cannot be opened: {problem}") from None
+        self._last_read = -READ_PERIOD
+        self._told = False
         self._due: dict[str, float] = {}
         self._state = MissionState.STARTING
         self._last_heartbeat = -HEARTBEAT_PERIOD
         self._texts = 0
 
     def open(self, info: RunInfo) -> None:
-        """Open the link.
+        """Send the first heartbeat."""
+        self._heartbeat()
+
+    def _connected(self) -> Any:
+        """A connection of pymavlink.
 
         Raises:
             OSError: the port is in use, the host is unknown or the device does not exist.
+            ModuleNotFoundError: pyserial is not installed.
         """
         os.environ["MAVLINK20"] = "1"  # pymavlink reads it when it is imported
         from pymavlink import mavutil
         from pymavlink.dialects.v20 import ardupilotmega
 
         address = self.address
-        if address.kind != "serial":
+        if address.kind == "serial":
+            # pymavlink would replay an ordinary file, and execute one in a folder called bin.
+            if not stat.S_ISCHR(os.stat(address.place).st_mode):
+                raise OSError(errno.ENODEV, f"{address.place} is not a serial device")
+        else:
             # Resolve the name once; otherwise pymavlink would resolve it in every send.
             address = replace(address, place=socket.gethostbyname(address.place))
+            _check_free(address)
         self._dialect = ardupilotmega
-        self._connection = mavutil.mavlink_connection(
+        return mavutil.mavlink_connection(
             address.pymavlink,
             baud=address.number,
             source_system=SYSTEM,
             source_component=COMPONENT,
             dialect="ardupilotmega",
         )
-        self._heartbeat()
 
     def event(self, event: Event) -> None:
         """Send warnings, errors and texts of the mission as STATUSTEXT."""
@@ -160,14 +201,20 @@ class MavlinkSink:
             self._send_text(self._dialect.MAV_SEVERITY_INFO, event.text)
 
     def wants_snapshot(self, time: float) -> bool:
-        """Whether MOTION_PERIOD has passed; also sends the heartbeat while robot time stops."""
-        if self._clock() - self._last_heartbeat >= HEARTBEAT_PERIOD:
+        """Whether MOTION_PERIOD has passed.
+
+        Heartbeat and answers are sent here, because they go on while robot time stops.
+        """
+        now = self._clock()
+        if now - self._last_heartbeat >= HEARTBEAT_PERIOD:
             self._heartbeat()
+        if now - self._last_read >= READ_PERIOD:
+            self._last_read = now
+            self._read()
         return time >= self._due.get("motion", 0.0) - 1e-9
 
     def snapshot(self, snapshot: Snapshot) -> None:
         """Send the messages that are due."""
-        self._read()
         time = snapshot.time
         if snapshot.state is not self._state:
             self._state = snapshot.state
@@ -193,10 +240,39 @@ class MavlinkSink:
         return True
 
     def _read(self) -> None:
-        """Read incoming messages, so that `udp` and `tcp` learn the station's address."""
+        """Read and answer incoming messages; `udp` and `tcp` learn the station's address by it.
+
+        Raises:
+            OSError: the serial device is gone.
+        """
+        if self._connection.portdead:
+            raise OSError(errno.ENODEV, f"{self.address.place} does not respond any more")
         for _ in range(MAX_READ):
-            if self._connection.recv_match(blocking=False) is None:
+            message = self._connection.recv_match(blocking=False)
+            if message is None:
                 return
+            kind = message.get_type()
+            if kind != "BAD_DATA" and _is_for_us(message):
+                self._answer(kind, message)
+
+    def _answer(self, kind: str, message: Any) -> None:
+        """Answer a request of a station: it is not supported."""
+        dialect, send = self._dialect, self._connection.mav
+        station = message.get_srcSystem(), message.get_srcComponent()
+        if kind in ("COMMAND_LONG", "COMMAND_INT"):
+            number = message.command
+            send.command_ack_send(number, dialect.MAV_RESULT_UNSUPPORTED, 0, 0, *station)
+        elif kind == "SET_MODE":  # ArduPilot acknowledges it under the number of the message
+            number = message.get_msgId()
+            send.command_ack_send(number, dialect.MAV_RESULT_UNSUPPORTED, 0, 0, *station)
+        elif kind in MISSION_REQUESTS:
+            plan = message.to_dict().get("mission_type", 0)  # not in all of them
+            send.mission_ack_send(*station, dialect.MAV_MISSION_UNSUPPORTED, plan)
+        elif kind not in PARAMETER_REQUESTS:  # for these MAVLink has no negative answer
+            return
+        if not self._told:
+            self._told = True
+            self._send_text(dialect.MAV_SEVERITY_WARNING, NOT_SUPPORTED)
 
     def _heartbeat(self) -> None:
         dialect, state = self._dialect, self._state
@@ -270,6 +346,23 @@ class MavlinkSink:
         for name in names:
             bits |= getattr(self._dialect, f"MAV_SYS_STATUS_SENSOR_{name}")
         return bits
+
+
+def _check_free(address: MavlinkAddress) -> None:
+    """Raise OSError if another program listens on the port; pymavlink would share it."""
+    kinds = {"udp": socket.SOCK_DGRAM, "tcp": socket.SOCK_STREAM}
+    if address.kind in kinds:
+        with socket.socket(socket.AF_INET, kinds[address.kind]) as probe:
+            if address.kind == "tcp":  # a connection that was closed a moment ago is no reason
+                probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            probe.bind((address.place, address.number))
+
+
+def _is_for_us(message: Any) -> bool:
+    """Whether a message is addressed to this system, or to all."""
+    fields = message.to_dict()
+    system, component = fields.get("target_system"), fields.get("target_component", 0)
+    return system in (0, SYSTEM) and component in (0, COMPONENT)
 
 
 def text_chunks(text: str) -> Iterator[bytes]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import pi
+from math import atan2, cos, hypot, pi, sin
 
 import numpy as np
 
@@ -11,6 +11,9 @@ from stack.types import FloatArray, Pose2D
 ELLIPSE_POINTS = 24
 DEVIATIONS = 2.0
 """Half axes of the uncertainty ellipse in standard deviations: 86 % of a 2-D normal."""
+
+_ANGLES = np.linspace(0.0, 2.0 * pi, ELLIPSE_POINTS + 1)
+_CIRCLE = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)])
 
 
 def at_height(points: FloatArray, height: float) -> FloatArray:
@@ -34,8 +37,22 @@ def uncertainty_ellipse(pose: Pose2D, covariance: FloatArray, height: float = 0.
         covariance: (3, 3) of x, y, heading; or (n, n) with x and y first.
         height: metres.
     """
-    variances, axes = np.linalg.eigh(covariance[:2, :2])
-    angles = np.linspace(0.0, 2.0 * pi, ELLIPSE_POINTS + 1)
-    circle = np.column_stack([np.cos(angles), np.sin(angles)])
-    half_axes = DEVIATIONS * np.sqrt(np.maximum(variances, 0.0))
-    return at_height((circle * half_axes) @ axes.T + (pose.x, pose.y), height)
+    a, b, c = (float(covariance[k]) for k in ((0, 0), (0, 1), (1, 1)))
+    angle = 0.5 * atan2(2.0 * b, a - c)
+    largest = largest_variance(covariance)
+    smallest = a + c - largest
+    forward, left = (DEVIATIONS * max(0.0, variance) ** 0.5 for variance in (largest, smallest))
+    ellipse = np.full((ELLIPSE_POINTS + 1, 3), height)
+    ellipse[:, 0] = pose.x + forward * cos(angle) * _CIRCLE[0] - left * sin(angle) * _CIRCLE[1]
+    ellipse[:, 1] = pose.y + forward * sin(angle) * _CIRCLE[0] + left * cos(angle) * _CIRCLE[1]
+    return ellipse
+
+
+def largest_variance(covariance: FloatArray) -> float:
+    """Variance of the position along the longer axis of its ellipse.
+
+    Args:
+        covariance: (n, n) with x and y first.
+    """
+    a, b, c = (float(covariance[k]) for k in ((0, 0), (0, 1), (1, 1)))
+    return (a + c) / 2.0 + hypot((a - c) / 2.0, b)

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import errno
+import fcntl
 import json
 import os
-from collections.abc import Mapping
+import stat
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from stack.errors import InputError, TelemetryError
 from stack.telemetry.event_log import event_line, json_value
+from stack.telemetry.hub import EVENTS, SENSORS, reason_of
 from stack.telemetry.records import Event, RunInfo, Snapshot
 
 
@@ -23,11 +27,13 @@ class RunFolder:
         sensors.mcap   sensor log
 
     Attributes:
-        path: the folder.
+        path: the folder, absolute: a plugin may change the working directory.
+        on_loss: called with a file and the reason when it could not be written.
     """
 
     def __init__(self, path: Path) -> None:
-        self.path = path
+        self.path = path.absolute()
+        self.on_loss: Callable[[str, str], None] = _ignore
 
     @staticmethod
     def create(path: Path, mission_text: str = "") -> RunFolder:
@@ -40,11 +46,13 @@ class RunFolder:
             path.mkdir(parents=True, exist_ok=True)
             if next(path.iterdir(), None) is not None:
                 raise InputError(f"the run folder {path} is not empty; choose another")
+            (path / "log.txt").touch(exist_ok=False)  # of two runs that begin at once, one fails
             folder = RunFolder(path)
             if mission_text:
                 folder.write("mission.yaml", mission_text.encode())
         except FileExistsError:
-            raise InputError(f"the run folder {path} is a file; choose another") from None
+            problem = "not empty" if path.is_dir() else "a file"
+            raise InputError(f"the run folder {path} is {problem}; choose another") from None
         except OSError as error:
             raise InputError(f"cannot write the run folder {path}: {error.strerror}") from None
         return folder
@@ -52,7 +60,7 @@ class RunFolder:
     @property
     def events(self) -> Path:
         """Path of events.jsonl: one event per line."""
-        return self.path / "events.jsonl"
+        return self.path / EVENTS
 
     @property
     def report(self) -> Path:
@@ -67,7 +75,7 @@ class RunFolder:
     @property
     def sensors(self) -> Path:
         """Path of the sensor log."""
-        return self.path / "sensors.mcap"
+        return self.path / SENSORS
 
     def write(self, name: str, content: bytes) -> str:
         """Write a small file atomically and return its path relative to the folder.
@@ -87,8 +95,20 @@ class RunFolder:
 
     def log(self, line: str) -> None:
         """Append a line to log.txt; a full disk loses the line but does not end the mission."""
-        with suppress(OSError), (self.path / "log.txt").open("a", encoding="utf-8") as file:
-            file.write(line.rstrip("\n") + "\n")
+        try:
+            with (self.path / "log.txt").open("a", encoding="utf-8") as file:
+                file.write(line.rstrip("\n") + "\n")
+        except OSError as error:
+            self.on_loss("log.txt", reason_of(error))
+
+    def write_report(self, report: Mapping[str, Any]) -> None:
+        """Write report.json.
+
+        Raises:
+            OSError: it cannot be written.
+        """
+        text = json.dumps(json_value(report), indent=2, ensure_ascii=False, allow_nan=False)
+        self.write("report.json", text.encode() + b"\n")
 
     def read_report(self) -> dict[str, Any]:
         """Read the report of a finished run.
@@ -107,8 +127,31 @@ class RunFolder:
         return report
 
 
+def write_all(file: int, content: bytes) -> None:
+    """Append to a file, all or nothing, in several parts if the system takes only a part.
+
+    Raises:
+        OSError: it cannot be written, or the file was removed.
+    """
+    before = os.fstat(file)
+    if stat.S_ISREG(before.st_mode) and before.st_nlink == 0:
+        raise OSError(errno.ENOENT, "the file was removed")
+    try:
+        written = os.write(file, content)
+        while written < len(content):
+            written += os.write(file, content[written:])
+    except OSError:
+        with suppress(OSError):
+            os.ftruncate(file, before.st_size)
+        raise
+
+
+def _ignore(record: str, reason: str) -> None:
+    """Default of `RunFolder.on_loss`: there is nobody to tell."""
+
+
 class Recorder:
-    """Sink that writes a run folder.
+    """Sink that writes the events of a run into its folder.
 
     Each event is one write of one complete line, so that a killed run leaves complete lines.
     """
@@ -117,21 +160,25 @@ class Recorder:
         self.folder = folder
         self._file = -1
 
+    @property
+    def record(self) -> str:
+        """Name of the file in the run folder."""
+        return EVENTS
+
     def open(self, info: RunInfo) -> None:
-        """Create events.jsonl."""
+        """Create events.jsonl and lock it, which shows that the run is live."""
         flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC
         self._file = os.open(self.folder.events, flags, 0o666)
+        with suppress(OSError):  # a file system without locks
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
     def event(self, event: Event) -> None:
         """Append an event.
 
         Raises:
-            OSError: it cannot be written, e.g. the disk is full.
+            OSError: it cannot be written: the disk is full, or the file was removed.
         """
-        line = event_line(event)
-        written = os.write(self._file, line)
-        while written < len(line):
-            written += os.write(self._file, line[written:])
+        write_all(self._file, event_line(event))
 
     def wants_snapshot(self, time: float) -> bool:
         """Never: the run folder contains only events."""
@@ -141,10 +188,7 @@ class Recorder:
         """Ignored: `wants_snapshot` is always false, but the last one is sent to every sink."""
 
     def close(self, report: Mapping[str, Any] | None) -> None:
-        """Close events.jsonl and write the report. Safe to call twice."""
+        """Close events.jsonl. Safe to call twice."""
         if self._file >= 0:
             os.close(self._file)
             self._file = -1
-        if report is not None:
-            text = json.dumps(json_value(report), indent=2, ensure_ascii=False, allow_nan=False)
-            self.folder.write("report.json", text.encode() + b"\n")

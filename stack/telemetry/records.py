@@ -8,6 +8,7 @@ from enum import StrEnum
 from typing import Any, Protocol, runtime_checkable
 from uuid import uuid4
 
+from stack.errors import TelemetryError
 from stack.types import (
     STANDSTILL,
     Battery,
@@ -31,6 +32,33 @@ ROUTINE = frozenset({"pose", "node_status", "tree", "teleop"})
 def new_identity() -> str:
     """Return the identity of a new run: 32 hexadecimal digits that no other run has."""
     return uuid4().hex
+
+
+class RecordFull(TelemetryError):
+    """A record has reached its size limit. It is complete up to there, and ends."""
+
+
+@dataclass(frozen=True, slots=True)
+class LostRecord:
+    """A file of the run folder that could not be written.
+
+    Attributes:
+        record: path of the file relative to the run folder.
+        time: robot time from which on it is missing, seconds.
+        reason: why, e.g. No space left on device.
+        event: number of the first missing event, of events.jsonl only.
+    """
+
+    record: str
+    time: float
+    reason: str
+    event: int | None = None
+
+    @property
+    def text(self) -> str:
+        """What is lost, as in: events.jsonl from event 12 on (No space left on device)."""
+        since = f"{self.time:.1f} s" if self.event is None else f"event {self.event}"
+        return f"{self.record} from {since} on ({self.reason})"
 
 
 class MissionState(StrEnum):
@@ -161,10 +189,19 @@ class SceneShape:
 
 @dataclass(frozen=True, slots=True)
 class Layer:
-    """A large record that changes rarely; its version grows with each change."""
+    """A large record that changes rarely; its version grows with each change.
+
+    Attributes:
+        changes: the last changes of a grid without a gap, oldest first: the version after the
+            change, and the changed rows and columns as (first row, row after the last, first
+            column, column after the last). Not sent to clients.
+    """
 
     version: int
     content: OccupancyGrid | CostGrid | tuple[SceneShape, ...]
+    changes: tuple[tuple[int, tuple[int, int, int, int]], ...] = field(
+        default=(), compare=False, metadata={"sent": False}
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -215,7 +252,7 @@ class Snapshot:
         commanded: velocity sent to the body.
         measured: velocity measured by odometry.
         stages: compute time by stage name.
-        speed: simulated seconds per wall second so far.
+        speed: robot seconds per wall second in the last 5 s, without holds.
         pace: requested simulated seconds per wall second; 0: as fast as possible.
         parameters: current component parameters, flat: "controller.cruise_speed" -> value.
         image: newest camera picture if one came since the last snapshot.
@@ -225,9 +262,11 @@ class Snapshot:
         blackboard: key -> value as text.
         counters: recoveries, replans, collisions, distance (m)…
         teleop: whether the operator may drive with `teleop` commands.
+        detour: whether the robot drives to the operator's goal while the mission is paused.
         safety: what the safety stage limits now, as text; empty if nothing.
         events: the last few events, oldest first.
         debugging: breakpoints, forced outcomes and reloads.
+        records_lost: files of the run folder that cannot be written, as text; empty if none.
     """
 
     time: float
@@ -258,10 +297,12 @@ class Snapshot:
     blackboard: Mapping[str, str] = field(default_factory=dict)
     counters: Mapping[str, float] = field(default_factory=dict)
     teleop: bool = False
+    detour: bool = False
     safety: str = ""
     events: tuple[Event, ...] = ()
     tracks: tuple[TrackedObject, ...] = ()
     debugging: Debugging = Debugging()
+    records_lost: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -327,6 +368,16 @@ class Sink(Protocol):
 
     def close(self, report: Mapping[str, Any] | None) -> None:
         """End: `report` is the content of report.json, or None after a crash."""
+        ...
+
+
+@runtime_checkable
+class RecordSink(Protocol):
+    """A sink that writes a file of the run folder."""
+
+    @property
+    def record(self) -> str:
+        """Path of the file relative to the run folder."""
         ...
 
 

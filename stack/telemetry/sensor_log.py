@@ -10,6 +10,9 @@ to its last complete message. The format is described at https://mcap.dev.
 from __future__ import annotations
 
 import dataclasses
+import errno
+import os
+import stat
 import struct
 from collections.abc import Iterator
 from contextlib import suppress
@@ -20,6 +23,7 @@ from typing import Any, BinaryIO, Union, get_args, get_origin, get_type_hints
 import msgpack
 import numpy as np
 
+from stack.documents.files import RECORD_BYTES, open_regular
 from stack.errors import InputError
 from stack.types import Battery, Image, Imu, Measurement, Observation, Odometry, RangeReading, Scan
 
@@ -58,7 +62,7 @@ class SensorLog:
         """Append an observation.
 
         Raises:
-            OSError: the disk is full.
+            OSError: the disk is full, or the file was removed.
         """
         for name, measurement in observation.measurements.items():
             fields = {"time": observation.time, **_plain(measurement)}
@@ -71,6 +75,9 @@ class SensorLog:
             )
         self._count += 1
         self._file.flush()
+        found = os.fstat(self._file.fileno())
+        if stat.S_ISREG(found.st_mode) and found.st_nlink == 0:
+            raise OSError(errno.ENOENT, "the file was removed")
 
     def close(self) -> None:
         """Write the index if the disk has room; the log is readable without it. Safe twice."""
@@ -99,10 +106,9 @@ def read_about(path: Path) -> dict[str, str]:
         InputError: the file is missing or not a sensor log.
     """
     from mcap.records import Metadata
-    from mcap.stream_reader import StreamReader
 
     with _opened(path) as file:
-        for record in _records(StreamReader(file), path):
+        for record in _records(_reader(file), path):
             if isinstance(record, Metadata) and record.name == "treepilot":
                 return dict(record.metadata)
     raise InputError(f"{path} is not a sensor log of treepilot: it has no metadata")
@@ -117,14 +123,13 @@ def read_observations(path: Path) -> Iterator[Observation]:
         InputError: the file is missing, not a sensor log, or damaged.
     """
     from mcap.records import Channel, Message, Schema
-    from mcap.stream_reader import StreamReader
 
     schemas: dict[int, str] = {}
     channels: dict[int, tuple[str, str]] = {}
     sequence, time = -1, 0.0
     measurements: dict[str, Measurement] = {}
     with _opened(path) as file:
-        for record in _records(StreamReader(file), path):
+        for record in _records(_reader(file), path):
             if isinstance(record, Schema):
                 schemas[record.id] = record.name
             elif isinstance(record, Channel):
@@ -137,36 +142,85 @@ def read_observations(path: Path) -> Iterator[Observation]:
                 try:
                     name, kind = channels[record.channel_id]
                     fields = msgpack.unpackb(record.data)
-                    time = fields.pop("time")
+                    time = _read(fields.pop("time"), float)
                     measurements[name] = _read(fields, KINDS[kind])
                 except (LookupError, TypeError, ValueError, AttributeError) as error:
                     raise InputError(
-                        f"{path}: the message after {time:g} s is damaged: {error!r}"
+                        f"{path}: the message after {time:g} s is damaged: {error!r:.100}"
                     ) from None
     if measurements:
         yield Observation(time, measurements)
 
 
+class _Bounded:
+    """A file from which at most RECORD_BYTES are read at once: a length may be damaged."""
+
+    def __init__(self, file: BinaryIO) -> None:
+        self._file = file
+
+    def read(self, size: int) -> bytes:
+        """As of a file; ValueError if the size is above RECORD_BYTES."""
+        if not 0 <= size <= RECORD_BYTES:
+            raise ValueError(f"a record of {size} bytes; at most {RECORD_BYTES} are read")
+        return self._file.read(size)
+
+
 def _opened(path: Path) -> BinaryIO:
     try:
-        return path.open("rb")
+        return open_regular(path)
     except OSError as error:
         raise InputError(f"cannot read the sensor log {path}: {error.strerror}") from None
 
 
+def _reader(file: BinaryIO) -> Any:
+    from mcap.stream_reader import StreamReader
+
+    bounded: Any = _Bounded(file)
+    return StreamReader(bounded, emit_chunks=True)
+
+
 def _records(reader: Any, path: Path) -> Iterator[Any]:
-    from mcap.exceptions import EndOfFile, McapError
+    from mcap.exceptions import EndOfFile, InvalidMagic, McapError
+    from mcap.records import Chunk
+    from mcap.stream_reader import breakup_chunk
 
     found = False
     try:
         for record in reader.records:
             found = True
-            yield record
+            if isinstance(record, Chunk):
+                yield from breakup_chunk(_unpacked(record))
+            else:
+                yield record
+    except InvalidMagic:
+        raise InputError(f"{path} is not a sensor log: it is not an MCAP file") from None
     except EndOfFile:
         if not found:
             raise InputError(f"{path} is not a sensor log: it is too short") from None
     except (McapError, struct.error, ValueError) as error:
         raise InputError(f"{path} is not a sensor log: {error}") from None
+
+
+def _unpacked(chunk: Any) -> Any:
+    """A chunk without compression; other programs write them.
+
+    Raises:
+        ValueError: its content is damaged or larger than RECORD_BYTES.
+    """
+    import lz4.frame
+    import zstandard
+
+    content = chunk.data
+    try:
+        if chunk.compression == "zstd":
+            content = zstandard.ZstdDecompressor().stream_reader(content).read(RECORD_BYTES + 1)
+        elif chunk.compression == "lz4":
+            content = lz4.frame.LZ4FrameDecompressor().decompress(content, RECORD_BYTES + 1)
+    except (zstandard.ZstdError, RuntimeError) as error:
+        raise ValueError(f"a damaged chunk: {error}") from None
+    if len(content) > RECORD_BYTES:
+        raise ValueError(f"a chunk of more than {RECORD_BYTES} bytes")
+    return dataclasses.replace(chunk, compression="", data=content)
 
 
 def _plain(value: Any) -> Any:
@@ -189,7 +243,22 @@ def _read(value: Any, kind: Any) -> Any:
     if isinstance(kind, type) and dataclasses.is_dataclass(kind):
         hints = get_type_hints(kind)
         return kind(**{name: _read(value[name], hints[name]) for name in hints if name in value})
+    if kind in (bool, int, float, str):
+        return _scalar(value, kind)
     if isinstance(value, dict):
         array = np.frombuffer(value["data"], np.dtype(value["dtype"])).reshape(value["shape"])
         return array.copy()
     return tuple(value) if isinstance(value, list) else value
+
+
+def _scalar(value: Any, kind: type) -> Any:
+    """A number or text of the expected type.
+
+    Raises:
+        TypeError: it is of another type.
+    """
+    if kind is float and isinstance(value, int | float) and not isinstance(value, bool):
+        return float(value)
+    if type(value) is not kind:
+        raise TypeError(f"expected {kind.__name__}, got {type(value).__name__}")
+    return value

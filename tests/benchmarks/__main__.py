@@ -21,6 +21,7 @@ from missions.bench.table import TableOptions
 from tests.benchmarks import (
     control,
     costmap,
+    dashboard,
     driving,
     estop,
     hall,
@@ -88,6 +89,9 @@ TIMING = {
     "hall": Benchmark("Across a hall of 200 x 200 m on one core",
                       lambda given: hall.hall_figures(given.runs), ("runs",),
                       {"recording": "off", "boxes": hall.BOXES}),
+    "dashboard": Benchmark("The dashboard's process and its terminal",
+                           lambda given: dashboard.run(),
+                           setting={"mission": dashboard.MISSION, "speed": 1}),
     "trees": Benchmark("A tick of a tree, ours and py_trees'", lambda given: trees.run(),
                        setting={"rounds": trees.ROUNDS, "ticks in a round": trees.TICKS}),
     "planning": Benchmark("Planning on generated office maps",

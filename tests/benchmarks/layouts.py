@@ -94,6 +94,10 @@ LAYOUTS: dict[str, Layout] = {
         **{stage: f"{{{stage} ms:.2f}} ms"
            for stage in ("body", "estimate", "costmap", "navigate")},
     }),
+    "dashboard": Layout({
+        "terminal": "{terminal}", "mission": "{state}", "of a core": "{core %:.1f} %",
+        "to the terminal": "{kB/s:.1f} kB/s",
+    }),
     "commands": Layout({
         "command": "{command}", "median": "{median s:.2f} s", "best": "{best s:.2f} s",
         "processor time": "{processor s:.2f} s",

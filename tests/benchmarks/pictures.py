@@ -8,20 +8,19 @@ from __future__ import annotations
 
 import argparse
 import asyncio
-import json
 import os
 import shutil
-import signal
 import subprocess
 import sys
 import tempfile
-from dataclasses import asdict
 from pathlib import Path
 
 from missions.execution.prepare import RunOptions
 from missions.execution.run import run_mission
+from missions.execution.supervision.launch import LaunchOptions
+from missions.execution.supervision.supervisor import Supervisor
 from stack.telemetry.client import TelemetryClient
-from stack.telemetry.rendezvous import RunHandle, live_runs
+from stack.telemetry.rendezvous import RunHandle
 from tui.app import Dashboard
 
 SIZE = (150, 44)
@@ -73,16 +72,13 @@ def main() -> None:
 
 def watch(mission: str, moment: float, folder: Path, svg: Path) -> None:
     """Run a mission in an engine and draw the dashboard at a moment of robot time."""
-    options = {**asdict(RunOptions(speed=4.0)), "out": str(folder)}
-    message = json.dumps({"mission": mission, "options": options})
-    engine = subprocess.Popen([sys.executable, "-m", "missions.execution.engine", message])
-    run = None
-    while run is None:
-        assert engine.poll() is None, "the engine ended before it was watched"
-        run = next((live for live in live_runs() if live.run_id == folder.name), None)
-    asyncio.run(dashboard(run, moment, svg))
-    engine.send_signal(signal.SIGINT)
-    engine.wait()
+    options = LaunchOptions((mission,), speed="4", out=folder, rerun=False)
+    supervisor = Supervisor(options.request(), 0.0, show=True)
+    supervisor.wait(lambda: bool(supervisor.started))
+    asyncio.run(dashboard(RunHandle(**supervisor.started[0]["handle"]), moment, svg))
+    supervisor.interrupt()
+    supervisor.wait()
+    supervisor.close()
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ import subprocess
 import sys
 import termios
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from threading import Thread
 
@@ -103,6 +103,19 @@ class Terminal:
         self._reader.join(timeout=PATIENCE)
         return code
 
+    @property
+    def is_cooked(self) -> bool:
+        """Whether the terminal echoes keys and edits lines, as shells want it."""
+        flags = termios.tcgetattr(self._ours)[3]
+        return bool(flags & termios.ECHO and flags & termios.ICANON)
+
+    def hang_up(self) -> None:
+        """Close the terminal, as a dropped connection does."""
+        os.close(self._ours)
+        self._ours = -1
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGHUP)  # the shell's, whose terminal it was
+
     def close(self) -> None:
         """End what still runs: the command passes the signal on to its engine."""
         if self.process.poll() is None:
@@ -115,7 +128,8 @@ class Terminal:
         for run in live_runs():
             if run.run_id == self.folder.name:  # one that was left running
                 os.kill(run.pid, signal.SIGKILL)
-        os.close(self._ours)
+        if self._ours >= 0:
+            os.close(self._ours)
 
 
 @pytest.fixture
@@ -177,3 +191,44 @@ def test_make_run_opens_the_dashboard_and_q_may_leave_the_mission_running(open_t
     assert order(client, "abort").done
     client.close()
     until(lambda: (terminal.folder / "report.json").exists())
+
+
+def viewer_of(command: int) -> int:
+    """The process of the dashboard, a child of the command."""
+    for folder in Path("/proc").iterdir():
+        with suppress(OSError):
+            if folder.name.isdecimal() and parent_of(int(folder.name)) == command:
+                words = (folder / "cmdline").read_bytes().split(b"\0")
+                if b"tui" in words:
+                    return int(folder.name)
+    raise AssertionError("there is no dashboard")
+
+
+def test_a_crashed_dashboard_is_reported_and_the_mission_continues(open_terminal) -> None:
+    terminal = open_terminal(["run", "02_office_patrol", "--speed", "2", "--no-rerun"])
+    run = terminal.run()
+    terminal.shows("RUNNING")
+    os.kill(viewer_of(terminal.process.pid), signal.SIGKILL)
+    terminal.shows("the dashboard crashed", f"attach again with: treepilot watch {terminal.folder}")
+    assert MAIN_SCREEN in terminal.written
+    client = TelemetryClient(run)
+    state_becomes(client, MissionState.RUNNING)
+    client.close()
+    assert terminal.is_cooked
+    terminal.process.send_signal(signal.SIGINT)
+    assert terminal.ends_with() == 130
+    assert "office patrol: interrupted" in terminal.after_the_dashboard
+
+
+def test_a_closed_terminal_ends_command_and_dashboard_and_not_the_mission(open_terminal) -> None:
+    terminal = open_terminal(["run", "02_office_patrol", "--speed", "2", "--no-rerun"])
+    run = terminal.run()
+    terminal.shows("RUNNING")
+    viewer = viewer_of(terminal.process.pid)
+    terminal.hang_up()
+    assert terminal.process.wait(timeout=PATIENCE) == 130
+    until(lambda: not Path(f"/proc/{viewer}").exists())
+    client = TelemetryClient(run)
+    state_becomes(client, MissionState.RUNNING)
+    assert order(client, "abort").done
+    client.close()

@@ -6,7 +6,8 @@ import pytest
 
 from stack.telemetry.records import MissionState
 from tests.tui.sample_source import SampleSource
-from tui.banner import Link, notice
+from tui.banner import notice
+from tui.link import Link
 
 RUNNING = SampleSource().poll()
 

@@ -31,9 +31,18 @@ def test_unknown_values_leave_a_gap_and_large_ones_stay_inside():
 
 def test_samples_end_at_the_newest_and_are_unknown_before_the_first():
     times = np.array([100.0, 130.0])
-    levels = sample(times, np.array([1.0, 4.0]), 4)  # at 85, 100, 115 and 130 s
+    levels = sample(times, np.array([1.0, 4.0]), 4)
+    # Columns are 15 s apart: at 90, 105, 120 and 135 s. Values rise by 0.1 per second.
     assert np.isnan(levels[0]) and SPAN == 60.0
-    assert levels[1:].tolist() == [1.0, 2.5, 4.0]
+    assert levels[1:].tolist() == [1.5, 3.0, 4.0]
+
+
+def test_a_curve_does_not_flicker_between_two_columns():
+    """The older dots are the same 0.4 s later: sampled at the same times."""
+    times = np.arange(0.0, 120.2, 0.2)
+    values = np.sin(times)
+    early = sample(times[:-2], values[:-2], 60)
+    assert np.array_equal(sample(times, values, 60)[:-2], early[:-2])
 
 
 def test_a_second_sample_of_one_time_is_ignored():

@@ -6,8 +6,9 @@ from textual.widgets import OptionList
 from stack.telemetry.records import Debugging, MissionState
 from tests.tui.sample_source import SampleSource
 from tui.app import Dashboard
-from tui.banner import Link, notice
+from tui.banner import notice
 from tui.keys import KEYS, TREE_KEYS, TREE_SENTENCE
+from tui.link import Link
 from tui.screens import Help, Question
 from tui.tree_pane import TreePane
 

@@ -88,7 +88,7 @@ class IncludeReader:
                 self._error(item.mark, f"more than {MAX_FILES} included files")
                 return None
             try:
-                top = read_file(path, "file of trees")
+                top = read_file(path, "file of trees", (*FILE_KEYS, "run", "mission"))
             except InputError as error:
                 self._add_findings(error.findings, item.mark)
                 return None

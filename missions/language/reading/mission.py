@@ -48,7 +48,8 @@ def read_mission(
     Raises:
         InputError: with all errors found.
     """
-    document, keys = read_document(path, "mission", text), (*TOP_KEYS, *RESERVED)
+    keys = (*TOP_KEYS, *RESERVED)
+    document = read_document(path, "mission", text, keys)
     top = Section(document, Findings(), "the mission", "E101", keys)
     return _Reading(top, path, resources or Resources()).mission(catalogue_for, overrides or {})
 

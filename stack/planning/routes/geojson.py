@@ -20,7 +20,8 @@ from typing import Any
 
 import numpy as np
 
-from stack.documents import MAX_BYTES, Findings, Mark
+from stack.documents import Findings, Mark
+from stack.documents.files import decoded, read_input
 from stack.errors import ParameterError
 from stack.parameters import Declaration, read_quantity, suggestion
 from stack.planning.routes.graph import RouteEdge, RouteGraph
@@ -80,10 +81,7 @@ def read_route_graph(path: Path) -> RouteGraph:
     Raises:
         InputError: all findings, each with its line and the number of the feature, from 0.
     """
-    findings = Findings()
-    text = _text(path, findings)
-    findings.raise_errors()
-    return parse_route_graph(text, str(path))
+    return parse_route_graph(decoded(read_input(path, "route graph"), path), str(path))
 
 
 def parse_route_graph(text: str, name: str) -> RouteGraph:
@@ -107,28 +105,6 @@ def parse_route_graph(text: str, name: str) -> RouteGraph:
     _warn_of_lone_nodes(reading)
     warnings = tuple(item for item in findings.items if item.severity == "warning")
     return RouteGraph(reading.nodes, reading.edges, name, warnings)
-
-
-def _text(path: Path, findings: Findings) -> str:
-    mark = Mark(str(path))
-    try:
-        raw = path.read_bytes()
-    except FileNotFoundError:
-        near = path.parent.glob("*.geojson") if path.parent.is_dir() else iter(())
-        hint = suggestion(path.name, [item.name for item in near])
-        findings.error("E001", mark, "there is no such route graph", hint)
-        return ""
-    except OSError as error:
-        findings.error("E001", mark, f"cannot be read: {error.strerror}")
-        return ""
-    if len(raw) > MAX_BYTES:
-        sentence = f"{len(raw)} bytes; a route graph has at most {MAX_BYTES}"
-        findings.error("E002", mark, sentence)
-    try:
-        return raw.decode("utf-8")
-    except UnicodeDecodeError as error:
-        findings.error("E003", mark, f"not a text file: byte 0x{raw[error.start]:02x}")
-        return ""
 
 
 def _features(text: str, name: str, findings: Findings) -> list[_Feature]:

@@ -8,8 +8,8 @@ from math import isfinite, radians
 import numpy as np
 
 from stack.documents import Findings
+from stack.documents.xml_file import Element
 from stack.sim.sdf import shapes
-from stack.sim.sdf.xml_file import Element
 from stack.sim.worlds.values import SHAPE
 from stack.types import FloatArray
 

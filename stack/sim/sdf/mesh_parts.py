@@ -8,18 +8,21 @@ from __future__ import annotations
 
 import tempfile
 from functools import lru_cache
+from io import BytesIO
 from math import radians
 from pathlib import Path
 
 import numpy as np
 
+from stack.documents.files import MESH_BYTES, read_bytes
 from stack.errors import InputError
 from stack.sim.physics.bullet import load, stdout_as_stderr
 from stack.types import FloatArray
 
 VOXELS = 100_000
 CONCAVITY = 0.001
-MAX_BYTES, MAX_FACES = 50_000_000, 500_000
+MAX_FACES = 500_000
+FORMATS = ("stl", "obj", "dae", "ply", "off", "glb")
 
 
 @lru_cache(maxsize=64)
@@ -57,16 +60,21 @@ def smallest_rectangle(points: FloatArray) -> tuple[float, FloatArray, FloatArra
 def _surface(file: Path) -> tuple[FloatArray, FloatArray]:
     import trimesh
 
+    kind = file.suffix.lower().removeprefix(".")
+    if kind not in FORMATS:
+        raise InputError(f"{file.name} is not a mesh of a known kind: {', '.join(FORMATS)}")
     try:
-        if file.stat().st_size > MAX_BYTES:
-            raise InputError(f"{file.name} is larger than {MAX_BYTES} bytes")
-        mesh = trimesh.load_mesh(file)
+        raw = read_bytes(file, MESH_BYTES)
     except OSError as error:
         raise InputError(f"{file.name} cannot be read: {error.strerror}") from None
-    except InputError:
-        raise
+    if b"<!DOCTYPE" in raw:
+        raise InputError(f"{file.name} has a document type, which is not supported")
+    try:
+        # Without its path: textures and other files that it names are not read.
+        mesh = trimesh.load_mesh(BytesIO(raw), file_type=kind)
     except Exception as error:  # trimesh's readers may raise any exception on a damaged file
-        raise InputError(f"{file.name} is not a readable mesh: {error}") from None
+        sentence = f"{file.name} is not a readable {kind} mesh ({type(error).__name__})"
+        raise InputError(sentence) from None
     if isinstance(mesh, trimesh.Scene):
         mesh = mesh.to_mesh()
     faces = np.asarray(getattr(mesh, "faces", ()))

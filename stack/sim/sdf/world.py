@@ -17,12 +17,12 @@ from pathlib import Path
 import numpy as np
 
 from stack.documents import Finding, Findings, Mark
+from stack.documents.xml_file import Element, read_xml
 from stack.errors import InputError
 from stack.mapping.limits import FARTHEST, MAX_SHAPES
 from stack.sim.sdf import shapes
 from stack.sim.sdf.frames import Frames, UnknownFrame, numbers
 from stack.sim.sdf.mesh_parts import convex_parts
-from stack.sim.sdf.xml_file import Element, read_xml
 from stack.sim.worlds.outlines import outlines
 from stack.sim.worlds.values import EMPTY, SHAPE, TOO_MANY
 from stack.sim.worlds.world import Box, Cylinder, World

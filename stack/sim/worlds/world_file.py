@@ -34,6 +34,12 @@ from stack.types import Pose2D
 MARGIN = 0.5
 """Margin of the default bounds around all obstacles and places, metres."""
 
+KEYS = (
+    "world", "walls", "boxes", "places", "bounds", "cylinders", "doors", "markers", "people",
+    "docks", "timeline", "start", "friction", "friction_zones", "format", "doc",
+)  # fmt: skip
+"""Of a world file; a file without any is of another kind."""
+
 EDGES = tuple(
     Declaration(name, float, "world frame", "m", at_least=-FARTHEST, at_most=FARTHEST)
     for name in ("x_min", "y_min", "x_max", "y_max")
@@ -75,7 +81,8 @@ def read_world(path: Path, text: str | None = None) -> World:
         InputError: all findings, each with its position.
     """
     findings = Findings()
-    top = Section(read_document(path, "world file", text), findings, "a world file", SHAPE)
+    document = read_document(path, "world file", text, KEYS)
+    top = Section(document, findings, "a world file", SHAPE)
     reading = Reading(findings)
     name = top.value(Declaration("world", str, "name of the world"))
     top.value(

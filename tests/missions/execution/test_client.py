@@ -2,25 +2,23 @@
 
 from __future__ import annotations
 
-import json
 import os
 import re
 import subprocess
 import sys
-from dataclasses import asdict
 
 import pytest
 from typer.testing import CliRunner
 
 from missions.cli.app import app
 from missions.execution.client import status_lines, tell
-from missions.execution.prepare import RunOptions
+from missions.execution.supervision.launch import LaunchOptions
 from stack.errors import InputError, TelemetryError
 from stack.telemetry.client import TelemetryClient
 from stack.telemetry.event_log import read_events
 from stack.telemetry.records import MissionState
 from tests.missions.execution.live_run import HEAD
-from tests.missions.execution.test_engine import ROOT, announced, order, state_becomes, until
+from tests.missions.execution.test_engine import ROOT, order, state_becomes, supervised, until
 
 MISSION = """
 run:
@@ -40,18 +38,11 @@ def engine(tmp_path):
     mission = tmp_path / "lively.yaml"
     mission.write_text(HEAD + MISSION)
     folder = tmp_path / f"live-{os.getpid()}"
-    options = RunOptions(speed=8.0, watch=True, breakpoints=("out",))
-    settings = {**asdict(options), "out": str(folder)}
-    process = subprocess.Popen(
-        [sys.executable, "-m", "missions.execution.engine",
-         json.dumps({"mission": str(mission), "options": settings})],
-        cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, start_new_session=True,
-    )  # fmt: skip
-    try:
-        yield process, folder, mission, announced(process, folder.name)
-    finally:
-        process.kill()
-        process.communicate()
+    options = LaunchOptions(
+        (str(mission),), speed="8", watch=True, breakpoints=("out",), out=folder, rerun=False
+    )
+    with supervised(options) as (process, run):
+        yield process, folder, mission, run
 
 
 def stands(client):

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import json
 import os
 import subprocess
 import sys
-from dataclasses import asdict
 
 import pytest
 from typer.testing import CliRunner
@@ -33,20 +31,15 @@ def mission(tmp_path):
     return file
 
 
-def start(mission, tmp_path, **options):
-    settings = {**asdict(RunOptions(**options)), "out": str(tmp_path / "run")}
-    return subprocess.run(
-        [sys.executable, "-m", "missions.execution.engine",
-         json.dumps({"mission": str(mission), "options": settings})],
-        cwd=ROOT, capture_output=True, text=True, check=False, timeout=120,
-    )  # fmt: skip
-
-
 @pytest.mark.slow
 def test_a_robot_that_nobody_can_command_does_not_start(mission, tmp_path, runtime_directory):  # noqa: F811
     """The engine used to write a line into its log and to drive without a control channel."""
     run_directory().chmod(0o755)
-    done = start(mission, tmp_path)
+    done = subprocess.run(
+        [sys.executable, "-m", "missions.cli.app", "run", mission, "--headless",
+         "--out", tmp_path / "run"],
+        cwd=ROOT, capture_output=True, text=True, check=False, timeout=120,
+    )  # fmt: skip
     assert done.returncode == 2
     assert "nobody could command or stop it: other users have access to" in done.stderr
     assert "chmod 700" in done.stderr

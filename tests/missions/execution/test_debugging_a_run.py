@@ -93,15 +93,19 @@ def test_a_running_mission_pauses_after_the_steps(run):
 @pytest.mark.parametrize(
     ("kind", "arguments", "reason"),
     [
-        ("break", {}, "break needs the argument 'node'"),
+        ("break", {}, "break: needs the argument 'node': number, name"),
         ("break", {"node": "secnd"}, "no node is called 'secnd'; did you mean 'second'?"),
         ("break", {"node": "1", "generation": 1}, "the tree was replaced; choose"),
         ("unbreak", {"node": "drive"}, "there is no breakpoint at 'drive'"),
-        ("step", {"ticks": 0}, "from 1 to 1000000, got 0"),
-        ("step", {"ticks": "two"}, "got 'two'"),
-        ("step", {"ticks": True}, "got True"),
+        ("step", {"ticks": 0}, "step: ticks: 0 must be at least 1"),
+        ("step", {"ticks": "two"}, "ticks: expected a whole number, got 'two'"),
+        ("step", {"ticks": True}, "got true"),
         ("continue", {}, "cannot resume: the mission is running"),
-        ("force", {"node": "drive", "status": "maybe"}, "success, failure, off or due"),
+        (
+            "force",
+            {"node": "drive", "status": "maybe"},
+            "'maybe' is not one of success, failure, off, due",
+        ),
         ("bark", {}, "no command 'bark'; available: pause"),
     ],
 )

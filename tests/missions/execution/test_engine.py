@@ -9,15 +9,16 @@ import subprocess
 import sys
 import time  # watching other processes takes wall time
 from collections.abc import Iterator
-from dataclasses import asdict
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
-from missions.execution.prepare import RunOptions
+from missions.execution.supervision.launch import LaunchOptions
+from missions.execution.supervision.supervisor import Supervisor
 from stack.telemetry.client import TelemetryClient
 from stack.telemetry.records import Ack, Command, MissionState, Snapshot
-from stack.telemetry.rendezvous import RunHandle, live_runs
+from stack.telemetry.rendezvous import RunHandle
 
 ROOT = Path(__file__).parents[3]
 PATIENCE = 60.0
@@ -25,32 +26,25 @@ PATIENCE = 60.0
 pytestmark = pytest.mark.slow
 
 
-def message(folder: Path, speed: float) -> str:
-    options = {**asdict(RunOptions(speed=speed)), "out": str(folder)}
-    return json.dumps({"mission": "02_office_patrol", "options": options})
-
-
 @pytest.fixture
 def engine(tmp_path) -> Iterator[tuple[subprocess.Popen[bytes], Path, RunHandle]]:
     """An engine at twice real time, and the run it announced."""
     folder = tmp_path / f"run-{os.getpid()}"
-    process = subprocess.Popen(
-        [sys.executable, "-m", "missions.execution.engine", message(folder, 2.0)],
-        cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, start_new_session=True,
-    )  # fmt: skip
+    options = LaunchOptions(("02_office_patrol",), speed="2", out=folder, rerun=False)
+    with supervised(options) as (process, run):
+        yield process, folder, run
+
+
+@contextmanager
+def supervised(options: LaunchOptions) -> Iterator[tuple[subprocess.Popen[bytes], RunHandle]]:
+    """The engine of a run, and its telemetry; killed at the end."""
+    supervisor = Supervisor(options.request(), 0.0, show=False)
     try:
-        yield process, folder, announced(process, folder.name)
+        supervisor.wait(lambda: bool(supervisor.started))
+        yield supervisor.engine, RunHandle(**supervisor.started[0]["handle"])
     finally:
-        process.kill()
-        process.communicate()
-
-
-def announced(process: subprocess.Popen[bytes], run_id: str) -> RunHandle:
-    def found() -> RunHandle | None:
-        assert process.poll() is None, process.communicate()[1]
-        return next((run for run in live_runs() if run.run_id == run_id), None)
-
-    return until(found)
+        supervisor.end_now("the test is over")
+        supervisor.close()
 
 
 def until(look):

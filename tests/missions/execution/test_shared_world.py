@@ -7,9 +7,10 @@ from shutil import copytree
 import pytest
 
 import missions
-from missions.execution import supervisor
+from missions.execution import run_folders
 from missions.execution.prepare import RunOptions
 from missions.execution.run import Run
+from missions.execution.run_folders import RUNS, reserved_suffix
 from missions.execution.shared_world import prepare_together, run_together
 from robots.bodies import sharing
 from stack.errors import InputError
@@ -238,9 +239,12 @@ def test_runs_that_begin_in_the_same_second_get_folders_of_their_own(tmp_path, m
             return cls(2026, 11, 22, 12, 0, 0, tzinfo=tz)
 
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(supervisor, "datetime", Noon)
+    monkeypatch.setattr(run_folders, "datetime", Noon)
     names = ["20_courier", "21_second_courier"]
-    assert supervisor.free_suffix(names) == "-20261122-120000"
-    Path("runs/21_second_courier-20261122-120000").mkdir(parents=True)
-    assert supervisor.free_suffix(names) == "-20261122-120000-2"
-    assert supervisor.default_folder("20_courier") == Path("runs/20_courier-20261122-120000")
+    with reserved_suffix(names) as first, reserved_suffix(names[1:]) as second:
+        assert (first, second) == ("-20261122-120000", "-20261122-120000-2")
+        assert all((RUNS / (name + first)).is_dir() for name in names)
+        Path(RUNS / (names[0] + first) / "log.txt").touch()
+    assert sorted(folder.name for folder in RUNS.iterdir()) == [names[0] + first]  # not empty
+    with reserved_suffix(names) as third:
+        assert third == "-20261122-120000-2"

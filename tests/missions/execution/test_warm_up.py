@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import os
 import re
-import subprocess
 import sys
 import tempfile
 from importlib import import_module
@@ -18,10 +18,11 @@ from numba.core.dispatcher import Dispatcher
 import missions
 from missions.execution import warm_up
 from missions.execution.prepare import RunOptions, prepare
-from missions.execution.supervisor import _await_engine
+from missions.execution.supervision.supervisor import OutputCopier
 from missions.execution.warm_up import kernels_of
 from stack.compilation import compile_kernel, missing
 from stack.components import Component
+from tests.missions.execution.test_engine import until
 
 ROOT = Path(__file__).parents[3]
 MODULES = sorted((ROOT / "stack").rglob("kernels.py"))
@@ -180,23 +181,14 @@ def test_a_component_of_a_plugin_compiles_nothing_unless_it_says_so():
 
 
 def test_the_lines_of_the_engine_are_shown_before_its_dashboard_opens(capfd):
-    shown: list[str] = []
-
-    class UntilShown(list[int]):
-        """Ends the wait once the line is on the terminal."""
-
-        def __bool__(self) -> bool:
-            shown.append(capfd.readouterr().err)
-            return "s)\n" in "".join(shown)
-
-    with tempfile.TemporaryFile() as errors:
-        line = "import sys; print('compiling 2 kernels (about 3 s)', file=sys.stderr, flush=True)"
-        engine = subprocess.Popen(
-            [sys.executable, "-c", f"{line}; sys.stdin.read()"], stdin=subprocess.PIPE,
-            stderr=errors,
-        )  # fmt: skip
-        try:
-            assert _await_engine(engine, "no such run", UntilShown(), errors) is None
-        finally:
-            engine.communicate()
-    assert "".join(shown) == "compiling 2 kernels (about 3 s)\n"
+    with tempfile.TemporaryFile() as output:
+        copier = OutputCopier(output, show=True)
+        copier.start()
+        os.write(output.fileno(), b"compiling 2 kernels (about 3 s)\n")
+        until(lambda: copier.shown == 32)
+        copier.hide()
+        os.write(output.fileno(), b"behind the dashboard\n")
+        copier.show()
+        os.write(output.fileno(), b"after it\n")
+        copier.finish()
+    assert capfd.readouterr().err == "compiling 2 kernels (about 3 s)\nafter it\n"

@@ -83,3 +83,21 @@ def test_a_copy_follows_a_rolling_window():
     grid = costmap.copied().grid
     assert grid.origin == costmap.grid.origin
     assert np.array_equal(grid.cells, costmap.grid.cells)
+
+
+def test_the_shown_costs_are_current_and_the_changes_name_every_changed_cell():
+    costmap = Costmap(CostmapParameters(), ROUND, floor())
+    before, version = costmap.shown.cells.copy(), costmap.version
+    assert costmap.shown.cells is costmap.shown.cells  # no copy without a change
+    for step, distance in enumerate((0.7, 1.4, 2.1)):
+        see(costmap, distance, 0.1 * step, Pose2D(1.0 + step, 1.0 + step))
+    after = costmap.shown.cells
+    assert np.array_equal(after, costmap.grid.cells)
+    since = [item for item in costmap.changes if item[0] > version]
+    assert [number for number, _ in since] == [*range(version + 1, costmap.version + 1)]
+    named = np.zeros(after.shape, bool)
+    for _, (top, bottom, left, right) in since:
+        named[top:bottom, left:right] = True
+    assert (after != before).any() and not ((after != before) & ~named).any()
+    costmap.configure(CostmapParameters(inflation_radius=0.2))  # repaints everything
+    assert costmap.changes == () and np.array_equal(costmap.shown.cells, costmap.grid.cells)

@@ -54,7 +54,7 @@ PROBLEMS = [
     ("a: [{x: 1} {y: 2}]\n", "1:12", "a `,` or the closing `]` is missing here"),
     ("a: 'x' y\n", "1:8", "unexpected text after the value"),
     ("a: [b, , c]\n", "1:8", "a value is missing before `,`"),
-    ("a: *b\n", "1:4", "`*b` has no `&b` before it"),
+    ("a: *b\n", "1:4", "there is no value with the name of this alias"),
     ("a: * b\n", "1:4", "a name is missing after *"),
     ("a: & b\n", "1:4", "a name is missing after &"),
     ("a: !e!x b\n", "1:4", "a value cannot begin with !"),

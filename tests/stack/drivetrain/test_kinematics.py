@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stack.drivetrain.kinematics import moved, swept_poses
+from stack.drivetrain.kinematics import moved, poses_along, swept_poses
 from stack.types import Pose2D, Twist
 
 CORNERS = np.array([[0.3, 0.2], [0.3, -0.2], [-0.3, 0.2], [-0.3, -0.2]])
@@ -33,3 +33,14 @@ def test_the_last_pose_is_the_displacement_by_the_twist():
     _, poses = swept_poses(start, twist, 1.5, RADIUS, 0.02)
     end = start.compose(moved(twist, 1.5))
     assert poses[-1] == pytest.approx((end.x, end.y, end.heading))
+
+
+@pytest.mark.parametrize("angular", [0.0, 1e-12, 0.8, -2.0])
+def test_poses_along_a_twist_are_those_of_single_motions(angular):
+    start, twist = Pose2D(1.0, -2.0, 0.7), Twist(0.5, angular, 0.2)
+    times = np.linspace(0.0, 2.0, 5)
+    single = [start.compose(moved(twist, time)) for time in times]
+    expected = [(pose.x, pose.y) for pose in single]
+    poses = poses_along(start, twist, times)
+    assert np.allclose(poses[:, :2], expected, atol=1e-12)
+    assert np.allclose(poses[:, 2], 0.7 + angular * times)

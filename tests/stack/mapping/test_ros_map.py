@@ -105,10 +105,14 @@ def test_plain_and_16_bit_pgm_images(folder):
 WRONG = [
     ("image: map.pgm\n", "", "1:1 E401 a map file needs the key 'image'"),
     ("map.pgm", "mop.pgm", "1:8 E402 image: there is no file 'mop.pgm' in the folder of this file"),
-    ("map.pgm", "map.yaml", "1:8 E402 image: 'map.yaml' is not a PGM or PNG image; it begins with"),
+    ("map.pgm", "map.yaml", "1:8 E402 image: 'map.yaml' is not a PGM or PNG image"),
     ("map.pgm", "cut.pgm", "1:8 E402 image: 'cut.pgm' is a damaged PGM: it has 3 of 6 pixels"),
     ("map.pgm", "cut.png", "1:8 E402 image: 'cut.png' is a damaged PNG: its end is missing"),
     ("map.pgm", "huge.pgm", "1:8 E402 image: 'huge.pgm' has 9000 x 9000 pixels; a map image has 1"),
+    ("map.pgm", "huge.png", "1:8 E402 image: 'huge.png' has 100000 x 100000 pixels; a map image"),
+    ("map.pgm", "digits.pgm", "1:8 E402 image: 'digits.pgm' is a damaged PGM: not all of its val"),
+    ("map.pgm", "/dev/zero", "1:8 E402 image: '/dev/zero' cannot be read: not a regular file but"),
+    ("map.pgm", "large.pgm", "1:8 E402 image: 'large.pgm' has 500000000 bytes or more; at most 26"),
     ("map.pgm", ".", "1:8 E402 image: '.' cannot be read: Is a directory"),
     ("0.05", "-1", "3:13 E401 resolution: -1 m must be at least 0.01 m"),
     ("0.05", "0.001", "3:13 E401 resolution: 0.001 m must be at least 0.01 m"),
@@ -127,6 +131,11 @@ def test_a_mistake_is_reported_with_its_position(folder, old, new, expected):
     (folder / "huge.pgm").write_bytes(b"P5 9000 9000 255\nabc")
     encoded = cv2.imencode(".png", np.zeros((9, 9), np.uint8))[1].tobytes()
     (folder / "cut.png").write_bytes(encoded[:-20])
+    side = (100_000).to_bytes(4, "big")
+    (folder / "huge.png").write_bytes(encoded[:16] + side + side + encoded[24:])
+    (folder / "digits.pgm").write_bytes(b"P2 1 1 255\n" + b"9" * 5000)
+    with (folder / "large.pgm").open("wb") as large:
+        large.truncate(500_000_000)
     with pytest.raises(InputError) as caught:
         read_ros_map(rewrite(folder, old, new))
     found = [

@@ -10,6 +10,7 @@ import pytest
 
 from stack.errors import InputError
 from stack.sim.import_world import read_any_world
+from stack.sim.sdf.mesh_parts import convex_parts
 from stack.sim.worlds.world import World
 from tests.stack.sim.gazebo_text import collision_model, gazebo_world
 
@@ -128,3 +129,28 @@ def test_a_broken_mesh_is_ignored_with_the_reason(tmp_path: Path) -> None:
                  + collision_model(BOX, name="b"))  # fmt: skip
     assert [box.name for box in world.boxes] == ["b"]
     assert "bad.stl" in world.warnings[0].sentence
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "sentence"),
+    [
+        ("a.dae", b'<!DOCTYPE a [<!ENTITY b "c">]><a/>', "a.dae has a document type"),
+        ("a.obj", b"v hunter2 0 0", "a.obj is not a readable obj mesh"),
+        ("a.stl", b"root:hunter2", "a.stl has no faces"),
+        ("a.zip", b"PK", "a.zip is not a mesh of a known kind: stl, obj, dae, ply, off, glb"),
+    ],
+)
+def test_unusable_meshes_are_named_and_not_quoted(
+    tmp_path: Path, name: str, content: bytes, sentence: str
+) -> None:
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(InputError, match=sentence) as refused:
+        convex_parts(tmp_path / name)
+    assert "hunter2" not in str(refused.value)
+
+
+def test_a_mesh_of_500_mb_is_not_read(tmp_path: Path) -> None:
+    with (tmp_path / "a.stl").open("wb") as file:
+        file.truncate(500_000_000)
+    with pytest.raises(InputError, match=r"a.stl cannot be read: 500000000 bytes or more; at most"):
+        convex_parts(tmp_path / "a.stl")

@@ -5,7 +5,7 @@ import pytest
 
 from stack.telemetry.event_log import event_line
 from stack.telemetry.hub import Telemetry
-from stack.telemetry.records import Ack, Command
+from stack.telemetry.records import Ack, Command, RecordFull
 
 
 class Notes:
@@ -169,3 +169,38 @@ def test_acks_reach_their_sender_even_with_equal_ids(info):
     telemetry.acknowledge(Ack(pause.id, True))
     assert first.acks == [Ack("1", True)] and second.acks == [Ack("1", False, "not paused")]
     assert first.served == second.served == 1
+
+
+class Record(Broken):
+    """A sink that writes a file of the run folder, and fails."""
+
+    record = "mission.rrd"
+
+
+def test_a_record_that_fails_is_lost_and_told_once(info):
+    lines, warnings = [], []
+    telemetry = Telemetry(info, [Record("event")], lines.append, warnings.append)
+    telemetry.advance(30, 1.5)
+    for _ in range(2):
+        telemetry.emit("a", "", source="s")
+        telemetry.lose("log.txt", "No space left on device")
+    assert [record.text for record in telemetry.lost] == [
+        "mission.rrd from 1.5 s on (OSError: no space left)",
+        "log.txt from 1.5 s on (No space left on device)",
+    ]
+    assert warnings == [f"! records lost: {record.text}" for record in telemetry.lost]
+    assert lines == []
+
+
+def test_a_record_at_its_limit_ends_and_is_not_lost(info):
+    warnings, sink = [], Record("event")
+
+    def full(event):
+        raise RecordFull("mission.rrd reached its limit of 5 MB")
+
+    sink.event = full
+    telemetry = Telemetry(info, [sink], warn=warnings.append)
+    telemetry.emit("a", "", source="s")
+    telemetry.emit("a", "", source="s")
+    assert warnings == ["! mission.rrd reached its limit of 5 MB"] and telemetry.lost == ()
+    assert sink.closed == [None]

@@ -1,5 +1,7 @@
 import os
+import random
 import socket
+import sys
 from math import pi
 
 import pytest
@@ -8,7 +10,7 @@ from hypothesis import strategies as st
 
 from stack.errors import InputError
 from stack.telemetry.hub import Telemetry
-from stack.telemetry.mavlink_sink import MavlinkSink, read_address, text_chunks
+from stack.telemetry.mavlink_sink import NOT_SUPPORTED, MavlinkSink, read_address, text_chunks
 from stack.telemetry.records import MissionState
 from stack.types import Battery, Pose2D, Twist
 
@@ -152,12 +154,139 @@ def test_a_station_that_connects_is_served(info, clock, snapshot_at):
     telemetry.close(None)
 
 
-def test_a_missing_device_removes_only_the_sink(info, clock):
+@pytest.fixture
+def asked(station, telemetry, clock, snapshot_at):
+    """Sends a message of the station's as bytes of MAVLink; returns the answers."""
+    drive(telemetry, clock, snapshot_at, 0.1)
+    received(station)
+
+    def ask(message):
+        station.mav.send(message)
+        clock.now += 0.11
+        telemetry.publish(snapshot_at)
+        return received(station)
+
+    return ask
+
+
+LINK = mavutil.mavlink
+COMMANDS = [
+    LINK.MAVLink_command_long_message(1, 1, 400, 0, 1, 0, 0, 0, 0, 0, 0),  # arm
+    LINK.MAVLink_command_long_message(1, 0, 176, 3, 1, 10, 0, 0, 0, 0, 0),  # set the mode, repeated
+    LINK.MAVLink_command_long_message(0, 0, 512, 0, 148, 0, 0, 0, 0, 0, 0),  # who are you, to all
+    LINK.MAVLink_command_long_message(1, 1, 65535, 0, float("nan"), 0, 0, 0, 0, 0, 0),
+    LINK.MAVLink_command_int_message(1, 1, 0, 192, 0, 0, 0, 1, 0, 0, 1, 1, 0),  # drive there
+]
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_commands_are_answered_as_unsupported(asked, command):
+    (ack,) = asked(command)["COMMAND_ACK"]
+    assert (ack.command, ack.result) == (command.command, LINK.MAV_RESULT_UNSUPPORTED)
+    assert (ack.target_system, ack.target_component) == (255, 0)  # pymavlink's own
+
+
+def test_modes_missions_and_parameters_are_answered_as_unsupported(asked):
+    answers = asked(LINK.MAVLink_set_mode_message(1, 1, 10))
+    (ack,) = answers["COMMAND_ACK"]
+    assert (ack.command, ack.result) == (11, LINK.MAV_RESULT_UNSUPPORTED)  # as ArduPilot's
+    assert "accepts no commands" in answers["STATUSTEXT"][0].text
+    for message in (
+        LINK.MAVLink_mission_count_message(1, 1, 5, 0),
+        LINK.MAVLink_mission_request_list_message(1, 1, 1),
+        LINK.MAVLink_mission_clear_all_message(1, 0, 2),
+        LINK.MAVLink_mission_set_current_message(1, 1, 3),
+        LINK.MAVLink_mission_item_int_message(1, 1, 0, 0, 16, 1, 1, 0, 0, 0, 0, 1, 1, 0),
+    ):
+        (ack,) = asked(message)["MISSION_ACK"]
+        assert ack.type == LINK.MAV_MISSION_UNSUPPORTED
+        assert ack.mission_type == message.to_dict().get("mission_type", 0)
+    for message in (
+        LINK.MAVLink_param_request_list_message(1, 1),
+        LINK.MAVLink_param_set_message(1, 1, b"SPEED", 1.0, 9),
+    ):
+        assert asked(message).keys() <= {"HEARTBEAT"}  # told once, in words
+
+
+def test_the_first_request_for_parameters_is_answered_in_words(asked):
+    texts = asked(LINK.MAVLink_param_request_list_message(1, 1))["STATUSTEXT"]
+    assert "".join(text.text for text in texts) == NOT_SUPPORTED
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        LINK.MAVLink_command_long_message(2, 1, 400, 0, 1, 0, 0, 0, 0, 0, 0),  # to another system
+        LINK.MAVLink_command_long_message(1, 100, 400, 0, 1, 0, 0, 0, 0, 0, 0),  # to a camera
+        LINK.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3),
+        LINK.MAVLink_command_ack_message(400, 0, 0, 0, 1, 1),
+    ],
+)
+def test_what_is_not_for_the_robot_is_not_answered(asked, message):
+    assert asked(message).keys() <= {"HEARTBEAT"}
+
+
+def test_noise_does_not_end_the_link(station, asked):
+    """The fixture `telemetry` asserts that the sink was not removed."""
+    chance = random.Random(3)
+    whole = bytearray(COMMANDS[0].pack(station.mav))
+    for number in range(300):
+        noise = bytearray(chance.randbytes(chance.randrange(1, 300)))
+        if number % 2:
+            noise = bytearray(whole)
+            noise[chance.randrange(len(noise))] ^= 1 << chance.randrange(8)
+        station.write(bytes(noise))
+        asked(LINK.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3))
+    station.write(b"\0" * 300)  # ends a frame that noise began
+    asked(LINK.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3))
+    assert "COMMAND_ACK" in asked(COMMANDS[0])
+
+
+def test_commands_are_answered_while_robot_time_stands_still(
+    station, telemetry, clock, snapshot_at
+):
+    drive(telemetry, clock, snapshot_at, 0.05)
+    received(station)
+    for _ in range(3):
+        clock.now += 0.11
+        telemetry.publish(lambda: pytest.fail("no snapshot is due"))
+        station.mav.send(COMMANDS[0])
+    assert len(received(station)["COMMAND_ACK"]) == 2
+
+
+def test_a_link_that_cannot_be_opened_is_an_error_of_the_user(monkeypatch, tmp_path):
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
+        taken.bind(("127.0.0.1", 0))
+        address = f"udp:127.0.0.1:{taken.getsockname()[1]}"
+        with pytest.raises(InputError, match=f"{address}' cannot be opened: Address already in"):
+            MavlinkSink(address)
+    with pytest.raises(InputError, match="cannot be opened: "):
+        MavlinkSink("udpout:no-such-host.invalid:14550")
+    with pytest.raises(InputError, match="cannot be opened: No such file or directory"):
+        MavlinkSink("serial:/dev/tty_of_nobody")
+    for file in ("/dev/../bin/sh", "/dev/../etc/passwd"):  # pymavlink would execute or replay it
+        with pytest.raises(InputError, match="is not a serial device"):
+            MavlinkSink(f"serial:{file}")
+    monkeypatch.setitem(sys.modules, "serial", None)
+    sentence = (
+        r"needs the Python package serial; install it with: pip install 'treepilot\[serial\]'"
+    )
+    with pytest.raises(InputError, match=sentence):
+        MavlinkSink("serial:/dev/null")
+
+
+def test_a_serial_link_sends_and_ends_when_the_device_is_gone(info, clock, snapshot_at):
+    pytest.importorskip("serial")
+    far, near = os.openpty()
     dropped = []
-    sink = MavlinkSink("serial:/dev/tty_of_nobody", clock)
-    telemetry = Telemetry(info, [sink], dropped.append)
-    telemetry.emit("say", "x", source="mission")
-    assert len(dropped) == 1 and dropped[0].startswith("MavlinkSink failed and was removed")
+    telemetry = Telemetry(info, [MavlinkSink(f"serial:{os.ttyname(near)}", clock)], dropped.append)
+    drive(telemetry, clock, snapshot_at, 0.1)
+    assert os.read(far, 1)[0] == 0xFD
+    os.close(near)
+    os.close(far)
+    drive(telemetry, clock, snapshot_at, 1.5)
+    assert len(dropped) == 1
+    telemetry.close(None)
 
 
 @pytest.mark.parametrize(

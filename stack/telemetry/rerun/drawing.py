@@ -10,19 +10,37 @@ from typing import Any
 import numpy as np
 import rerun as rr
 
-from stack.telemetry.outlines import at_height, outline, uncertainty_ellipse
+from stack.telemetry.outlines import (
+    at_height,
+    largest_variance,
+    outline,
+    uncertainty_ellipse,
+)
 from stack.telemetry.records import Event, Layer, MissionState, RunInfo, Snapshot, TreeRow
-from stack.telemetry.rerun_blueprint import layout, node_path
-from stack.telemetry.rerun_place import (
-    draw_layer,
+from stack.telemetry.rerun.blueprint import layout, node_path
+from stack.telemetry.rerun.grids import GridDrawing, WindowDrawing
+from stack.telemetry.rerun.parameters import RecordingParameters
+from stack.telemetry.rerun.place import (
     draw_markers,
     draw_places,
     draw_robot_model,
-    hide_layer,
+    draw_scene,
+    hide_scene,
 )
-from stack.telemetry.rerun_recording import BASE, MAP, OPTICAL, PICTURE, UP, Recording
+from stack.telemetry.rerun.recording import BASE, MAP, OPTICAL, PICTURE, TRUTH, Recording
 from stack.telemetry.tree_text import NOTHING, tree_markdown
-from stack.types import CameraModel, FloatArray, Footprint, Image, Path, Pose2D, TrackedObject
+from stack.types import (
+    CameraModel,
+    FloatArray,
+    Footprint,
+    Image,
+    Path,
+    Pose2D,
+    Scan,
+    TrackedObject,
+)
+
+Colour = tuple[int, int, int]
 
 ROBOT_COLOUR = (94, 200, 255)
 TRUTH_COLOUR = (150, 158, 170)
@@ -61,26 +79,41 @@ LEVELS = {"info": "INFO", "warning": "WARN", "error": "ERROR"}
 TRAIL_STEP = 0.05
 """Metres between two points of the robot's trail."""
 
-PERSON_HEIGHT = 1.7
+PERSON_HEIGHT, PARTICLE_LENGTH = 1.7, 0.12
+PLAN_HEIGHTS = {"path": 0.05, "local_plan": 0.08}
+"""Metres."""
+
 JPEG_QUALITY = 80
 
 
 class RerunDrawing:
     """Draws snapshots and events into one recording."""
 
-    def __init__(self, info: RunInfo, file: FilePath) -> None:
+    def __init__(self, info: RunInfo, file: FilePath, parameters: RecordingParameters) -> None:
         self._info = info
-        self._recording = Recording(file, info.run_id, info.title or info.run_id)
+        limit = parameters.size_limit * 1e6
+        self._recording = Recording(file, limit, info.run_id, info.title or info.run_id)
+        self._grids: dict[str, GridDrawing | WindowDrawing] = {}
         self._trail: Pose2D | None = None
+        self._has_truth = False
         self._known_nodes: set[int] = set()
-        self._activities: dict[str, tuple[int, int, int]] = {}
+        self._activities: dict[str, Colour] = {}
 
     def at(self, time: float) -> None:
         """Set the robot time, seconds, of everything drawn from now on."""
         self._recording.at(time)
 
+    def write(self) -> None:
+        """Write what was drawn to the file.
+
+        Raises:
+            RecordFull: the file reached its size limit.
+            OSError: it cannot be written.
+        """
+        self._recording.write()
+
     def close(self) -> None:
-        """Flush and close the file."""
+        """Close the file; what was not written is lost."""
         self._recording.close()
 
     def static_entities(self) -> None:
@@ -88,6 +121,7 @@ class RerunDrawing:
         draw_robot_model(self._recording, self._info)
         draw_markers(self._recording, self._info.markers)
         draw_places(self._recording, self._info)
+        self._constants()
         motion = {"commanded": LOCAL_PLAN_COLOUR, "measured": PATH_COLOUR}
         self._legend("speed", motion)
         self._legend("turning", motion)
@@ -107,57 +141,77 @@ class RerunDrawing:
 
     def layer(self, name: str, layer: Layer) -> None:
         """Draw a new version of a map, a costmap or the scene."""
-        draw_layer(self._recording, name, layer.content)
+        content = layer.content
+        if isinstance(content, tuple):
+            draw_scene(self._recording, name, content)
+        else:
+            drawing = self._grids.get(name)
+            if drawing is None or not drawing.fits(content):
+                self.remove_layer(name)
+                kind = WindowDrawing if name == "local_costmap" else GridDrawing
+                drawing = self._grids[name] = kind(self._recording, name, content)
+            drawing.draw(layer)
 
     def remove_layer(self, name: str) -> None:
         """Remove a layer from the view."""
-        hide_layer(self._recording, name)
+        hide_scene(self._recording, name)
+        drawing = self._grids.pop(name, None)
+        if drawing is not None:
+            drawing.hide()
 
     def robot(self, snapshot: Snapshot) -> None:
-        """Draw model, uncertainty and trail of the robot, outlines of estimate and truth."""
-        pose, corners = snapshot.pose, self._info.footprint.points
-        placed = rr.Transform3D(
-            translation=(pose.x, pose.y, 0.0),
-            rotation=rr.RotationAxisAngle(UP, pose.heading),
-            parent_frame=MAP,
-            child_frame=BASE,
-        )
-        self._recording.stream.log("world/robot_pose", placed)
-        strips = [outline(pose, corners), uncertainty_ellipse(pose, snapshot.covariance)]
-        colours = [ROBOT_COLOUR, PARTICLE_COLOUR[:3]]
-        if snapshot.truth is not None:
-            strips.append(outline(snapshot.truth, corners))
-            colours.append(TRUTH_COLOUR)
-        drawn = rr.LineStrips3D(strips, radii=0.012, colors=colours)
-        self._recording.show("world/outlines", drawn)
-        self._extend_trail(snapshot.truth or pose)
+        """Draw poses, uncertainty and trail of the robot; models and outlines follow the poses."""
+        pose, truth = snapshot.pose, snapshot.truth
+        self._place("world/robot_pose", pose, BASE)
+        ellipse = uncertainty_ellipse(pose, snapshot.covariance)
+        self._recording.show_row("world/uncertainty", rr.LineStrips3D, strips=ellipse[np.newaxis])
+        if truth is not None:
+            self._place("world/true_pose", truth, TRUTH)
+            if not self._has_truth:
+                self._has_truth = True
+                self._outline("world/true_outline", TRUTH, TRUTH_COLOUR)
+        self._extend_trail(truth or pose)
 
-    def sensors(self, snapshot: Snapshot) -> None:
-        """Draw scan, particles, people and tracks."""
-        if snapshot.scan is not None:
-            ends = at_height(snapshot.pose.transform(snapshot.scan.points()), 0.2)
-            drawn = rr.Points3D(ends, radii=0.025, colors=SCAN_COLOUR)
-            self._recording.show("world/scan", drawn)
-        if snapshot.particles is not None:
-            self._particles(snapshot.particles)
+    def moving(self, snapshot: Snapshot) -> None:
+        """Draw people and tracks."""
         if snapshot.people is not None:
             self._people(snapshot.people)
         self._tracks(snapshot.tracks)
 
-    def plans(self, snapshot: Snapshot) -> None:
-        """Draw global plan, local plan and goal; hide those that do not exist."""
-        self._strip("world/path", snapshot.path, (0.05, 0.028), PATH_COLOUR)
-        self._strip("world/local_plan", snapshot.local_plan, (0.08, 0.02), LOCAL_PLAN_COLOUR)
-        goal = snapshot.goal
+    def scan(self, scan: Scan, pose: Pose2D) -> None:
+        """Draw the end points of a scan that was taken at a pose."""
+        ends = at_height(pose.transform(scan.points()), 0.2)
+        self._recording.show_row("world/scan", rr.Points3D, positions=ends.astype(np.float32))
+
+    def particles(self, particles: FloatArray) -> None:
+        """Draw particles, (n, 3) of x, y and heading, as arrows."""
+        x, y, heading = np.asarray(particles, np.float32).T
+        flat = np.zeros_like(x)
+        self._recording.show_row(
+            "world/particles",
+            rr.Arrows3D,
+            origins=np.column_stack([x, y, flat + 0.04]),
+            vectors=np.column_stack([np.cos(heading), np.sin(heading), flat]) * PARTICLE_LENGTH,
+        )
+
+    def plan(self, name: str, plan: Path | None) -> None:
+        """Draw the global plan, `path`, or the `local_plan`; hide it if there is none."""
+        entity = f"world/{name}"
+        if plan is None or len(plan.points) < 2:
+            self._recording.hide(entity)
+            return
+        strip = at_height(plan.points[:, :2], PLAN_HEIGHTS[name]).astype(np.float32)
+        self._recording.show_row(entity, rr.LineStrips3D, strips=[strip])
+
+    def goal(self, goal: Pose2D | None) -> None:
+        """Draw the goal; hide it if there is none."""
         if goal is None:
             self._recording.hide("world/goal")
             return
         ahead = (0.45 * cos(goal.heading), 0.45 * sin(goal.heading), 0.0)
-        arrows = rr.Arrows3D(
+        arrows = rr.Arrows3D.from_fields(
             origins=[(goal.x, goal.y, 0.7), (goal.x, goal.y, 0.1)],
             vectors=[(0.0, 0.0, -0.6), ahead],
-            radii=0.03,
-            colors=GOAL_COLOUR,
         )
         self._recording.show("world/goal", arrows)
 
@@ -166,7 +220,7 @@ class RerunDrawing:
         commanded, measured = snapshot.commanded, snapshot.measured
         truth = snapshot.truth
         error = float("nan") if truth is None else snapshot.pose.distance_to(truth)
-        worst_variance = float(np.linalg.eigvalsh(snapshot.covariance[:2, :2])[-1])
+        worst_variance = largest_variance(snapshot.covariance)
         curves = {
             "speed": (commanded.linear, measured.linear),
             "turning": (commanded.angular, measured.angular),
@@ -174,7 +228,7 @@ class RerunDrawing:
             "health": (snapshot.health, snapshot.battery.charge),
         }
         for name, values in curves.items():
-            self._recording.stream.log(f"plots/{name}", rr.Scalars(values))
+            self._recording.row(f"plots/{name}", rr.Scalars, scalars=values)
 
     def node_state(self, row: TreeRow) -> None:
         """Log a node's new status."""
@@ -234,37 +288,60 @@ class RerunDrawing:
         self._recording.stream.log("world/camera/mount", mount, static=True)
         self._recording.stream.log("world/camera/lens", lens, static=True)
 
+    def _constants(self) -> None:
+        """Log what does not change of entities: sizes and colours; and the robot's outline."""
+        lines, arrows = rr.LineStrips3D.from_fields, rr.Arrows3D.from_fields
+        constants = {
+            "uncertainty": lines(radii=0.012, colors=PARTICLE_COLOUR[:3]),
+            "trail": lines(radii=0.016, colors=TRAIL_COLOUR),
+            "path": lines(radii=0.028, colors=PATH_COLOUR),
+            "local_plan": lines(radii=0.02, colors=LOCAL_PLAN_COLOUR),
+            "tracks": lines(radii=0.012, colors=TRACK_COLOUR),
+            "tracks/velocity": arrows(radii=0.02, colors=TRACK_COLOUR),
+            "goal": arrows(radii=0.03, colors=GOAL_COLOUR),
+            "particles": arrows(radii=0.006, colors=PARTICLE_COLOUR),
+            "scan": rr.Points3D.from_fields(radii=0.025, colors=SCAN_COLOUR),
+            "people": rr.Capsules3D.from_fields(colors=PERSON_COLOUR, fill_mode="solid"),
+        }
+        for name, drawn in constants.items():
+            self._recording.fix(f"world/{name}", drawn)
+        self._outline("world/outline", BASE, ROBOT_COLOUR)
+
+    def _outline(self, path: str, frame: str, colour: Colour) -> None:
+        """Draw the robot's outline at a frame."""
+        strip = outline(Pose2D(0.0, 0.0), self._info.footprint.points)
+        self._recording.fix(path, rr.LineStrips3D([strip], radii=0.012, colors=colour), frame)
+
+    def _place(self, path: str, pose: Pose2D, frame: str) -> None:
+        """Place a frame at a pose in the map frame."""
+        half = pose.heading / 2.0
+        self._recording.row(
+            path,
+            rr.Transform3D,
+            translation=np.array([(pose.x, pose.y, 0.0)]),
+            quaternion=np.array([(0.0, 0.0, sin(half), cos(half))]),
+            parent_frame=[MAP],
+            child_frame=[frame],
+        )
+
     def _extend_trail(self, here: Pose2D) -> None:
         before = self._trail or here
         if self._trail is None or here.distance_to(before) >= TRAIL_STEP:
-            ends = [(before.x, before.y, 0.02), (here.x, here.y, 0.02)]
-            drawn = rr.LineStrips3D([ends], radii=0.016, colors=TRAIL_COLOUR)
-            self._recording.show("world/trail", drawn)
+            ends = np.array([[(before.x, before.y, 0.02), (here.x, here.y, 0.02)]])
+            self._recording.show_row("world/trail", rr.LineStrips3D, strips=ends)
             self._trail = here
-
-    def _particles(self, particles: FloatArray) -> None:
-        x, y, heading = particles.T
-        flat = np.zeros_like(x)
-        arrows = rr.Arrows3D(
-            origins=np.column_stack([x, y, flat + 0.04]),
-            vectors=np.column_stack([np.cos(heading), np.sin(heading), flat]) * 0.12,
-            radii=0.006,
-            colors=PARTICLE_COLOUR,
-        )
-        self._recording.show("world/particles", arrows)
 
     def _people(self, people: FloatArray) -> None:
         radii = people[:, 2]
         feet = at_height(people[:, :2], 0.0)
         feet[:, 2] = radii
-        capsules = rr.Capsules3D(
+        self._recording.show_row(
+            "world/people",
+            rr.Capsules3D,
             lengths=PERSON_HEIGHT - 2.0 * radii,
             radii=radii,
             translations=feet,
-            colors=[PERSON_COLOUR] * len(people),
-            fill_mode="solid",
         )
-        self._recording.show("world/people", capsules)
 
     def _tracks(self, tracks: Sequence[TrackedObject]) -> None:
         """Draw tracks: outline, uncertainty of the position, and velocity as an arrow (1 s)."""
@@ -272,32 +349,18 @@ class RerunDrawing:
             self._recording.hide("world/tracks")
             self._recording.hide("world/tracks/velocity")
             return
-        outlines = [
-            outline(Pose2D(*track.position), Footprint.circle(track.radius).points)
-            for track in tracks
-        ]
-        ellipses = [
-            uncertainty_ellipse(Pose2D(*track.position), track.covariance) for track in tracks
-        ]
-        drawn = rr.LineStrips3D([*outlines, *ellipses], radii=0.012, colors=TRACK_COLOUR)
-        self._recording.show("world/tracks", drawn)
-        arrows = rr.Arrows3D(
+        strips: list[FloatArray] = []
+        for track in tracks:
+            at = Pose2D(*track.position)
+            strips.append(outline(at, Footprint.circle(track.radius).points))
+            strips.append(uncertainty_ellipse(at, track.covariance))
+        self._recording.show_row("world/tracks", rr.LineStrips3D, strips=strips)
+        self._recording.show_row(
+            "world/tracks/velocity",
+            rr.Arrows3D,
             origins=at_height(np.array([track.position for track in tracks]), 0.06),
             vectors=at_height(np.array([track.velocity for track in tracks]), 0.0),
-            radii=0.02,
-            colors=TRACK_COLOUR,
         )
-        self._recording.show("world/tracks/velocity", arrows)
-
-    def _strip(
-        self, path: str, plan: Path | None, height_and_radius: tuple[float, float], colour: Any
-    ) -> None:
-        if plan is None or len(plan.points) < 2:
-            self._recording.hide(path)
-            return
-        height, radius = height_and_radius
-        strip = at_height(plan.points[:, :2], height)
-        self._recording.show(path, rr.LineStrips3D([strip], radii=radius, colors=colour))
 
     def _legend(self, plot: str, colours: dict[str, Any]) -> None:
         lines = rr.SeriesLines(
@@ -305,7 +368,7 @@ class RerunDrawing:
         )
         self._recording.stream.log(f"plots/{plot}", lines, static=True)
 
-    def _states(self, path: Any, colours: dict[str, tuple[int, int, int]]) -> None:
+    def _states(self, path: Any, colours: dict[str, Colour]) -> None:
         names = list(colours)
         states = rr.StateConfiguration(values=names, labels=names, colors=list(colours.values()))
         self._recording.stream.log(path, states, static=True)

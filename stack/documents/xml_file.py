@@ -1,7 +1,7 @@
-"""XML reader that keeps positions, with the part of XML that world files need.
+"""XML reader that keeps positions, with the part of XML that worlds and robots need.
 
-Document types and entities are refused: worlds do not need them, and they allow expansion attacks
-and access to other files. Codes: E001 the file · E002 too large · E207 not XML.
+Document types and entities are refused: they allow expansion attacks and access to other files.
+Codes: E001 the file · E002 too large · E207 not XML, or the code of the caller.
 """
 
 from __future__ import annotations
@@ -11,12 +11,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from xml.parsers import expat
 
-from stack.documents import Finding, Mark
+from stack.documents.files import XML_BYTES, read_input
+from stack.documents.findings import Finding, Mark
 from stack.errors import InputError
-from stack.parameters import suggestion
+from stack.types.printable import printable
 
 NOT_XML = "E207"
-MAX_BYTES, MAX_DEPTH = 50_000_000, 100
+MAX_DEPTH = 100
 
 
 @dataclass(slots=True)
@@ -44,6 +45,12 @@ class Element:
         """The children with this tag, in order."""
         return (child for child in self.children if child.tag == tag)
 
+    def within(self) -> Iterator[Element]:
+        """All elements below this one, in order."""
+        for child in self.children:
+            yield child
+            yield from child.within()
+
     def first(self, *path: str) -> Element | None:
         """The first child with this tag; with several tags, the first descendant on that path."""
         found: Element | None = self
@@ -63,45 +70,35 @@ def read_xml(path: Path, what: str = "file") -> Element:
     Raises:
         InputError: the file is missing, a folder, too large, not XML, or has a document type.
     """
-    try:
-        raw = path.read_bytes()
-    except FileNotFoundError:
-        near = path.parent.glob(f"*{path.suffix}") if path.parent.is_dir() else iter(())
-        hint = suggestion(path.name, [item.name for item in near])
-        raise _refusal(Mark(str(path)), "E001", f"there is no such {what}", hint) from None
-    except IsADirectoryError:
-        raise _refusal(Mark(str(path)), "E001", f"this is a folder, not a {what}") from None
-    except OSError as error:
-        raise _refusal(Mark(str(path)), "E001", f"cannot be read: {error.strerror}") from None
-    if len(raw) > MAX_BYTES:
-        sentence = f"{len(raw)} bytes; a {what} may have at most {MAX_BYTES}"
-        raise _refusal(Mark(str(path)), "E002", sentence)
-    return parse_xml(raw, str(path))
+    return parse_xml(read_input(path, what, XML_BYTES), str(path))
 
 
-def parse_xml(raw: bytes, name: str) -> Element:
+def parse_xml(raw: bytes, name: str, code: str = NOT_XML) -> Element:
     """The root element of XML bytes; `name` is the file name for messages.
+
+    Control characters in attributes and texts are escaped.
 
     Raises:
         InputError: the bytes are not XML, nested too deeply, or have a document type.
     """
-    builder = _Builder(name)
+    builder = _Builder(name, code)
     try:
         builder.parser.Parse(raw, True)
     except expat.ExpatError as error:
         mark = Mark(name, error.lineno, error.offset + 1)
         sentence = f"not XML: {expat.errors.messages[error.code]}"
-        raise _refusal(mark, NOT_XML, sentence) from None
+        raise _refusal(mark, code, sentence) from None
     except (LookupError, ValueError) as error:  # a declared encoding that Python does not have
-        raise _refusal(Mark(name), NOT_XML, f"not XML: {error}") from None
+        sentence = f"not XML: {type(error).__name__} {error}"
+        raise _refusal(Mark(name), code, sentence) from None
     return builder.root
 
 
 class _Builder:
     """Builds the tree of elements from expat's events."""
 
-    def __init__(self, name: str) -> None:
-        self._name = name
+    def __init__(self, name: str, code: str) -> None:
+        self._name, self._code = name, code
         self._open: list[Element] = []
         self.root = Element("", {}, Mark(name))
         self.parser = expat.ParserCreate()
@@ -116,9 +113,10 @@ class _Builder:
         return Mark(self._name, parser.CurrentLineNumber, parser.CurrentColumnNumber + 1)
 
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
+        attributes = {name: printable(value) for name, value in attributes.items()}
         element = Element(tag, attributes, self._mark)
         if len(self._open) >= MAX_DEPTH:
-            raise _refusal(self._mark, NOT_XML, f"elements nested more than {MAX_DEPTH} deep")
+            raise _refusal(self._mark, self._code, f"elements nested more than {MAX_DEPTH} deep")
         if self._open:
             self._open[-1].children.append(element)
         else:
@@ -127,7 +125,7 @@ class _Builder:
 
     def _end(self, tag: str) -> None:
         element = self._open.pop()
-        element.text = element.text.strip()
+        element.text = printable(element.text.strip())
 
     def _characters(self, text: str) -> None:
         if not self._open[-1].children:
@@ -135,7 +133,7 @@ class _Builder:
 
     def _refuse_doctype(self, *_: object) -> None:
         raise _refusal(
-            self._mark, NOT_XML, "document types (<!DOCTYPE…>) are not supported", "remove it"
+            self._mark, self._code, "document types (<!DOCTYPE…>) are not supported", "remove it"
         )
 
 

@@ -10,19 +10,15 @@ from xml.etree import ElementTree
 import rerun as rr
 from rerun.urdf import UrdfTree
 
-from stack.telemetry.grid_colours import cost_picture, map_picture
 from stack.telemetry.records import RunInfo, SceneShape
-from stack.telemetry.rerun_recording import BASE, UP, Recording
-from stack.types import CostGrid, Marker, OccupancyGrid
+from stack.telemetry.rerun.recording import BASE, UP, Recording
+from stack.types import Marker
 
 MODEL_COLOUR = (94, 200, 255)
 MARKER_COLOUR = (186, 192, 200)
 PLACE_COLOUR = (120, 136, 160)
 DIMMED = 0.62
 """Factor on the brightness of scene shapes, so that data stay visible."""
-
-HEIGHTS = {"map": 0.0, "global_costmap": 0.006, "local_costmap": 0.012}
-"""Drawing height of each grid, metres, so that they overlap in this order."""
 
 
 def draw_robot_model(recording: Recording, info: RunInfo) -> None:
@@ -86,20 +82,15 @@ def draw_places(recording: Recording, info: RunInfo) -> None:
         recording.fix("world/places", dots)
 
 
-def draw_layer(
-    recording: Recording, name: str, content: OccupancyGrid | CostGrid | tuple[SceneShape, ...]
-) -> None:
-    """Draw a map, a costmap or a scene."""
-    if isinstance(content, tuple):
-        _draw_boxes(recording, f"world/{name}/boxes", content)
-        _draw_cylinders(recording, f"world/{name}/cylinders", content)
-    else:
-        _draw_grid(recording, name, content)
+def draw_scene(recording: Recording, name: str, shapes: tuple[SceneShape, ...]) -> None:
+    """Draw the shapes of a scene."""
+    _draw_boxes(recording, f"world/{name}/boxes", shapes)
+    _draw_cylinders(recording, f"world/{name}/cylinders", shapes)
 
 
-def hide_layer(recording: Recording, name: str) -> None:
-    """Remove a layer from the view."""
-    for path in (f"world/{name}", f"world/{name}/boxes", f"world/{name}/cylinders"):
+def hide_scene(recording: Recording, name: str) -> None:
+    """Remove a scene from the view."""
+    for path in (f"world/{name}/boxes", f"world/{name}/cylinders"):
         recording.hide(path)
 
 
@@ -133,19 +124,3 @@ def _common_attributes(shapes: list[SceneShape]) -> dict[str, Any]:
         "colors": [tuple(round(255 * DIMMED * part) for part in shape.colour) for shape in shapes],
         "fill_mode": "solid",
     }
-
-
-def _draw_grid(recording: Recording, name: str, grid: OccupancyGrid | CostGrid) -> None:
-    is_map = isinstance(grid, OccupancyGrid)
-    picture = map_picture(grid) if isinstance(grid, OccupancyGrid) else cost_picture(grid, name)
-    rows, columns = grid.cells.shape
-    height = HEIGHTS.get(name, 0.009)
-    drawn = rr.GridMap(
-        data=picture.tobytes(),
-        format=rr.components.ImageFormat(columns, rows, color_model="RGBA", channel_datatype="U8"),
-        cell_size=grid.resolution,
-        translation=(*grid.origin, height),
-        opacity=1.0 if is_map else 0.8,
-        draw_order=height,
-    )
-    recording.show(f"world/{name}", drawn)

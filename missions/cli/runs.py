@@ -1,0 +1,128 @@
+"""`treepilot runs`: lists, deletes and opens the folders of runs."""
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from stack.errors import InputError
+
+if TYPE_CHECKING:
+    from missions.inspection.runs import RunFolderEntry
+
+HELP = """List, delete and open the folders of runs.
+
+Without a command, list the runs below ./runs, newest first: name, mission, status, start, simulated
+time and size. The status `live` means that the run goes on, `incomplete` that it ended without a
+report. A folder is a run folder if it contains events.jsonl and mission.yaml; no other folder and
+no live run is ever deleted, and symbolic links are not followed.
+
+\b
+    treepilot runs
+    treepilot runs delete 02_office_patrol-20261122-164218
+    treepilot runs keep 10
+    treepilot runs open 02_office_patrol-20261122-164218
+"""
+
+runs_app = typer.Typer(help=HELP, invoke_without_command=True)
+
+Yes = Annotated[bool, typer.Option("--yes", "-y", help="do not ask for confirmation")]
+Name = Annotated[str, typer.Argument(metavar="NAME", help="name of a run, as listed")]
+
+
+@runs_app.callback()
+def _runs(
+    context: typer.Context,
+    folder: Annotated[
+        Path, typer.Option("--folder", metavar="FOLDER", help="folder that contains the runs")
+    ] = Path("runs"),
+    json: Annotated[bool, typer.Option("--json", help="list as JSON")] = False,
+) -> None:
+    context.obj = folder
+    if context.invoked_subcommand is not None:
+        return
+    from missions.inspection.runs import find_runs, table
+
+    runs = find_runs(folder)
+    if json:
+        from json import dumps
+
+        typer.echo(dumps([run.plain() for run in runs], indent=2, ensure_ascii=False))
+    elif runs:
+        typer.echo("\n".join(table(runs)))
+    else:
+        typer.echo(f"no runs in {folder}")
+
+
+@runs_app.command()
+def delete(
+    context: typer.Context,
+    names: Annotated[list[str], typer.Argument(metavar="NAME...", help="names of runs, as listed")],
+    yes: Yes = False,
+) -> None:
+    """Delete runs. If one of the names is wrong or its run is live, nothing is deleted."""
+    from missions.inspection.runs import chosen_runs, find_runs
+
+    _delete(context.obj, chosen_runs(find_runs(context.obj), names), yes)
+
+
+@runs_app.command()
+def keep(
+    context: typer.Context,
+    count: Annotated[int, typer.Argument(min=0, metavar="N", help="number of runs to keep")],
+    yes: Yes = False,
+) -> None:
+    """Delete all runs but the newest N. Live runs are kept in any case."""
+    from missions.inspection.runs import find_runs, older_than_newest
+
+    _delete(context.obj, older_than_newest(find_runs(context.obj), count), yes)
+
+
+@runs_app.command("open")
+def open_(context: typer.Context, name: Name) -> None:
+    """Open the recording of a run in rerun's viewer."""
+    import os
+    import sysconfig
+
+    from missions.inspection.runs import find_runs
+    from stack.parameters import suggestion
+
+    known = {run.name: run for run in find_runs(context.obj)}
+    if name not in known:
+        raise InputError(f"no run {name!r}; {suggestion(name, known)}")
+    recording = context.obj / name / "mission.rrd"
+    if not known[name].has_recording:
+        raise InputError(f"{name} has no recording: it was run with --no-rerun")
+    viewer = str(Path(sysconfig.get_path("scripts")) / "rerun")
+    typer.echo(f"rerun --bind 127.0.0.1 {recording}")
+    try:
+        os.execv(viewer, [viewer, "--bind", "127.0.0.1", str(recording)])
+    except OSError as error:
+        raise InputError(f"cannot start {viewer}: {error.strerror}") from None
+
+
+def _delete(parent: Path, runs: "list[RunFolderEntry]", yes: bool) -> None:
+    """Delete runs after a confirmation.
+
+    Raises:
+        InputError: there is nobody to ask, or a run cannot be deleted.
+    """
+    from missions.inspection.runs import delete_run, size_text
+
+    if not runs:
+        typer.echo("nothing to delete")
+        return
+    size = size_text(sum(run.size for run in runs))
+    what = f"{len(runs)} run{'' if len(runs) == 1 else 's'}, {size}"
+    if not yes:
+        if not (sys.stdin.isatty() and sys.stdout.isatty()):
+            raise InputError("deleting needs --yes when there is no terminal to ask on")
+        for run in runs:
+            typer.echo(f"  {run.name}  {run.status}  {size_text(run.size)}")
+        if not typer.confirm(f"delete {what}?"):
+            typer.echo("nothing was deleted")
+            return
+    for run in runs:
+        delete_run(parent, run.name)
+    typer.echo(f"deleted {what}")

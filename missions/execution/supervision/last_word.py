@@ -1,0 +1,77 @@
+"""What is said and written about an engine that ended without a report."""
+
+from __future__ import annotations
+
+import signal
+from contextlib import suppress
+from hashlib import sha256
+from pathlib import Path
+
+from missions.execution.report import Report
+from missions.execution.supervision.supervisor import Supervisor
+
+
+def end_of(supervisor: Supervisor) -> str:
+    """Return in one sentence how the engine ended."""
+    node = supervisor.node
+    where = f"; {node} had not returned" if node else ""
+    if supervisor.killed:
+        return f"the engine was killed: {supervisor.killed}{where}"
+    code = supervisor.engine.returncode
+    if code < 0:
+        return f"the engine was ended by {_signal_name(-code)}{where}"
+    return f"the engine process ended by itself with exit code {code}{where}"
+
+
+def lost_reports(supervisor: Supervisor, reason: str) -> list[Report]:
+    """Return a report for each mission of an engine that sent none; write those into the folders.
+
+    They consist of what the engine told before its first step and of its last beat.
+    """
+    beat = supervisor.progress
+    wall = max(0.0, beat.wall - supervisor.began)
+    found = []
+    for started in supervisor.started:
+        report = Report(
+            **{
+                **started["draft"], "status": "error", "reason": reason,
+                "simulated_seconds": beat.time, "wall_seconds": wall,
+                "real_time_factor": beat.time / max(wall, 1e-9), "distance_m": beat.distance,
+                "log_sha256": _hash_of_events(started["folder"]),
+            }
+        )  # fmt: skip
+        _write(started["folder"], report)
+        found.append(report)
+    return found
+
+
+def _hash_of_events(folder: str) -> str:
+    """Return the SHA-256 of the complete lines of events.jsonl; empty without one."""
+    if not folder:
+        return ""
+    digest = sha256()
+    try:
+        with (Path(folder) / "events.jsonl").open("rb") as lines:
+            for line in lines:
+                if line.endswith(b"\n"):
+                    digest.update(line)
+    except OSError:
+        return ""
+    return digest.hexdigest()
+
+
+def _write(folder: str, report: Report) -> None:
+    """Write report.json, unless the engine has, or the folder is gone."""
+    file = Path(folder) / "report.json"
+    if not folder or file.exists():
+        return
+    with suppress(OSError):
+        unfinished = file.with_name(".report.json.new")
+        unfinished.write_text(report.to_json() + "\n", "utf-8")
+        unfinished.replace(file)
+
+
+def _signal_name(number: int) -> str:
+    with suppress(ValueError):
+        return f"signal {number} ({signal.Signals(number).name})"
+    return f"signal {number}"

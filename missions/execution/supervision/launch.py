@@ -1,0 +1,174 @@
+"""`treepilot run`: supervise an engine, with its dashboard or with lines of progress."""
+
+from __future__ import annotations
+
+import json as json_format
+import signal
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from missions.execution.report import Report
+from missions.execution.supervision.heartbeat import Phase
+from missions.execution.supervision.last_word import end_of, lost_reports
+from missions.execution.supervision.supervisor import POLL, Supervisor
+from missions.execution.supervision.viewer import Viewer
+
+SUCCEEDED, WRONG_INPUT, INTERNAL_ERROR, INTERRUPTED = 0, 2, 3, 130
+BY_SEVERITY = (INTERNAL_ERROR, INTERRUPTED, 1)
+"""Exit codes of several missions: the first of these that one of them has."""
+
+HANG_TIMEOUT = 60.0
+"""Wall seconds without a step after which an engine is killed, if not chosen otherwise."""
+
+
+@dataclass(frozen=True)
+class LaunchOptions:
+    """Command-line options of `treepilot run`.
+
+    Attributes:
+        on_lost_records: continue | stop when a record cannot be written.
+        on_hangup: continue | stop | abort when the terminal is closed; empty: continue in a
+            simulation, stop a real robot.
+        hang_timeout: wall seconds without a step after which the engine is killed; 0: never.
+    """
+
+    missions: tuple[str, ...]
+    headless: bool = True
+    json: bool = False
+    speed: str = ""
+    seed: int = 0
+    arguments: dict[str, str] = field(default_factory=dict)
+    robot: str | None = None
+    world: str | None = None
+    start: str | None = None
+    out: Path | None = None
+    rerun: bool = True
+    mavlink: str | None = None
+    camera: str = "asked"
+    watch: bool = False
+    breakpoints: tuple[str, ...] = ()
+    forced: dict[str, str] = field(default_factory=dict)
+    parameters: dict[str, str] = field(default_factory=dict)
+    body: str = ""
+    replay: Path | None = None
+    record: tuple[str, ...] = ()
+    on_lost_records: str = "continue"
+    on_hangup: str = ""
+    hang_timeout: float = HANG_TIMEOUT
+
+    def request(self) -> dict[str, Any]:
+        """Return what the engine is asked to do."""
+        options = {
+            "seed": self.seed, "arguments": self.arguments, "robot": self.robot,
+            "world": self.world, "start": self.start, "out": self.out,
+            "speed": self.speed or ("max" if self.headless else "1"), "rerun": self.rerun,
+            "mavlink": self.mavlink, "camera": self.camera, "watch": self.watch,
+            "breakpoints": self.breakpoints, "forced": self.forced,
+            "parameters": self.parameters, "body": self.body, "replay": self.replay,
+            "record": self.record, "on_lost_records": self.on_lost_records,
+        }  # fmt: skip
+        return {
+            "missions": self.missions, "options": options, "on_hangup": self.on_hangup,
+            "dashboard": not self.headless,
+        }  # fmt: skip
+
+
+def launch(options: LaunchOptions) -> int:
+    """Run missions, one with or without a dashboard, several without; return the exit code."""
+    supervisor = Supervisor(options.request(), options.hang_timeout, show=not options.json)
+    try:
+        with _signals(supervisor, with_dashboard=not options.headless):
+            if options.headless:
+                supervisor.wait()
+            elif not _watch(supervisor):
+                return SUCCEEDED
+            supervisor.wait()
+        if supervisor.hung_up and supervisor.engine.poll() is None:
+            return INTERRUPTED
+        return _last_word(supervisor, options)
+    except BaseException:
+        supervisor.end_now("the supervisor failed")
+        raise
+    finally:
+        supervisor.close()
+
+
+def _watch(supervisor: Supervisor) -> bool:
+    """Show the dashboard; return False if the operator leaves and the mission continues."""
+    supervisor.wait(lambda: bool(supervisor.started))
+    handle = supervisor.started[0]["handle"] if supervisor.started else None
+    if handle is None or supervisor.hung_up:
+        return True
+    supervisor.output.hide()
+    viewer = Viewer(handle)
+    while viewer.is_open and not supervisor.hung_up and not supervisor.stopping:
+        supervisor.poll()
+        viewer.wait(POLL)
+    outcome = viewer.close()
+    attach = f"treepilot watch {supervisor.started[0]['folder'] or handle['run_id']}"
+    if outcome == "interrupt" and not supervisor.stopping:
+        supervisor.interrupt()
+    elif outcome == "leave" and supervisor.engine.poll() is None:
+        supervisor.leave()
+        print(f"the mission continues; attach with: {attach}")
+        return False
+    elif outcome == "crashed" and supervisor.engine.poll() is None:
+        supervisor.log(f"the dashboard crashed\n{viewer.traceback}")
+        print(f"the dashboard crashed: {viewer.trouble}", file=sys.stderr)
+        print(f"the mission continues; attach again with: {attach}", file=sys.stderr)
+        supervisor.output.show()
+    return True
+
+
+def _last_word(supervisor: Supervisor, options: LaunchOptions) -> int:
+    """Print the reports, or what is known about an engine that sent none; return the exit code."""
+    reports = [Report(**values) for values in supervisor.reports]
+    supervisor.output.finish()
+    code = supervisor.engine.returncode
+    if not reports:
+        if not supervisor.killed and code in (WRONG_INPUT, INTERNAL_ERROR):
+            supervisor.output.show_all()
+            return code
+        reason = end_of(supervisor)
+        if supervisor.phase in (Phase.STARTING, Phase.COMPILING) and supervisor.stopping:
+            print(f"{reason}; nothing has moved", file=sys.stderr)
+            return INTERRUPTED
+        reports = lost_reports(supervisor, reason)
+        if not reports:
+            supervisor.output.show_all()
+            print(f"{reason}; nothing has moved", file=sys.stderr)
+            return INTERNAL_ERROR
+    if options.json:
+        plain = [report.plain() for report in reports]
+        shown = plain if len(options.missions) > 1 else plain[0]
+        print(json_format.dumps(shown, indent=2, allow_nan=False, ensure_ascii=False))
+    else:
+        print("\n\n".join(report.summary() for report in reports))
+    codes = [report.exit_code for report in reports]
+    return next((code for code in BY_SEVERITY if code in codes), SUCCEEDED)
+
+
+@contextmanager
+def _signals(supervisor: Supervisor, *, with_dashboard: bool) -> Iterator[None]:
+    """Handle signals: end, hang up, suspend. A dashboard reads ctrl+z itself."""
+    actions: dict[signal.Signals, Callable[[], None]] = {
+        signal.SIGINT: supervisor.interrupt,
+        signal.SIGTERM: supervisor.interrupt,
+    }
+    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:  # nohup
+        actions[signal.SIGHUP] = supervisor.hang_up
+    if not with_dashboard:
+        actions[signal.SIGTSTP] = supervisor.suspend
+    before = {
+        number: signal.signal(number, lambda number, _: actions[signal.Signals(number)]())
+        for number in actions
+    }
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

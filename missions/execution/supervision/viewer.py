@@ -1,0 +1,99 @@
+"""The dashboard as a process of its own: whatever becomes of it, the supervisor goes on."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import termios
+from collections.abc import Mapping
+from contextlib import suppress
+from typing import Any
+
+from tui.terminal.restore import RESTORE
+
+CLOSE_WITHIN = 2.0
+"""Wall seconds that a dashboard gets to end after the run was interrupted."""
+
+
+class Viewer:
+    """A dashboard in the terminal of this process.
+
+    Attributes:
+        trouble: why it crashed, in one line; empty if it did not.
+        traceback: of the crash.
+    """
+
+    def __init__(self, handle: Mapping[str, Any]) -> None:
+        """Open it for a run, named by the handle of its telemetry."""
+        self._settings = _terminal_settings()
+        self._outcome, theirs = os.pipe()
+        self._process = subprocess.Popen(
+            [
+                sys.executable,
+                "-m",
+                "tui",
+                handle["address"],
+                handle["identity"],
+                str(theirs),
+            ],
+            pass_fds=(theirs,),
+        )
+        os.close(theirs)
+        self.trouble = self.traceback = ""
+
+    @property
+    def is_open(self) -> bool:
+        """Whether it is still shown."""
+        return self._process.poll() is None
+
+    def wait(self, seconds: float) -> None:
+        """Wait for its end for some seconds."""
+        with suppress(subprocess.TimeoutExpired):
+            self._process.wait(timeout=seconds)
+
+    def close(self) -> str:
+        """End it if it is open, restore the terminal, and return the outcome.
+
+        Returns:
+            over | leave | abort | interrupt | lost, as the dashboard says, or `crashed`.
+        """
+        was_open = self.is_open
+        if was_open:
+            self._process.terminate()
+            self.wait(CLOSE_WITHIN)
+            self._process.kill()
+            self._process.wait()
+        text = os.read(self._outcome, 1 << 16)
+        os.close(self._outcome)
+        try:
+            answer = json.loads(text)
+        except ValueError:
+            answer = {}
+        outcome = str(answer.get("outcome", ""))
+        if not outcome:
+            outcome = "over" if was_open else "crashed"
+        if outcome == "crashed":
+            code = self._process.returncode
+            self.trouble = str(answer.get("trouble") or f"it ended with exit code {code}")
+            self.traceback = str(answer.get("traceback", ""))
+        if was_open or outcome == "crashed":
+            self._restore_terminal()
+        return outcome
+
+    def _restore_terminal(self) -> None:
+        """Undo what a dashboard that could not do so itself has set."""
+        with suppress(OSError):
+            sys.stdout.write(RESTORE)
+            sys.stdout.flush()
+        if self._settings is not None:
+            with suppress(termios.error, OSError):
+                termios.tcsetattr(sys.stdin.fileno(), termios.TCSADRAIN, self._settings)
+
+
+def _terminal_settings() -> list[Any] | None:
+    try:
+        return termios.tcgetattr(sys.stdin.fileno())
+    except (termios.error, OSError, ValueError):
+        return None

@@ -1,0 +1,31 @@
+"""`treepilot watch`: attach a dashboard to a live run."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import asdict
+
+from missions.execution.supervision.supervisor import POLL
+from missions.execution.supervision.viewer import Viewer
+from stack.telemetry.rendezvous import find_run
+
+CRASHED = 3
+
+
+def watch_run(name: str) -> int:
+    """Attach the dashboard to a live run; an empty name is the only one.
+
+    Raises:
+        TelemetryError: there is no such run, or more than one.
+    """
+    run = find_run(name)
+    viewer = Viewer(asdict(run))
+    while viewer.is_open:
+        viewer.wait(POLL)
+    outcome = viewer.close()
+    if outcome == "abort":
+        print(f"aborted {run.run_id}", file=sys.stderr)
+    if outcome == "crashed":
+        print(f"the dashboard crashed: {viewer.trouble}; the mission continues", file=sys.stderr)
+        return CRASHED
+    return 0

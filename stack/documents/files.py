@@ -1,0 +1,131 @@
+"""Reads foreign files: regular files only, and no more than a limit.
+
+A device or a FIFO could block forever or never end. Opening does not wait for a writer, and the
+kind of file is checked on the open file, so that it cannot be replaced in between. LIMITS are
+listed in docs/worlds.md. Codes: E001 the file · E002 too large · E003 not text.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import stat
+from pathlib import Path
+from typing import BinaryIO
+
+from stack.errors import Finding, InputError, Mark
+from stack.parameters import suggestion
+
+YAML_BYTES = 1_000_000
+"""Of a mission, world, robot, map or parameter file, and of a route graph."""
+
+URDF_BYTES = 5_000_000
+XML_BYTES = 50_000_000
+"""Of a Gazebo world."""
+
+MESH_BYTES = 50_000_000
+IMAGE_BYTES = 1 << 28
+JSON_BYTES = 50_000_000
+"""Of a report, and of other tables that treepilot has written itself."""
+
+RECORD_BYTES = 1 << 26
+"""Of one message of a recording, or one line of an event log; the file itself may have any size."""
+
+_KINDS = (
+    (stat.S_ISFIFO, "a pipe"),
+    (stat.S_ISCHR, "a device"),
+    (stat.S_ISBLK, "a device"),
+    (stat.S_ISSOCK, "a socket"),
+)
+
+
+class TooLargeError(OSError):
+    """The file is larger than the limit."""
+
+
+def open_regular(path: Path) -> BinaryIO:
+    """Open a regular file for reading; never waits for it.
+
+    Raises:
+        FileNotFoundError: it does not exist.
+        IsADirectoryError: it is a folder.
+        OSError: it is something else, or cannot be opened; `strerror` is a sentence.
+    """
+    try:
+        number = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_NOCTTY | os.O_CLOEXEC)
+    except ValueError:  # a null character in the name
+        raise OSError(errno.EINVAL, "the name has a null character") from None
+    try:
+        mode = os.fstat(number).st_mode
+        if stat.S_ISDIR(mode):
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+        if not stat.S_ISREG(mode):
+            kind = next((word for check, word in _KINDS if check(mode)), "something else")
+            raise OSError(errno.EINVAL, f"not a regular file but {kind}")
+        return os.fdopen(number, "rb")
+    except BaseException:
+        os.close(number)
+        raise
+
+
+def read_bytes(path: Path, limit: int) -> bytes:
+    """Content of a regular file of at most `limit` bytes.
+
+    Raises:
+        TooLargeError: it is larger; not more than the limit is read.
+        OSError: as `open_regular`.
+    """
+    with open_regular(path) as file:
+        size = os.fstat(file.fileno()).st_size
+        # The size may be wrong: of a file that grows, or of one that the kernel makes up.
+        content = file.read(limit + 1) if size <= limit else b""
+    size = max(size, len(content or b""))
+    if size > limit:
+        raise TooLargeError(errno.EFBIG, f"{size} bytes or more; at most {limit} are read")
+    if content is None:
+        raise OSError(errno.EAGAIN, "it has no content yet")
+    return content
+
+
+def read_input(path: Path, what: str, limit: int = YAML_BYTES) -> bytes:
+    """Content of a file that the user has named.
+
+    Args:
+        path: of the file.
+        what: kind of file for messages, such as "world file".
+        limit: bytes.
+
+    Raises:
+        InputError: missing (with the most similar name), a folder, a device, too large or
+            unreadable.
+    """
+    code, hint = "E001", ""
+    try:
+        return read_bytes(path, limit)
+    except FileNotFoundError:
+        near = path.parent.glob(f"*{path.suffix}") if path.parent.is_dir() else iter(())
+        hint = suggestion(path.name, [item.name for item in near])
+        sentence = f"there is no such {what}"
+    except IsADirectoryError:
+        sentence = f"this is a folder, not a {what}"
+    except TooLargeError as error:
+        code, sentence = "E002", f"{error.strerror} of a {what}"
+    except OSError as error:
+        sentence = f"cannot be read: {error.strerror}"
+    raise InputError([Finding(Mark(str(path)), code, sentence, hint)])
+
+
+def decoded(raw: bytes, path: Path) -> str:
+    """The text of a file.
+
+    Raises:
+        InputError: it is not UTF-8.
+    """
+    try:
+        return raw.decode("utf-8")
+    except UnicodeDecodeError as error:
+        line = raw[: error.start].count(b"\n") + 1
+        column = error.start - raw.rfind(b"\n", 0, error.start)
+        where = Mark(str(path), line, column)
+        sentence = f"not a text file: byte 0x{raw[error.start]:02x} is not UTF-8"
+        raise InputError([Finding(where, "E003", sentence, "save it as UTF-8")]) from None

@@ -1,0 +1,40 @@
+"""Parameters of the recordings of a run, in a module that imports nothing heavy."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from stack.parameters import parameter
+
+
+@dataclass(frozen=True)
+class RecordingParameters:
+    """Rates and size of the rerun recording. What did not change is not recorded again."""
+
+    rate: float = parameter(
+        5.0, "Hz", above=0.0, at_most=100.0,
+        help="snapshots: pose, plots, states, people and tracks; no other rate can be higher",
+    )  # fmt: skip
+    scan_rate: float = parameter(5.0, "Hz", above=0.0, at_most=100.0, help="lidar scans")
+    particle_rate: float = parameter(
+        2.0, "Hz", above=0.0, at_most=100.0, help="particles of the localisation"
+    )
+    plan_rate: float = parameter(
+        2.0, "Hz", above=0.0, at_most=100.0, help="global and local plan, if they changed"
+    )
+    local_costmap_rate: float = parameter(
+        1.0, "Hz", above=0.0, at_most=100.0, help="local costmap, if it changed"
+    )
+    global_costmap_rate: float = parameter(
+        0.5, "Hz", above=0.0, at_most=100.0, help="changed parts of the global costmap"
+    )
+    picture_rate: float = parameter(
+        2.0, "Hz", above=0.0, at_most=100.0, help="camera pictures, as JPEG"
+    )
+    write_period: float = parameter(
+        4.0, "s", at_least=0.1, at_most=60.0,
+        help="robot time between two writes to the file; a killed run loses at most this time",
+    )  # fmt: skip
+    size_limit: float = parameter(
+        2000.0, at_least=1.0, help="megabytes at which the recording of a run stops"
+    )

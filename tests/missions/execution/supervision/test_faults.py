@@ -1,0 +1,115 @@
+"""Faults of behaviours under a supervisor: each ends in time, with a report that names the node."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.missions.execution.test_engine import PATIENCE, ROOT, until
+
+pytestmark = pytest.mark.slow
+
+PLUGIN = """\
+import ctypes, os, time
+from py_trees.common import Status
+from behaviours.base import RobotBehaviour
+
+
+class Faulty(RobotBehaviour):
+    '''Do something terrible.'''
+
+    def update(self) -> Status:
+        '''Do it.'''
+        open({mark!r}, "w").close()
+        {fault}
+        return Status.RUNNING
+"""
+MISSION = """\
+mission: faulty
+robot: scout
+world: small_room
+plugins: [./plugins]
+run: {sequence: [{faulty: {}, name: culprit}]}
+"""
+HANGS = {
+    "endless loop": "while True: pass",
+    "call that holds the GIL": "sum(range(10**15))",
+    "call that swallows every exception": "\n        ".join([
+        "while True:",
+        "    try: time.sleep(1000)",
+        "    except BaseException: pass",
+    ]),
+}  # fmt: skip
+DEATHS = {
+    "os._exit": ("os._exit(7)", "exit code 7"),
+    "os._exit as if all were well": ("os._exit(0)", "exit code 0"),
+    "segmentation fault": ("ctypes.string_at(0)", "SIGSEGV"),
+    "closed descriptors": ("os.closerange(0, 1000); os.abort()", "SIGABRT"),
+}
+
+
+def begin(folder: Path, fault: str, *words: str) -> subprocess.Popen[str]:
+    """Start the mission in a folder of its own; return once the faulty node was ticked."""
+    (folder / "plugins").mkdir()
+    mark = folder / "ticked"
+    (folder / "plugins" / "faulty.py").write_text(PLUGIN.format(mark=str(mark), fault=fault))
+    (folder / "faulty.yaml").write_text(MISSION)
+    process = subprocess.Popen(
+        [sys.executable, "-m", "missions.cli.app", "run", str(folder / "faulty.yaml"),
+         "--headless", "--no-rerun", "--out", str(folder / "out"), *words],
+        cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    until(lambda: mark.exists() or process.poll() is not None)
+    return process
+
+
+def report_of(folder: Path) -> dict[str, object]:
+    return json.loads((folder / "out" / "report.json").read_text("utf-8"))
+
+
+@pytest.mark.parametrize("fault", HANGS.values(), ids=HANGS)
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_a_run_whose_node_never_returns(tmp_path, fault, number):
+    process = begin(tmp_path, fault)
+    process.send_signal(number)
+    _, errors = process.communicate(timeout=PATIENCE)
+    assert process.returncode == 3, errors
+    report = report_of(tmp_path)
+    assert report["status"] == "error"
+    assert "did not end within 2 s" in report["reason"]
+    assert "culprit (faulty, faulty.yaml:5) had not returned" in report["reason"]
+    assert "faulty.py" in errors  # the stacks of the threads
+
+
+@pytest.mark.parametrize(("fault", "cause"), DEATHS.values(), ids=DEATHS)
+def test_an_engine_that_dies_is_reported_at_once(tmp_path, fault, cause):
+    process = begin(tmp_path, fault)
+    output, _ = process.communicate(timeout=PATIENCE)
+    assert process.returncode == 3
+    report = report_of(tmp_path)
+    assert cause in report["reason"] and "culprit" in report["reason"]
+    assert report["reason"] in output
+    assert (tmp_path / "out" / "events.jsonl").read_bytes().endswith(b"\n")
+
+
+def test_a_slow_node_is_a_warning_with_its_name_and_not_in_the_log(tmp_path):
+    fault = "\n        ".join(["time.sleep(0.8)", "return Status.SUCCESS"])
+    process = begin(tmp_path, fault)
+    _, errors = process.communicate(timeout=PATIENCE)
+    assert process.returncode == 0
+    assert "! slow: culprit (faulty, faulty.yaml:5) has not returned for 0." in errors
+    assert "slow" not in (tmp_path / "out" / "events.jsonl").read_text("utf-8")
+    assert "slow: culprit" in (tmp_path / "out" / "log.txt").read_text("utf-8")
+
+
+def test_an_engine_that_makes_no_step_is_reported_and_in_the_end_killed(tmp_path):
+    process = begin(tmp_path, HANGS["endless loop"], "--hang-timeout", "3")
+    _, errors = process.communicate(timeout=PATIENCE)
+    assert process.returncode == 3
+    assert "the engine has made no step for 2 s; culprit (faulty, faulty.yaml:5)" in errors
+    assert "it made no step for 3 s" in report_of(tmp_path)["reason"]
