@@ -9,6 +9,7 @@ from __future__ import annotations
 import importlib
 import sys
 import traceback
+from contextlib import chdir
 from hashlib import sha256
 from importlib.machinery import ModuleSpec
 from importlib.util import module_from_spec
@@ -48,12 +49,13 @@ class FolderLoader:
         importlib.invalidate_caches()
 
     def load(self, file: Path) -> ModuleType:
-        """Import a file of the folder.
+        """Import a file of the folder; it cannot change the working directory.
 
         Raises:
             Exception: any exception that the file raises.
         """
-        return importlib.import_module(f"{self._package}.{file.stem}")
+        with chdir("."):  # relative paths of the mission are read afterwards
+            return importlib.import_module(f"{self._package}.{file.stem}")
 
 
 def sentence_for(error: BaseException) -> str:

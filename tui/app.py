@@ -85,7 +85,7 @@ class Dashboard(TerminalApp):
         self._stop = StopConfirmation()
         self._teleop_ids: deque[str] = deque(maxlen=50)
         self._was_teleop = False
-        self._trouble = self._records_lost = ""
+        self._trouble = ""
 
     def compose(self) -> ComposeResult:
         """Compose the panes from left to right, with the event log below."""
@@ -166,9 +166,6 @@ class Dashboard(TerminalApp):
                 self.notify(ack.reason, severity="warning", title="refused")
         if events:
             self._panes.query_one(EventsPane).add(events)
-        for event in events:
-            if event.source == "records" and event.level == "error":
-                self._records_lost = event.text
         if events or acks:
             self._pacing.hurry()
         return fresh
@@ -178,7 +175,6 @@ class Dashboard(TerminalApp):
         return Link(
             source.silent_for, source.is_over or source.report is not None,
             source.report is not None, self._trouble, self._stop.is_late,
-            self._records_lost,
         )  # fmt: skip
 
     def _show(self, snapshot: Snapshot) -> None:

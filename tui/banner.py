@@ -39,7 +39,7 @@ def notice(snapshot: Snapshot | None, link: Link) -> Notice | None:
     if link.trouble:
         return Notice("bad", "✘ INCOMPATIBLE ENGINE", link.trouble, "q leaves")
     if snapshot is not None and snapshot.state.is_over:
-        return _outcome(snapshot, link)
+        return _outcome(snapshot)
     if link.is_over:
         return _ended_before_snapshot(link)
     if link.is_lost(snapshot):
@@ -47,7 +47,7 @@ def notice(snapshot: Snapshot | None, link: Link) -> Notice | None:
     if link.stop_unconfirmed:
         detail = "the engine has not answered; without commands a robot stops by itself after 0.3 s"
         return Notice("bad", "■ STOP NOT CONFIRMED", detail, "space sends it again")
-    return None if snapshot is None else _held(snapshot) or _records_lost(link)
+    return None if snapshot is None else _held(snapshot) or _records_lost(snapshot)
 
 
 def _held(snapshot: Snapshot) -> Notice | None:
@@ -70,10 +70,10 @@ def _held(snapshot: Snapshot) -> Notice | None:
     return None
 
 
-def _records_lost(link: Link) -> Notice | None:
-    if not link.records_lost:
+def _records_lost(snapshot: Snapshot) -> Notice | None:
+    if not snapshot.records_lost:
         return None
-    return Notice("warn", "▲ RECORDS LOST", link.records_lost, "the mission continues")
+    return Notice("warn", "▲ RECORDS LOST", snapshot.records_lost, "the mission continues")
 
 
 def _reload_failed(faults: tuple[str, ...], paused: bool) -> Notice:
@@ -83,9 +83,9 @@ def _reload_failed(faults: tuple[str, ...], paused: bool) -> Notice:
     return Notice("bad", headline, faults[0] + more, "old tree continues; fix and save")
 
 
-def _outcome(snapshot: Snapshot, link: Link) -> Notice:
+def _outcome(snapshot: Snapshot) -> Notice:
     tone, headline = OUTCOMES[snapshot.state]
-    detail = "; ".join(filter(None, (snapshot.reason, link.records_lost)))
+    detail = "; ".join(filter(None, (snapshot.reason, snapshot.records_lost)))
     minutes, seconds = divmod(snapshot.time, 60)
     figures = f"{int(minutes):02d}:{seconds:04.1f}, {snapshot.counters.get('distance', 0.0):.1f} m"
     recoveries = int(snapshot.counters.get("recoveries", 0))

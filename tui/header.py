@@ -119,7 +119,7 @@ def header(snapshot: Snapshot | None, link: Link) -> Header:
     alarms = []
     if now.is_lost and "LOST" not in words and not snapshot.state.is_over:
         alarms.append("LOST")
-    if link.records_lost:
+    if snapshot.records_lost:
         alarms.append("RECORDS LOST")
     return Header(words, tone, tuple(alarms))
 

@@ -82,6 +82,7 @@ KEYS = (
     Key("5", "focus_pane('charts')"),
     Key("z", "zoom_pane", "Full", "focused pane on the full screen, on or off"),
     Key("escape", "all_panes", "", "show all panes", "esc"),
+    Key("ctrl+l", "redraw", "", "draw the whole screen again", "ctrl+l"),
     Key("question_mark", "help", "Help", "this page", "?"),
     Key("q", "leave", "Quit", "leave; asks while the mission runs"),
     Key("ctrl+q", "leave", everywhere=True),

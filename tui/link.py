@@ -29,7 +29,6 @@ class Link:
         has_report: whether its report arrived.
         trouble: why its messages cannot be read; empty if they can.
         stop_unconfirmed: whether an emergency stop was sent and not answered in time.
-        records_lost: what is not recorded any more; empty if everything is.
     """
 
     silent_for: float
@@ -37,7 +36,6 @@ class Link:
     has_report: bool = False
     trouble: str = ""
     stop_unconfirmed: bool = False
-    records_lost: str = ""
 
     def is_lost(self, snapshot: Snapshot | None) -> bool:
         """Return whether the engine is silent although the run is not over."""

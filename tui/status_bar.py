@@ -15,6 +15,8 @@ from tui.strips import one_line
 class StatusBar(Static):
     """One line with the state of the run."""
 
+    auto_links = False
+
     def __init__(self) -> None:
         super().__init__(id="status")
         self._shown = Text()

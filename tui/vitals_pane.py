@@ -21,6 +21,7 @@ class VitalsPane(Static, can_focus=True):
     """Shows the vital figures of the robot and the engine."""
 
     BORDER_TITLE = "Vitals"
+    auto_links = False
 
     def __init__(self) -> None:
         super().__init__("[dim italic]waiting for the robot[/]", id="vitals")

@@ -2,6 +2,7 @@
 
 import os
 import sys
+from contextlib import suppress
 from typing import Annotated
 
 import typer
@@ -41,5 +42,22 @@ def assignments(
 
 
 def on_a_terminal() -> bool:
-    """Whether standard input and output are a terminal that can show a dashboard."""
-    return sys.stdin.isatty() and sys.stdout.isatty() and os.environ.get("TERM", "dumb") != "dumb"
+    """Whether this process has a terminal that can show a dashboard; says so if it cannot.
+
+    The dashboard reads standard input and draws on standard error. A terminal cannot show it
+    without cursor positions as in ECMA-48. One that the terminal database does not know may.
+    """
+    if not all(stream.isatty() for stream in (sys.stdin, sys.stdout, sys.stderr)):
+        return False
+    term = os.environ.get("TERM", "")
+    able = term not in ("", "dumb", "unknown")
+    if able:
+        import curses
+
+        with suppress(curses.error):
+            curses.setupterm(term, sys.stderr.fileno())
+            able = (curses.tigetstr("cup") or b"").startswith(b"\x1b[")
+    if not able:
+        kind = f"TERM={term}" if term else "TERM is not set"
+        print(f"this terminal cannot show the dashboard ({kind})", file=sys.stderr)
+    return able

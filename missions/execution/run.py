@@ -8,7 +8,8 @@ from __future__ import annotations
 import resource
 import sys
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict, replace
 from datetime import datetime
 from pathlib import Path
@@ -162,7 +163,8 @@ class Run:
 
     def serve(self) -> None:
         """Apply the commands of operators and show them the run, without a step."""
-        self.engine.runtime.serve()
+        with self._ends_on_error():
+            self.engine.runtime.serve()
         self._watch.stepped(self)
 
     def step(self) -> None:
@@ -171,19 +173,12 @@ class Run:
         stopping = runtime.state.is_over
         if stopping:
             self._steps_to_stop -= 1
-        try:
+        with self._ends_on_error():
             if not stopping:
                 self.engine.between_steps()
             runtime.step()
             if not stopping:
                 self._after_step()
-        except BodyError as error:
-            self._steps_to_stop = 0
-            runtime.end(MissionState.ERROR, f"robot failed: {error}")
-        except Exception as error:
-            self._log(traceback.format_exc())
-            self._steps_to_stop = 0 if stopping else self._steps_to_stop
-            runtime.end(MissionState.ERROR, f"{type(error).__name__}: {error}")
         self._watch.stepped(self)
 
     def interrupt(self, reason: str = "stopped by a signal") -> None:
@@ -259,6 +254,21 @@ class Run:
 
     def _with_losses(self, report: Report) -> Report:
         return replace(report, records_lost=[asdict(lost) for lost in self._telemetry.lost])
+
+    @contextmanager
+    def _ends_on_error(self) -> Iterator[None]:
+        """End the mission when an error is raised; do not step a robot that has failed."""
+        runtime = self.engine.runtime
+        stopping = runtime.state.is_over
+        try:
+            yield
+        except BodyError as error:
+            self._steps_to_stop = 0
+            runtime.end(MissionState.ERROR, f"robot failed: {error}")
+        except Exception as error:
+            self._log(traceback.format_exc())
+            self._steps_to_stop = 0 if stopping else self._steps_to_stop
+            runtime.end(MissionState.ERROR, f"{type(error).__name__}: {error}")
 
     def _show(self, line: str) -> None:
         """Write a line to the run's log and to stderr, where also a caller's notebook shows it."""

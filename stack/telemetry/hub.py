@@ -228,7 +228,7 @@ class Telemetry:
         self._sources.pop(number, None)
         name = type(sink).__name__
         if isinstance(error, RecordFull):
-            self._warn(f"! {error}")
+            self._warn(f"! at {self._time:.1f} s {error}")
         elif isinstance(sink, RecordSink):
             event = self.count - 1 if sink.record == EVENTS else None
             self.lose(sink.record, reason_of(error), event)

@@ -81,8 +81,10 @@ class CommandInbox:
         others = [self._others.popleft() for _ in range(min(MAX_APPLIED, len(self._others)))]
         taken = [*self._stops, *others]
         self._stops.clear()
-        # Every command is acknowledged before the next ones are taken.
-        self._applied = {waiting.command.id: waiting for waiting in taken}
+        for waiting in taken:
+            self._applied[waiting.command.id] = waiting
+        while len(self._applied) > MAX_WAITING:  # nobody acknowledges these any more
+            del self._applied[next(iter(self._applied))]
         return [waiting.command for waiting in taken]
 
     def addressed(self, ack: Ack) -> tuple[bytes, Ack] | None:

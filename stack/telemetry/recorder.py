@@ -89,8 +89,12 @@ class RunFolder:
             raise InputError(f"{name!r} is not inside the run folder")
         target.parent.mkdir(parents=True, exist_ok=True)
         unfinished = target.with_name(f".{target.name}.new")
-        unfinished.write_bytes(content)
-        unfinished.replace(target)
+        try:
+            unfinished.write_bytes(content)
+            unfinished.replace(target)
+        except OSError:
+            unfinished.unlink(missing_ok=True)
+            raise
         return target.relative_to(self.path).as_posix()
 
     def log(self, line: str) -> None:

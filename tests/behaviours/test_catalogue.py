@@ -123,6 +123,13 @@ def test_a_plugin_folder_relative_to_the_mission(folder):
     assert "honk" not in sys.modules
 
 
+def test_a_plugin_that_changes_the_working_directory_changes_it_for_nobody_else(folder):
+    (folder / "honk.py").write_text("import os\nos.chdir('/')\n" + GOOD.format(name="Honk"))
+    before = Path.cwd()
+    assert found_in(folder).get("honk") is not None
+    assert Path.cwd() == before
+
+
 def test_a_single_plugin_file(folder):
     assert find_behaviours([str(folder / "honk.py")]).get("honk") is not None
 

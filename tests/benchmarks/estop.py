@@ -49,7 +49,11 @@ mission: plan all the time
 robot: scout
 world: ./hall.yaml
 navigation: {planner: hybrid_astar, navigator: {replan_period: 0.2 s}}
-run: {navigate_to_pose: {goal: $far}}
+run:
+  sequence:
+    - navigate_to_pose: {goal: $far}
+    - navigate_to_pose: {goal: [30, 30, 45 deg]}
+  repeat: forever
 """
 FLOOD_RATE = 2000
 START_TIMEOUT, ANSWER_TIMEOUT = 300.0, 30.0
@@ -99,6 +103,7 @@ def _row(situation: Situation, presses: int) -> dict[str, Any]:
             others.enter_context(_process("flood", run.identity))
         found = _press(run, stamps, situation, presses)
     found.sort()
+    print(f"{situation.name}: {median(found):.1f} ms", file=sys.stderr, flush=True)
     return {
         "situation": situation.name,
         "presses": len(found),
@@ -151,7 +156,7 @@ def _press(run: RunHandle, stamps: Path, situation: Situation, presses: int) -> 
     while len(found) < presses:
         if situation.held:
             _tell(client, "pause")
-        _rest(client, generator.uniform(0.2, 0.4))
+        _rest(client, generator.uniform(0.1, 0.25))
         known = len(stamps.read_text("utf-8").splitlines())
         sent = time.monotonic()  # noqa: TID251
         assert _tell(client, "estop").done

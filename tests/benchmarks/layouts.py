@@ -86,6 +86,12 @@ LAYOUTS: dict[str, Layout] = {
         **{stage: f"{{{stage} ms:.2f}} ms"
            for stage in ("body", "estimate", "costmap", "navigate", "safety", "publish")},
     }),
+    "recording": Layout({
+        "mission": "{mission}", "success": "{success}",
+        "× real time without": "{x real time off:.1f}", "with": "{x real time on:.1f}",
+        "cost": "{cost %:.0f} %", "a minute": "{MB a minute:.1f} MB",
+        "memory without": "{memory MB off:.0f} MB", "memory with": "{memory MB on:.0f} MB",
+    }),
     "hall": Layout({
         "controller": "{controller}", "success": "{success}", "driven": "{distance m:.0f} m",
         "× real time": "{x real time:.1f}", "start to first tick": "{start to first tick s:.1f} s",

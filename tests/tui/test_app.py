@@ -9,7 +9,7 @@ from textual.actions import parse
 from textual.widgets import OptionList
 
 from stack.errors import TelemetryError
-from stack.telemetry.records import MissionState
+from stack.telemetry.records import Ack, MissionState
 from stack.types import Battery, Pose2D, TrackedObject
 from tests.tui.sample_source import SampleSource, finished
 from tui import palette
@@ -67,14 +67,19 @@ async def test_space_stops_at_once(pilot, source):
 
 
 @pytest.mark.parametrize(
-    "opening", ["question_mark", "a", "q", "ctrl+c", "1", "2", "3", "4", "5", "z"]
-)
+    "opening",
+    ["question_mark", "a", "q", "ctrl+c", "g", "i", "e", "e enter", "e enter 1 2", "1 f", "1",
+     "2", "3", "4", "5", "z"],
+)  # fmt: skip
 async def test_space_stops_on_every_screen_and_pane(pilot, source, opening):
-    await pilot.press(opening)
+    """Dialogs, a value that is being typed, panes: one press, one command, nothing else."""
+    await pilot.press(*opening.split())
     before = pilot.app.screen
     await pilot.press("space")
     assert kinds(source) == ["estop"]
     assert pilot.app.screen is before
+    await pilot.press("shift+space", "space")
+    assert kinds(source) == ["estop"] * 3
 
 
 async def test_space_in_a_question_chooses_nothing(pilot, source):
@@ -93,6 +98,47 @@ async def test_an_unconfirmed_stop_is_shouted_about(pilot, source):
     assert banner_text(pilot) == ""
     pilot.app.refresh_now()
     assert "NOT CONFIRMED" in banner_text(pilot)
+    await pilot.press("space")
+    pilot.app.refresh_now()
+    assert "NOT CONFIRMED" in banner_text(pilot)  # sent again, and still not answered
+    source.acks = lambda: [Ack(source.sent[0].id, True)]  # the first one's answer
+    pilot.app.refresh_now()
+    assert "NOT CONFIRMED" not in banner_text(pilot)
+
+
+async def test_a_stop_that_cannot_be_sent_is_shouted_about_at_once(pilot, source):
+    def send(command):
+        raise TelemetryError("cannot estop: the engine does not answer")
+
+    source.send = send
+    await pilot.press("space")
+    pilot.app.refresh_now()
+    assert "NOT CONFIRMED" in banner_text(pilot)
+
+
+async def test_the_answer_to_a_stop_is_shown(pilot, source):
+    await pilot.press("space")
+    pilot.app.refresh_now()
+    await pilot.pause()
+    assert [note.title for note in pilot.app._notifications] == ["emergency stop"]
+    assert "accepted" in next(iter(pilot.app._notifications)).message
+
+
+async def test_a_refused_stop_stays_unconfirmed(pilot, source):
+    source.refusal = "another run"
+    await pilot.press("space")
+    for _ in range(12):
+        pilot.app.refresh_now()
+    assert "NOT CONFIRMED" in banner_text(pilot)
+
+
+async def test_typed_markup_is_no_markup(pilot, source):
+    """The value is quoted in the complaint about it."""
+    await pilot.press("e", "enter", "ctrl+u")
+    await pilot.press("[", "/", "]", "enter")
+    await pilot.pause()
+    assert source.sent == []
+    assert "'[/]': expected a number" in str(pilot.app.screen.query_one("#hint").render())
 
 
 async def test_r_releases(pilot, source):

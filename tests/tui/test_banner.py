@@ -60,3 +60,12 @@ def test_held_robots_show_the_key_that_continues():
 
 def test_an_unconfirmed_emergency_stop_is_reported():
     assert "NOT CONFIRMED" in notice(RUNNING, Link(0.1, stop_unconfirmed=True)).headline
+
+
+def test_lost_records_are_shown_until_something_is_more_urgent():
+    link = Link(0.1, records_lost="events.jsonl from event 29 on (No space left on device)")
+    said = notice(RUNNING, link)
+    assert (said.tone, said.headline) == ("warn", "▲ RECORDS LOST")
+    assert said.detail.startswith("events.jsonl from event 29")
+    held = notice(replace(RUNNING, state=MissionState.EMERGENCY_STOP), link)
+    assert "EMERGENCY STOP" in held.headline

@@ -8,6 +8,7 @@ from stack.telemetry.records import Debugging, MissionState
 from stack.types import Twist
 from tests.tui.sample_source import SampleSource
 from tui.app import Dashboard
+from tui.banner import notice
 from tui.header import HEADERS, header
 from tui.link import Link
 from tui.status_bar import StatusBar
@@ -93,9 +94,10 @@ def test_a_robot_that_retries_is_not_recovering():
 
 
 def test_lost_records_are_told_until_the_end():
-    link = Link(0.1, records_lost="the sensor log ends here: no space left on device")
-    assert header(RUNNING, link).alarms == ("RECORDS LOST",)
-    assert header(replace(RUNNING, state=S.SUCCESS), link).alarms == ("RECORDS LOST",)
+    lost = replace(RUNNING, records_lost="mission.rrd: no space left on device")
+    assert header(lost, CALM).alarms == ("RECORDS LOST",)
+    assert header(replace(lost, state=S.SUCCESS), CALM).alarms == ("RECORDS LOST",)
+    assert notice(lost, CALM).detail == "mission.rrd: no space left on device"
 
 
 @pytest.mark.parametrize("columns", [20, 40, 80, 120])

@@ -45,11 +45,12 @@ class TerminalApp(App[str]):
     def action_redraw(self) -> None:
         """Write the whole screen, for a terminal that another program has written to."""
         self._cells.forget()
-        self.screen.refresh()
+        if self.screen_stack:
+            self.screen.refresh()
 
     def on_resize(self) -> None:
-        """Write the whole screen after a change of its size."""
-        self._cells.forget()
+        """Write the whole screen after a change of size, even if it was changed back at once."""
+        self.action_redraw()
 
     def notify(
         self, message: str, *, title: str = "", severity: SeverityLevel = "information",

@@ -117,17 +117,21 @@ class TerminalCells:
             if control:
                 continue
             codes = codes_of(style, self._system) if style is not None else PLAIN
+            legible = legible_codes(codes)
             if text.isascii() and text.isprintable():
-                cells.extend([(character, codes) for character in text])
+                cells.extend([(character, legible) for character in text])
                 continue
             for character in text:
                 width, shown = _width(character), _safe(character)
                 if self._ascii_only:
                     shown = to_ascii(shown)
                 if width == 1:
-                    cells.append((shown, codes))
+                    is_drawing = (
+                        "\u2580" <= character < "\u25a0" or "\u2800" <= character < "\u2900"
+                    )
+                    cells.append((shown, codes if is_drawing else legible))
                 elif width == 2:
-                    cells.extend([(shown, codes), (" " if self._ascii_only else "", codes)])
+                    cells.extend([(shown, legible), (" " if self._ascii_only else "", legible)])
                 elif cells and shown != "?" and not self._ascii_only:
                     cells[-1] = (cells[-1][0] + shown, cells[-1][1])  # combining
         return cells
@@ -191,6 +195,18 @@ def codes_of(style: Style, system: ColorSystem) -> Codes:
 
 
 @lru_cache(maxsize=8192)
+def legible_codes(codes: Codes) -> Codes:
+    """Return codes for text: white instead of the colour of the background.
+
+    With 16 colours, two different ones may become the same.
+    """
+    attributes, foreground, background = codes
+    if foreground.isdigit() and background == str(int(foreground) + 10):
+        return attributes, "30" if foreground in ("37", "97") else "97", background
+    return codes
+
+
+@lru_cache(maxsize=8192)
 def transition(before: Codes, after: Codes) -> str:
     """Return the escape sequence that changes from one style to another."""
     if before[0] != after[0]:
@@ -201,6 +217,11 @@ def transition(before: Codes, after: Codes) -> str:
         if old != new
     ]
     return f"\x1b[{';'.join(parts)}m"
+
+
+def _is_drawing(character: str) -> bool:
+    """Whether the character is a block element or braille."""
+    return "\u2580" <= character < "\u25a0" or "\u2800" <= character < "\u2900"
 
 
 @lru_cache(maxsize=4096)

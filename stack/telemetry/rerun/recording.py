@@ -72,7 +72,7 @@ class Recording:
         self.stream = rr.RecordingStream("treepilot", recording_id=run_id, batcher_config=batches)
         self._encoded = rr.binary_stream(self.stream)
         self.stream.send_recording_name(title)
-        self._time = 0.0
+        self._time, self._is_broken = 0.0, False
         self._framed: set[str] = set()
         self._visible: set[str] = set()
         self._rows: dict[str, _Rows] = {}
@@ -126,19 +126,23 @@ class Recording:
         return True
 
     def write(self) -> None:
-        """Write everything drawn so far to the file.
+        """Write everything drawn so far to the file; nothing more after an error.
 
         Raises:
             RecordFull: the file reached its size limit.
             OSError: it cannot be written.
         """
+        if self._is_broken:
+            return
         for path, rows in self._rows.items():
             times = rr.TimeColumn(TIMELINE, duration=rows.times)
             self.stream.send_columns(path, [times], rows.columns())
         self._rows.clear()
         encoded = self._encoded.read()
         if encoded:
+            self._is_broken = True
             self._file.append(encoded)
+            self._is_broken = False
 
     def close(self) -> None:
         """Close the file without writing what is waiting. Safe to call twice."""

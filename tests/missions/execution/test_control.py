@@ -13,7 +13,7 @@ from missions.cli.app import app
 from missions.execution.client import tell
 from missions.execution.prepare import RunOptions, prepare
 from missions.execution.run import Run
-from stack.errors import InputError, TelemetryError
+from stack.errors import BodyError, InputError, TelemetryError
 from stack.telemetry.hub import Telemetry
 from stack.telemetry.rendezvous import announce, live_runs, run_directory
 from tests.missions.execution.live_run import HEAD
@@ -98,3 +98,33 @@ def test_tell_refuses_to_choose_between_two_runs(tmp_path, runtime_directory):  
 
 def test_no_runs_are_listed_when_none_is_live(runtime_directory):  # noqa: F811
     assert CliRunner().invoke(app, ["watch", "--list"]).output == "no mission is running\n"
+
+
+def test_an_interrupted_run_does_not_stop_in_slow_motion(mission):
+    """At a thousandth of real time the robot used to be stopped for minutes before the report."""
+    options = RunOptions(serve=False, speed=0.001)
+    run = Run(prepare(mission, options), options)
+    try:
+        run.step()
+        assert not run.is_ready()
+        run.interrupt()
+        assert run.is_ready()
+    finally:
+        run.close()
+
+
+def test_a_robot_that_fails_while_nothing_is_stepped_ends_the_mission(mission):
+    options = RunOptions(serve=False, speed=0.001)
+    run = Run(prepare(mission, options), options)
+
+    def lost():
+        raise BodyError("the radio is silent")
+
+    try:
+        run.step()
+        run.engine.runtime.serve = lost
+        run.serve()
+        assert run.engine.runtime.reason == "robot failed: the radio is silent"
+        assert run.is_over
+    finally:
+        run.close()

@@ -91,7 +91,9 @@ sys.exit(run.report.exit_code)
     assert f"records lost: events.jsonl from event {len(events)} on (File too large)" in done.stdout
     assert "records lost: report.json from 2" in done.stdout  # of 2 to 3 kB
     assert "! records lost: events.jsonl" in done.stderr
-    assert not (tmp_path / "run" / "report.json").exists()
+    assert {item.name for item in (tmp_path / "run").iterdir()} == {
+        "events.jsonl", "log.txt", "mission.yaml",
+    }  # fmt: skip
 
 
 def test_a_changed_working_directory_does_not_move_the_records(mission, tmp_path, monkeypatch):

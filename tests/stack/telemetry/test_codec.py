@@ -174,3 +174,9 @@ def test_a_pose_of_whole_numbers_arrives_as_floats():
     command = there_and_back(Layer(1, CostGrid(np.zeros((1, 1), np.uint8), 1)))
     assert type(command.content.resolution) is float
     assert Pose2D(1, 2) == Pose2D(1.0, 2.0)
+
+
+def test_the_changes_of_a_layer_stay_in_the_engine():
+    layer = Layer(3, CostGrid(np.zeros((2, 2), np.uint8), 0.05), ((3, (0, 1, 0, 1)),))
+    received = codec.decode(codec.encode(layer), Layer)
+    assert received.version == 3 and received.changes == ()

@@ -202,5 +202,5 @@ def test_a_record_at_its_limit_ends_and_is_not_lost(info):
     telemetry = Telemetry(info, [sink], warn=warnings.append)
     telemetry.emit("a", "", source="s")
     telemetry.emit("a", "", source="s")
-    assert warnings == ["! mission.rrd reached its limit of 5 MB"] and telemetry.lost == ()
+    assert warnings == ["! at 0.0 s mission.rrd reached its limit of 5 MB"] and telemetry.lost == ()
     assert sink.closed == [None]

@@ -1,0 +1,61 @@
+"""Which terminals get a dashboard, decided under real pseudo-terminals."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[3]
+ASK = "from missions.cli.arguments import on_a_terminal; print(on_a_terminal())"
+
+
+def under_a_terminal(words: list[str], term: str | None, errors: int | None = None) -> str:
+    """Output of a Python process whose terminal has this TERM; None: it is not set."""
+    ours, theirs = os.openpty()
+    environment = {key: value for key, value in os.environ.items() if key != "TERM"}
+    process = subprocess.Popen(
+        [sys.executable, *words], stdin=theirs, stdout=theirs, cwd=ROOT,
+        stderr=theirs if errors is None else errors,
+        env=environment if term is None else {**environment, "TERM": term},
+    )  # fmt: skip
+    os.close(theirs)
+    written = b""
+    try:
+        while more := os.read(ours, 65536):
+            written += more
+    except OSError:  # Linux answers EIO once the last process has let go of it
+        pass
+    os.close(ours)
+    assert process.wait(timeout=60.0) == 0, written
+    return written.decode().replace("\r\n", "\n")
+
+
+@pytest.mark.parametrize("term", ["xterm-256color", "xterm", "vt100", "linux", "of-tomorrow"])
+def test_a_terminal_with_cursor_positions_shows_the_dashboard(term):
+    assert under_a_terminal(["-c", ASK], term) == "True\n"
+
+
+@pytest.mark.parametrize(
+    ("term", "kind"), [("dumb", "TERM=dumb"), (None, "TERM is not set"), ("", "TERM is not set")]
+)
+def test_a_terminal_without_them_is_told_so(term, kind):
+    told = f"this terminal cannot show the dashboard ({kind})\n"
+    assert under_a_terminal(["-c", ASK], term) == f"{told}False\n"
+
+
+def test_no_dashboard_is_drawn_into_a_file():
+    assert under_a_terminal(["-c", ASK], "xterm", subprocess.DEVNULL) == "False\n"
+
+
+@pytest.mark.slow
+def test_run_prints_progress_lines_there_instead(tmp_path):
+    words = ["-m", "missions.cli.app", "run", "01_drive_to_a_point", "--speed", "max", "--no-rerun",
+             "--out", str(tmp_path / "run")]  # fmt: skip
+    written = under_a_terminal(words, "dumb")
+    assert written.startswith("this terminal cannot show the dashboard (TERM=dumb)\n")
+    assert "drive to a point: success" in written
+    assert "\x1b" not in written
