@@ -52,7 +52,10 @@ def find_robot(name_or_path: str, beside: Path) -> Path:
     if "/" in name_or_path or "\\" in name_or_path or Path(name_or_path).suffix:
         folder = beside.parent if beside.is_file() else beside
         path = folder / Path(name_or_path).expanduser()
-        return path / "robot.yaml" if path.is_dir() else path
+        try:
+            return path / "robot.yaml" if path.is_dir() else path
+        except OSError as error:
+            raise InputError(f"robot {name_or_path:.60}…: {error.strerror}") from None
     if name_or_path not in robot_names():
         hint = f"{suggestion(name_or_path, robot_names())}; a path has a slash: ./{name_or_path}"
         raise InputError(f"there is no robot {name_or_path!r}; {hint}")

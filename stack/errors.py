@@ -1,4 +1,4 @@
-"""Exceptions of treepilot.
+"""Exceptions of treepilot. Their texts contain no control characters.
 
 TreepilotError
 ├── InputError          a file or an option is wrong: has findings, each with its position
@@ -45,11 +45,15 @@ class Finding:
     severity: str = "error"
 
     def __str__(self) -> str:
-        from stack.types.printable import printable  # imports NumPy with its package
-
         hint = f"; {_shortened(self.hint)}" if self.hint else ""
         text = f"{self.mark} {self.severity}[{self.code}] {_shortened(self.sentence)}{hint}"
-        return printable(text)
+        return _printable(text)
+
+
+def _printable(text: str) -> str:
+    from stack.types.printable import printable  # imports NumPy with its package
+
+    return printable(text)
 
 
 def _shortened(text: str) -> str:
@@ -70,7 +74,7 @@ class InputError(TreepilotError):
     def __init__(self, findings: Sequence[Finding] | str) -> None:
         self.findings: tuple[Finding, ...] = () if isinstance(findings, str) else tuple(findings)
         text = findings if isinstance(findings, str) else "\n".join(map(str, findings))
-        super().__init__(text)
+        super().__init__(_printable(text))
 
 
 class ParameterError(TreepilotError):
@@ -84,7 +88,7 @@ class ParameterError(TreepilotError):
 
     def __init__(self, name: str, sentence: str, hint: str = "") -> None:
         self.name, self.sentence, self.hint = name, sentence, hint
-        super().__init__(f"{name}: {sentence}" if name else sentence)
+        super().__init__(_printable(f"{name}: {sentence}" if name else sentence))
 
 
 class NavigationError(TreepilotError):

@@ -34,7 +34,6 @@ from missions.cli.tune import EPILOG as TUNE_EPILOG
 from missions.cli.tune import tune
 from missions.cli.watch import watch
 from stack.errors import BodyError, InputError, ParameterError, TelemetryError
-from stack.types.printable import printable
 
 HELP = """Run behaviour-tree missions on a simulated robot.
 
@@ -87,20 +86,26 @@ def main() -> None:
     try:
         app()
     except (InputError, ParameterError, TelemetryError) as error:
-        typer.echo(printable(str(error)), err=True)
+        _say(str(error))
         raise SystemExit(2) from None
     except BodyError as error:
-        typer.echo(printable(f"robot failure: {error}"), err=True)
+        _say(f"robot failure: {error}")
         raise SystemExit(3) from None
     except KeyboardInterrupt:
         raise SystemExit(130) from None
     except OSError as error:
         if error.filename is None:
             _fail_internally()
-        typer.echo(printable(f"{error.filename!s:.200}: {error.strerror}"), err=True)
+        _say(f"{error.filename!s:.200}: {error.strerror}")
         raise SystemExit(2) from None
     except Exception:
         _fail_internally()
+
+
+def _say(text: str) -> None:
+    from stack.types.printable import printable  # imports NumPy with its package
+
+    typer.echo(printable(text), err=True)
 
 
 def _fail_internally() -> NoReturn:

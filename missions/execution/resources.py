@@ -45,8 +45,12 @@ def find_mission(name_or_path: str | Path) -> Path:
     """
     path = Path(name_or_path)
     shipped = {file.stem: file for file in mission_files()}
-    if path.exists():
-        return path
+    try:
+        if path.exists():
+            return path
+    except OSError as error:
+        sentence = f"cannot be read: {error.strerror}"
+        raise InputError([Finding(Mark(str(path)), "E001", sentence)]) from None
     stem = path.name.removesuffix(".yaml")
     if stem in shipped and path.parent.name in ("", "missions"):
         return shipped[stem]

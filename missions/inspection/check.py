@@ -19,6 +19,7 @@ from stack.documents import Finding, Mark, read_file
 from stack.documents.files import XML_BYTES, read_bytes
 from stack.errors import InputError
 from stack.sim.import_world import GAZEBO, read_any_world
+from stack.types.printable import printable
 
 OUR_PACKAGES = ("missions", "behaviours", "stack", "tui", "robots")
 
@@ -86,7 +87,9 @@ def _lines(findings: Iterable[Finding]) -> list[CheckLine]:
 
 def as_json(lines: Iterable[CheckLine]) -> str:
     """Return findings as a JSON list with file, line, column, code, severity, sentence, hint."""
-    return json.dumps([_plain(line) for line in lines], indent=2, ensure_ascii=False)
+    plain = [_plain(line) for line in lines]
+    text = json.dumps(plain, indent=2, ensure_ascii=False)
+    return text if printable(text) == text else json.dumps(plain, indent=2)
 
 
 def _plain(line: CheckLine) -> dict[str, str | int]:
