@@ -87,6 +87,11 @@ class Dashboard(TerminalApp):
         self._teleop_ids: deque[str] = deque(maxlen=50)
         self._was_teleop = False
         self._trouble = ""
+        self._charts = (
+            Chart("Speed", "m/s", {"set": palette.BUSY, "real": palette.PATH}, 0.0, 0.2),
+            Chart("Localisation", "", {"health": palette.PARTICLE}, 0.0, 1.0),
+            Chart("Pose error", "m", {"error": palette.PERSON}, 0.0, 0.05),
+        )
 
     def compose(self) -> ComposeResult:
         """Compose the panes from left to right, with the event log below."""
@@ -98,10 +103,7 @@ class Dashboard(TerminalApp):
                 yield VitalsPane()
             yield MapPane()
             with Charts(id="charts"):
-                speeds = {"set": palette.BUSY, "real": palette.PATH}
-                yield Chart("Speed", "m/s", speeds, 0.0, 0.2)
-                yield Chart("Localisation", "", {"health": palette.PARTICLE}, 0.0, 1.0)
-                yield Chart("Pose error", "m", {"error": palette.PERSON}, 0.0, 0.05)
+                yield from self._charts
         yield EventsPane()
         yield Footer(compact=True, show_command_palette=False)
 
@@ -186,7 +188,7 @@ class Dashboard(TerminalApp):
         panes.query_one(MapPane).show(snapshot, self.source.info, draw=pacing.draws_map)
         if draw:
             panes.query_one(VitalsPane).show(snapshot)
-        speed, health, error = panes.query(Chart)
+        speed, health, error = self._charts
         now, set_, real = snapshot.time, snapshot.commanded.linear, snapshot.measured.linear
         speed.add(now, draw=draw, set=set_, real=real)
         health.add(now, draw=draw, health=snapshot.health)

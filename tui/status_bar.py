@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 from rich.text import Text
-from textual.widgets import Static
 
 from stack.telemetry.records import RunInfo, Snapshot, TreeRow
 from tui.header import header
 from tui.link import STALE_AFTER, Link
 from tui.palette import BAD, BUSY, DIM, GOOD, PANEL, TEXT, TONES, WARN, css, health_colour
-from tui.strips import one_line
+from tui.strips import TextLines, one_line
 
 
-class StatusBar(Static):
+class StatusBar(TextLines):
     """One line with the state of the run."""
-
-    auto_links = False
 
     def __init__(self) -> None:
         super().__init__(id="status")
@@ -40,7 +37,7 @@ class StatusBar(Static):
         left.append_text(right)
         if left != self._shown:
             self._shown = left
-            self.update(left, layout=False)
+            self.put_text(left)
 
     def on_resize(self) -> None:
         """Use the new width."""

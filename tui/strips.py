@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from rich.segment import Segment
 from rich.style import Style
+from rich.text import Text
 from textual.filter import ANSIToTruecolor, LineFilter
 from textual.geometry import Region
 from textual.strip import Strip
@@ -52,6 +53,23 @@ class Lines(Widget):
     def get_line_filters(self) -> Sequence[LineFilter]:
         """Return Textual's filters but the one for ANSI colours, which no line has."""
         return [item for item in super().get_line_filters() if type(item) is not ANSIToTruecolor]
+
+
+class TextLines(Lines):
+    """Lines of text on the background of the style sheet."""
+
+    def put_text(self, text: Text) -> None:
+        """Show a text of ready lines; what does not fit is left out, with an ellipsis."""
+        width, strips = self.size.width, []
+        for line in text.split("\n", allow_blank=True):
+            line.truncate(width, overflow="ellipsis", pad=True)
+            strips.append(Strip(list(line.render(self.app.console)), width))
+        self.put(strips)
+
+    def render_line(self, y: int) -> Strip:
+        """Return one line."""
+        background = self.background_colors[1].rich_color
+        return super().render_line(y).apply_style(Style(bgcolor=background))
 
 
 def one_line(text: str) -> str:

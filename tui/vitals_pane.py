@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from rich.markup import escape
 from rich.text import Text
-from textual.widgets import Static
 
 from stack.telemetry.records import Snapshot
 from tui.palette import BAD, BUSY, DIM, FAINT, GOOD, PARTICLE, TEXT, WARN, css, health_colour
-from tui.strips import one_line
+from tui.strips import TextLines, one_line
 
 BAR, LABEL = 10, 9
 STAGES = ("estimate", "costmap", "tree", "navigate", "safety", "body")
@@ -17,15 +16,14 @@ FULL_BAR = 0.010
 """Compute time of a full bar, seconds: a fifth of the control period at 20 Hz."""
 
 
-class VitalsPane(Static, can_focus=True):
+class VitalsPane(TextLines, can_focus=True):
     """Shows the vital figures of the robot and the engine."""
 
     BORDER_TITLE = "Vitals"
-    auto_links = False
 
     def __init__(self) -> None:
-        super().__init__("[dim italic]waiting for the robot[/]", id="vitals")
-        self._shown = Text()
+        super().__init__(id="vitals")
+        self._shown = Text("waiting for the robot", style=f"italic {css(DIM)}")
         self._warning = ""
 
     def show(self, snapshot: Snapshot) -> None:
@@ -45,7 +43,11 @@ class VitalsPane(Static, can_focus=True):
             self.border_subtitle = self._warning = warning
         if text != self._shown:
             self._shown = text
-            self.update(text, layout=False)
+            self.put_text(text)
+
+    def on_resize(self) -> None:
+        """Use the new width."""
+        self.put_text(self._shown)
 
     def _battery(self, text: Text, snapshot: Snapshot) -> None:
         charge = snapshot.battery.charge
