@@ -16,20 +16,20 @@ from pathlib import Path
 from time import perf_counter, sleep  # noqa: TID251 - only before the first step
 
 from missions.execution.build import Engine, build, run_info
+from missions.execution.connections import network_sinks_of, open_control
 from missions.execution.prepare import PreparedMission, RunOptions, prepare
 from missions.execution.report import Report
 from missions.execution.report_builder import Milestones, compose_report
 from missions.execution.warm_up import warm_up
 from robots.bodies import MakeBody
 from stack.body import SimulatedWorld
-from stack.errors import BodyError, InputError, TelemetryError
+from stack.errors import BodyError, InputError
 from stack.runtime.snapshots import compose_snapshot
 from stack.telemetry.hub import Telemetry, reason_of
 from stack.telemetry.recorder import Recorder, RunFolder
 from stack.telemetry.records import MissionState, Sink
-from stack.telemetry.rendezvous import RunHandle, choose_socket
+from stack.telemetry.rendezvous import RunHandle
 from stack.telemetry.sensor_log import read_about
-from stack.telemetry.server import TelemetryServer
 
 MAX_SIMULATED_SECONDS = 24 * 3600.0
 """A mission that runs longer is ended as a failure."""
@@ -91,7 +91,7 @@ class Run:
             raise InputError("`record` needs a run folder: set `out`")
         options = _as_recorded(plan, options)
         # Bad addresses are refused before anything is written.
-        network_sinks, self._server = _network_sinks(options)
+        network_sinks, self._server = network_sinks_of(options)
         self._folder = folder = (
             RunFolder.create(options.out, plan.text) if options.out is not None else None
         )
@@ -110,7 +110,7 @@ class Run:
         if folder is not None:
             folder.on_loss = self._telemetry.lose
         if self._server is not None:
-            _open_control(self._telemetry, self._server)
+            open_control(self._telemetry, self._server)
         self._report: Report | None = None
         self._is_reported = False
         try:
@@ -377,39 +377,6 @@ def _default_name(plan: PreparedMission) -> str:
     """Return `<mission>-<date>-<time>`, the name of the run for folders and `watch`."""
     now = datetime.now().strftime("%Y%m%d-%H%M%S")
     return f"{plan.mission.source.stem}-{now}"
-
-
-def _network_sinks(options: RunOptions) -> tuple[list[Sink], TelemetryServer | None]:
-    """Return the sinks on the network, and the server that operators command the run through.
-
-    Raises:
-        InputError: an address is wrong, or there is no place for the server's socket.
-    """
-    sinks: list[Sink] = []
-    if options.mavlink:
-        from stack.telemetry.mavlink_sink import MavlinkSink
-
-        sinks.append(MavlinkSink(options.mavlink))
-    if not options.serve:
-        return sinks, None
-    try:
-        choose_socket()
-    except TelemetryError as error:
-        raise _without_control(error) from None
-    return sinks, TelemetryServer(folder=options.out)
-
-
-def _open_control(telemetry: Telemetry, server: TelemetryServer) -> None:
-    """Announce the run; raise InputError if operators cannot command it."""
-    try:
-        telemetry.attach(server, required=True)
-    except TelemetryError as error:
-        telemetry.close(None)
-        raise _without_control(error) from None
-
-
-def _without_control(error: TelemetryError) -> InputError:
-    return InputError(f"the robot does not start, since nobody could command or stop it: {error}")
 
 
 def _discard(text: str) -> None:
