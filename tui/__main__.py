@@ -1,4 +1,6 @@
-"""The dashboard as a process of its own: `python -m tui ADDRESS IDENTITY [DESCRIPTOR]`.
+"""The dashboard as a process of its own: `python -m tui ADDRESS IDENTITY [DESCRIPTOR] [owner]`.
+
+With the word `owner`, ctrl+c ends the run; otherwise it asks.
 
 It writes one JSON object to the file descriptor: `outcome`, and after a crash `trouble` (one line)
 and `traceback`. The exit code is 0, or 3 after a crash. SIGTERM and SIGINT end it with the outcome
@@ -22,7 +24,7 @@ LONGEST_TRACEBACK = 20_000
 """Characters; the object fits into a pipe that nobody reads yet."""
 
 
-def main(address: str, identity: str, descriptor: str = "") -> int:
+def main(address: str, identity: str, descriptor: str = "", owner: str = "") -> int:
     """Show the run with this address and identity; return the exit code."""
     caught: list[int] = []
     for number in (signal.SIGINT, signal.SIGTERM):
@@ -32,7 +34,10 @@ def main(address: str, identity: str, descriptor: str = "") -> int:
     run = RunHandle(
         identity, run_id="", robot="", mission="", folder="", pid=0, address=address, since=""
     )
-    outcome = show(TelemetryClient(run), lambda: bool(caught) or os.getppid() != parent)
+    outcome = show(
+        TelemetryClient(run), lambda: bool(caught) or os.getppid() != parent,
+        owns_run=owner == "owner",
+    )  # fmt: skip
     answer = {"outcome": outcome.name}
     if outcome.traceback:
         answer |= {"trouble": outcome.trouble, "traceback": outcome.traceback[-LONGEST_TRACEBACK:]}

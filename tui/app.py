@@ -67,19 +67,22 @@ class Dashboard(TerminalApp):
     BINDINGS: ClassVar[list[BindingType]] = [key.binding() for key in KEYS]
 
     def __init__(
-        self, source: Source, *, live: bool = True, interrupted: Callable[[], bool] | None = None
-    ) -> None:
+        self, source: Source, *, live: bool = True,
+        interrupted: Callable[[], bool] = lambda: False, owns_run: bool = False,
+    ) -> None:  # fmt: skip
         """Show a source.
 
         Args:
             source: the run; closed together with the dashboard.
-            interrupted: set by the process that started the run. Called at each refresh; if it
-                returns True, or on ctrl+c, the dashboard returns `interrupt`. Without it ctrl+c
-                acts like q.
             live: refresh by a timer. Tests disable it and call `refresh_now`.
+            interrupted: called at each refresh; if it returns True, the dashboard returns
+                `interrupt`.
+            owns_run: whether ctrl+c returns `interrupt`, because the run was started here.
+                Otherwise ctrl+c acts like q.
         """
         super().__init__()
         self.source, self._live, self._interrupted = source, live, interrupted
+        self._owns_run = owns_run
         self.snapshot: Snapshot | None = None
         self._pacing = Pacing(everything=not live)
         self._speed_factor = 1.0
@@ -127,7 +130,7 @@ class Dashboard(TerminalApp):
 
     def _refresh_in_turn(self) -> None:
         """Refresh, less often while nothing happens."""
-        if self._interrupted is not None and self._interrupted():
+        if self._interrupted():
             self.exit("interrupt")
         elif self.terminal_is_gone:
             self.exit("hangup")
@@ -236,7 +239,7 @@ class Dashboard(TerminalApp):
 
     def action_interrupt(self) -> None:
         """End a run that this dashboard started; leave any other run."""
-        if self._interrupted is not None and not self.is_over:
+        if self._owns_run and not self.is_over:
             self.exit("interrupt")
         else:
             self.action_leave()

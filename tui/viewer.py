@@ -35,16 +35,19 @@ class Outcome:
         return self.traceback.strip().rpartition("\n")[2]
 
 
-def show(client: Source, interrupted: Callable[[], bool] | None = None) -> Outcome:
+def show(
+    client: Source, interrupted: Callable[[], bool] = lambda: False, *, owns_run: bool = False
+) -> Outcome:
     """Show a run until the operator leaves. Never raises an Exception.
 
     Args:
         client: the run; closed at the end.
-        interrupted: whether to end; with it ctrl+c means `interrupt`, without it ctrl+c asks.
+        interrupted: whether to end.
+        owns_run: whether ctrl+c means `interrupt`; otherwise it asks.
     """
     settings = _terminal_settings()
     try:
-        app = Dashboard(client, interrupted=interrupted)
+        app = Dashboard(client, interrupted=interrupted, owns_run=owns_run)
         result, traceback = app.run(), app.crash
     except KeyboardInterrupt:
         result, traceback = "interrupt", ""

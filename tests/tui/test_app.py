@@ -307,7 +307,7 @@ async def test_help_shows_every_key(pilot):
 
 
 async def test_ctrl_c_interrupts_a_run_that_was_begun_here(source):
-    app = Dashboard(source, live=False, interrupted=lambda: False)
+    app = Dashboard(source, live=False, owns_run=True)
     async with app.run_test(size=(120, 40)) as pilot:
         app.refresh_now()
         await pilot.press("ctrl+c")

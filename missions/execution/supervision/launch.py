@@ -104,7 +104,7 @@ def _watch(supervisor: Supervisor) -> bool:
     if handle is None or supervisor.hung_up:
         return True
     supervisor.output.hide()
-    viewer = Viewer(handle)
+    viewer = Viewer(handle, owns_run=True)
     while viewer.is_open and not supervisor.hung_up and not supervisor.stopping:
         supervisor.poll()
         viewer.wait(POLL)

@@ -25,8 +25,13 @@ class Viewer:
         traceback: of the crash.
     """
 
-    def __init__(self, handle: Mapping[str, Any]) -> None:
-        """Open it for a run, named by the handle of its telemetry."""
+    def __init__(self, handle: Mapping[str, Any], *, owns_run: bool = False) -> None:
+        """Open it for a run, named by the handle of its telemetry.
+
+        Args:
+            handle: of the run.
+            owns_run: whether ctrl+c in it ends the run; otherwise it asks.
+        """
         self._settings = _terminal_settings()
         self._outcome, theirs = os.pipe()
         self._process = subprocess.Popen(
@@ -37,6 +42,7 @@ class Viewer:
                 handle["address"],
                 handle["identity"],
                 str(theirs),
+                "owner" if owns_run else "",
             ],
             pass_fds=(theirs,),
         )
