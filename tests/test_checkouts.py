@@ -88,6 +88,6 @@ def test_make_works_in_a_folder_with_a_space_in_its_name(tmp_path: Path) -> None
         "python -m pytest -q -n 2 --dist loadgroup",
         "python -m tests.wheel",
         "python -m tests.benchmarks --trials 2 --worlds 5 --seeds 2 --kidnaps 10 --runs 1"
-        " --twists 400",
+        " --twists 400 --presses 20",
     ]
     assert (folder / ".venv" / ".installed-test").exists()

@@ -63,9 +63,9 @@ def test_an_unconfirmed_emergency_stop_is_reported():
 
 
 def test_lost_records_are_shown_until_something_is_more_urgent():
-    link = Link(0.1, records_lost="events.jsonl from event 29 on (No space left on device)")
-    said = notice(RUNNING, link)
+    lost = replace(RUNNING, records_lost="events.jsonl from event 29 on (No space left on device)")
+    said = notice(lost, Link(0.1))
     assert (said.tone, said.headline) == ("warn", "▲ RECORDS LOST")
     assert said.detail.startswith("events.jsonl from event 29")
-    held = notice(replace(RUNNING, state=MissionState.EMERGENCY_STOP), link)
+    held = notice(replace(lost, state=MissionState.EMERGENCY_STOP), Link(0.1))
     assert "EMERGENCY STOP" in held.headline
