@@ -42,7 +42,11 @@ def main(address: str, identity: str, descriptor: str = "", owner: str = "") -> 
     if outcome.traceback:
         answer |= {"trouble": outcome.trouble, "traceback": outcome.traceback[-LONGEST_TRACEBACK:]}
     if descriptor:
-        os.write(int(descriptor), json.dumps(answer).encode())
+        try:
+            os.write(int(descriptor), json.dumps(answer).encode())
+        except OSError:  # the process that opened this dashboard is gone
+            with suppress(OSError):
+                print("the mission continues; attach with: treepilot watch", file=sys.stderr)
     elif outcome.traceback:
         with suppress(OSError):
             print(f"the dashboard crashed: {outcome.trouble}", file=sys.stderr)

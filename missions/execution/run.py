@@ -70,7 +70,8 @@ class Run:
         options: seed, folder and other settings.
         sinks: consumers of events and snapshots, in addition to those of the options.
         make_body: makes the body; None: the choice of the options or of the robot file.
-        interrupted: called while kernels are compiled; True stops that.
+        interrupted: called while kernels are compiled and while a dashboard is awaited; True
+            stops that.
         watch: follows the run.
 
     Raises:
@@ -87,6 +88,7 @@ class Run:
         watch: RunWatch | None = None,
     ) -> None:  # fmt: skip
         self._began, self._watch = perf_counter(), watch or RunWatch()
+        self._interrupted = interrupted
         if options.record and options.out is None:
             raise InputError("`record` needs a run folder: set `out`")
         options = _as_recorded(plan, options)
@@ -211,7 +213,9 @@ class Run:
         """Wait until a dashboard has connected, at most `patience` wall seconds."""
         began = perf_counter()
         server = self._server
-        while server is not None and not server.watchers and perf_counter() - began < patience:
+        while server is not None and not server.watchers and not self._interrupted():
+            if perf_counter() - began >= patience:
+                break
             self._telemetry.service()
             sleep(VIEWER_POLL)
         waited = perf_counter() - began

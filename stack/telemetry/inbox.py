@@ -8,7 +8,10 @@ from dataclasses import dataclass, replace
 
 from stack.telemetry.records import Ack, Command, RunInfo
 
-STOP, RELEASE = "estop", "release"
+STOP = "estop"
+
+MOVING = frozenset({"release", "resume", "continue", "step", "set_goal", "teleop"})
+"""Commands that an emergency stop cancels if they still wait: after them a robot may move."""
 
 COMMANDS_PER_SECOND = 100.0
 """Commands of one client that are accepted in a wall second, emergency stops apart."""
@@ -47,8 +50,8 @@ class CommandInbox:
     """Commands for one run, from all clients.
 
     A command for another run is refused, and so is one beyond the sender's budget. An emergency
-    stop has no budget: it is applied before all other commands, and a release that was sent before
-    it is refused.
+    stop is never refused: it is applied before all other commands, and what was sent before it and
+    could move the robot is refused. Of many stops only some are kept; they are applied together.
 
     Args:
         info: of the run.
@@ -64,17 +67,20 @@ class CommandInbox:
         self._count = 0
 
     def receive(self, sender: bytes, command: Command) -> list[tuple[bytes, Ack]]:
-        """Accept or refuse a command; return the refusals, each with its addressee."""
+        """Accept or refuse a command; return the answers to send at once, with their addressees."""
         refusal = self._refusal(sender, command)
         if refusal:
             return [(sender, Ack(command.id, False, refusal))]
+        if command.kind == STOP and self._has_stops_of(sender):
+            done = Ack(command.id, True, "an emergency stop is already being applied")
+            return [(sender, done), *self._refuse_moving()]
         self._count += 1
         waiting = _Waiting(sender, command.id, replace(command, id=str(self._count)))
         if command.kind != STOP:
             self._others.append(waiting)
             return []
         self._stops.append(waiting)
-        return self._refuse_releases()
+        return self._refuse_moving()
 
     def take(self) -> list[Command]:
         """Return the next commands to apply, with ids that are unique across the senders."""
@@ -100,12 +106,15 @@ class CommandInbox:
                 f" ({self._info.identity[:8]})"
             )
         if command.kind == STOP:
-            own = sum(waiting.sender == sender for waiting in self._stops)
-            full = own >= STOPS_OF_ONE or len(self._stops) >= MAX_STOPS
-            return "too many commands: an emergency stop is already being applied" if full else ""
+            return ""
         if not self._is_within_budget(sender) or len(self._others) >= MAX_WAITING:
             return f"too many commands: at most {COMMANDS_PER_SECOND:g} in a second are accepted"
         return ""
+
+    def _has_stops_of(self, sender: bytes) -> bool:
+        """Whether enough emergency stops wait, of this sender or of all."""
+        own = sum(waiting.sender == sender for waiting in self._stops)
+        return own >= STOPS_OF_ONE or len(self._stops) >= MAX_STOPS
 
     def _is_within_budget(self, sender: bytes) -> bool:
         """Count a command of a sender; return whether its budget allows it."""
@@ -118,9 +127,9 @@ class CommandInbox:
             del self._budgets[next(iter(self._budgets))]
         return left >= 1.0
 
-    def _refuse_releases(self) -> list[tuple[bytes, Ack]]:
-        """Remove each release that waits: an emergency stop came after it."""
-        late = [waiting for waiting in self._others if waiting.command.kind == RELEASE]
+    def _refuse_moving(self) -> list[tuple[bytes, Ack]]:
+        """Remove the waiting commands that could move the robot: a stop came after them."""
+        late = [waiting for waiting in self._others if waiting.command.kind in MOVING]
         for waiting in late:
             self._others.remove(waiting)
         reason = "an emergency stop came after it"

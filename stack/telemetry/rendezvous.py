@@ -114,6 +114,21 @@ def run_directory() -> Path:
     return folder
 
 
+def usual_folders() -> list[Path]:
+    """Return where a login, cron or `su` of this user would put the sockets."""
+    user = os.getuid()
+    return [Path(f"/run/user/{user}/treepilot"), Path(f"/tmp/treepilot-{user}")]
+
+
+def _is_private(folder: Path) -> bool:
+    try:
+        found = folder.lstat()
+    except OSError:
+        return False
+    is_own = stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid()
+    return is_own and not found.st_mode & 0o077
+
+
 def choose_socket() -> Path:
     """Return a free path for the socket of a run of this process.
 
@@ -171,11 +186,14 @@ def withdraw(handle: RunHandle) -> None:
 def live_runs() -> list[RunHandle]:
     """This user's live runs, oldest first; removes the files of runs that have died.
 
+    Runs that were started with another XDG_RUNTIME_DIR or TMPDIR are found in the usual folders.
+
     Raises:
         TelemetryError: the folder of the sockets is not private.
     """
-    runs = []
-    for file in sorted(run_directory().glob("*.json")):
+    runs, own = [], run_directory()
+    others = [folder for folder in usual_folders() if folder != own and _is_private(folder)]
+    for file in sorted(file for folder in (own, *others) for file in folder.glob("*.json")):
         handle = _read(file)
         if handle is not None and handle.descriptor == file:
             if _is_alive(handle):
@@ -286,12 +304,14 @@ def _is_alive(handle: RunHandle) -> bool:
 
 
 def _process_started(pid: int) -> int:
+    """When a process started, in kernel ticks; 0 if unknown, -1 if it has ended."""
     try:
         status = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8", errors="replace")
     except OSError:
         return 0
-    # Field 22 of proc(5); field 2, the command's name, may contain spaces and parentheses.
-    return int(status.rpartition(")")[2].split()[19])
+    # Fields 3 and 22 of proc(5); field 2, the name, may contain spaces and parentheses.
+    fields = status.rpartition(")")[2].split()
+    return -1 if fields[0] == "Z" else int(fields[19])
 
 
 def _state_in(answer: bytes, identity: str) -> str:

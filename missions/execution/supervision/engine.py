@@ -7,6 +7,7 @@ standard error, also during a call that never returns.
 
 from __future__ import annotations
 
+import errno
 import faulthandler
 import json
 import os
@@ -14,9 +15,10 @@ import signal
 import sys
 import traceback
 from collections.abc import Callable, Iterable, Mapping
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import asdict, replace
 from pathlib import Path
+from tempfile import gettempdir
 from typing import Any
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy
@@ -36,6 +38,7 @@ from stack.telemetry.records import Event, RunInfo, Snapshot
 from stack.types.printable import printable
 
 WRONG_INPUT, INTERNAL_ERROR = 2, 3
+NO_SPACE = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 BY_SEVERITY = (3, 130, 1)
 """Exit codes of several missions: the first of these that one of them has."""
 
@@ -75,7 +78,7 @@ class Supervised(RunWatch):
 
     def close(self, report: Mapping[str, Any] | None) -> None:
         """Tell that the records are being closed."""
-        self._heartbeat.phase = Phase.CLOSING
+        self._heartbeat.close_run()
 
     def compiles(self) -> None:
         """Tell that kernels are compiled; that takes long and nothing moves."""
@@ -139,6 +142,9 @@ def main() -> int:
         print(printable(str(error)), file=sys.stderr)
         return WRONG_INPUT
     except OSError as error:
+        if error.errno in NO_SPACE:
+            print(f"no space for temporary files in {gettempdir()}", file=sys.stderr)
+            return WRONG_INPUT
         if error.filename is None:
             return _internal_error()
         print(printable(f"{error.filename!s:.200}: {error.strerror}"), file=sys.stderr)
@@ -210,7 +216,12 @@ def speed_factor(text: str) -> float:
 def _progress(label: str = "") -> ProgressLines:
     """Return the sink that prints progress, with the mission's name if there are several."""
     before = f"{label}: " if label else ""
-    return ProgressLines(lambda line: print(f"{before}{line}", file=sys.stderr, flush=True))
+
+    def show(line: str) -> None:
+        with suppress(OSError):  # nobody reads it, or there is no memory for it now
+            print(f"{before}{line}", file=sys.stderr, flush=True)
+
+    return ProgressLines(show)
 
 
 def _print_warnings(warnings: Iterable[Finding]) -> None:
@@ -219,4 +230,7 @@ def _print_warnings(warnings: Iterable[Finding]) -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    code = main()
+    with suppress(OSError):
+        sys.stderr.flush()
+    os._exit(code)  # at once, whatever threads a plugin has started

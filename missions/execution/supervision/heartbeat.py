@@ -11,7 +11,6 @@ import json
 import mmap
 import os
 import struct
-import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
@@ -75,13 +74,13 @@ class Heartbeat:
         self._memory = mmap.mmap(descriptor, SIZE)
         self._nodes = memoryview(self._memory)[_NODES:_NAMES].cast("i")
         self._names: list[list[str]] = []
+        self._closed = 0
 
     @staticmethod
     def create() -> tuple[Heartbeat, int]:
         """Return new shared memory and its descriptor, which the caller closes."""
-        with tempfile.TemporaryFile() as file:
-            file.truncate(SIZE)
-            descriptor = os.dup(file.fileno())
+        descriptor = os.memfd_create("heartbeat")
+        os.truncate(descriptor, SIZE)
         heartbeat = Heartbeat(descriptor)
         for number in range(ROBOTS):
             heartbeat._nodes[number] = NO_NODE
@@ -108,6 +107,12 @@ class Heartbeat:
     @request.setter
     def request(self, request: Request) -> None:
         _COUNT.pack_into(self._memory, _REQUEST, request)
+
+    def close_run(self) -> None:
+        """Tell that the records of a run are being closed; the last one ends the work."""
+        self._closed += 1
+        if self._closed >= len(self._names):
+            self.phase = Phase.CLOSING
 
     def add_tree(self) -> tuple[int, memoryview[int] | list[int]]:
         """Return the number of a new tree, and the cell for the node that it ticks."""

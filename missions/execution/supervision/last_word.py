@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import signal
 from contextlib import suppress
 from hashlib import sha256
@@ -24,14 +25,19 @@ def end_of(supervisor: Supervisor) -> str:
 
 
 def lost_reports(supervisor: Supervisor, reason: str) -> list[Report]:
-    """Return a report for each mission of an engine that sent none; write those into the folders.
+    """Return a report for each mission of an engine that sent none; write those that are missing.
 
-    They consist of what the engine told before its first step and of its last beat.
+    A mission that had ended before has its report in its folder. The others consist of what the
+    engine told before its first step and of its last beat.
     """
     beat = supervisor.progress
     wall = max(0.0, beat.wall - supervisor.began)
     found = []
     for started in supervisor.started:
+        written = _report_in(started["folder"])
+        if written is not None:
+            found.append(written)
+            continue
         report = Report(
             **{
                 **started["draft"], "status": "error", "reason": reason,
@@ -58,6 +64,16 @@ def _hash_of_events(folder: str) -> str:
     except OSError:
         return ""
     return digest.hexdigest()
+
+
+def _report_in(folder: str) -> Report | None:
+    """Return the report that the engine has written into a run folder, if any."""
+    if not folder:
+        return None
+    try:
+        return Report(**json.loads((Path(folder) / "report.json").read_text("utf-8")))
+    except (OSError, ValueError, TypeError):
+        return None
 
 
 def _write(folder: str, report: Report) -> None:

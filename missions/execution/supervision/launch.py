@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import errno
 import json as json_format
 import signal
 import sys
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections import deque
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -79,22 +81,22 @@ class LaunchOptions:
 
 def launch(options: LaunchOptions) -> int:
     """Run missions, one with or without a dashboard, several without; return the exit code."""
-    supervisor = Supervisor(options.request(), options.hang_timeout, show=not options.json)
-    try:
-        with _signals(supervisor, with_dashboard=not options.headless):
-            if options.headless:
-                supervisor.wait()
-            elif not _watch(supervisor):
+    with _signals(with_dashboard=not options.headless) as caught:
+        supervisor = Supervisor(
+            options.request(), options.hang_timeout, caught, show=not options.json
+        )
+        try:
+            if not options.headless and not _watch(supervisor):
                 return SUCCEEDED
             supervisor.wait()
-        if supervisor.hung_up and supervisor.engine.poll() is None:
-            return INTERRUPTED
-        return _last_word(supervisor, options)
-    except BaseException:
-        supervisor.end_now("the supervisor failed")
-        raise
-    finally:
-        supervisor.close()
+            if supervisor.hung_up and supervisor.engine.poll() is None:
+                return INTERRUPTED
+            return _last_word(supervisor, options)
+        except BaseException:
+            supervisor.end_now("the supervisor failed")
+            raise
+        finally:
+            supervisor.close()
 
 
 def _watch(supervisor: Supervisor) -> bool:
@@ -105,13 +107,13 @@ def _watch(supervisor: Supervisor) -> bool:
         return True
     supervisor.output.hide()
     viewer = Viewer(handle, owns_run=True)
-    while viewer.is_open and not supervisor.hung_up and not supervisor.stopping:
+    while viewer.is_open and not supervisor.hung_up and not supervisor.signalled:
         supervisor.poll()
         viewer.wait(POLL)
     outcome = viewer.close()
     if outcome == "hangup":
         supervisor.hang_up()
-    if supervisor.hung_up or supervisor.stopping:
+    if supervisor.hung_up or supervisor.signalled:
         return True
     attach = f"treepilot watch {supervisor.started[0]['folder'] or handle['run_id']}"
     if outcome == "interrupt":
@@ -134,7 +136,7 @@ def _last_word(supervisor: Supervisor, options: LaunchOptions) -> int:
     supervisor.output.finish()
     code = supervisor.engine.returncode
     if not reports:
-        if not supervisor.killed and code in (WRONG_INPUT, INTERNAL_ERROR):
+        if not (supervisor.killed or supervisor.started) and code in (WRONG_INPUT, INTERNAL_ERROR):
             supervisor.output.show_all()
             return code
         reason = end_of(supervisor)
@@ -146,9 +148,13 @@ def _last_word(supervisor: Supervisor, options: LaunchOptions) -> int:
             supervisor.output.show_all()
             print(f"{reason}; nothing has moved", file=sys.stderr)
             return INTERNAL_ERROR
-    with suppress(OSError):  # the terminal is gone
-        _print(reports, options)
     codes = [report.exit_code for report in reports]
+    try:
+        _print(reports, options)
+    except OSError as error:
+        if error.errno not in (errno.EPIPE, errno.EIO):  # nobody reads it, the terminal is gone
+            print(f"cannot print the report: {error.strerror}", file=sys.stderr)
+            codes.append(INTERNAL_ERROR)
     return next((code for code in BY_SEVERITY if code in codes), SUCCEEDED)
 
 
@@ -156,28 +162,27 @@ def _print(reports: Sequence[Report], options: LaunchOptions) -> None:
     if options.json:
         plain = [report.plain() for report in reports]
         shown = plain if len(options.missions) > 1 else plain[0]
-        print(json_format.dumps(shown, indent=2, allow_nan=False, ensure_ascii=False))
+        text = json_format.dumps(shown, indent=2, allow_nan=False, ensure_ascii=False)
+        print(text, flush=True)
     else:
         print("\n\n".join(report.summary() for report in reports), flush=True)
 
 
 @contextmanager
-def _signals(supervisor: Supervisor, *, with_dashboard: bool) -> Iterator[None]:
-    """Handle signals: end, hang up, suspend. A dashboard reads ctrl+z itself."""
-    actions: dict[signal.Signals, Callable[[], None]] = {
-        signal.SIGINT: supervisor.interrupt,
-        signal.SIGTERM: supervisor.interrupt,
-    }
+def _signals(*, with_dashboard: bool) -> Iterator[deque[int]]:
+    """Collect signals for the supervisor, which acts on them; a dashboard has no ctrl+z."""
+    caught: deque[int] = deque()
+    wanted = [signal.SIGINT, signal.SIGTERM]
     if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:  # nohup
-        actions[signal.SIGHUP] = supervisor.hang_up
+        wanted.append(signal.SIGHUP)
     if not with_dashboard:
-        actions[signal.SIGTSTP] = supervisor.suspend
+        wanted.append(signal.SIGTSTP)
     before = {
-        number: signal.signal(number, lambda number, _: actions[signal.Signals(number)]())
-        for number in actions
+        number: signal.signal(number, lambda received, _: caught.append(received))
+        for number in wanted
     }
     try:
-        yield
+        yield caught
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)

@@ -10,7 +10,7 @@ import os
 import signal
 import subprocess
 import sys
-import tempfile
+from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -55,22 +55,27 @@ class Supervisor:
         reports: of the missions, once the engine has sent them.
         output: copies what the engine writes to standard error.
         killed: why the supervisor killed the engine; empty if it did not.
+        signalled: a signal asked for the end.
         stopping: when a signal asked for the end, monotonic; 0 before.
         hung_up: the terminal is gone, and the mission goes on without this process.
     """
 
-    def __init__(self, request: Mapping[str, Any], hang_timeout: float, *, show: bool) -> None:
+    def __init__(
+        self, request: Mapping[str, Any], hang_timeout: float, caught: deque[int] | None = None, *,
+        show: bool,
+    ) -> None:  # fmt: skip
         """Start the engine.
 
         Args:
             request: missions and options, for the engine.
             hang_timeout: wall seconds without a step after which the engine is killed; 0: never.
+            caught: signals that were received, for `poll` to act upon.
             show: copy what the engine writes to standard error.
         """
         self._heartbeat, shared = Heartbeat.create()
         ours, theirs = os.pipe()
         self._inbox, self._inbox_end = Inbox(ours), ours
-        self._file = tempfile.TemporaryFile()
+        self._file = os.fdopen(os.memfd_create("output"), "w+b")
         self._hang_timeout, self._on_hangup = hang_timeout, request["on_hangup"]
         message = {
             **request, "heartbeat": shared, "outbox": theirs, "supervisor": os.getpid(),
@@ -84,18 +89,23 @@ class Supervisor:
         self.began = monotonic()
         self.reports: list[dict[str, Any]] = []
         self.killed, self.stopping, self.hung_up = "", 0.0, False
+        self._caught = deque() if caught is None else caught
+        self.signalled = False
         self.slow: dict[str, float] = {}
         self._seen = (NOWHERE, 0.0)
-        self._is_silent, self._resumed = False, 0.0
+        self._is_silent, self._resumed, self._suspended = False, 0.0, 0.0
+        self._reported = 0.0
 
     def poll(self) -> bool:
-        """Look at the engine once: messages, output, watchdogs; return whether it still runs."""
+        """Look at the engine once: signals, messages, watchdogs; return whether it still runs."""
+        while self._caught:
+            self._act_on(self._caught.popleft())
         ended = self.engine.poll() is not None
         for message in self._inbox.receive():
             if message["kind"] == "started":
                 self.started.append(message)
             elif message["kind"] == "reports":
-                self.reports = message["reports"]
+                self.reports, self._reported = message["reports"], monotonic()
         if ended:
             return False
         self._watch_progress()
@@ -109,15 +119,25 @@ class Supervisor:
 
     def interrupt(self) -> None:
         """Ask the engine to end; the second time, kill it."""
+        self.signalled = True
         if self.engine.poll() is not None:
             return
         if self.stopping:
             self._kill("the signal came twice")
-        elif self._heartbeat.phase is Phase.STARTING:
+            return
+        self.stopping = monotonic()
+        if self._heartbeat.phase is Phase.STARTING:
             self._kill("it had not started yet")
         else:
-            self.stopping = monotonic()
             self.engine.send_signal(signal.SIGINT)
+
+    def _act_on(self, number: int) -> None:
+        if number == signal.SIGHUP:
+            self.hang_up()
+        elif number == signal.SIGTSTP:
+            self.suspend()
+        else:
+            self.interrupt()
 
     def end_now(self, reason: str) -> None:
         """Kill the engine if it runs."""
@@ -176,6 +196,8 @@ class Supervisor:
         since = now - self._seen[1]
         if ticking and since > SLOW_UPDATE:
             self._note_slow(self.node or "a node", since)
+        if self._is_suspended():
+            self._suspended, self._seen = now, (here, now)
         silent = now - max(beat.wall, self._resumed)
         if silent < SILENT_AFTER:
             self._is_silent = False
@@ -183,11 +205,14 @@ class Supervisor:
         if not self._is_silent:
             self._is_silent = True
             self._tell(f"the engine has made no step for {silent:.0f} s; {self._whereabouts()}")
-        if self._hang_timeout and silent > self._hang_timeout and not self._is_suspended():
+        if self._hang_timeout and now - max(now - silent, self._suspended) > self._hang_timeout:
             self._kill(f"it made no step for {self._hang_timeout:g} s")
 
     def _watch_end(self) -> None:
-        """Kill an engine that does not end in time after a signal."""
+        """Kill an engine that does not end in time after a signal, or after its reports."""
+        if self._reported and monotonic() - self._reported > CLOSE_WITHIN:
+            self._kill(f"it did not end within {CLOSE_WITHIN:g} s of its report")
+            return
         if not self.stopping:
             return
         waited = monotonic() - self.stopping
@@ -227,7 +252,8 @@ class Supervisor:
 
     def _tell(self, line: str) -> None:
         """Write a warning after the engine's output, and to log.txt."""
-        os.write(self._file.fileno(), f"! {line}\n".encode())
+        with suppress(OSError):
+            os.write(self._file.fileno(), f"! {line}\n".encode())
         self.log(line)
 
     def log(self, text: str) -> None:

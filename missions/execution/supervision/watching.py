@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import sys
 from dataclasses import asdict
 
@@ -9,7 +10,7 @@ from missions.execution.supervision.supervisor import POLL
 from missions.execution.supervision.viewer import Viewer
 from stack.telemetry.rendezvous import find_run
 
-CRASHED = 3
+CRASHED, INTERRUPTED = 3, 130
 
 
 def watch_run(name: str) -> int:
@@ -19,8 +20,11 @@ def watch_run(name: str) -> int:
         TelemetryError: there is no such run, or more than one.
     """
     run = find_run(name)
+    caught: list[int] = []
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, lambda received, _: caught.append(received))
     viewer = Viewer(asdict(run))
-    while viewer.is_open:
+    while viewer.is_open and not caught:
         viewer.wait(POLL)
     outcome = viewer.close()
     if outcome == "abort":
@@ -28,4 +32,4 @@ def watch_run(name: str) -> int:
     if outcome == "crashed":
         print(f"the dashboard crashed: {viewer.trouble}; the mission continues", file=sys.stderr)
         return CRASHED
-    return 0
+    return INTERRUPTED if caught else 0

@@ -269,17 +269,17 @@ def test_a_command_for_no_run_is_refused(run):
     assert run.telemetry.commands() == []
 
 
-def test_an_emergency_stop_overtakes_other_commands_and_cancels_a_release(run):
+def test_an_emergency_stop_overtakes_other_commands_and_cancels_what_moves_the_robot(run):
     one, other = run.connect(), run.connect()
     for n, kind in enumerate(["release", "resume", "pause"]):
         one.send(Command(str(n), kind))
     run.until(lambda: run.server._receive() or len(run.server._inbox._others) == 3)
     other.send(Command("s", "estop"))
     run.until(lambda: run.server._receive() or run.server._inbox._stops)
-    assert [command.kind for command in apply_all(run)] == ["estop", "resume", "pause"]
+    assert [command.kind for command in apply_all(run)] == ["estop", "pause"]
     acks = []
     run.until(lambda: acks.extend(one.acks()) or len(acks) == 3)
-    assert {ack.id: ack.done for ack in acks} == {"0": False, "1": True, "2": True}
+    assert {ack.id: ack.done for ack in acks} == {"0": False, "1": False, "2": True}
     assert run.until(other.acks) == [Ack("s", True)]
 
 
@@ -313,7 +313,19 @@ def test_one_client_cannot_pile_up_emergency_stops(run):
         client.send(Command(str(n), "estop"))
     acks = []
     run.until(lambda: (acks.extend(client.acks()), run.server._receive(), len(acks) == 56)[2])
-    assert not any(ack.done for ack in acks)
+    assert {ack.reason for ack in acks} == {"an emergency stop is already being applied"}
+    assert [command.kind for command in apply_all(run)] == ["estop"] * 4
+
+
+def test_the_last_of_many_stops_still_cancels_a_resume(run):
+    """The stop after the fourth used to be refused, and the resume before it applied."""
+    client = run.connect()
+    kinds = [*["estop"] * 4, "release", "resume", "estop"]
+    for n, kind in enumerate(kinds):
+        client.send(Command(str(n), kind))
+    acks = []
+    run.until(lambda: (acks.extend(client.acks()), run.server._receive(), len(acks) == 3)[2])
+    assert {ack.id: ack.done for ack in acks} == {"4": False, "5": False, "6": True}
     assert [command.kind for command in apply_all(run)] == ["estop"] * 4
 
 

@@ -48,6 +48,7 @@ HANGS = {
 DEATHS = {
     "os._exit": ("os._exit(7)", "exit code 7"),
     "os._exit as if all were well": ("os._exit(0)", "exit code 0"),
+    "os._exit as if the input were wrong": ("os._exit(2)", "exit code 2"),
     "segmentation fault": ("ctypes.string_at(0)", "SIGSEGV"),
     "closed descriptors": ("os.closerange(0, 1000); os.abort()", "SIGABRT"),
 }
@@ -113,3 +114,31 @@ def test_an_engine_that_makes_no_step_is_reported_and_in_the_end_killed(tmp_path
     assert process.returncode == 3
     assert "the engine has made no step for 2 s; culprit (faulty, faulty.yaml:5)" in errors
     assert "it made no step for 3 s" in report_of(tmp_path)["reason"]
+
+
+def test_a_thread_of_a_plugin_does_not_keep_the_command(tmp_path):
+    fault = "\n        ".join([
+        "import threading",
+        "threading.Thread(target=time.sleep, args=(1000,)).start()",
+        "return Status.SUCCESS",
+    ])  # fmt: skip
+    process = begin(tmp_path, fault)
+    output, _ = process.communicate(timeout=PATIENCE)
+    assert process.returncode == 0
+    assert output.startswith("faulty: success")
+
+
+def test_of_several_missions_one_that_hangs_is_found_after_another_has_ended(tmp_path):
+    short = tmp_path / "short.yaml"
+    short.write_text("mission: short\nrobot: scout\nworld: small_room\nstart: $dock\n"
+                     "run: {sequence: [{wait: 0.1 s}]}\n")  # fmt: skip
+    fault = "\n        ".join([
+        "self.count = getattr(self, 'count', 0) + 1",
+        "while self.count > 20: pass",
+    ])  # fmt: skip
+    process = begin(tmp_path, fault, str(short), "--hang-timeout", "3")
+    output, errors = process.communicate(timeout=PATIENCE)
+    assert process.returncode == 3
+    assert "culprit (faulty, faulty.yaml:5) has not returned" in errors
+    assert "short: success" in output
+    assert "faulty: error; the engine was killed: it made no step for 3 s" in output
