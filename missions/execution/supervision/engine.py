@@ -111,7 +111,7 @@ class Supervised(RunWatch):
         self._heartbeat.beat(runtime.steps, runtime.parts.body.time, runtime.distance)
 
     def _hang_up(self, run: Run) -> None:
-        """Nobody watches any more: continue, stop the robot, or end the mission."""
+        """The terminal is gone: continue, stop the robot, or end the mission."""
         choice = self._on_hangup or ("continue" if run.engine.simulation is not None else "stop")
         if choice == "abort":
             run.interrupt("the terminal was closed")

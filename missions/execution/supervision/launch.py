@@ -15,7 +15,7 @@ from typing import Any
 
 from missions.execution.report import Report
 from missions.execution.supervision.heartbeat import Phase
-from missions.execution.supervision.last_word import end_of, lost_reports
+from missions.execution.supervision.lost_engine import end_of, lost_reports
 from missions.execution.supervision.supervisor import POLL, Supervisor
 from missions.execution.supervision.viewer import Viewer
 
@@ -91,7 +91,7 @@ def launch(options: LaunchOptions) -> int:
             supervisor.wait()
             if supervisor.hung_up and supervisor.engine.poll() is None:
                 return INTERRUPTED
-            return _last_word(supervisor, options)
+            return _print_result(supervisor, options)
         except BaseException:
             supervisor.end_now("the supervisor failed")
             raise
@@ -130,7 +130,7 @@ def _watch(supervisor: Supervisor) -> bool:
     return True
 
 
-def _last_word(supervisor: Supervisor, options: LaunchOptions) -> int:
+def _print_result(supervisor: Supervisor, options: LaunchOptions) -> int:
     """Print the reports, or what is known about an engine that sent none; return the exit code."""
     reports = [Report(**values) for values in supervisor.reports]
     supervisor.output.finish()

@@ -1,4 +1,4 @@
-"""The supervising process: starts the engine, owns terminal and signals, has the last word.
+"""The supervising process: starts the engine, owns terminal and signals, prints the result.
 
 It imports nothing heavy and starts the engine first. All watchdogs on wall time are here.
 """

@@ -37,7 +37,7 @@ def test_a_mission_without_a_map_has_defaults_of_its_own() -> None:
     assert (decay.value, decay.source) == ("300 s", "default without a map")
 
 
-def test_the_command_line_has_the_last_word() -> None:
+def test_the_command_line_has_the_print_result() -> None:
     found = sources("19_from_nav2", controller__cruise_speed="30 cm/s", planner__use="theta_star")
     assert found["controller.cruise_speed"].value == "0.3 m/s"
     assert found["controller.cruise_speed"].source == "--parameter"
