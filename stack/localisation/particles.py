@@ -39,13 +39,11 @@ class ParticleSet:
 def move(poses: FloatArray, by: Pose2D) -> FloatArray:
     """Return (n, 3) poses composed with one displacement in the frame of each pose."""
     c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])
-    return np.column_stack(
-        [
-            poses[:, 0] + c * by.x - s * by.y,
-            poses[:, 1] + s * by.x + c * by.y,
-            poses[:, 2] + by.heading,
-        ]
-    )
+    moved = np.empty((len(poses), 3))
+    moved[:, 0] = poses[:, 0] + c * by.x - s * by.y
+    moved[:, 1] = poses[:, 1] + s * by.x + c * by.y
+    moved[:, 2] = poses[:, 2] + by.heading
+    return moved
 
 
 @dataclass(frozen=True, slots=True)

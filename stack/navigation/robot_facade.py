@@ -15,7 +15,7 @@ from stack.navigation.loop_state import LoopState
 from stack.navigation.navigator import Navigator
 from stack.navigation.relocalisation import Relocalisation
 from stack.navigation.tasks import CostmapLike, Emit, MotionTask
-from stack.navigation.tuning import Tunable, change, flat
+from stack.navigation.tuning import NamedParameters, Tunable, change
 from stack.parameters import suggestion
 from stack.perception.camera_lease import CameraLease
 from stack.types import (
@@ -92,11 +92,12 @@ class RobotFacade:
 
     def __init__(self, parts: FacadeParts) -> None:
         self._parts, self._state, self._navigation = parts, parts.state, parts.navigator
+        self._parameters = NamedParameters(parts.tunables)
 
     @property
     def parameters(self) -> dict[str, Any]:
         """Current parameters of the components: `controller.cruise_speed` -> value."""
-        return flat(self._parts.tunables)
+        return self._parameters.current()
 
     def set_parameter(self, name: str, value: Any) -> None:
         """Change a parameter of a component, from the next step on.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
-from functools import lru_cache
+from operator import is_not
 from typing import Any
 
 from stack.errors import ParameterError
@@ -29,20 +29,32 @@ class Tunable:
         return Tunable(lambda: component.parameters, component.configure)
 
 
-def flat(tunables: Mapping[str, Tunable]) -> dict[str, Any]:
-    """Return the current parameters by their full names, e.g. `controller.cruise_speed`."""
-    return {
-        full_name: getattr(parameters, field)
-        for name, tunable in tunables.items()
-        for parameters in [tunable.read()]
-        for field, full_name in _names(name, parameters.__class__)
-    }
+class NamedParameters:
+    """The current parameters of running components by their full names.
 
+    Every snapshot contains them, so they are collected again only after a change.
 
-@lru_cache(maxsize=256)
-def _names(component: str, kind: type) -> tuple[tuple[str, str], ...]:
-    """Field and full name of each parameter; every snapshot needs them."""
-    return tuple((item.name, f"{component}.{item.name}") for item in fields(kind))
+    Args:
+        tunables: the components by name.
+    """
+
+    def __init__(self, tunables: Mapping[str, Tunable]) -> None:
+        self._tunables = tunables
+        self._collected: list[Any] = []
+        self._named: dict[str, Any] = {}
+
+    def current(self) -> dict[str, Any]:
+        """Values by full name, e.g. `controller.cruise_speed`."""
+        parameters = [tunable.read() for tunable in self._tunables.values()]
+        known = len(parameters) == len(self._collected)
+        if not known or any(map(is_not, parameters, self._collected)):
+            self._collected = parameters
+            self._named = {
+                f"{component}.{item.name}": getattr(values, item.name)
+                for component, values in zip(self._tunables, parameters, strict=True)
+                for item in fields(values)
+            }
+        return dict(self._named)
 
 
 def change(tunables: Mapping[str, Tunable], name: str, raw: Any) -> Any:

@@ -134,9 +134,12 @@ class Recording:
         """
         if self._is_broken:
             return
+        columns: dict[tuple[float, ...], rr.TimeColumn] = {}
         for path, rows in self._rows.items():
-            times = rr.TimeColumn(TIMELINE, duration=rows.times)
-            self.stream.send_columns(path, [times], rows.columns())
+            times = tuple(rows.times)  # most entities share theirs
+            if times not in columns:
+                columns[times] = rr.TimeColumn(TIMELINE, duration=rows.times)
+            self.stream.send_columns(path, [columns[times]], rows.columns())
         self._rows.clear()
         encoded = self._encoded.read()
         if encoded:
