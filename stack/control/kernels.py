@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from math import cos, floor, inf, sin
+from math import cos, floor, hypot, inf, sin
 
 import numpy as np
 from numba import f8, njit, u1
 
+from stack.safety.kernels import time_to_contact
 from stack.types import FloatArray
 
 LETHAL = 254
@@ -195,6 +196,63 @@ def clear_poses(
     return clear
 
 
+@njit(cache=True, nogil=True)
+def free_times(
+    cells: np.ndarray, resolution: float, origin_x: float, origin_y: float, body: FloatArray,
+    corners: FloatArray, poses: FloatArray, twists: FloatArray, horizons: FloatArray,
+    seen: FloatArray, outline: FloatArray, radius: float, padding: float, slack: float,
+) -> FloatArray:  # fmt: skip
+    """Time for which each of n twists can be driven from each of k poses.
+
+    Args:
+        cells: as in `sweep`, like the next five.
+        resolution: side of a cell, metres.
+        origin_x: outer corner of cell (0, 0), map frame, metres.
+        origin_y: of the same corner, metres.
+        body: (m, 2) points that fill the footprint, base frame, metres.
+        corners: (c, 2) polygon, base frame; a lethal cell with its centre inside is a collision.
+        poses: (k, 3) x, y, heading, map frame.
+        twists: (n, 3) m/s forward, m/s to the left, rad/s.
+        horizons: (n,) seconds to look ahead.
+        seen: (p, 2) measured points, map frame, metres.
+        outline: (o, 2) of the footprint, base frame, metres.
+        radius: circumscribed radius of the footprint, metres.
+        padding: clearance to keep to the points, metres.
+        slack: metres by which a point within the padding may still come nearer.
+
+    Returns:
+        (k, n) seconds; inf: clear over the whole horizon.
+    """
+    free = np.empty((poses.shape[0], twists.shape[0]))
+    speeds = np.empty(twists.shape[0])
+    farthest = 0.0
+    for j in range(twists.shape[0]):
+        speeds[j] = hypot(twists[j, 0], twists[j, 1]) + abs(twists[j, 2]) * radius
+        farthest = max(farthest, speeds[j] * horizons[j])
+    near = np.empty_like(seen)
+    for i in range(poses.shape[0]):
+        x, y, heading = poses[i, 0], poses[i, 1], poses[i, 2]
+        c, s = cos(heading), sin(heading)
+        count = 0
+        for p in range(seen.shape[0]):
+            dx, dy = seen[p, 0] - x, seen[p, 1] - y
+            if hypot(dx, dy) - radius - padding <= farthest:
+                near[count, 0], near[count, 1] = c * dx + s * dy, c * dy - s * dx
+                count += 1
+        for j in range(twists.shape[0]):
+            linear, lateral, angular = twists[j, 0], twists[j, 1], twists[j, 2]
+            time, _ = sweep(
+                cells, resolution, origin_x, origin_y, body, corners, x, y, heading,
+                linear, lateral, angular, horizons[j], resolution / speeds[j],
+            )  # fmt: skip
+            contact, _ = time_to_contact(
+                near[:count], outline, radius, padding, slack,
+                linear, lateral, angular, min(time, horizons[j]),
+            )  # fmt: skip
+            free[i, j] = min(time, contact)
+    return free
+
+
 SWEEP = ((sweep, (u1[:, ::1], f8, f8, f8, f8[:, ::1], f8[:, ::1], *8 * (f8,))),)
 """Entry points, with the types that `SweptFootprint` calls them with."""
 CLEAR_POSES = (
@@ -203,3 +261,12 @@ CLEAR_POSES = (
         (u1[:, ::1], f8, f8, f8, f8[:, ::1], f8[:, ::1], f8, f8, f8, f8[:, :, ::1], u1[:, ::1]),
     ),
 )
+FREE_TIMES = (
+    (
+        free_times,
+        (
+            u1[:, ::1], f8, f8, f8, f8[:, ::1], f8[:, ::1], f8[:, ::1], f8[:, ::1], f8[::1],
+            f8[:, ::1], f8[:, ::1], f8, f8, f8,
+        ),
+    ),
+)  # fmt: skip

@@ -8,17 +8,18 @@ velocities, because in tight places the robot is slow enough for any curvature. 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from math import copysign, inf
-from typing import NamedTuple
+from math import copysign, inf, pi
+
+import numpy as np
+from numpy.typing import NDArray
 
 from stack.components import ControlState
 from stack.control.swept import SweptFootprint
 from stack.drivetrain.description import RobotDescription
 from stack.drivetrain.kinematics import moved
 from stack.geometry.path_segment import PathSegment
-from stack.types import Pose2D, Twist, wrap_angle
+from stack.types import FloatArray, Pose2D, Twist, wrap_angle
 
 AHEAD = (0.0, 0.3, -0.3, 0.8, -0.8, 1.6, -1.6, 3.0, -3.0, 5.0, -5.0, 8.0, -8.0)
 BACK = (0.0, 1.0, -1.0, 3.0, -3.0)
@@ -30,8 +31,8 @@ BACK_DISTANCES, TURNS = (0.1, 0.25), (0.12, -0.12, 0.3, -0.3, 0.6, -0.6, 1.0, -1
 REACH, SHORTEST = 0.3, 0.08
 """Length of an arc ahead that is checked, and the length that must be clear, metres."""
 
-MARGIN = 0.02
-"""Distance kept to an obstacle on an arc, metres."""
+MARGIN, TURN_MARGIN = 0.02, 0.05
+"""Distance kept to an obstacle on an arc, metres, and at the end of a turn in place, radians."""
 
 HEADING, PROGRESS, FIRST, REVERSE = 0.25, 0.6, 0.05, 0.3
 """Weights, in metres of offset from the path: per radian of heading error, per metre along the
@@ -39,6 +40,10 @@ path that is not driven, for a first motion, and per metre of reversing."""
 
 GAIN = 0.03
 """Improvement in metres that a manoeuvre must bring."""
+
+RETRY = 0.5
+"""Seconds until three motions are tried again after nothing was found: the search takes most of a
+step (up to 40 ms), and little changes while the robot stands."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,15 +75,39 @@ class ArcPrimitive:
 Motions = tuple[ArcPrimitive, ...]
 
 
-class _Manoeuvre(NamedTuple):
-    """Motions, the error of the pose at their end, and the error with their price, metres."""
+@dataclass(frozen=True, slots=True)
+class _Begun:
+    """First motions that are clear: k of them, of one or two motions each.
 
-    cost: float
-    error: float
-    motions: Motions
+    Attributes:
+        ends: (k, 3) x, y, heading at their ends, map frame.
+        motions: (k, d) rows of the table of first motions.
+        prices: (k,) metres.
+    """
+
+    ends: FloatArray
+    motions: NDArray[np.int64]
+    prices: FloatArray
 
 
-_NONE = _Manoeuvre(inf, inf, ())
+@dataclass(frozen=True, slots=True)
+class _Found:
+    """The arcs ahead from k first motions, n each.
+
+    Attributes:
+        begun: the first motions.
+        ways: (k, n) metres that are clear.
+        errors: (k, n) of the poses at their ends, metres; inf: not clear far enough.
+    """
+
+    begun: _Begun
+    ways: FloatArray
+    errors: FloatArray
+
+    @property
+    def costs(self) -> FloatArray:
+        """(k, n) errors with the price of the first motions, metres."""
+        return self.errors + self.begun.prices[:, np.newaxis]
 
 
 class Manoeuvres:
@@ -92,14 +121,31 @@ class Manoeuvres:
     def __init__(self, swept: SweptFootprint, robot: RobotDescription) -> None:
         self._swept = swept
         tightest = 1.0 / robot.turning_radius if robot.turning_radius else inf
-        reverses = robot.limits.reverse_speed > 0.0
-        self._arcs = [curvature for curvature in AHEAD if abs(curvature) <= tightest]
-        self._back = [curvature for curvature in BACK if reverses and abs(curvature) <= tightest]
-        self._turns = () if robot.turning_radius else TURNS
+        back = [
+            (-1.0, curvature, distance)
+            for curvature in BACK
+            for distance in BACK_DISTANCES
+            if robot.limits.reverse_speed > 0.0 and abs(curvature) <= tightest
+        ]
+        turns = [] if robot.turning_radius else [(0.0, copysign(1.0, a), abs(a)) for a in TURNS]
+        firsts = np.array([*turns, *back]).reshape(-1, 3)
+        self._first_twists, self._first_spans = _twists(firsts[:, :2]), firsts[:, 2]
+        self._reverses = firsts[:, 0] != 0.0
+        self._first_reaches = self._first_spans + np.where(self._reverses, MARGIN, TURN_MARGIN)
+        self._prices = FIRST + REVERSE * np.where(self._reverses, self._first_spans, 0.0)
+        ahead = [(1.0, curvature) for curvature in AHEAD if abs(curvature) <= tightest]
+        self._arcs = _twists(np.array(ahead))
+        self._reaches = np.full(len(ahead), REACH + MARGIN)
+        self._found_nothing: tuple[PathSegment, float] | None = None
 
     def ahead(self, state: ControlState, segment: PathSegment) -> ArcPrimitive | None:
         """The clear arc ahead that ends nearest to the path."""
-        arcs = self._ahead(state, state.pose)
+        ways, _ = self._ahead(state, _row(state.pose))
+        arcs = [
+            ArcPrimitive.of(state.pose, _twist(twist), float(way))
+            for twist, way in zip(self._arcs, ways[0], strict=True)
+            if way >= SHORTEST
+        ]
         return min(arcs, key=lambda arc: _end_error(arc, segment), default=None)
 
     def around(self, state: ControlState, segment: PathSegment) -> Motions:
@@ -108,68 +154,94 @@ class Manoeuvres:
         When no such pair is worth its price, three motions are tried, as in a turn in three moves:
         whatever improves the pose is better than to stand.
         """
-        once = [((first,), _price(first)) for first in self._first(state, state.pose)]
-        limit = _path_error(state.pose, segment) - GAIN
+        here = _row(state.pose)
+        limit = float(_path_errors(here, segment)[0]) - GAIN
+        once = self._begin(state, _Begun(here, np.empty((1, 0), np.int64), np.zeros(1)))
         pairs = self._with_arcs(state, segment, once)
-        best = min(pairs, key=_cost, default=_NONE)
-        if best.cost < limit:
-            return best.motions
-        twice = [
-            ((first, second), price + _price(second))
-            for (first,), price in once
-            for second in self._first(state, first.end)
-            if first.twist.linear or second.twist.linear
-        ]
-        both = [*pairs, *self._with_arcs(state, segment, twice)]
-        better = (found for found in both if found.error < limit)
-        return min(better, key=_cost, default=_NONE).motions
-
-    def _with_arcs(
-        self, state: ControlState, segment: PathSegment, begun: Sequence[tuple[Motions, float]]
-    ) -> list[_Manoeuvre]:
-        """First motions with their price, and the clear arcs ahead from their ends."""
-        found = []
-        for firsts, price in begun:
-            for arc in self._ahead(state, firsts[-1].end):
-                error = _path_error(arc.end, segment)
-                found.append(_Manoeuvre(error + price, error, (*firsts, arc)))
-        return found
+        if pairs.errors.size and pairs.costs.min() < limit:
+            return self._motions(state.pose, pairs, pairs.costs)
+        if self._found_nothing and self._found_nothing[0] is segment:
+            if 0.0 <= state.time - self._found_nothing[1] < RETRY:
+                return ()
+        threes = self._with_arcs(state, segment, self._begin(state, once))
+        better = [np.where(some.errors < limit, some.costs, inf) for some in (pairs, threes)]
+        least = [float(costs.min(initial=inf)) for costs in better]
+        if min(least) == inf:
+            self._found_nothing = segment, state.time
+            return ()
+        self._found_nothing = None
+        chosen = 0 if least[0] <= least[1] else 1
+        return self._motions(state.pose, (pairs, threes)[chosen], better[chosen])
 
     def is_clear(self, state: ControlState, arc: ArcPrimitive) -> bool:
         """Whether the rest of an arc is clear."""
         left = arc.left(state.pose)
-        return left <= 0.0 or self._free(state, state.pose, arc.twist, left) == inf
+        return left <= 0.0 or self._swept.arc(state.costs, state.pose, arc.twist, left)[0] == inf
 
-    def _ahead(self, state: ControlState, begin: Pose2D) -> Iterator[ArcPrimitive]:
-        for curvature in self._arcs:
-            twist = Twist(1.0, curvature)
-            way = min(self._free(state, begin, twist, REACH + MARGIN) - MARGIN, REACH)
-            if way >= SHORTEST:
-                yield ArcPrimitive.of(begin, twist, way)
+    def _begin(self, state: ControlState, begun: _Begun) -> _Begun:
+        """Every first motion after others, if clear; a turn after a turn would be one turn."""
+        free = self._swept.free_times(
+            state.costs, begun.ends, self._first_twists, self._first_reaches
+        )
+        clear = free == inf
+        if begun.motions.shape[1]:
+            clear &= self._reverses[begun.motions[:, -1]][:, np.newaxis] | self._reverses
+        before, motion = np.nonzero(clear)
+        ends = _ends(begun.ends, self._first_twists, self._first_spans)
+        return _Begun(
+            ends[before, motion],
+            np.column_stack([begun.motions[before], motion]),
+            begun.prices[before] + self._prices[motion],
+        )
 
-    def _first(self, state: ControlState, begin: Pose2D) -> Iterator[ArcPrimitive]:
-        for angle in self._turns:
-            turn = Twist(angular=copysign(1.0, angle))
-            if self._free(state, begin, turn, abs(angle) + 0.05) == inf:
-                yield ArcPrimitive.of(begin, turn, abs(angle))
-        for curvature in self._back:
-            twist = Twist(-1.0, curvature)
-            free = self._free(state, begin, twist, BACK_DISTANCES[-1] + MARGIN)
-            for distance in BACK_DISTANCES:
-                if free >= distance + MARGIN:
-                    yield ArcPrimitive.of(begin, twist, distance)
+    def _with_arcs(self, state: ControlState, segment: PathSegment, begun: _Begun) -> _Found:
+        ways, ends = self._ahead(state, begun.ends)
+        errors = _path_errors(ends.reshape(-1, 3), segment).reshape(ways.shape)
+        return _Found(begun, ways, np.where(ways >= SHORTEST, errors, inf))
 
-    def _free(self, state: ControlState, pose: Pose2D, twist: Twist, reach: float) -> float:
-        free, _ = self._swept.arc(state.costs, pose, twist, reach)
-        return free
+    def _ahead(self, state: ControlState, begins: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """(k, n) metres that are clear on the arcs ahead, <= REACH, and their (k, n, 3) ends."""
+        free = self._swept.free_times(state.costs, begins, self._arcs, self._reaches)
+        ways = np.clip(free - MARGIN, 0.0, REACH)
+        return ways, _ends(begins, self._arcs, ways)
+
+    def _motions(self, pose: Pose2D, found: _Found, costs: FloatArray) -> Motions:
+        """The motions of least cost."""
+        begun, arc = np.unravel_index(np.argmin(costs), costs.shape)
+        firsts = [
+            (self._first_twists[motion], self._first_spans[motion])
+            for motion in found.begun.motions[begun]
+        ]
+        motions: list[ArcPrimitive] = []
+        for twist, span in [*firsts, (self._arcs[arc], found.ways[begun, arc])]:
+            motions.append(ArcPrimitive.of(pose, _twist(twist), float(span)))
+            pose = motions[-1].end
+        return tuple(motions)
 
 
-def _cost(manoeuvre: _Manoeuvre) -> float:
-    return manoeuvre.cost
+def _row(pose: Pose2D) -> FloatArray:
+    return np.array([[pose.x, pose.y, pose.heading]])
 
 
-def _price(first: ArcPrimitive) -> float:
-    return FIRST + (REVERSE * first.span if first.twist.linear else 0.0)
+def _twists(linear_and_angular: FloatArray) -> FloatArray:
+    """(n, 3) twists without lateral velocity."""
+    return np.ascontiguousarray(np.insert(linear_and_angular, 1, 0.0, axis=1))
+
+
+def _twist(row: FloatArray) -> Twist:
+    return Twist(float(row[0]), float(row[2]))
+
+
+def _ends(begins: FloatArray, twists: FloatArray, spans: FloatArray) -> FloatArray:
+    """(k, n, 3) poses after n twists from k poses, for (n,) or (k, n) seconds; as `moved`."""
+    half = 0.5 * twists[:, 2] * spans
+    chord = twists[:, 0] * spans * np.sinc(half / pi)
+    x, y, heading = (begins[:, axis, np.newaxis] for axis in range(3))
+    ends = np.empty((len(begins), len(twists), 3))
+    ends[:, :, 0] = x + chord * np.cos(heading + half)
+    ends[:, :, 1] = y + chord * np.sin(heading + half)
+    ends[:, :, 2] = heading + 2.0 * half
+    return ends
 
 
 def _end_error(arc: ArcPrimitive, segment: PathSegment) -> float:
@@ -179,8 +251,9 @@ def _end_error(arc: ArcPrimitive, segment: PathSegment) -> float:
     return arc.end.distance_to(there) + HEADING * turn - PROGRESS * arc.span
 
 
-def _path_error(pose: Pose2D, segment: PathSegment) -> float:
-    """Error of a pose against the path, less its progress along it, metres."""
-    length, offset, heading = segment.foot(pose)
-    turn = abs(wrap_angle(pose.heading - heading))
-    return offset + HEADING * turn - PROGRESS * (length - segment.travelled)
+def _path_errors(poses: FloatArray, segment: PathSegment) -> FloatArray:
+    """(k,) errors of poses (k, 3) against the path, less their progress along it, metres."""
+    length, offset, heading = segment.feet(np.ascontiguousarray(poses[:, :2])).T
+    turn = np.abs((poses[:, 2] - heading + pi) % (2.0 * pi) - pi)
+    errors: FloatArray = offset + HEADING * turn - PROGRESS * (length - segment.travelled)
+    return errors

@@ -126,10 +126,9 @@ class PurePursuit(Controller):
     @staticmethod
     def kernels(parameters: PurePursuitParameters, robot: RobotDescription) -> KernelTypes:
         """Return the kernels of a run with this component."""
-        from stack.control.kernels import SWEEP
+        from stack.control.kernels import FREE_TIMES, SWEEP
 
-        found: KernelTypes = SWEEP
-        return found
+        return (*SWEEP, *FREE_TIMES)
 
     def __init__(
         self, parameters: PurePursuitParameters, robot: RobotDescription, period: float

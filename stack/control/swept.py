@@ -13,6 +13,8 @@ from stack.types import LETHAL_COST, CostGrid, FloatArray, Footprint, Pose2D, Tw
 SLACK = 0.003
 """Metres by which a point inside the padding may still come nearer."""
 
+NOTHING_SEEN = np.empty((0, 2))
+
 BoolArray = NDArray[np.bool_]
 
 
@@ -71,6 +73,28 @@ class SweptFootprint:
             twist.linear, twist.lateral, twist.angular, min(free, horizon),
         )  # fmt: skip
         return min(free, float(time)), cost
+
+    def free_times(
+        self, costs: CostGrid, poses: FloatArray, twists: FloatArray, horizons: FloatArray
+    ) -> FloatArray:
+        """Times for which constant twists stay clear from several poses, as `arc`.
+
+        Args:
+            costs: costmap, map frame.
+            poses: (k, 3) x, y, heading of the start, map frame.
+            twists: (n, 3) m/s forward, m/s to the left, rad/s.
+            horizons: (n,) seconds to look ahead.
+
+        Returns:
+            (k, n) seconds; inf: clear over the whole horizon.
+        """
+        free: FloatArray = self._kernels.free_times(
+            costs.cells, costs.resolution, *costs.origin, self.body(costs.resolution),
+            self._reach(costs.resolution), np.ascontiguousarray(poses), twists, horizons,
+            NOTHING_SEEN if self.seen is None else np.ascontiguousarray(self.seen),
+            self._corners, self._radius, self.padding, SLACK,
+        )  # fmt: skip
+        return free
 
     def clear_poses(self, costs: CostGrid, pose: Pose2D, poses: FloatArray) -> NDArray[np.int64]:
         """Count the clear poses of each motion before its first collision.

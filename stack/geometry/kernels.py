@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import hypot, inf, sqrt
+from math import atan2, hypot, inf, sqrt
 
 import numpy as np
 from numba import f8, i8, njit
@@ -84,7 +84,55 @@ def length_at_distance(
     return float(lengths[n - 1])
 
 
+@njit(cache=True, nogil=True)
+def point_at(points: FloatArray, lengths: FloatArray, length: float) -> tuple[float, float]:
+    """Point of a polyline at a length along it; its first or last vertex beyond them.
+
+    Args:
+        points: (n, 2) vertices, metres.
+        lengths: (n,) length of the polyline up to each vertex, metres.
+        length: metres.
+    """
+    after = np.searchsorted(lengths, length, side="right")
+    if after == 0:
+        return points[0, 0], points[0, 1]
+    if after == points.shape[0]:
+        return points[-1, 0], points[-1, 1]
+    begin = lengths[after - 1]
+    share = (length - begin) / (lengths[after] - begin)
+    ax, ay = points[after - 1, 0], points[after - 1, 1]
+    return ax + share * (points[after, 0] - ax), ay + share * (points[after, 1] - ay)
+
+
+@njit(cache=True, nogil=True)
+def feet(
+    points: FloatArray, lengths: FloatArray, positions: FloatArray, first: int, reach: float,
+    span: float,
+) -> FloatArray:  # fmt: skip
+    """Project positions onto a polyline, as `project`.
+
+    Args:
+        points: (n, 2) vertices, metres, n >= 2.
+        lengths: (n,) length of the polyline up to each vertex, metres.
+        positions: (k, 2) to project, in the frame of the polyline, metres.
+        first: vertex to begin at.
+        reach: metres beyond that vertex to search.
+        span: metres before and after a foot over which the heading is measured.
+
+    Returns:
+        (k, 3) length up to each foot and distance to it, metres, and heading of the polyline there.
+    """
+    found = np.empty((positions.shape[0], 3))
+    for i in range(positions.shape[0]):
+        _, length, offset = project(points, lengths, positions[i, 0], positions[i, 1], first, reach)
+        bx, by = point_at(points, lengths, length - span)
+        cx, cy = point_at(points, lengths, length + span)
+        found[i, 0], found[i, 1], found[i, 2] = length, offset, atan2(cy - by, cx - bx)
+    return found
+
+
 PATHS = (
+    (feet, (f8[:, ::1], f8[::1], f8[:, ::1], i8, f8, f8)),
     (project, (f8[:, ::1], f8[::1], f8, f8, i8, f8)),
     (length_at_distance, (f8[:, ::1], f8[::1], f8, f8, f8, f8)),
 )

@@ -121,10 +121,16 @@ class PathSegment:
         length = self.travelled + distance
         return Pose2D(*self._point(length), self._heading(length))
 
-    def foot(self, pose: Pose2D) -> tuple[float, float, float]:
-        """Project a pose near the robot onto the path: length, offset (m), heading of the path."""
-        _, length, offset = self._nearest(pose, REACH)
-        return length, offset, self._heading(length)
+    def feet(self, positions: FloatArray) -> FloatArray:
+        """Project positions (k, 2) near the robot onto the path.
+
+        Returns:
+            (k, 3) length along the path and offset from it, metres, and heading of the path there.
+        """
+        found: FloatArray = self._kernels.feet(
+            self._points, self._lengths, positions, self._vertex, REACH, HEADING_SPAN
+        )
+        return found
 
     def ahead(self, distance: float) -> FloatArray:
         """Return the (k, 2) points of the path in its next `distance` metres, map frame."""

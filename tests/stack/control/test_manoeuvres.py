@@ -149,3 +149,24 @@ def test_pure_pursuit_does_not_dodge_what_stands_on_the_path():
     driver.set_path(polyline((2, 3), (5, 3)))
     points = np.array([(0.28, y) for y in np.arange(-0.2, 0.2, 0.01)])
     assert driver.command(state(costs, pose, points)) == STANDSTILL
+
+
+def test_a_search_for_three_motions_without_result_rests_for_half_a_second(monkeypatch):
+    """It takes most of a step; an operator's command must not wait for it in every one."""
+    costs, _ = lane(3.0)
+    pose = Pose2D(3.3, 3.0)  # on the path, headed along it: no motion gains 3 cm
+    ahead = np.array([(0.28, y) for y in np.arange(-0.19, 0.2, 0.01)])
+    found = manoeuvres(points=ahead, pose=pose)
+    checked = []
+    free_times = SweptFootprint.free_times
+
+    def count(self, costs, poses, twists, horizons):
+        checked.append(len(poses) * len(twists))
+        return free_times(self, costs, poses, twists, horizons)
+
+    monkeypatch.setattr(SweptFootprint, "free_times", count)
+    for step in range(21):
+        now = ControlState(0.05 * step, pose, STANDSTILL, costs, points=ahead)
+        assert found.around(now, AHEAD) == ()
+    long = [step for step in checked if step > 1000]
+    assert len(long) == 3, "at 0, 0.5 and 1 s"
