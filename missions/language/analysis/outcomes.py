@@ -5,7 +5,7 @@ The analysis is conservative: a finding is reported only if it is certain.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -57,14 +57,15 @@ _CONTINUES_ON_SUCCESS = {
 class OutcomeCheck:
     """Reports nodes, retries and events that have no effect."""
 
-    def __init__(self, trees: Mapping[str, Tree], findings: Findings) -> None:
-        self.trees, self.findings = trees, findings
+    def __init__(
+        self, trees: Mapping[str, Tree], findings: Findings, dead: Collection[int] = ()
+    ) -> None:
+        self.trees, self.findings, self.dead = trees, findings, dead
         self.known: dict[tuple[int, bool], Outcomes] = {}
         self.memory: dict[tuple[str, int], Any] = {}
 
     def step(self, step: Step) -> None:
         """Check a step and its children; used trees are checked separately."""
-        self._conditions(step)
         self._retries(step)
         if isinstance(step, Composite) and step.kind in _CONTINUES_ON_SUCCESS:
             self._reached(step, on_success=_CONTINUES_ON_SUCCESS[step.kind])
@@ -79,11 +80,6 @@ class OutcomeCheck:
         """Report events that can never fire."""
         first: dict[str, Event] = {}
         for event in events:
-            if truth_values(event.when.term) == {False}:
-                sentence = (
-                    f"the event {event.name!r} never fires: {event.when.source} is always false"
-                )
-                self.findings.error("E161", event.when.mark or event.mark, sentence)
             condition = _without_spaces(event.when)
             if condition in first:
                 earlier = first[condition].name
@@ -124,7 +120,7 @@ class OutcomeCheck:
 
     def _body(self, step: Step) -> Outcomes:
         if isinstance(step, Leaf):
-            return _leaf_outcomes(step)
+            return Outcomes(False, False) if self._waits_forever(step) else _leaf_outcomes(step)
         if isinstance(step, Use):
             root = self.trees[step.tree].root
             return self.outcomes(root) if root else Outcomes()
@@ -133,6 +129,10 @@ class OutcomeCheck:
         if isinstance(step, Composite):
             return self._composite(step)
         return Outcomes()
+
+    def _waits_forever(self, step: Leaf) -> bool:
+        ports = step.ports.values()
+        return any(isinstance(v, ExpressionValue) and id(v.expression) in self.dead for v in ports)
 
     def _composite(self, step: Composite) -> Outcomes:
         in_fallback = step.kind not in ("sequence", "reactive", "parallel")
@@ -182,23 +182,6 @@ class OutcomeCheck:
     def _is_endless(self, step: Step) -> bool:
         repeat = step.modifiers.repeat
         return isinstance(repeat, Constant) and repeat.value is None
-
-    def _conditions(self, step: Step) -> None:
-        conditions = [step.modifiers.when, step.modifiers.while_]
-        if step.modifiers.recover:
-            conditions.append(step.modifiers.recover.unless)
-        if isinstance(step, Leaf):
-            conditions += [
-                item.expression for item in step.ports.values() if isinstance(item, ExpressionValue)
-            ]
-        for condition in conditions:
-            outcome = (
-                truth_values(condition.term) if condition and condition.type.of is bool else ()
-            )
-            if condition and len(outcome) == 1:
-                word = "true" if True in outcome else "false"
-                mark = condition.mark or step.mark
-                self.findings.warning("W107", mark, f"{condition.source} is always {word}")
 
     def _restarted(self, step: Composite) -> None:
         for child in step.children[:-1]:

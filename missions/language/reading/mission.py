@@ -7,11 +7,11 @@ from dataclasses import replace
 from pathlib import Path
 
 from missions.language.analysis.data_flow import (
-    OrderCheck,
     check_recursion,
     uses_of,
     warn_of_other_meaning,
 )
+from missions.language.analysis.order import OrderCheck
 from missions.language.analysis.outcomes import OutcomeCheck
 from missions.language.case_model import Case
 from missions.language.expressions.expression import NameContext
@@ -186,12 +186,13 @@ class _Reading:
                 self.findings.warning("W103", tree.mark, f"the tree {tree.name!r} is never used")
         if self.findings.errors:
             return
-        OrderCheck(trees, self.findings).mission(root, events)
+        order = OrderCheck(trees, self.findings)
+        order.mission(root, events)
         roots = [*starts, *_roots_of(trees)]
         for use in (use for step in roots for use in uses_of(step)):
             if use.tree in own:
                 warn_of_other_meaning(use, own[use.tree], scope, self.findings)
-        outcomes = OutcomeCheck(trees, self.findings)
+        outcomes = OutcomeCheck(trees, self.findings, order.verdicts.dead_waits())
         for step in roots:
             outcomes.step(step)
         outcomes.events(events)

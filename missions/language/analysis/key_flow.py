@@ -1,0 +1,187 @@
+"""Keys: only read, only written, written twice."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+from missions.language.analysis.claims import steps_of
+from missions.language.analysis.order import OrderCheck, name_of
+from missions.language.expressions.expression import CheckedExpression
+from missions.language.expressions.scope import UNSET, Symbol
+from missions.language.expressions.terms import Reference as Named
+from missions.language.model import (
+    AssignmentList,
+    Composite,
+    Event,
+    ExpressionValue,
+    FollowWaypoints,
+    ForEach,
+    Leaf,
+    ListValue,
+    Reference,
+    Step,
+    Template,
+    Use,
+    Value,
+)
+from stack.documents import Findings
+
+
+class KeyFlowCheck:
+    """Collects who reads and who writes each key, over run, events and trees."""
+
+    def __init__(self, findings: Findings, order: OrderCheck) -> None:
+        self.findings, self.order = findings, order
+        self.read: set[Symbol] = set()
+        self.written: dict[Symbol, Step] = {}
+
+    def mission(
+        self, roots: Sequence[Step], events: Sequence[Event], keys: Iterable[Symbol],
+        tested: Mapping[str, set[str]],
+    ) -> None:  # fmt: skip
+        """Check the keys; `tested` has the keys that test cases read ("read") and set ("written")."""
+        for event in events:
+            self.read.update(event.when.read.values(), event.when.tested.values())
+            self.read.update(read_by(event.hold))
+        for root in roots:
+            for step in steps_of(root):
+                self._step(step)
+        for key in keys:
+            self._one_sided(key, tested)
+
+    def _one_sided(self, key: Symbol, tested: Mapping[str, set[str]]) -> None:
+        reads = key in self.read or key.name in tested["read"]
+        writes = key in self.written or key.name in tested["written"]
+        if writes and not reads:
+            sentence = f"the key {key.name!r} is written, but nothing reads it"
+            hint = "remove it, or use it in a condition, a text or a test"
+            self.findings.warning("W129", key.mark, sentence, hint)
+        elif reads and not writes and key.value is not UNSET:
+            sentence = f"the key {key.name!r} is read, but nothing writes it"
+            hint = "write it with `set` or `out`, or make it an argument"
+            self.findings.warning("W129", key.mark, sentence, hint)
+        elif reads and not writes:
+            sentence = f"the key {key.name!r} never has a value: nothing writes it"
+            hint = f"write it with `set`, or with `out: {{…: ${key.name}}}`"
+            self.findings.warning("W129", key.mark, sentence, hint)
+
+    def _step(self, step: Step) -> None:
+        self.read.update(reads_of(step))
+        if isinstance(step, ForEach):
+            self._variable(step)
+        if isinstance(step, Leaf | Use | FollowWaypoints):
+            self._outputs(step, step.outputs)
+        for symbol in own_writes(step):
+            self.written.setdefault(symbol, step)
+        if isinstance(step, Composite) and step.kind == "sequence":
+            self._overwritten(step)
+        elif isinstance(step, Composite) and step.kind == "parallel":
+            self._at_once(step)
+        self._to_itself(step)
+
+    def _variable(self, step: ForEach) -> None:
+        if isinstance(step, FollowWaypoints):
+            return
+        used = {symbol for item in steps_of(step.child) for symbol in reads_of(item)}
+        if step.variable not in used:
+            name = step.variable.name
+            sentence = f"the loop variable {name!r} is never used: each run does the same"
+            hint = f"write ${name} in the node under `do`, or use `repeat`"
+            self.findings.warning("W102", step.variable.mark, sentence, hint)
+
+    def _outputs(self, step: Step, outputs: Mapping[str, Symbol]) -> None:
+        names: dict[Symbol, str] = {}
+        for name, symbol in outputs.items():
+            if symbol in names:
+                first = names[symbol]
+                sentence = f"{first} and {name} of {name_of(step)} both go to ${symbol.name}"
+                hint = "use a key for each output"
+                self.findings.error("E168", step.mark, sentence, hint)
+            names[symbol] = name
+
+    def _overwritten(self, step: Composite) -> None:
+        """Report a key that the next child overwrites before anything can have read it."""
+        for first, second in zip(step.children, step.children[1:], strict=False):
+            if not isinstance(second, Leaf | FollowWaypoints) or second.modifiers.when is not None:
+                continue
+            if not isinstance(first, Leaf | FollowWaypoints) or first.modifiers.when is not None:
+                continue
+            lost = own_writes(first) & own_writes(second) - set(reads_of(second))
+            for symbol in sorted(lost, key=lambda item: item.name):
+                sentence = f"${symbol.name} of line {first.mark.line} is overwritten here "
+                sentence += "before anything reads it"
+                hint = "use another key, or remove one of them"
+                self.findings.warning("W130", second.mark, sentence, hint)
+
+    def _at_once(self, step: Composite) -> None:
+        """Report children of a parallel that write the same key."""
+        first: dict[Symbol, Step] = {}
+        for child in step.children:
+            for symbol in self.order.writes(child):
+                other = first.setdefault(symbol, child)
+                if other is not child:
+                    sentence = f"{name_of(child)} and {name_of(other)} (line {other.mark.line}) "
+                    sentence += f"both write ${symbol.name}: the later one wins"
+                    hint = "use a key for each child"
+                    self.findings.warning("W130", child.mark, sentence, hint)
+
+    def _to_itself(self, step: Step) -> None:
+        for value in step.ports.values() if isinstance(step, Leaf) else ():
+            for symbol, expression in assignments_of(value):
+                term = expression.term
+                if isinstance(term, Named) and expression.read.get(term.name) is symbol:
+                    sentence = f"${symbol.name} is set to itself"
+                    mark = expression.mark or step.mark
+                    self.findings.warning("W130", mark, sentence, "write the new value")
+
+
+def assignments_of(value: Value) -> tuple[tuple[Symbol, CheckedExpression], ...]:
+    """Return the assignments of a port value."""
+    return value.assignments if isinstance(value, AssignmentList) else ()
+
+
+def own_writes(step: Step) -> set[Symbol]:
+    """Return the symbols that a node itself writes, without its children and tree."""
+    found: set[Symbol] = set()
+    if isinstance(step, Leaf | Use | FollowWaypoints):
+        found.update(step.outputs.values())
+    for value in step.ports.values() if isinstance(step, Leaf) else ():
+        found.update(symbol for symbol, _ in assignments_of(value))
+    return found
+
+
+def reads_of(step: Step) -> Iterator[Symbol]:
+    """Yield the symbols that a node itself reads."""
+    modifiers = step.modifiers
+    unless = modifiers.recover.unless if modifiers.recover else None
+    for condition in (modifiers.when, modifiers.while_, unless):
+        if condition is not None:
+            yield from (*condition.read.values(), *condition.tested.values())
+    attempts = modifiers.retry.attempts if modifiers.retry else None
+    values: list[Value | None] = [modifiers.repeat, modifiers.timeout, modifiers.every, attempts]
+    if isinstance(step, Leaf):
+        values += step.ports.values()
+    elif isinstance(step, Use):
+        values += step.inputs.values()
+    elif isinstance(step, ForEach):
+        values.append(step.items)
+    for value in values:
+        yield from read_by(value)
+
+
+def read_by(value: Value | None) -> Iterator[Symbol]:
+    """Yield the symbols that a port value reads."""
+    if isinstance(value, Reference):
+        yield value.symbol
+    elif isinstance(value, ListValue):
+        for item in value.items:
+            yield from read_by(item)
+    expressions: tuple[CheckedExpression, ...] = ()
+    if isinstance(value, ExpressionValue):
+        expressions = (value.expression,)
+    elif isinstance(value, Template):
+        expressions = value.expressions
+    elif isinstance(value, AssignmentList):
+        expressions = tuple(expression for _, expression in value.assignments)
+    for expression in expressions:
+        yield from (*expression.read.values(), *expression.tested.values())
