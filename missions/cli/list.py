@@ -29,7 +29,7 @@ def list_(
     kind: Annotated[Kind, typer.Argument(metavar="KIND", help="kind to list")],
     mission: PluginsOf = None,
 ) -> None:
-    """List what missions can use: behaviours, nodes, robots…"""
+    """List behaviours, nodes, robots, worlds or components."""
     from missions.inspection.listing import installed, rows_of
 
     known = installed(mission)
