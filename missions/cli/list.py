@@ -47,7 +47,7 @@ def describe(
     ],
     mission: PluginsOf = None,
 ) -> None:
-    """Describe a behaviour, node, modifier, component, robot or world."""
+    """Describe a behaviour, node, component, robot or world."""
     from missions.inspection.listing import description_of, installed
 
     known = installed(mission)
