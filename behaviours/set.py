@@ -11,6 +11,8 @@ from stack.types import Assignments
 class Set(RobotBehaviour):
     """Write blackboard keys; all expressions are evaluated before the first key is written."""
 
+    fails_with = ()
+
     assignments: Assignments = port("keys and expressions for their new values")
 
     def update(self) -> Status:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from missions.execution.component_choices import DEFAULTS, SETTINGS, all_chosen
+from missions.execution.goal_checks import fit_findings
 from missions.execution.resources import (
     catalogue_of,
     find_mission,
@@ -140,6 +141,9 @@ def prepare(name: str | Path, options: RunOptions) -> PreparedMission:
         robot = replace(robot, camera=None)
     start = _start_pose(options.start, mission, world)
     _check_start(start, options, mission, world, robot)
+    misfits = [] if options.replay else fit_findings(mission, world, robot)
+    if any(item.severity == "error" for item in misfits):
+        raise InputError([item for item in misfits if item.severity == "error"])
     belief = _belief(mission, start)
     wanted = {kind: (part.use, part.values) for kind, part in mission.components.items()}
     wanted = _with_parameters(wanted, options.parameters or {})
@@ -169,7 +173,7 @@ def prepare(name: str | Path, options: RunOptions) -> PreparedMission:
         belief=belief,
         choices=choices,
         text=decoded(read_input(path, "mission"), path),
-        warnings=warnings,
+        warnings=(*misfits, *warnings),
     )
     if options.breakpoints or options.forced:
         _check_nodes(plan, options)
@@ -292,8 +296,7 @@ def _check_start(
         sentence = f"{where} is outside {world.name}, which covers {covered}"
     point = np.array([[start.x, start.y]])
     for outline in outlines(world):
-        depth = float(outline.depth_at(point)[0])
-        if depth > -robot.footprint.inscribed_radius:
+        if outline.distance_to(point)[0] < robot.footprint.inscribed_radius:
             thing = outline.name or "a wall"
             sentence = sentence or f"{where} collides with {thing} of {world.name}"
     if sentence:

@@ -40,13 +40,14 @@ class KnownValues:
     """The values that names have for certain at one place of the mission.
 
     Attributes:
-        written: keys that may have another value than their initial one.
+        written, later: keys that may have another value than their initial one.
         inputs: `in` of the trees around the place -> what it is bound to.
         attempts: most attempts of the innermost retry or recover; None if not known.
         of_argument: whether a value that was read is that of an argument.
     """
 
     written: Mapping[Symbol, None]
+    later: Mapping[Symbol, None] = field(default_factory=dict)
     inputs: Mapping[Symbol, Value] = field(default_factory=dict)
     attempts: int | None = None
     context: Any = field(default_factory=_NoRobot)
@@ -60,7 +61,7 @@ class KnownValues:
         """
         if symbol.role is Role.INPUT:
             return self._bound(self.inputs.get(symbol))
-        if symbol.role is Role.VARIABLE or symbol in self.written:
+        if symbol.role is Role.VARIABLE or symbol in self.written or symbol in self.later:
             raise _Unknown
         self.of_argument |= symbol.role is Role.ARGUMENT
         return symbol.value
@@ -119,11 +120,7 @@ class _Verdict:
 
 
 class Verdicts:
-    """Collects the possible values of every condition over all its places, and reports them.
-
-    Attributes:
-        dead: marks of nodes that wait for ever.
-    """
+    """Collects the possible values of every condition over all its places, and reports them."""
 
     def __init__(self, findings: Findings) -> None:
         self.findings = findings

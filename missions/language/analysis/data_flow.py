@@ -6,26 +6,17 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import wraps
 from typing import Any, Protocol, TypeVar
 
-from missions.language.expressions.expression import CheckedExpression
-from missions.language.expressions.scope import UNSET, Role, Scope, Symbol
+from missions.language.expressions.scope import Scope, Symbol
 from missions.language.model import (
-    AssignmentList,
     Composite,
     Constant,
-    Event,
-    ExpressionValue,
-    FollowWaypoints,
     ForEach,
-    Leaf,
-    ListValue,
     Reference,
     Step,
-    Template,
     Tree,
     Use,
-    Value,
 )
-from stack.documents import Findings, Mark
+from stack.documents import Findings
 
 MAX_STEPS = 10_000
 """Nodes of a mission with every used tree expanded."""

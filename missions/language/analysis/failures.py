@@ -1,4 +1,4 @@
-"""Failure codes: comparisons with codes that nothing can fail with; `error` and `attempt` in trees."""
+"""Failure codes that nothing fails with; `error` and `attempt` in trees."""
 
 from __future__ import annotations
 
@@ -15,7 +15,6 @@ from missions.language.model import (
     Composite,
     Event,
     ExpressionValue,
-    FollowWaypoints,
     Leaf,
     Step,
     Template,

@@ -82,13 +82,14 @@ def numbers(term: Term, known: Known = NOTHING) -> Interval:
         return Interval(term.value, term.value)
     if isinstance(term, Reference):
         value = known.get(f"${term.name}")
-        is_number = isinstance(value, int | float) and not isinstance(value, bool)
-        return Interval(value, value) if is_number else Interval()
+        if isinstance(value, int | float) and not isinstance(value, bool):
+            return Interval(value, value)
+        return Interval()
     if isinstance(term, Named) and isinstance(known.get(term.name), Interval):
         return typing.cast("Interval", known[term.name])
     if isinstance(term, Named) and term.name in ROBOT_VALUES:
-        known = ROBOT_VALUES[term.name]
-        return Interval(known.least, known.most)
+        of_robot = ROBOT_VALUES[term.name]
+        return Interval(of_robot.least, of_robot.most)
     if isinstance(term, Distance):
         return Interval(0.0, inf)
     if isinstance(term, Unary):

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from missions.language.analysis.claims import steps_of
 from missions.language.analysis.order import OrderCheck, name_of
+from missions.language.case_model import Case
 from missions.language.expressions.expression import CheckedExpression
 from missions.language.expressions.scope import UNSET, Symbol
 from missions.language.expressions.terms import Reference as Named
@@ -33,28 +34,32 @@ class KeyFlowCheck:
     def __init__(self, findings: Findings, order: OrderCheck) -> None:
         self.findings, self.order = findings, order
         self.read: set[Symbol] = set()
+        self.variables: list[Symbol] = []
         self.written: dict[Symbol, Step] = {}
 
-    def mission(
-        self, roots: Sequence[Step], events: Sequence[Event], keys: Iterable[Symbol],
-        tested: Mapping[str, set[str]],
-    ) -> None:  # fmt: skip
-        """Check the keys; `tested` has the keys that test cases read ("read") and set ("written")."""
+    def mission(self, roots: Sequence[Step], events: Sequence[Event]) -> None:
+        """Check the nodes of run, events and trees."""
         for event in events:
             self.read.update(event.when.read.values(), event.when.tested.values())
             self.read.update(read_by(event.hold))
         for root in roots:
             for step in steps_of(root):
                 self._step(step)
-        for key in keys:
-            self._one_sided(key, tested)
+        for variable in self.variables:
+            self._variable(variable)
 
-    def _one_sided(self, key: Symbol, tested: Mapping[str, set[str]]) -> None:
-        reads = key in self.read or key.name in tested["read"]
-        writes = key in self.written or key.name in tested["written"]
-        if writes and not reads:
+    def keys(self, keys: Mapping[str, Symbol], cases: Sequence[Case]) -> None:
+        """Report keys that are only read or only written; test cases read and write keys, too."""
+        expected = {name for case in cases for name in case.expect.keys}
+        changed = {item.name for case in cases for item in case.changes if item.kind == "key"}
+        for key in keys.values():
+            reads = key in self.read or key.name in expected
+            self._one_sided(key, reads, writes=key in self.written or key.name in changed)
+
+    def _one_sided(self, key: Symbol, reads: bool, *, writes: bool) -> None:
+        if writes and not reads and not key.doc:
             sentence = f"the key {key.name!r} is written, but nothing reads it"
-            hint = "remove it, or use it in a condition, a text or a test"
+            hint = "remove it; if it is for the report, describe it: `doc: …`"
             self.findings.warning("W129", key.mark, sentence, hint)
         elif reads and not writes and key.value is not UNSET:
             sentence = f"the key {key.name!r} is read, but nothing writes it"
@@ -66,9 +71,9 @@ class KeyFlowCheck:
             self.findings.warning("W129", key.mark, sentence, hint)
 
     def _step(self, step: Step) -> None:
-        self.read.update(reads_of(step))
-        if isinstance(step, ForEach):
-            self._variable(step)
+        self.read.update(_read_for_others(step))
+        if isinstance(step, ForEach) and not isinstance(step, FollowWaypoints):
+            self.variables.append(step.variable)
         if isinstance(step, Leaf | Use | FollowWaypoints):
             self._outputs(step, step.outputs)
         for symbol in own_writes(step):
@@ -79,15 +84,11 @@ class KeyFlowCheck:
             self._at_once(step)
         self._to_itself(step)
 
-    def _variable(self, step: ForEach) -> None:
-        if isinstance(step, FollowWaypoints):
-            return
-        used = {symbol for item in steps_of(step.child) for symbol in reads_of(item)}
-        if step.variable not in used:
-            name = step.variable.name
-            sentence = f"the loop variable {name!r} is never used: each run does the same"
-            hint = f"write ${name} in the node under `do`, or use `repeat`"
-            self.findings.warning("W102", step.variable.mark, sentence, hint)
+    def _variable(self, variable: Symbol) -> None:
+        if variable not in self.read:
+            sentence = f"the loop variable {variable.name!r} is never used: each run does the same"
+            hint = f"write ${variable.name} in the node under `do`, or use `repeat`"
+            self.findings.warning("W102", variable.mark, sentence, hint)
 
     def _outputs(self, step: Step, outputs: Mapping[str, Symbol]) -> None:
         names: dict[Symbol, str] = {}
@@ -167,6 +168,21 @@ def reads_of(step: Step) -> Iterator[Symbol]:
         values.append(step.items)
     for value in values:
         yield from read_by(value)
+
+
+def _read_for_others(step: Step) -> set[Symbol]:
+    """Return the symbols that a node reads; `n: $n + 1` alone does not count as reading n."""
+    found = set(reads_of(step))
+    for value in step.ports.values() if isinstance(step, Leaf) else ():
+        if isinstance(value, AssignmentList):
+            pairs = value.assignments
+            own = {symbol for symbol, expression in pairs if symbol in expression.read.values()}
+            others = {
+                item for symbol, expression in pairs for item in expression.read.values()
+                if item is not symbol
+            }  # fmt: skip
+            found -= own - others
+    return found
 
 
 def read_by(value: Value | None) -> Iterator[Symbol]:

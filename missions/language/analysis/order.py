@@ -223,8 +223,7 @@ class OrderCheck:
     ) -> None:
         """Record the possible values of a condition at this place."""
         place = self.place
-        changed = {**written, **place.later} if place.later else written
-        known = KnownValues(changed, place.inputs, place.attempts)
+        known = KnownValues(written, place.later, place.inputs, place.attempts)
         self.verdicts.note(word, condition, owner, mark, known)
 
     @contextmanager

@@ -12,7 +12,7 @@ from typing import Any
 from py_trees import behaviours as py_trees_behaviours
 
 from missions.language.analysis.data_flow import children_of, once_per_step
-from missions.language.analysis.intervals import truth_values
+from missions.language.analysis.intervals import conjuncts, exclude_each_other, truth_values
 from missions.language.expressions.expression import CheckedExpression
 from missions.language.expressions.scope import UNSET, Symbol
 from missions.language.kinds import CONDITIONS, NODES
@@ -150,8 +150,13 @@ class OutcomeCheck:
                 if not ends.success and not ends.failure:
                     word = "ends"
                 sentence = f"never reached: {_name(before)} (line {before.mark.line}) never {word}"
-                self.findings.error("E160", after.mark, sentence)
+                hint = self._ways_to_end(before) or "change the order, or remove it"
+                self.findings.error("E160", after.mark, sentence, hint)
                 return
+
+    def _ways_to_end(self, step: Step) -> str:
+        ports = step.behaviour.ends_by if isinstance(step, Leaf) else ()
+        return f"set {', '.join(ports[:-1])} or {ports[-1]}" if ports else ""
 
     def _retries(self, step: Step) -> None:
         modifiers = step.modifiers
@@ -159,10 +164,10 @@ class OutcomeCheck:
         for word, modifier in (("retry", modifiers.retry), ("recover", modifiers.recover)):
             if modifier and not attempt.failure:
                 sentence = f"`{word}` has no effect: {_name(step)} cannot fail"
-                self.findings.warning("W108", step.mark, sentence)
+                self.findings.warning("W108", step.mark, sentence, f"remove `{word}`")
         if modifiers.keep_going and not attempt.failure:
             sentence = f"`on_failure` has no effect: {_name(step)} cannot fail"
-            self.findings.warning("W108", step.mark, sentence)
+            self.findings.warning("W108", step.mark, sentence, "remove `on_failure`")
         if modifiers.every is None:
             return
         counted = modifiers.repeat is not None and not self._is_endless(step)
@@ -212,11 +217,18 @@ class OutcomeCheck:
         if len(at_once) > 1:
             first, second = at_once[:2]
             sentence = f"{_name(second)} moves the robot at the same time as {_name(first)}"
-            self.findings.error("E162", second.mark, f"{sentence} (line {first.mark.line})")
-        elif len(drivers) > 1:
-            first, second = drivers[:2]
-            sentence = f"{_name(second)} may move the robot at the same time as {_name(first)}"
-            self.findings.warning("W105", second.mark, f"{sentence} (line {first.mark.line})")
+            hint = "use a sequence"
+            self.findings.error("E162", second.mark, f"{sentence} (line {first.mark.line})", hint)
+            return
+        for number, second in enumerate(drivers):
+            first_or_none = next((item for item in drivers[:number] if _both(item, second)), None)
+            if first_or_none is not None:
+                line = first_or_none.mark.line
+                sentence = f"{_name(second)} may move the robot at the same time as "
+                sentence += f"{_name(first_or_none)} (line {line})"
+                hint = "use a sequence, or conditions that exclude each other"
+                self.findings.warning("W105", second.mark, sentence, hint)
+                return
 
     @once_per_step
     def moves(self, step: Step) -> bool:
@@ -244,6 +256,17 @@ class OutcomeCheck:
         return any(self.begins_to_move(child) for child in children_of(step)[:1])
 
 
+def _both(first: Step, second: Step) -> bool:
+    """Return whether the conditions of two nodes that start together can both be true."""
+    one, other = first.modifiers.when, second.modifiers.when
+    if one is None or other is None:
+        return True
+    shared = one.read.keys() & other.read.keys()
+    if any(one.read[name] is not other.read[name] for name in shared):
+        return True
+    return not exclude_each_other([*conjuncts(one.term), *conjuncts(other.term)])
+
+
 def _leaf_outcomes(step: Leaf) -> Outcomes:
     found = _PLAIN.get(step.behaviour.cls)
     if found is not None:
@@ -260,7 +283,19 @@ def _leaf_outcomes(step: Leaf) -> Outcomes:
         )
     never_true = step.kind in CONDITIONS and {False} in outcomes
     always_true = step.kind == "check" and {True} in outcomes
-    return Outcomes(not never_true, can_fail and not always_true)
+    return Outcomes(not never_true and has_end(step), can_fail and not always_true)
+
+
+def has_end(step: Leaf) -> bool:
+    """Return whether a behaviour that needs one of several ports to succeed has one of them."""
+    ends = step.behaviour.ends_by
+    return not ends or any(_is_given(step.ports.get(name)) for name in ends)
+
+
+def _is_given(value: Value | None) -> bool:
+    if isinstance(value, Constant):
+        return value.value is not None and value.value is not False
+    return value is not None
 
 
 def _expressions(value: Value) -> tuple[CheckedExpression, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from missions.language.analysis.claims import (
     Claims,
@@ -13,8 +13,9 @@ from missions.language.analysis.claims import (
     steps_of,
     warning,
 )
+from missions.language.analysis.data_flow import children_of
 from missions.language.analysis.order import name_of
-from missions.language.analysis.outcomes import OutcomeCheck
+from missions.language.analysis.outcomes import OutcomeCheck, has_end
 from missions.language.analysis.time_limits import INSTANT
 from missions.language.model import Composite, Constant, Event, ForEach, Leaf, Step, Tree, Use
 from stack.documents import Findings
@@ -83,10 +84,19 @@ class RepetitionCheck:
 
     def _ends(self, step: Step, what: str) -> None:
         ends = self.outcomes.outcomes(step)
-        if not ends.success and not ends.failure:
+        if ends.success:
+            return
+        endless = next(_endless_below(step), None)
+        if endless is not None:
+            why = "repeats forever" if _is_endless(endless) else "has no end"
+            sentence = f"{what} never ends: {name_of(endless)} {why}"
+            hint = "repeat it a number of times, or put a `timeout` around it"
+            if isinstance(endless, Leaf) and not _is_endless(endless):
+                hint = f"set {' or '.join(endless.behaviour.ends_by)}, or a `timeout`"
+            self.findings.error("E167", endless.mark, sentence, hint)
+        elif not ends.failure:
             sentence = f"{what} never ends, so the mission never continues"
-            hint = "add a `timeout`, or let it end"
-            self.findings.error("E167", step.mark, sentence, hint)
+            self.findings.error("E167", step.mark, sentence, "add a `timeout`, or let it end")
 
     def _visit(self, step: Step, again: bool) -> None:
         """Check a step and everything below it; `again`: it can run again after its end."""
@@ -124,8 +134,7 @@ class RepetitionCheck:
         self.claims.claim(finding, "W126", step)
 
     def _too_often(self, step: Step) -> None:
-        repeat = step.modifiers.repeat
-        endless = isinstance(repeat, Constant) and repeat.value is None
+        endless = _is_endless(step)
         plain = isinstance(step, Leaf) and step.kind in INSTANT and step.kind != "check"
         if endless and plain and step.modifiers.every is None:
             sentence = f"{name_of(step)} repeats on every tick, {1 / TICK:g} times a second"
@@ -144,3 +153,20 @@ class RepetitionCheck:
             hint = "put it below a `repeat`, or use a sequence"
             finding = warning("W128", step.mark, sentence, hint)
         self.claims.claim(finding, "W128", step)
+
+
+def _endless_below(step: Step) -> Iterator[Step]:
+    """Yield the nodes that never succeed by themselves, without those below a timeout."""
+    if _is_endless(step):
+        yield step
+    if step.modifiers.timeout is not None:
+        return
+    if isinstance(step, Leaf) and not has_end(step):
+        yield step
+    for child in children_of(step):
+        yield from _endless_below(child)
+
+
+def _is_endless(step: Step) -> bool:
+    repeat = step.modifiers.repeat
+    return isinstance(repeat, Constant) and repeat.value is None

@@ -11,8 +11,13 @@ from missions.language.analysis.data_flow import (
     uses_of,
     warn_of_other_meaning,
 )
+from missions.language.analysis.failures import FailureCheck
+from missions.language.analysis.key_flow import KeyFlowCheck
 from missions.language.analysis.order import OrderCheck
 from missions.language.analysis.outcomes import OutcomeCheck
+from missions.language.analysis.repetition import RepetitionCheck
+from missions.language.analysis.structure import StructureCheck
+from missions.language.analysis.time_limits import TimeLimitCheck
 from missions.language.case_model import Case
 from missions.language.expressions.expression import NameContext
 from missions.language.expressions.scope import Role, Scope, Symbol
@@ -85,12 +90,14 @@ class _Reading:
         events = EventReader(nodes).events(top.node_of("events"), NameContext(scope))
         tests = top.node_of("tests")
         top.done()
-        self._analyse(root, events, trees, scope)
+        key_flow = self._analyse(root, events, trees, scope)
         cases: tuple[Case, ...] = ()
         if root is not None and not self.findings.errors:
             roots = (*_starts(root, events), *_roots_of(trees))
             names = MissionNames(self.declarations.declared, places, keys, events, trees, roots)
             cases = CaseReader(names, self.findings).cases(tests)
+        if key_flow is not None:
+            key_flow.keys(keys, cases)
         self.findings.raise_errors()
         assert root is not None
         warnings = sorted(
@@ -169,15 +176,16 @@ class _Reading:
             if body is None or tree.mark != key.mark:
                 continue
             layer = {**tree.inputs, **tree.outputs}
-            root = reader.read(body, NameContext(scope.inside(layer)))
+            # whether `error` and `attempt` are defined depends on where the tree is used
+            root = reader.read(body, NameContext(scope.inside(layer), True, True))
             trees[tree.name] = replace(tree, root=root)
 
     def _analyse(
         self, root: Step | None, events: tuple[Event, ...], trees: dict[str, Tree], scope: Scope
-    ) -> None:
-        """Run the analyses that need a mission without errors."""
+    ) -> KeyFlowCheck | None:
+        """Run the analyses that need a mission without errors; return who reads which key."""
         if root is None or self.findings.errors:
-            return
+            return None
         starts = _starts(root, events)
         reached = set(check_recursion(trees, starts, self.findings))
         file = self.top.node.mark.file
@@ -186,7 +194,7 @@ class _Reading:
             if tree.name not in reached:
                 self.findings.warning("W103", tree.mark, f"the tree {tree.name!r} is never used")
         if self.findings.errors:
-            return
+            return None
         order = OrderCheck(trees, self.findings)
         order.mission(root, events)
         roots = [*starts, *_roots_of(trees)]
@@ -197,7 +205,14 @@ class _Reading:
         for step in roots:
             outcomes.step(step)
         outcomes.events(events)
+        TimeLimitCheck(trees, self.findings).mission(root, events)
+        RepetitionCheck(trees, self.findings, outcomes).mission(root, events, roots)
+        StructureCheck(trees, self.findings).mission(root, events, roots)
+        FailureCheck(trees, self.findings).mission(root, events)
+        key_flow = KeyFlowCheck(self.findings, order)
+        key_flow.mission(roots, events)
         self._unused(trees, scope)
+        return key_flow
 
     def _unused(self, trees: dict[str, Tree], scope: Scope) -> None:
         declared: list[Symbol] = [
