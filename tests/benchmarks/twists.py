@@ -215,10 +215,13 @@ class SafetyLoop:
         driven: metres. steps: so far. moving: steps in which the robot moved.
     """
 
-    def __init__(self, body: SimulatedBody, robot: RobotDescription) -> None:
+    def __init__(
+        self, body: SimulatedBody, robot: RobotDescription,
+        parameters: SafetyParameters | None = None,
+    ) -> None:  # fmt: skip
         self._body, self._odometry, self._frames = body, OdometryFusion(), TransformBuffer()
         self._memory = ObstacleMemory(robot)
-        self._safety = Safety(robot, SafetyParameters(), PERIOD)
+        self._safety = Safety(robot, parameters or SafetyParameters(), PERIOD)
         self._tracker = Tracker(TrackerParameters())
         self._tracks: tuple[TrackedObject, ...] = ()
         self.touch: Touch | None = None
