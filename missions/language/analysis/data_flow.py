@@ -11,6 +11,7 @@ from missions.language.expressions.scope import UNSET, Role, Scope, Symbol
 from missions.language.model import (
     AssignmentList,
     Composite,
+    Computed,
     Constant,
     Event,
     ExpressionValue,
@@ -217,7 +218,7 @@ class OrderCheck:
         elif isinstance(value, ListValue):
             for item in value.items:
                 self.value(item, mark, written)
-        elif isinstance(value, ExpressionValue):
+        elif isinstance(value, ExpressionValue | Computed):
             self.expression(value.expression, mark, written)
         elif isinstance(value, Template):
             for expression in value.expressions:
