@@ -5,28 +5,14 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import StrEnum
 from pathlib import Path
 
 from behaviours.catalogue import Catalogue
 from missions.editor.names import Names
 from missions.editor.outline import Item, item_at, outline
-from missions.execution.resources import catalogue_of, resources
-from missions.language.reading.mission import read_mission
-from robots.load import read_robot
-from stack.documents import Finding, Findings, Mark, Node, read_text
+from missions.execution.resources import catalogue_of
+from stack.documents import Findings, Node, read_text
 from stack.errors import InputError
-from stack.sim.worlds.world_file import read_world
-
-
-class FileKind(StrEnum):
-    """Kind of a file."""
-
-    MISSION = "mission"
-    WORLD = "world"
-    ROBOT = "robot"
-    TREES = "trees"
-    OTHER = "other"
 
 
 @dataclass(frozen=True)
@@ -40,35 +26,6 @@ class Reading:
     def at(self, line: int, column: int) -> Item | None:
         """Return the item at a position, counted from 1."""
         return item_at(self.items, line, column)
-
-
-def file_kind(text: str) -> FileKind:
-    """Return the kind of a YAML file by its top-level keys; editors send any YAML file."""
-    keys = set(re.findall(r"^([a-z_]+)\s*:", text, re.MULTILINE))
-    if "mission" in keys or {"run", "robot"} <= keys or {"run", "world"} <= keys:
-        return FileKind.MISSION
-    if "world" in keys and keys & {"walls", "boxes", "places", "bounds", "format"}:
-        return FileKind.WORLD
-    if "robot" in keys and keys & {"wheels", "urdf", "footprint"}:
-        return FileKind.ROBOT
-    return FileKind.TREES if keys & {"trees", "places"} else FileKind.OTHER
-
-
-def findings_in(text: str, path: Path) -> tuple[Finding, ...]:
-    """Return the findings of a text with the path of its file, which need not exist."""
-    kind = file_kind(text)
-    try:
-        if kind is FileKind.MISSION:
-            return read_mission(path, catalogue_of, resources(), text=text).warnings
-        if kind is FileKind.WORLD:
-            read_world(path, text)
-        elif kind is FileKind.ROBOT:
-            read_robot(path, text)
-        elif kind is FileKind.TREES:
-            read_text(text, str(path))
-    except InputError as error:
-        return error.findings or (Finding(Mark(str(path)), "E110", str(error)),)
-    return ()
 
 
 def read(text: str, path: Path) -> Reading | None:

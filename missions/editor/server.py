@@ -13,12 +13,16 @@ from pygls.uris import from_fs_path, to_fs_path
 from pygls.workspace import TextDocument
 
 from missions.editor.completion import Candidate, candidates
-from missions.editor.document import FileKind, Reading, file_kind, findings_in, read, read_at_cursor
+from missions.editor.document import Reading, read, read_at_cursor
 from missions.editor.hover import definition, explanation
 from missions.editor.outline import Item
 from missions.editor.words import Word, end_of_value, typed_word, word_at
 from missions.execution.resources import load_robot, load_world
+from missions.inspection.diagnosis import FileKind, file_kind, findings_of
 from stack.documents import Finding, Mark
+
+CHECKED = (FileKind.MISSION, FileKind.WORLD, FileKind.ROBOT, FileKind.TREES)
+"""Kinds of files that are checked; editors open any YAML file."""
 
 _COMPLETION_KINDS = {
     "keyword": lsp.CompletionItemKind.Keyword, "behaviour": lsp.CompletionItemKind.Function,
@@ -53,7 +57,8 @@ class MissionServer(LanguageServer):
         """Publish the findings of a file, as it is in the editor."""
         document = self.workspace.get_text_document(uri)
         path = _path(document)
-        found = findings_in(document.source, path)
+        known = file_kind(path, document.source) in CHECKED
+        found = findings_of(path, document.source) if known else ()
         diagnostics = [_diagnostic(document, path, finding) for finding in found]
         self.text_document_publish_diagnostics(
             lsp.PublishDiagnosticsParams(uri, diagnostics, document.version)
@@ -85,7 +90,7 @@ class MissionServer(LanguageServer):
     def completion(self, uri: str, position: lsp.Position) -> list[lsp.CompletionItem]:
         """Return the completions at a position."""
         document = self.workspace.get_text_document(uri)
-        if file_kind(document.source) not in (FileKind.MISSION, FileKind.TREES):
+        if file_kind(_path(document), document.source) not in (FileKind.MISSION, FileKind.TREES):
             return []
         line, column = _position(document, position)
         text = _line(document, line)

@@ -92,8 +92,14 @@ class IncludeReader:
             except InputError as error:
                 self._add_findings(error.findings, item.mark)
                 return None
-            self.files[key] = TreeFile([], {}, {})
-            self.files[key] = self._read(top, path, above)
+            self.read(top, path, above)
+        return self.files[key]
+
+    def read(self, top: Node, path: Path, above: tuple[Path, ...] = ()) -> TreeFile:
+        """Read a file of trees, and the files that it includes."""
+        key = path.resolve()
+        self.files[key] = TreeFile([], {}, {})
+        self.files[key] = self._read(top, path, above)
         return self.files[key]
 
     def _read(self, top: Node, path: Path, above: tuple[Path, ...]) -> TreeFile:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 from missions.language.analysis.data_flow import (
@@ -24,6 +23,7 @@ from missions.language.reading.events import EventReader
 from missions.language.reading.header import HeaderReader
 from missions.language.reading.include import IncludeReader, TreeFile, tree_entries
 from missions.language.reading.nodes import NodeReader
+from missions.language.reading.trees import read_bodies
 from missions.language.reading.values import ValueReader
 from stack.documents import Findings, Node, Section, read_document
 from stack.errors import InputError
@@ -154,23 +154,11 @@ class _Reading:
         trees = {str(key.value): self.declarations.tree(key, node, scope) for key, node in own}
         self.includes.merge_trees(dict(included.trees), trees)
         trees = {**trees, **included.trees, **trees}
-        self._bodies(own, NodeReader(self.values, catalogue, trees), scope, trees)
+        read_bodies(own, NodeReader(self.values, catalogue, trees), scope, trees)
         for file in self.includes.files.values():
             reader = NodeReader(self.values, catalogue, file.trees)
-            self._bodies(file.bodies, reader, Scope((file.places,)), trees)
+            read_bodies(file.bodies, reader, Scope((file.places,)), trees)
         return trees
-
-    def _bodies(
-        self, entries: list[tuple[Node, Node]], reader: NodeReader, scope: Scope,
-        trees: dict[str, Tree],
-    ) -> None:  # fmt: skip
-        for key, node in entries:
-            tree, body = trees[str(key.value)], node.get("do")
-            if body is None or tree.mark != key.mark:
-                continue
-            layer = {**tree.inputs, **tree.outputs}
-            root = reader.read(body, NameContext(scope.inside(layer)))
-            trees[tree.name] = replace(tree, root=root)
 
     def _analyse(
         self, root: Step | None, events: tuple[Event, ...], trees: dict[str, Tree], scope: Scope

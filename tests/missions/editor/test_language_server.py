@@ -9,10 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from missions.editor.completion import candidates
-from missions.editor.document import findings_in, read, read_at_cursor
+from missions.editor.document import read, read_at_cursor
 from missions.editor.hover import definition, explanation
 from missions.editor.serving import serve
 from missions.execution.resources import mission_files
+from missions.inspection.diagnosis import findings_of
 from missions.language.codes import CODES
 from stack.errors import InputError
 from tests.missions.editor.lsp_client import ROOT, Client
@@ -340,7 +341,7 @@ def test_no_state_of_a_text_makes_it_stumble(at, until, letter):
     before = text[: at + 1]
     line, column = before.count("\n") + 1, len(before) - before.rfind("\n")
     path = Path("patrol.yaml")
-    assert all(finding.code in {*CODES, *YAML} for finding in findings_in(text, path))
+    assert all(finding.code in {*CODES, *YAML} for finding in findings_of(path, text))
     found = read_at_cursor(text, path, line, column)
     if found:
         list(candidates(found.reading, found.item, alone=True))
