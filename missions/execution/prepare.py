@@ -22,6 +22,7 @@ from missions.execution.route_graphs import located_planner
 from missions.language.model import Mission
 from missions.language.reading.header import LOCALISATION
 from missions.language.reading.mission import read_mission
+from missions.language.reading.words import Draft
 from stack.components import Choice, Component, Estimator
 from stack.costmap.parameters import CostmapParameters
 from stack.documents import Finding, Findings, Mark, Node, read_text, value_of
@@ -139,7 +140,9 @@ class Diagnosis:
     plan: PreparedMission | None
 
 
-def diagnose(path: Path, options: RunOptions | None = None, text: str | None = None) -> Diagnosis:
+def diagnose(
+    path: Path, options: RunOptions | None = None, draft: Draft | None = None
+) -> Diagnosis:
     """Read a mission and the files it names, and check that it can start. Nothing is started.
 
     `check`, the language server, `show`, `run` and its reload all call this: a mission without
@@ -148,14 +151,14 @@ def diagnose(path: Path, options: RunOptions | None = None, text: str | None = N
     Args:
         path: the mission file, which need not exist if there is a text.
         options: as for a run.
-        text: text to read instead of the file's, for unsaved changes in an editor.
+        draft: text to read instead of the file's, and a recorder of its words.
 
     Raises:
         InputError: an option is wrong, or a file cannot be read; not for errors in files.
     """
     found = Findings()
     try:
-        plan = _planned(path, options or RunOptions(), text, found)
+        plan = _planned(path, options or RunOptions(), draft or Draft(), found)
     except InputError as error:
         errors = tuple(error.findings) or tuple(found.errors)
         if not errors:
@@ -177,15 +180,17 @@ def prepare(name: str | Path, options: RunOptions) -> PreparedMission:
     return diagnosis.plan
 
 
-def _planned(path: Path, options: RunOptions, text: str | None, found: Findings) -> PreparedMission:
+def _planned(path: Path, options: RunOptions, draft: Draft, found: Findings) -> PreparedMission:
     """Return the prepared mission; collect the errors of one check before the next in `found`.
 
     Raises:
         InputError: all errors, or those without which the others cannot be checked.
     """
     arguments = options.arguments or {}
-    mission = read_mission(path, catalogue_of, resources(options.world), arguments, text)
-    text = decoded(read_input(path, "mission"), path) if text is None else text
+    mission = read_mission(path, catalogue_of, resources(options.world), arguments, draft)
+    text = draft.text
+    if text is None:
+        text = decoded(read_input(path, "mission"), path)
     folder = path.parent
     robot = load_robot(options.robot or mission.robot, _base_folder(options.robot, folder))
     world = load_world(options.world or mission.world, _base_folder(options.world, folder))

@@ -10,6 +10,7 @@ from missions.execution.prepare import diagnose
 from missions.execution.resources import catalogue_of
 from missions.language.keys import TREE_FILE
 from missions.language.reading.trees import read_trees
+from missions.language.reading.words import Draft
 from robots.load import read_robot
 from stack.documents import Finding, Findings, Mark
 from stack.documents.files import XML_BYTES, read_bytes
@@ -48,13 +49,15 @@ def file_kind(path: Path, text: str) -> FileKind:
     return FileKind.TREES if of_trees else FileKind.OTHER
 
 
-def findings_of(path: Path, text: str | None = None) -> tuple[Finding, ...]:
+def findings_of(path: Path, draft: Draft | None = None) -> tuple[Finding, ...]:
     """Return the findings of a file; a file of no known kind is read as a mission.
 
     Args:
         path: the file, which need not exist if there is a text.
-        text: text to read instead of the file's, for unsaved changes in an editor.
+        draft: text to read instead of the file's, and a recorder of its words.
     """
+    draft = draft or Draft()
+    text = draft.text
     kind = file_kind(path, _text(path) if text is None else text)
     try:
         if kind in (FileKind.GAZEBO, FileKind.MAP) or (kind is FileKind.WORLD and text is None):
@@ -65,8 +68,8 @@ def findings_of(path: Path, text: str | None = None) -> tuple[Finding, ...]:
             read_robot(path, text)
             return ()
         if kind is FileKind.TREES:
-            return read_trees(path, catalogue_of([], path.parent, Findings()), text)
-        return diagnose(path, text=text).findings
+            return read_trees(path, catalogue_of([], path.parent, Findings()), draft)
+        return diagnose(path, draft=draft).findings
     except InputError as error:
         return tuple(error.findings) or (Finding(Mark(str(path)), "E110", str(error)),)
 

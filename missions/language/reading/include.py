@@ -103,6 +103,7 @@ class IncludeReader:
         return self.files[key]
 
     def _read(self, top: Node, path: Path, above: tuple[Path, ...]) -> TreeFile:
+        self.declarations.words.top(top, "tree file")
         section = Section(top, self.findings, "an included file", "E101", [*TREE_FILE])
         for word in ("doc", "format"):
             section.node_of(word)

@@ -15,6 +15,7 @@ from missions.language.reading.declarations import DeclarationReader
 from missions.language.reading.include import IncludeReader
 from missions.language.reading.nodes import NodeReader
 from missions.language.reading.values import ValueReader
+from missions.language.reading.words import Draft
 from stack.documents import Finding, Findings, Node, read_document
 
 
@@ -31,7 +32,7 @@ def read_bodies(
         trees[tree.name] = replace(tree, root=root)
 
 
-def read_trees(path: Path, catalogue: Catalogue, text: str | None = None) -> tuple[Finding, ...]:
+def read_trees(path: Path, catalogue: Catalogue, draft: Draft | None = None) -> tuple[Finding, ...]:
     """Read a file of trees as if a mission included it; return its findings.
 
     Behaviours may come from the plugins of the mission, so an unknown one is a finding only if
@@ -40,12 +41,15 @@ def read_trees(path: Path, catalogue: Catalogue, text: str | None = None) -> tup
     Raises:
         InputError: the file cannot be read, or is not YAML.
     """
-    top = read_document(path, "file of trees", text, tuple(TREE_FILE))
+    draft = draft or Draft()
+    top = read_document(path, "file of trees", draft.text, tuple(TREE_FILE))
     findings = Findings()
-    values = ValueReader(findings)
+    words = draft.words
+    values = ValueReader(findings, words)
     includes = IncludeReader(DeclarationReader(values))
     own = includes.read(top, path)
     trees = dict(own.trees)
+    words.catalogue, words.trees, words.scope = catalogue, trees, Scope((own.places,))
     for file in includes.files.values():
         reader = NodeReader(values, catalogue, file.trees)
         read_bodies(file.bodies, reader, Scope((file.places,)), trees)

@@ -10,6 +10,7 @@ from missions.execution.prepare import RunOptions, prepare
 from missions.execution.resources import MISSIONS, mission_files
 from missions.inspection.check import check_files, drawing
 from missions.inspection.diagnosis import FileKind, file_kind, findings_of
+from missions.language.reading.words import Draft
 from stack.errors import InputError
 from tests.missions.editor.lsp_client import Client
 from tests.missions.mutated.mutations import mutated
@@ -76,7 +77,7 @@ def test_all_agree_on_a_file_and_its_mutations(folder, file):
         for each in texts:
             path.write_text(each, "utf-8")
             kind = file_kind(path, each)
-            found = list(findings_of(path, each))
+            found = list(findings_of(path, Draft(each)))
             assert checked(path) == found, each
             if kind in (FileKind.MISSION, FileKind.OTHER):
                 assert prepared(path) == found, each
@@ -109,7 +110,7 @@ def test_what_only_a_run_found_is_found_by_all(folder, client, rest, codes):
     path = folder / "starts.yaml"
     path.write_text(HEAD + rest)
     assert [finding.code for finding in checked(path)] == codes
-    assert prepared(path) == checked(path) == list(findings_of(path, HEAD + rest))
+    assert prepared(path) == checked(path) == list(findings_of(path, Draft(HEAD + rest)))
     shown = client.open(path, HEAD + rest)
     assert [line.split()[0] for line in shown] == codes
     if codes[0].startswith("E"):
