@@ -10,9 +10,11 @@ from missions.language.analysis.claims import Claims, warning
 from missions.language.analysis.data_flow import children_of, once_per_step
 from missions.language.expressions.expression import CheckedExpression
 from missions.language.expressions.terms import Binary, Literal, Named, Term, Unary
+from missions.language.kinds import NODES
 from missions.language.model import (
     AssignmentList,
     Composite,
+    Computed,
     Event,
     ExpressionValue,
     Leaf,
@@ -29,7 +31,6 @@ Codes = frozenset[str] | None
 """Codes that a node can fail with; None if they are not known."""
 
 _ALWAYS = frozenset((FailureCode.EXCEPTION, FailureCode.FAILED, FailureCode.CANCELLED))
-_HANDLES = ("fallback", "reactive_fallback", "round_robin")
 
 
 @dataclass(frozen=True)
@@ -80,7 +81,7 @@ class FailureCheck:
         codes: Codes = frozenset()
         for number, child in enumerate(below[: len(below) - len(recoveries)]):
             here = inside
-            if isinstance(step, Composite) and step.kind in _HANDLES and number:
+            if isinstance(step, Composite) and NODES[step.kind].handles_failure and number:
                 here = replace(inside, handled=True, codes=codes or None)
             self._visit(child, here)
             codes = _union(codes, self.codes(child))
@@ -197,7 +198,7 @@ def _expressions_of(step: Step) -> Iterator[CheckedExpression]:
     ports = step.ports.values() if isinstance(step, Leaf) else ()
     values = [*ports, *(step.inputs.values() if isinstance(step, Use) else ())]
     for value in values:
-        if isinstance(value, ExpressionValue):
+        if isinstance(value, ExpressionValue | Computed):
             yield value.expression
         elif isinstance(value, Template):
             yield from value.expressions

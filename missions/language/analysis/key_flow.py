@@ -13,6 +13,7 @@ from missions.language.expressions.terms import Reference as Named
 from missions.language.model import (
     AssignmentList,
     Composite,
+    Computed,
     Event,
     ExpressionValue,
     FollowWaypoints,
@@ -193,7 +194,7 @@ def read_by(value: Value | None) -> Iterator[Symbol]:
         for item in value.items:
             yield from read_by(item)
     expressions: tuple[CheckedExpression, ...] = ()
-    if isinstance(value, ExpressionValue):
+    if isinstance(value, ExpressionValue | Computed):
         expressions = (value.expression,)
     elif isinstance(value, Template):
         expressions = value.expressions

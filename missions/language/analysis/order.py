@@ -12,9 +12,11 @@ from missions.language.analysis.data_flow import Written, children_of, once_per_
 from missions.language.expressions.expression import CheckedExpression
 from missions.language.expressions.scope import UNSET, Role, Symbol
 from missions.language.expressions.value_types import BOOL
+from missions.language.kinds import NODES
 from missions.language.model import (
     AssignmentList,
     Composite,
+    Computed,
     Constant,
     Event,
     ExpressionValue,
@@ -32,7 +34,6 @@ from missions.language.model import (
 from stack.documents import Findings, Mark
 
 _AGAIN = ("reactive", "reactive_fallback")
-_GOES_ON = ("fallback", "reactive_fallback", "round_robin")
 
 
 @dataclass(frozen=True)
@@ -141,7 +142,7 @@ class OrderCheck:
 
     def composite(self, step: Composite, written: Written) -> None:
         """Check the children in order; in a parallel each may read what any other writes."""
-        goes_on = step.kind in _GOES_ON
+        goes_on = NODES[step.kind].handles_failure
         if step.kind == "parallel":
             goes_on = step.needed < len(step.children)
             for child in step.children:
@@ -192,7 +193,7 @@ class OrderCheck:
         elif isinstance(value, ListValue):
             for item in value.items:
                 self.value(item, mark, written)
-        elif isinstance(value, ExpressionValue):
+        elif isinstance(value, ExpressionValue | Computed):
             self.expression(value.expression, mark, written)
         elif isinstance(value, Template):
             for expression in value.expressions:

@@ -18,11 +18,13 @@ from missions.language.expressions.scope import UNSET, Symbol
 from missions.language.kinds import CONDITIONS, NODES
 from missions.language.model import (
     Composite,
+    Computed,
     Constant,
     Event,
     ExpressionValue,
     ForEach,
     Leaf,
+    ListValue,
     Reference,
     Step,
     Template,
@@ -301,16 +303,20 @@ def _is_given(value: Value | None) -> bool:
 def _expressions(value: Value) -> tuple[CheckedExpression, ...]:
     if isinstance(value, Template):
         return value.expressions
-    return (value.expression,) if isinstance(value, ExpressionValue) else ()
+    if isinstance(value, ListValue):
+        return tuple(found for item in value.items for found in _expressions(item))
+    return (value.expression,) if isinstance(value, ExpressionValue | Computed) else ()
 
 
 def _may_be_missing(value: Value) -> bool:
+    if isinstance(value, ListValue):
+        return any(map(_may_be_missing, value.items))
     return isinstance(value, Reference) and _may_be_unset(value.symbol)
 
 
 def _can_fail_to_evaluate(expression: CheckedExpression) -> bool:
     """Return whether the evaluation can fail: a key may be unset, or there is a division."""
-    return "/" in expression.source or any(map(_may_be_unset, expression.read.values()))
+    return expression.may_fail or any(map(_may_be_unset, expression.read.values()))
 
 
 def _may_be_unset(symbol: Symbol) -> bool:

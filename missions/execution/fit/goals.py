@@ -1,4 +1,4 @@
-"""Goals and speeds of a mission, compared with its world and robot."""
+"""Start and goals of a mission, compared with its world and robot."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from missions.language.analysis.claims import is_literal, mark_of, number_of, steps_of
+from missions.execution.fit.steps import every_step
 from missions.language.expressions.scope import UNSET, Role, Symbol
 from missions.language.model import (
     Constant,
@@ -16,12 +16,10 @@ from missions.language.model import (
     ListValue,
     Mission,
     Reference,
-    Step,
     Use,
     Value,
 )
 from stack.documents import Finding, Mark
-from stack.drivetrain.description import RobotDescription
 from stack.sim.worlds.outlines import Outline, outlines
 from stack.sim.worlds.world import World
 from stack.types import FloatArray, Footprint, Pose2D
@@ -46,19 +44,31 @@ class _Goal:
         return f"the goal {self.name} {at}" if self.name else f"the goal {at}"
 
 
-def fit_findings(mission: Mission, world: World, robot: RobotDescription) -> list[Finding]:
-    """Return errors and warnings about goals and speeds that world and robot do not allow."""
-    found = [item for step in _steps(mission) for item in _speeds(step, robot)]
-    if mission.map == "none":  # poses are relative to the start, not to the world
-        return found
-    return found + list(_goal_findings(_Goals(mission).all(), world, robot.footprint))
+def goal_findings(mission: Mission, world: World, footprint: Footprint) -> list[Finding]:
+    """Return errors and warnings about goals at which the robot cannot stand."""
+    return list(_goal_findings(_Goals(mission).all(), world, footprint))
 
 
-def _steps(mission: Mission) -> Iterator[Step]:
-    roots = [mission.root, *(event.step for event in mission.events)]
-    roots += [tree.root for tree in mission.trees.values() if tree.root]
-    for root in roots:
-        yield from steps_of(root)
+def start_problem(start: Pose2D, world: World, footprint: Footprint) -> str:
+    """Return why the robot cannot start at a pose; "" if it can."""
+    where = f"the start ({start.x:g}, {start.y:g})"
+    if not _covers(world, start):
+        return f"{where} is outside {world.name}, which covers {_area(world)}"
+    point = np.array([[start.x, start.y]])
+    for outline in outlines(world):
+        if outline.distance_to(point)[0] < footprint.inscribed_radius:
+            return f"{where} collides with {_thing(outline)} of {world.name}"
+    return ""
+
+
+def _covers(world: World, pose: Pose2D) -> bool:
+    x_min, y_min, x_max, y_max = world.bounds
+    return x_min <= pose.x <= x_max and y_min <= pose.y <= y_max
+
+
+def _area(world: World) -> str:
+    x_min, y_min, x_max, y_max = world.bounds
+    return f"x {x_min:g} to {x_max:g} m and y {y_min:g} to {y_max:g} m"
 
 
 class _Goals:
@@ -67,7 +77,7 @@ class _Goals:
     def __init__(self, mission: Mission) -> None:
         self.mission = mission
         self.sources: dict[Symbol, list[tuple[Value, Mark]]] = {}
-        for step in _steps(mission):
+        for step in every_step(mission):
             if isinstance(step, Use):
                 inputs = mission.trees[step.tree].inputs
                 for name, value in step.inputs.items():
@@ -78,7 +88,7 @@ class _Goals:
     def all(self) -> list[_Goal]:
         """Return every goal that is known before the mission runs, each position once."""
         found: dict[tuple[Mark, Pose2D, bool], _Goal] = {}
-        for step in _steps(self.mission):
+        for step in every_step(self.mission):
             if not isinstance(step, Leaf):
                 continue
             partial = step.ports.get("partial")
@@ -122,14 +132,12 @@ def _constants(value: Constant, mark: Mark) -> Iterator[tuple[Pose2D, Mark, str]
 def _goal_findings(goals: Sequence[_Goal], world: World, footprint: Footprint) -> Iterator[Finding]:
     if not goals:
         return
-    x_min, y_min, x_max, y_max = world.bounds
-    covered = f"x {x_min:g} to {x_max:g} m and y {y_min:g} to {y_max:g} m"
     inside: list[_Goal] = []
     for goal in goals:
-        if x_min <= goal.pose.x <= x_max and y_min <= goal.pose.y <= y_max:
+        if _covers(world, goal.pose):
             inside.append(goal)
             continue
-        sentence = f"{goal.words()} is outside {world.name}, which covers {covered}"
+        sentence = f"{goal.words()} is outside {world.name}, which covers {_area(world)}"
         yield Finding(goal.mark, "E180", sentence, _hint(goal, world))
     shapes = outlines(world)
     points = np.array([[goal.pose.x, goal.pose.y] for goal in inside])
@@ -190,37 +198,10 @@ def _thing(shape: Outline) -> str:
 
 
 def _hint(goal: _Goal, world: World) -> str:
-    x_min, y_min, x_max, y_max = world.bounds
     for unit, factor in (("cm", 0.01), ("mm", 0.001)):
         x, y = goal.pose.x * factor, goal.pose.y * factor
-        if x_min <= x <= x_max and y_min <= y <= y_max and max(abs(x), abs(y)) > 0.1:
+        if _covers(world, Pose2D(x, y)) and max(abs(x), abs(y)) > 1.0:
             return f"poses are in metres; for {unit} write [{x:g}, {y:g}]"
     if world.places:
         return f"use another goal; places of {world.name}: {', '.join(world.places)}"
     return "use another goal"
-
-
-def _speeds(step: Step, robot: RobotDescription) -> Iterator[Finding]:
-    """Report speeds that the robot cannot reach."""
-    if not isinstance(step, Leaf) or not step.behaviour.uses_wheels:
-        return
-    limits = robot.limits
-    for name, value in step.ports.items():
-        declared, speed = step.behaviour.ports[name], number_of(value)
-        if speed is None or declared.unit not in ("m/s", "rad/s"):
-            continue
-        most, what = limits.angular_speed, "turns"
-        if declared.unit == "m/s":
-            backward = speed < 0.0 or step.kind == "back_up"
-            most = limits.reverse_speed if backward else limits.linear_speed
-            what = "drives backward" if backward else "drives"
-        if abs(speed) <= most + 1e-9:
-            continue
-        unit = declared.unit
-        sentence = f"{name}: {speed:g} {unit} is too fast for {robot.name}, which {what} "
-        sentence += f"at most at {most:g} {unit}"
-        hint = f"use at most {most:g} {unit}"
-        degrees = unit == "rad/s" and speed > 6.3 and is_literal(value)
-        if degrees and not any(mark in str(value) for mark in ("deg", "turn")):
-            hint = f"write {speed:g} deg/s, or at most {most:g} rad/s"
-        yield Finding(mark_of(value, step.mark), "W141", sentence, hint, "warning")
