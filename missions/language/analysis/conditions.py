@@ -15,6 +15,7 @@ from missions.language.expressions.expression import CheckedExpression
 from missions.language.expressions.scope import UNSET, NotSet, Role, Symbol
 from missions.language.model import Constant, Reference, Value
 from stack.documents import Findings, Mark
+from stack.errors import EvaluationError
 
 Evaluate = Callable[[], Any]
 
@@ -94,7 +95,7 @@ class KnownValues:
         """Return the possible values of a condition."""
         try:
             return frozenset((bool(condition.bind(self)()),))
-        except (NotSet, ArithmeticError):
+        except (NotSet, ArithmeticError, EvaluationError):
             return EITHER
         except _Unknown:
             pass
