@@ -156,7 +156,8 @@ class Verdicts:
 
     def _report(self, item: _Verdict, value: bool) -> None:
         source, mark, word = item.condition.source, item.mark, item.word
-        names = [f"${name}" for name in item.condition.read]
+        read = item.condition.read.items()
+        names = [f"${name}" for name, symbol in read if symbol.is_writable]
         if word in ("wait_until", "event") and not value:
             what = "this waits for ever" if word == "wait_until" else f"{item.owner} never fires"
             if item.of_argument:
