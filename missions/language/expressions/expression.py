@@ -45,6 +45,10 @@ class Bindings(Protocol):
         """Return the current attempt of the innermost retry or recover."""
         ...
 
+    def error(self) -> str:
+        """Return the code of the failure that the innermost recover or fallback deals with."""
+        ...
+
 
 @dataclass(frozen=True, slots=True)
 class CheckedExpression:
@@ -114,6 +118,9 @@ class _Names:
 
     def attempt(self) -> int:
         return self.inner.attempt()
+
+    def error(self) -> str:
+        return self.inner.error()
 
 
 def check_expression(

@@ -19,11 +19,6 @@ class EvaluationContext(Protocol):
         """The robot that the tree drives."""
         ...
 
-    @property
-    def error(self) -> str:
-        """Code of the last failure that a recover or a fallback handled; "" before the first."""
-        ...
-
 
 @dataclass(frozen=True, slots=True)
 class RobotValue:
@@ -90,8 +85,9 @@ ROBOT_VALUES: dict[str, RobotValue] = {
     ),
     "error": RobotValue(
         TEXT,
-        lambda s: s.error,
-        "code of the failure being handled; in `unless`, recoveries and later alternatives",
+        lambda s: "",
+        "code of the failure that the innermost `recover` or fallback deals with; in `unless`, "
+        "recoveries and later alternatives",
     ),
     "attempt": RobotValue(
         INT,
@@ -100,7 +96,7 @@ ROBOT_VALUES: dict[str, RobotValue] = {
         least=1,
     ),
 }
-"""The compiler binds `attempt` to the innermost retry or recover around the expression."""
+"""The compiler binds `attempt` and `error` to the innermost node that counts or deals with them."""
 
 DISTANCE = "pose.distance_to"
 """The only function: distance from the robot to a pose, metres."""

@@ -169,8 +169,9 @@ class _Reading:
             if body is None or tree.mark != key.mark:
                 continue
             layer = {**tree.inputs, **tree.outputs}
-            root = reader.read(body, NameContext(scope.inside(layer)))
-            trees[tree.name] = replace(tree, root=root)
+            context = NameContext(scope.inside(layer))
+            events = EventReader(reader).events(node.get("events"), context)
+            trees[tree.name] = replace(tree, root=reader.read(body, context), events=events)
 
     def _analyse(
         self, root: Step | None, events: tuple[Event, ...], trees: dict[str, Tree], scope: Scope
@@ -195,6 +196,8 @@ class _Reading:
         for step in roots:
             outcomes.step(step)
         outcomes.events(events)
+        for tree in trees.values():
+            outcomes.events(tree.events)
         self._unused(trees, scope)
 
     def _unused(self, trees: dict[str, Tree], scope: Scope) -> None:
@@ -219,4 +222,4 @@ def _starts(root: Step, events: tuple[Event, ...]) -> list[Step]:
 
 
 def _roots_of(trees: dict[str, Tree]) -> list[Step]:
-    return [tree.root for tree in trees.values() if tree.root]
+    return [step for tree in trees.values() for step in tree.roots]
