@@ -10,7 +10,7 @@ from pathlib import Path
 from missions.editor.outline import Scope, Signature, signature_of, type_word
 from missions.execution.resources import WORLDS
 from missions.language.expressions.value_types import ANYTHING, POSE, ValueType
-from missions.language.reading.values import reference_name, text_of
+from missions.language.reading.port_expressions import reference_name, text_of
 from robots.load import find_robot
 from stack.documents import Mark, Node, read_file
 from stack.errors import InputError

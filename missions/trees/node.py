@@ -15,13 +15,13 @@ from py_trees.common import Status
 from py_trees.decorators import Decorator as PyTreesDecorator
 
 from behaviours.timer import Timer
-from missions.language.expressions.scope import NotSet
 from missions.trees.context import Execution, Record, halt
-from stack.errors import ParameterError
+from missions.trees.latch import Latch
+from stack.errors import EvaluationError, ParameterError
 from stack.types import Failure, FailureCode
 
 _RUNNING, _INVALID = Status.RUNNING, Status.INVALID
-VALUE_ERRORS = (NotSet, ArithmeticError, ParameterError)
+VALUE_ERRORS = (EvaluationError, ParameterError)
 """Errors of values: a missing or invalid value, an expression that cannot be computed."""
 
 
@@ -31,7 +31,7 @@ def run(node: Behaviour) -> Status:
 
 
 class Node(Behaviour):
-    """A node of a compiled tree. The tree sets `record`.
+    """A node of a compiled tree. The tree sets `record`; the compiler sets `latches`.
 
     A held mission is not ticked: `pause` and `resume` are called on all nodes, with the time on the
     robot's clock.
@@ -41,6 +41,7 @@ class Node(Behaviour):
     record: Record
     skipped: bool = False
     """Its last run was skipped; its status is then SUCCESS."""
+    latches: tuple[Latch, ...] = ()
 
     def execute_tick(self) -> Status:
         """Tick the node and return its status."""
@@ -96,11 +97,12 @@ class InnerNode(Node):
             if execution.starts is not None:
                 execution.starts(self)
         try:
+            if fresh:
+                for latch in self.latches:
+                    latch.take()
             status = self.advance(fresh)
         except VALUE_ERRORS as error:
-            for child in self.children:
-                halt(child)
-            status = execution.fail(self, Failure(FailureCode.FAILED, str(error)))
+            status = self._fail(error)
         if status is not _RUNNING:
             self.stop(status)
         elif fresh:
@@ -116,6 +118,13 @@ class InnerNode(Node):
         """Mark this run as skipped; return SUCCESS."""
         self.skipped, self.feedback_message = True, why
         return Status.SUCCESS
+
+    def _fail(self, error: Exception) -> Status:
+        """Halt the children; return FAILURE because of a missing or invalid value."""
+        for child in self.children:
+            halt(child)
+        code = error.code if isinstance(error, EvaluationError) else FailureCode.FAILED
+        return self.execution.fail(self, Failure(code, str(error)))
 
     def stop(self, new_status: Status = Status.INVALID) -> None:
         """Set the status; a halted node halts its children."""

@@ -246,7 +246,7 @@ def test_a_condition_that_cannot_be_computed_is_false_and_says_so_once(run):
     assert it.tree.status is Status.SUCCESS
     assert [event["text"] for event in it.events if event["kind"] == "event_not_computed"] == [
         "many: `when` counts as false: $n is read, but nothing has written it yet",
-        "half: `when` counts as false: division by zero",
+        "half: `when` counts as false: division by zero in 1 / $m (0) > 2",
     ]
 
 
