@@ -33,6 +33,12 @@ class FallOver(RobotBehaviour):
 
 TRUSTING = "navigation: {navigator: {lost_health: 0}}\n"
 
+COMPUTED = (
+    "blackboard: {{goal: {{type: Pose, optional: true}}}}\n"
+    "run: {{sequence: [{{set: {{goal: {goal}}}}}, {{navigate_to_pose: $goal}}]}}"
+)
+"""A drive to a goal that `check` does not know."""
+
 CASES: dict[FailureCode, tuple[str, str]] = {
     FailureCode.NO_VALID_PATH: (
         "small_room",
@@ -45,11 +51,11 @@ CASES: dict[FailureCode, tuple[str, str]] = {
         "small_room",
         TRUSTING + "initial_pose: [3.4, 1.2]\nrun: {navigate_to_pose: {goal: $window}}",
     ),
-    FailureCode.GOAL_OCCUPIED: ("small_room", "run: {navigate_to_pose: {goal: [3.4, 1.2]}}"),
+    FailureCode.GOAL_OCCUPIED: ("small_room", COMPUTED.format(goal="[3.4, 1.2]")),
     FailureCode.START_OUTSIDE_MAP: (
         "small_room", TRUSTING + "initial_pose: [30, 1]\nrun: {navigate_to_pose: {goal: $window}}",
     ),
-    FailureCode.GOAL_OUTSIDE_MAP: ("small_room", "run: {navigate_to_pose: {goal: [60, 1]}}"),
+    FailureCode.GOAL_OUTSIDE_MAP: ("small_room", COMPUTED.format(goal="[60, 1]")),
     FailureCode.NO_PROGRESS: (
         "small_room",
         "navigation: {safety: {top_speed: 0.005}}\nrun: {navigate_to_pose: {goal: $window}}",

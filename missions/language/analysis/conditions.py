@@ -31,10 +31,6 @@ class _NoRobot:
     def robot(self) -> Any:
         raise _Unknown
 
-    @property
-    def error(self) -> str:
-        raise _Unknown
-
 
 @dataclass
 class KnownValues:
@@ -89,6 +85,10 @@ class KnownValues:
 
     def attempt(self) -> int:
         """Raise: the attempt is a range."""
+        raise _Unknown
+
+    def error(self) -> str:
+        """Raise: the failure is not known."""
         raise _Unknown
 
     def truth(self, condition: CheckedExpression) -> TruthValues:

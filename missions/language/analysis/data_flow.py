@@ -92,8 +92,7 @@ def check_recursion(
             return 0
         order[name] = None
         if name not in sizes:
-            body = trees[name].root
-            sizes[name] = size(body, (*path, name)) if body else 0
+            sizes[name] = sum(size(step, (*path, name)) for step in trees[name].roots)
         return sizes[name]
 
     total = sum(size(root, ()) for root in roots)
@@ -101,8 +100,9 @@ def check_recursion(
         sentence = f"the mission has {total} nodes with all trees expanded; at most {MAX_STEPS}"
         findings.error("E126", roots[0].mark, sentence)
     for name, tree in trees.items():
-        if name not in sizes and tree.root:
-            size(tree.root, (name,))
+        if name not in sizes:
+            for step in tree.roots:
+                size(step, (name,))
     return list(order)
 
 

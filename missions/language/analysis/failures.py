@@ -87,9 +87,9 @@ class FailureCheck:
             codes = _union(codes, self.codes(child))
             if child.modifiers.when is not None and codes is not None:
                 codes |= inside.codes or frozenset()
-        root = self.trees[step.tree].root if isinstance(step, Use) else None
-        if isinstance(step, Use) and root is not None:
-            self._visit(root, replace(inside, tree=step))
+        if isinstance(step, Use):
+            for root in self.trees[step.tree].roots:
+                self._visit(root, replace(inside, tree=step))
 
     # Possible codes
 

@@ -69,20 +69,25 @@ class OrderCheck:
 
     def mission(self, root: Step, events: Sequence[Event]) -> None:
         """Check the mission and its events; an event can run at any time, after any write."""
-        by_events: Written = {}
-        for event in events:
-            by_events.update(self.writes(event.step))
-        everything = {**by_events, **self.writes(root)}
-        again = everything if any(event.then == "restart" for event in events) else {}
-        with self._at(later=again):
-            self.step(root, by_events)
-        for event in events:
-            written = dict(everything)
-            self.note("event", event.when, f"the event {event.name!r}", event.mark, written)
-            self.expression(event.when, event.mark, written)
-            self.value(event.hold, event.mark, written)
-            self.step(event.step, written)
+        self._below_events(root, events, {})
         self.verdicts.report()
+
+    def _below_events(self, root: Step, events: Sequence[Event], written: Written) -> None:
+        """Check a node with the events above it; an event can run at any time."""
+        for event in events:
+            written.update(self.writes(event.step))
+        everything = {**written, **self.writes(root)} if events else {}
+        again = any(event.then == "restart" for event in events)
+        later = {**self.place.later, **everything} if again else self.place.later
+        with self._at(later=later):
+            self.step(root, written)
+        for event in events:
+            found = dict(everything)
+            self.note("event", event.when, f"the event {event.name!r}", event.mark, found)
+            self.expression(event.when, event.mark, found)
+            for value in (event.hold, event.again):
+                self.value(value, event.mark, found)
+            self.step(event.step, found)
 
     def step(self, step: Step, written: Written) -> None:
         """Check a step with its modifiers."""
@@ -165,7 +170,7 @@ class OrderCheck:
         bound = {tree.inputs[name]: value for name, value in step.inputs.items()}
         if tree.root:
             with self._at(inputs={**self.place.inputs, **bound}):
-                self.step(tree.root, inside)
+                self._below_events(tree.root, tree.events, inside)
         for name, symbol in tree.outputs.items():
             if inside.pop(symbol, symbol) is None and name in step.outputs:
                 inside[step.outputs[name]] = None
@@ -181,8 +186,8 @@ class OrderCheck:
             for value in step.ports.values():
                 if isinstance(value, AssignmentList):
                     found.update((symbol, None) for symbol, _ in value.assignments)
-        root = self.trees[step.tree].root if isinstance(step, Use) else None
-        for child in (*children_of(step), *((root,) if root else ())):
+        used = self.trees[step.tree].roots if isinstance(step, Use) else ()
+        for child in (*children_of(step), *used):
             found.update(self.writes(child))
         return found
 

@@ -114,9 +114,10 @@ class RepetitionCheck:
             self._visit(child, inside)
         for recovery in modifiers.recover.recoveries if modifiers.recover else ():
             self._visit(recovery, True)
-        root = self.trees[step.tree].root if isinstance(step, Use) else None
-        if root is not None:
-            self._visit(root, inside)
+        if isinstance(step, Use):
+            tree = self.trees[step.tree]
+            for root in tree.roots:
+                self._visit(root, inside or root is not tree.root)
 
     def _every(self, step: Step, *, again: bool) -> None:
         period = number_of(step.modifiers.every)

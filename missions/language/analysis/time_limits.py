@@ -88,8 +88,7 @@ class TimeLimitCheck:
             self.step(child, inner)
         for recovery in recoveries:
             self.step(recovery, limit)
-        root = self.trees[step.tree].root if isinstance(step, Use) else None
-        if root is not None:
+        for root in self.trees[step.tree].roots if isinstance(step, Use) else ():
             self.step(root, inner)
 
     def _applies(

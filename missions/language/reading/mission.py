@@ -196,12 +196,15 @@ class _Reading:
         for step in roots:
             outcomes.step(step)
         outcomes.events(events)
+        for tree in trees.values():
+            outcomes.events(tree.events)
         TimeLimitCheck(trees, self.findings).mission(root, events)
         RepetitionCheck(trees, self.findings, outcomes).mission(root, events, roots)
         StructureCheck(trees, self.findings).mission(root, events, roots)
         FailureCheck(trees, self.findings).mission(root, events)
         key_flow = KeyFlowCheck(self.findings, order)
-        key_flow.mission(roots, events)
+        nested = [event for tree in trees.values() for event in tree.events]
+        key_flow.mission(roots, (*events, *nested))
         self._unused(trees, scope)
         return key_flow
 
@@ -227,4 +230,4 @@ def _starts(root: Step, events: tuple[Event, ...]) -> list[Step]:
 
 
 def _roots_of(trees: dict[str, Tree]) -> list[Step]:
-    return [tree.root for tree in trees.values() if tree.root]
+    return [step for tree in trees.values() for step in tree.roots]
