@@ -66,12 +66,12 @@ class DeclarationReader:
             kind = self._type(section)
             initial = section.node_of("initial")
             section.value(OPTIONAL)
-            section.value(Declaration("doc", str, default=""))
+            doc = section.value(Declaration("doc", str, default=""))
             section.done()
             value = UNSET
             if initial is not None:
                 value = self._literal(kind.declaration(str(key.value)), initial, scope)
-            layer[str(key.value)] = Symbol(str(key.value), Role.KEY, kind, key.mark, value)
+            layer[str(key.value)] = Symbol(str(key.value), Role.KEY, kind, key.mark, value, doc)
         return layer
 
     def arguments(self, node: Node | None, scope: Scope, overrides: Overrides) -> Layer:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from math import pi
 from typing import Any
 
 from missions.language.expressions.expression import (
@@ -252,7 +253,7 @@ class ValueReader:
         if symbol.value is UNSET:
             return None  # already reported at the declaration
         try:
-            return Constant(declared.read(symbol.value), f"${name}")
+            return Constant(declared.read(symbol.value), f"${name}", node.mark)
         except ParameterError as error:
             sentence = f"{declared.name} = ${name}: {error.sentence}"
             self.findings.error("E132", node.mark, sentence, error.hint)
@@ -268,14 +269,16 @@ class ValueReader:
             return None
         if all(isinstance(value, Constant) for value in known):
             plain = [value.value for value in known if isinstance(value, Constant)]
-            return Constant(plain, text_of(node))
+            return Constant(plain, text_of(node), node.mark, _marks_of(node))
         return ListValue(tuple(known))
 
     def _literal(self, declared: Declaration, node: Node, context: NameContext) -> Constant | None:
         for scalar in iter_scalars(node):
             self._warn_of_reference_in_text(scalar, context)
         try:
-            return Constant(declared.read(node.plain()), text_of(node))
+            value = declared.read(node.plain())
+            _refuse_degrees(declared, node)
+            return Constant(value, text_of(node), node.mark, _marks_of(node))
         except ParameterError as error:
             word = str(node.value).lstrip("$")
             hint = error.hint or (f"write ${word}" if context.scope.lookup(word) else "")
@@ -319,6 +322,22 @@ class ValueReader:
             source = pose_source(node) if as_pose else text_of(node)
             node = Node(source, "scalar", node.mark, quoted="\n" in source)
         return self.expression(node, context, wanted)
+
+
+def _marks_of(node: Node) -> tuple[Mark, ...]:
+    return tuple(item.mark for item in node.items)
+
+
+def _refuse_degrees(declared: Declaration, node: Node) -> None:
+    """Raise ParameterError for a bare angle of more than a full turn: almost certainly degrees."""
+    if declared.unit != "rad":
+        return
+    for item in node.items or (node,):
+        angle = item.value
+        is_bare = isinstance(angle, int | float) and not isinstance(angle, bool)
+        if is_bare and abs(angle) > 2.0 * pi + 1e-9:
+            sentence = f"an angle of {angle:g} rad is more than a full turn"
+            raise ParameterError(declared.name, sentence, f"write {angle:g} deg, or {angle:g} rad")
 
 
 def _is_single_pose(kind: ValueType, node: Node) -> bool:
