@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from missions.execution.fit.steps import every_step
 from missions.language.analysis.claims import is_literal, mark_of, number_of
-from missions.language.model import Leaf, Mission, Step
+from missions.language.model import Constant, Leaf, Mission, Step, Value
 from stack.documents import Finding
 from stack.drivetrain.description import RobotDescription
 
@@ -36,7 +36,12 @@ def _speeds(step: Step, robot: RobotDescription) -> Iterator[Finding]:
         sentence = f"{name}: {speed:g} {unit} is too fast for {robot.name}, which {what} "
         sentence += f"at most at {most:g} {unit}"
         hint = f"use at most {most:g} {unit}"
-        degrees = unit == "rad/s" and speed > 6.3 and is_literal(value)
-        if degrees and not any(mark in str(value) for mark in ("deg", "turn")):
+        is_bare = is_literal(value) and _is_number(value)
+        if unit == "rad/s" and speed > 6.3 and is_bare:
             hint = f"write {speed:g} deg/s, or at most {most:g} rad/s"
         yield Finding(mark_of(value, step.mark), "W141", sentence, hint, "warning")
+
+
+def _is_number(value: Value) -> bool:
+    """Return whether the value is written without a unit."""
+    return isinstance(value, Constant) and value.text.strip("+-.0123456789") == ""

@@ -37,6 +37,7 @@ class KeyFlowCheck:
         self.read: set[Symbol] = set()
         self.variables: list[Symbol] = []
         self.written: dict[Symbol, Step] = {}
+        self.results: set[Symbol] = set()
 
     def mission(self, roots: Sequence[Step], events: Sequence[Event]) -> None:
         """Check the nodes of run, events and trees."""
@@ -50,7 +51,10 @@ class KeyFlowCheck:
             self._variable(variable)
 
     def keys(self, keys: Mapping[str, Symbol], cases: Sequence[Case]) -> None:
-        """Report keys that are only read or only written; test cases read and write keys, too."""
+        """Report keys that are only read, or only written by `set`.
+
+        Test cases read and write keys, too. The results of `out` are shown by the report.
+        """
         expected = {name for case in cases for name in case.expect.keys}
         changed = {item.name for case in cases for item in case.changes if item.kind == "key"}
         for key in keys.values():
@@ -58,7 +62,7 @@ class KeyFlowCheck:
             self._one_sided(key, reads, writes=key in self.written or key.name in changed)
 
     def _one_sided(self, key: Symbol, reads: bool, *, writes: bool) -> None:
-        if writes and not reads and not key.doc:
+        if writes and not reads and not key.doc and key not in self.results:
             sentence = f"the key {key.name!r} is written, but nothing reads it"
             hint = "remove it; if it is for the report, describe it: `doc: …`"
             self.findings.warning("W129", key.mark, sentence, hint)
@@ -77,6 +81,8 @@ class KeyFlowCheck:
             self.variables.append(step.variable)
         if isinstance(step, Leaf | Use | FollowWaypoints):
             self._outputs(step, step.outputs)
+        if isinstance(step, Leaf | Use | FollowWaypoints):
+            self.results.update(step.outputs.values())
         for symbol in own_writes(step):
             self.written.setdefault(symbol, step)
         if isinstance(step, Composite) and step.kind == "sequence":

@@ -131,10 +131,8 @@ class TimeLimitCheck:
         name = name_of(step)
         sentence = f"{name} always times out: it takes at least {seconds(needed)}, "
         sentence += f"but its timeout is {seconds(limit)}"
-        severity = "error" if is_literal(timeout) else "warning"
-        code = "E165" if is_literal(timeout) else "W122"
         hint = f"use a timeout above {seconds(needed)}"
-        self.claims.claim(Finding(mark, code, sentence, hint, severity), "E165", step)
+        self.claims.claim(warning("W121", mark, sentence, hint), "W121", step)
 
     @once_per_step
     def least(self, step: Step) -> float:

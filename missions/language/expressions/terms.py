@@ -171,6 +171,8 @@ class Named:
             return suggestion(self.name, FailureCode.__members__) + "; write other codes in quotes"
         if self.name == DISTANCE:
             return f"write {DISTANCE}($place)"
+        if self.name.upper() in FailureCode.__members__:
+            return f"failure codes are in capitals: {self.name.upper()}"
         return suggestion(self.name, ROBOT_VALUES)
 
     def bind(self, names: Names) -> Evaluate:

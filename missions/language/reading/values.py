@@ -224,7 +224,8 @@ class ValueReader:
         if symbol is None:
             return None
         if not symbol.is_writable:
-            self.findings.error("E142", mark, f"${name} is a {symbol.role} and cannot be written")
+            sentence = f"${name} cannot be written: it is the {symbol.role} {name!r}"
+            self.findings.error("E142", mark, sentence, "write a blackboard key")
             return None
         self.written[symbol] = None
         return symbol

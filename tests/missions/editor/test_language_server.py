@@ -240,7 +240,7 @@ world: small_room
 include: [common.yaml]
 events:
   - low: {when: battery.charge < 0.2, hold: 2 s, do: {use: to_the, with: {goal: $shop}}}
-run: {wait: 1 s, every: 3 s}
+run: {wait: 1 s, every: 3 s, repeat: forever}
 tests:
   - name: nothing happens
     expect: {status: success}

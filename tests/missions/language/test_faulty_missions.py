@@ -390,7 +390,7 @@ WARNINGS = [
     ("run: {for_each: {lobby: [a]}, do: {say: $lobby}}", "W101 1:18"),
     ("blackboard: {n: {type: int}, m: {type: int}}\n"
      "run: {use: a, out: {n: $m}}\n"
-     "trees: {a: {out: {n: int}, do: {set: {n: 1}}}}", "W102 1:14", "W129 1:30", "W101 3:19"),
+     "trees: {a: {out: {n: int}, do: {set: {n: 1}}}}", "W102 1:14", "W101 3:19"),
     ("blackboard: {n: {type: int, doc: for the report}}\n"
      "run: {use: a, out: {n: $n}}\n"
      "trees: {a: {out: {n: int}, do: {set: {n: 1}}}}",),
