@@ -6,7 +6,15 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from missions.editor.document import Reading
+from missions.editor.document import CURSOR, Reading
+from missions.editor.expression_words import (
+    ExpressionWord,
+    expression_words,
+    fields,
+    functions,
+    in_placeholder,
+    reference_word,
+)
 from missions.editor.hover import parameters_of, tree_text
 from missions.editor.markdown import (
     behaviour_text,
@@ -18,8 +26,15 @@ from missions.editor.node_schemas import allowed_modifiers
 from missions.editor.outline import Item, Use, signature_of_kind
 from missions.execution.component_choices import DEFAULTS, NAVIGATION_KINDS
 from missions.execution.resources import world_files
-from missions.language.expressions.robot_values import ROBOT_VALUES
-from missions.language.expressions.value_types import BOOL, NAMED, ValueType, type_of
+from missions.language.expressions.value_types import (
+    BOOL,
+    INT,
+    NAMED,
+    POSE,
+    TEXT,
+    ValueType,
+    type_of,
+)
 from missions.language.keys import EVENT, MISSION, TREE, docs
 from missions.language.kinds import NODES
 from robots.load import robot_names
@@ -35,11 +50,12 @@ class Candidate:
 
     Attributes:
         label: text to show and insert.
-        kind: "keyword", "behaviour", "port", "value", "name", "tree" or "file".
+        kind: "keyword", "behaviour", "port", "value", "name", "function", "tree" or "file".
         detail: short text next to the label.
         text: documentation as markdown.
         key: whether a `:` follows the label.
         value: text to insert after the `:`.
+        after: text to insert after the label.
     """
 
     label: str
@@ -48,16 +64,20 @@ class Candidate:
     text: str = ""
     key: bool = False
     value: str = ""
+    after: str = ""
 
 
-def candidates(reading: Reading, item: Item, *, alone: bool) -> list[Candidate]:
+def candidates(reading: Reading, item: Item, *, alone: bool, typed: str = "") -> list[Candidate]:
     """Return the candidates for an item.
 
     Args:
         reading: the file.
         item: the placeholder for the typed word.
         alone: whether the word is the first in its line, so that it can become a key.
+        typed: the part of the word before the cursor.
     """
+    if typed.startswith("$") and "." in typed and item.use in (Use.VALUE, Use.EXPRESSION):
+        return [_expression_word(word) for word in fields(typed, reading.names.known(item.scope))]
     provider = _PROVIDERS.get(item.use)
     found = list(provider(reading, item)) if provider else []
     key = item.use in (Use.SUB_KEY, Use.CASE_KEY)
@@ -124,23 +144,32 @@ def _declared(items: Iterable[Declaration]) -> Iterator[Candidate]:
 
 def _values(reading: Reading, item: Item) -> Iterator[Candidate]:
     wanted = type_of(item.declared) if item.declared else ValueType(object)
+    names = reading.names.known(item.scope)
+    before = str(item.node.value).partition(CURSOR)[0]
+    if in_placeholder(before) or (wanted != TEXT and before.strip(" -(")):
+        words = expression_words(names, plain=in_placeholder(before))
+        yield from map(_expression_word, words)
+        return
     if wanted == BOOL:
         yield from (_word("true"), _word("false"))
-    for name in reading.names.known(item.scope).values():
+    for name in names.values():
         fits = wanted.accepts(name.type) or (wanted.item and wanted.item.accepts(name.type))
         if fits:
             yield _reference(name)
+    if wanted.of is float or wanted in (INT, POSE):
+        yield from map(_expression_word, functions())
 
 
 def _reference(name: Name) -> Candidate:
-    return Candidate(f"${name.name}", "name", f"{name.role}, {name.type}", f"`{name.text}`")
+    return _expression_word(reference_word(name))
+
+
+def _expression_word(word: ExpressionWord) -> Candidate:
+    return Candidate(word.label, word.kind, word.detail, word.text, after=word.after)
 
 
 def _expressions(reading: Reading, item: Item) -> Iterator[Candidate]:
-    yield from (_reference(name) for name in reading.names.known(item.scope).values())
-    for word, value in ROBOT_VALUES.items():
-        yield Candidate(word, "value", str(value.type), value.help)
-    yield from (Candidate(word, "keyword") for word in ("and", "or", "not", "is set"))
+    yield from map(_expression_word, expression_words(reading.names.known(item.scope)))
 
 
 def _writable(reading: Reading, item: Item) -> Iterator[Name]:

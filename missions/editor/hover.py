@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from missions.editor.document import Reading
+from missions.editor.expression_words import explained, explained_field, word_in_expression
 from missions.editor.markdown import (
     behaviour_text,
     declaration_text,
@@ -15,7 +16,6 @@ from missions.editor.markdown import (
 from missions.editor.names import Name, TreeName
 from missions.editor.outline import Item, Use
 from missions.inspection.listing import description_of, installed
-from missions.language.expressions.robot_values import ROBOT_VALUES
 from missions.language.expressions.value_types import NAMED, ValueType
 from missions.language.keys import CASE, EVENT, EXPECTATION, MISSION, TREE, docs
 from stack.components import available, component
@@ -27,7 +27,10 @@ from stack.parameters import Declaration, declarations
 def explanation(reading: Reading, item: Item, word: str) -> str:
     """Return documentation of a word as markdown; empty if there is none."""
     if word.startswith("$"):
-        return _name_text(reading.names.known(item.scope).get(word[1:]))
+        names = reading.names.known(item.scope)
+        return _name_text(names.get(word[1:])) or explained_field(word, names)
+    if item.use is Use.VALUE and word_in_expression(str(item.node.value)):
+        return explained(word) or _plain_name(reading, item, word)
     explain = _EXPLAIN.get(item.use)
     return explain(reading, item, word) if explain else ""
 
@@ -36,7 +39,7 @@ def definition(reading: Reading, item: Item, word: str) -> Mark | None:
     """Return the position of a word's definition, in this file or another."""
     names = reading.names
     if word.startswith("$") or item.use in (Use.KEY, Use.PLACE, Use.DECLARED):
-        found = names.known(item.scope).get(word.lstrip("$"))
+        found = names.known(item.scope).get(word.lstrip("$").partition(".")[0])
         if found is not None:
             return found.mark
     if item.use is Use.TREE:
@@ -103,8 +106,7 @@ def _input(reading: Reading, item: Item, word: str) -> str:
 
 
 def _expression(reading: Reading, item: Item, word: str) -> str:
-    value = ROBOT_VALUES.get(word)
-    return f"**{word}**: {value.help}\n\n*{value.type}*" if value else ""
+    return explained(word)
 
 
 def _plain_name(reading: Reading, item: Item, word: str) -> str:

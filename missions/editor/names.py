@@ -10,6 +10,7 @@ from pathlib import Path
 from missions.editor.outline import Scope, Signature, signature_of, type_word
 from missions.execution.resources import WORLDS
 from missions.language.expressions.value_types import ANYTHING, POSE, ValueType
+from missions.language.reading.item_types import item_type
 from missions.language.reading.port_expressions import reference_name, text_of
 from robots.load import find_robot
 from stack.documents import Mark, Node, read_file
@@ -118,7 +119,17 @@ _EMPTY = Node([], "mapping", Mark(""))
 def _item_type(items: Node, outer: dict[str, Name]) -> ValueType:
     name = reference_name(items)
     known = outer.get(name) if name else None
+    if name is None and items.is_sequence:
+        found = item_type(items.items, lambda item: _type_of_reference(item, outer))
+        return found if isinstance(found, ValueType) else ANYTHING
     return (known.type.item if known else None) or ANYTHING
+
+
+def _type_of_reference(item: Node, outer: dict[str, Name]) -> ValueType | None:
+    name = reference_name(item)
+    if name is None:
+        return None
+    return outer[name].type if name in outer else ANYTHING
 
 
 def _included(top: Node, path: Path) -> Iterator[tuple[Path, Node]]:

@@ -24,7 +24,7 @@ _COMPLETION_KINDS = {
     "keyword": lsp.CompletionItemKind.Keyword, "behaviour": lsp.CompletionItemKind.Function,
     "port": lsp.CompletionItemKind.Field, "value": lsp.CompletionItemKind.Value,
     "name": lsp.CompletionItemKind.Variable, "tree": lsp.CompletionItemKind.Module,
-    "file": lsp.CompletionItemKind.File,
+    "file": lsp.CompletionItemKind.File, "function": lsp.CompletionItemKind.Function,
 }  # fmt: skip
 
 
@@ -99,7 +99,7 @@ class MissionServer(LanguageServer):
         replaced = _range(document, line, word.column, column)
         return [
             _completion(candidate, replaced, has_colon)
-            for candidate in candidates(reading, found.item, alone=alone)
+            for candidate in candidates(reading, found.item, alone=alone, typed=word.text)
         ]
 
 
@@ -112,7 +112,7 @@ def make_server() -> MissionServer:
     server.feature(lsp.TEXT_DOCUMENT_DID_CLOSE)(closed)
     server.feature(lsp.TEXT_DOCUMENT_HOVER)(hover)
     server.feature(lsp.TEXT_DOCUMENT_DEFINITION)(go_to_definition)
-    options = lsp.CompletionOptions(trigger_characters=["$", ".", " "])
+    options = lsp.CompletionOptions(trigger_characters=["$", ".", " ", "{"])
     server.feature(lsp.TEXT_DOCUMENT_COMPLETION, options)(complete)
     return server
 
@@ -230,6 +230,7 @@ def _completion(candidate: Candidate, replaced: lsp.Range, has_colon: bool) -> l
     text = candidate.label
     if candidate.key and not has_colon:
         text += f": {candidate.value}"
+    text += candidate.after
     return lsp.CompletionItem(
         label=candidate.label, kind=_COMPLETION_KINDS[candidate.kind],
         detail=candidate.detail or None,
