@@ -24,7 +24,7 @@ Schema = dict[str, Any]
 IDENTIFIER = "^[A-Za-z_][A-Za-z0-9_]*$"
 REFERENCE = r"\$[A-Za-z_][A-Za-z0-9_]*"
 _NAMES = [*map(escape, (*ROBOT_VALUES, DISTANCE)), *(rf"{word}\(" for word in FUNCTIONS)]
-EXPRESSION = rf".*(\$[A-Za-z_]|{'|'.join(_NAMES)}).*"
+COMPUTED = rf".*(\$[A-Za-z_]|{'|'.join(_NAMES)}).*"
 """A text with a `$name`, a value of the robot or a function."""
 SCALARS = ["string", "number", "boolean"]
 _NUMBER = r"\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*"
@@ -154,7 +154,7 @@ def _with_strings(
     schema: Schema, accepted: Sequence[str], references: bool, declared: Declaration
 ) -> Schema:
     """Return the schema extended by texts that match one of the patterns, or a `$name`."""
-    words = REFERENCE if declared.one_of else EXPRESSION
+    words = REFERENCE if declared.one_of else COMPUTED
     patterns = [*accepted, *([words] if references else [])]
     if not patterns:
         return schema
