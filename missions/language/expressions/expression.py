@@ -10,7 +10,7 @@ from missions.language.expressions.robot_values import EvaluationContext
 from missions.language.expressions.scope import UNSET, NotSet, Scope, Symbol
 from missions.language.expressions.terms import Check, Evaluate, Term, shown
 from missions.language.expressions.tokens import ExpressionError
-from missions.language.expressions.value_types import ANYTHING, BOOL, ValueType
+from missions.language.expressions.value_types import ANYTHING, BOOL, INT, ValueType
 from stack.documents import Mark
 from stack.errors import EvaluationError
 
@@ -170,7 +170,9 @@ def check_expression(
     check = Check(context.scope, context.knows_error, context.knows_attempt)
     found = term.check(check)
     if not check.problems and not wanted.accepts(found) and wanted is not ANYTHING:
-        check.problem("E153", 0, f"expected {wanted}, got {found}")
+        hint = "`/` always gives a number: use a key of the type float" if wanted == INT else ""
+        hint = hint if found.of is float and "/" in source else ""
+        check.problem("E153", 0, f"expected {wanted}, got {found}", hint)
     if check.problems:
         return None, check.problems
     return checked_term(source, term, found, check), []

@@ -43,7 +43,7 @@ from missions.language.reading.item_types import Mismatch, item_type
 from missions.language.reading.port_expressions import (
     computed_source,
     is_text_with_placeholders,
-    pose_source,
+    list_source,
     reference_name,
     text_of,
 )
@@ -258,8 +258,7 @@ class ValueReader:
         try:
             return Constant(declared.read(node.plain()), text_of(node))
         except ParameterError as error:
-            word = str(node.value).lstrip("$")
-            hint = error.hint or (f"write ${word}" if context.scope.lookup(word) else "")
+            hint = error.hint or _reference_hint(node, context)
             self.findings.error("E132", node.mark, f"{declared.name}: {error.sentence}", hint)
             return None
 
@@ -294,10 +293,15 @@ class ValueReader:
             template = self._template(node, context)
             return text_expression(template.parts, template.text, node.mark) if template else None
         if node.is_sequence:
-            as_pose = wanted == POSE and len(node.items) in (2, 3)
-            source = pose_source(node) if as_pose else text_of(node)
+            source = list_source(node, wanted)
             node = Node(source, "scalar", node.mark, quoted="\n" in source)
         return self.expression(node, context, wanted)
+
+
+def _reference_hint(node: Node, context: NameContext) -> str:
+    """Return a hint if a value contains a name without its `$`."""
+    words = IDENTIFIER.findall(node.value) if isinstance(node.value, str) else []
+    return next((f"write ${word}" for word in words if context.scope.lookup(word)), "")
 
 
 def _is_single_pose(kind: ValueType, node: Node) -> bool:

@@ -168,6 +168,9 @@ NODES = [
     ("check: 'pose(1 m, 1 s) == $dock'", "E152 9:21"),
     ("check: 'pose(1, 2, 90) == $dock'", "E152 9:22"),
     ("check: '[$n, $dock][0] == $n'", "E152 9:16"),
+    ("check: $n % 0 == 1", "E157 9:15"),
+    ("check: min > 1", "E155 9:10"),
+    ("set: {n: 'min($n'}", "E150 9:19"),
     # units of products
     ("check: 2 m * pose.x < 3 s", "E152 9:23"),
     ("check: 2 m / 1 s < 0.5 m", "E152 9:20"),
