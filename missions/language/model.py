@@ -271,13 +271,14 @@ class Event:
 
 @dataclass(frozen=True, slots=True)
 class Tree:
-    """One entry of `trees` of the mission or of an included file."""
+    """One entry of `trees` of the mission or of an included file; `doc` is its description."""
 
     name: str
     mark: Mark
     inputs: Mapping[str, Symbol]
     outputs: Mapping[str, Symbol]
     root: Step | None = None
+    doc: str = ""
 
 
 @dataclass(frozen=True, slots=True)

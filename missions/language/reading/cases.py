@@ -23,12 +23,13 @@ from missions.language.keys import CASE, EXPECTATION, MOCK, STATUS_WORDS, TAKES,
 from missions.language.model import Constant, Event, Leaf, Step, Tree, Use
 from missions.language.reading.declarations import Layer
 from missions.language.reading.values import ValueReader
+from missions.language.reading.words import WordRole, Words
 from stack.documents import Findings, Node
 from stack.errors import ParameterError
 from stack.parameters import Declaration, suggestion
 from stack.types import FailureCode
 
-_FIXED = ("time", "error", "attempt")
+FIXED_VALUES = ("time", "error", "attempt")
 _CHANGE_TIME = Declaration("at", float, unit="s", at_least=0.0)
 _COUNT = Declaration("ran", int, at_least=0)
 
@@ -48,11 +49,12 @@ class MissionNames:
 class CaseReader:
     """Reads the section `tests`."""
 
-    def __init__(self, known: MissionNames, findings: Findings) -> None:
-        self.known, self.findings = known, findings
+    def __init__(self, known: MissionNames, findings: Findings, words: Words) -> None:
+        self.known, self.findings, self.words = known, findings, words
         self.context = NameContext(Scope((known.places,)))
         self.outputs = _outputs_by_name(known)
         self.names = [*self.outputs, *_unmockable_names(known)]
+        words.names = tuple(self.names)
 
     def cases(self, node: Node | None) -> tuple[Case, ...]:
         """Return the cases; report all errors in them."""
@@ -63,6 +65,7 @@ class CaseReader:
         return tuple(self._case(number, item) for number, item in enumerate(node.items, 1))
 
     def _case(self, number: int, node: Node) -> Case:
+        self.words.keys(node, "case")
         self._only(node, CASE, "a case")
         title = node.get("name")
         name = str(title.value) if title is not None else f"case {number}"
@@ -73,7 +76,10 @@ class CaseReader:
 
     def _arguments(self, node: Node | None) -> dict[str, Node]:
         found = {}
+        if node is not None and not node.is_mapping:
+            self.words.add(node, WordRole.ARGUMENT)
         for key, value in self._entries(node, "arguments"):
+            self.words.add(key, WordRole.ARGUMENT)
             declared = self.known.arguments.get(str(key.value))
             if declared is None:
                 self._unknown(key, "argument", self.known.arguments)
@@ -86,8 +92,12 @@ class CaseReader:
 
     def _mocks(self, node: Node | None) -> dict[str, Mock]:
         found = {}
+        if node is not None and not node.is_mapping:
+            self.words.choice(node, self.outputs, WordRole.NODE_NAME)
         for key, value in self._entries(node, "mock"):
             name = str(key.value)
+            self.words.choice(key, self.outputs, WordRole.NODE_NAME)
+            self.words.keys(value, "mock")
             if name not in self.outputs:
                 self._unknown(key, "behaviour, tree or named leaf", self.outputs)
                 continue
@@ -103,6 +113,7 @@ class CaseReader:
         returns, takes = node.get("returns"), node.get("takes")
         sets = {}
         for key, value in self._entries(node.get("sets"), "sets"):
+            self.words.choice(key, outputs)
             if str(key.value) not in outputs:
                 self._unknown(key, "output", outputs)
             else:
@@ -116,6 +127,7 @@ class CaseReader:
     def _outcomes(self, node: Node) -> tuple[str, ...]:
         words = (*STATUS_WORDS, *FailureCode.__members__)
         for item in _items(node):
+            self.words.choice(item, words)
             if not isinstance(item.value, str) or not (item.value in words or item.value.isupper()):
                 hint = suggestion(str(item.value), words)
                 self._error(item, f"expected an outcome, got {item.words()}", hint)
@@ -126,6 +138,8 @@ class CaseReader:
     def _changes(self, node: Node | None) -> list[Change]:
         changes = []
         for key, body in self._entries(node, "at"):
+            if not body.is_mapping:
+                self.words.add(body, WordRole.CHANGE)
             time = self._value(_CHANGE_TIME, key) or 0.0
             for name, value in self._entries(body, "changes"):
                 changes += self._change(time, name, value)
@@ -133,7 +147,10 @@ class CaseReader:
 
     def _change(self, at: float, key: Node, node: Node) -> list[Change]:
         name = str(key.value)
+        self.words.add(key, WordRole.CHANGE)
         if name == "event":
+            events = [event.name for event in self.known.events]
+            self.words.choice(node, events, WordRole.NODE_NAME)
             names = [event.name for event in self.known.events]
             if node.value not in names:
                 self._unknown(node, "event", names)
@@ -145,7 +162,7 @@ class CaseReader:
                 return []
             value = self._value(symbol.type.declaration(symbol.name), node)
             return [Change(at, "key", symbol.name, value)]
-        values = {one: item for one, item in ROBOT_VALUES.items() if one not in _FIXED}
+        values = {one: item for one, item in ROBOT_VALUES.items() if one not in FIXED_VALUES}
         if name not in values:
             self._unknown(key, "robot value", values)
             return []
@@ -163,9 +180,12 @@ class CaseReader:
     def _expect(self, node: Node | None) -> Expectation:
         if node is None:
             return Expectation(status=SUCCESS)
+        if not node.is_mapping:
+            self.words.add(node, WordRole.EXPECTATION)
         found: dict[str, Any] = {"keys": {}, "ran": {}, "within_each": {}, "marks": {}}
         for key, value in self._entries(node, "expect"):
             word = str(key.value)
+            self.words.add(key, WordRole.EXPECTATION)
             found["marks"][word] = value.mark
             if word in ("status", "failure"):
                 found[word] = self._word(word, value)
@@ -183,6 +203,8 @@ class CaseReader:
         words = STATUS_WORDS
         if word == "failure":
             words = tuple(FailureCode.__members__)
+        self.words.choice(node, words)
+        if word == "failure":
             if isinstance(node.value, str) and node.value.isupper():
                 return node.value
         if node.value not in words:
@@ -224,6 +246,7 @@ class CaseReader:
     # Findings
 
     def _name(self, node: Node) -> str:
+        self.words.choice(node, self.names, WordRole.NODE_NAME)
         if str(node.value) not in self.names:
             self._unknown(node, "node, behaviour, tree or event", self.names)
         return str(node.value)
@@ -236,7 +259,7 @@ class CaseReader:
             self._error(node, str(error), error.hint)
             return None
         found = Findings()
-        value = ValueReader(found).value(declared, node, self.context)
+        value = ValueReader(found, self.words).value(declared, node, self.context)
         for item in found.items:
             self.findings.error("E115", item.mark, item.sentence, item.hint)
         return value.value if isinstance(value, Constant) else None
