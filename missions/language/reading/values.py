@@ -6,6 +6,7 @@ import re
 from dataclasses import replace
 from typing import Any
 
+from missions.language.expressions.arithmetic import MAX_TEXT
 from missions.language.expressions.expression import (
     CheckedExpression,
     NameContext,
@@ -180,6 +181,10 @@ class ValueReader:
     def _template(self, node: Node, context: NameContext) -> Template | None:
         """Read a text with placeholders."""
         text, parts, wrong = str(node.value), list[str | CheckedExpression](), False
+        if len(text) > MAX_TEXT:
+            sentence = f"the text with values has {len(text)} characters; at most {MAX_TEXT}"
+            self.findings.error("E150", node.mark, sentence)
+            return None
         try:
             for piece in pieces(text):
                 if not piece.is_expression:

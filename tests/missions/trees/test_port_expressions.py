@@ -194,6 +194,24 @@ def test_values_cannot_grow_without_bound(tmp_path, body, code, monkeypatch):
     assert ticks == {"n": 6, "w": 14, "g": 50}[body[7]]
 
 
+def test_events_modifiers_and_lists_take_expressions(tmp_path):
+    it = ran(
+        tmp_path,
+        """
+        blackboard: {n: {type: int, initial: 2}, x: {type: length, initial: 1 m}}
+        events: [{low: {when: battery.charge < 0.5, hold: $n * 1 s, do: {set: {n: 0}}}}]
+        run: {sequence: [{navigate_through: {goals: [[$x, 2], $lobby]}}, {wait: 9 s}]}
+        """,
+    )
+    it.robot.battery = Battery(0.1)
+    it.ticks(19)
+    assert it.tree.values()["n"] == 2
+    it.ticks(3)  # 2 s have passed
+    assert it.tree.values()["n"] == 0
+    goals = next(given["goals"] for name, given in it.robot.calls if name == "navigate_through")
+    assert goals == [Pose2D(1.0, 2.0), Pose2D(9.0, 9.0)]
+
+
 def test_units_of_loop_variables_reach_texts(tmp_path):
     it = ran(tmp_path, HEAD + '{for_each: {t: [3 s, 50 cm]}, do: {say: "${t}"}}\n'
              .replace("50 cm", "5 min"))  # fmt: skip
