@@ -122,7 +122,8 @@ class BoundExpression:
         """Return the source with the values of its names: `battery.charge (0.18) > 0.3`."""
         parts, done = [], 0
         for end, read in self._shows:
-            parts += [self.source[done:end], f" ({_now(read)})"]
+            now = _now(read)
+            parts += [self.source[done:end], f" ({now})" if now else ""]
             done = end
         return "".join([*parts, self.source[done:]])
 
@@ -195,6 +196,6 @@ def _now(read: Evaluate) -> str:
         text = shown(read(), SHOWN // 4)
     except NotSet:
         return "not set"
-    except EvaluationError as error:
-        return error.sentence
+    except EvaluationError:
+        return ""  # the sentence of the failure says why
     return text if len(text) <= SHOWN else f"{text[: SHOWN - 1]}…"

@@ -130,12 +130,11 @@ FAILURES = [
     ("{wait: -$n * 1 s}", "OUT_OF_RANGE", "time: -2 s must be at least 0 s"),
     ("{wait: 1 s, repeat: $n - 2}", "OUT_OF_RANGE", "repeat: 0 must be at least 1"),
     ("{wait: '$times[$n]'}", "OUT_OF_RANGE",
-     "there is no item 2: the last index is 1 in $times[$n (2)] (there is no item 2: the last "
-     "index is 1)"),
+     "there is no item 2: the last index is 1 in $times[$n (2)]"),
     ("{set: {f: '$times[0 - 1] / 1 s'}}", "OUT_OF_RANGE", None),
     ("{navigate_to_pose: {goal: 'pose($x * 1e6, 0)'}}", "OUT_OF_RANGE", None),
     ("{sequence: [{set: {goals: []}}, {navigate_to_pose: {goal: '$goals[0]'}}]}", "OUT_OF_RANGE",
-     "there is no item 0: the list is empty in $goals[0] (there is no item 0: the list is empty)"),
+     "there is no item 0: the list is empty in $goals[0]"),
 ]  # fmt: skip
 
 
