@@ -23,7 +23,7 @@ _COMPLETION_KINDS = {
     "keyword": lsp.CompletionItemKind.Keyword, "behaviour": lsp.CompletionItemKind.Function,
     "port": lsp.CompletionItemKind.Field, "value": lsp.CompletionItemKind.Value,
     "name": lsp.CompletionItemKind.Variable, "tree": lsp.CompletionItemKind.Module,
-    "file": lsp.CompletionItemKind.File,
+    "file": lsp.CompletionItemKind.File, "function": lsp.CompletionItemKind.Function,
 }  # fmt: skip
 
 
@@ -92,6 +92,7 @@ def completion_of(candidate: Candidate, replaced: lsp.Range, has_colon: bool) ->
     text = candidate.label
     if candidate.key and not has_colon:
         text += f": {candidate.value}"
+    text += candidate.after
     return lsp.CompletionItem(
         label=candidate.label, kind=_COMPLETION_KINDS[candidate.kind],
         detail=candidate.detail or None,

@@ -205,6 +205,25 @@ def test_hover(opened, marked, words):
     assert all(word in text for word in words), text
 
 
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("wait: ma|x($dwell, 2 s)", ["max(a, b, …)", "greatest"]),
+        ("wait: battery.cha|rge * 2 s", ["state of charge"]),
+        ("wait: $dwe|ll * 2", ["argument", "duration"]),
+        ("wa|it: $dwell * 2", ["`time`"]),
+        ('say: "${dwe|ll} left"', ["argument", "duration"]),
+        ('say: "${$target.hea|ding}"', ["heading of $target", "number in rad"]),
+        ("check: dist|ance($target, pose) > 1 m", ["straight-line distance between two poses"]),
+    ],
+)
+def test_hover_in_expressions(opened, line, words):
+    opened.change(MISSION.replace("wait: $dwell", line.replace("|", "")))
+    text = opened.hover(line)
+    assert all(word in text for word in words), text
+    assert opened.definition("$target.he|ading" if ".hea" in line else "$do|ck") is not None
+
+
 def test_hover_goes_on_while_the_file_is_broken(opened):
     opened.hover("tole|rance")
     opened.change(MISSION + "  broken: [\n")
@@ -293,6 +312,17 @@ def test_included_trees_and_places_events_and_cases(client, folder):
         ("use: inspect", "use: |", {"inspect": "inspect"}, ["wave"]),
         ("set: {visited: $visited + 1}", "set: {|}", {"visited": "visited: "}, ["dwell"]),
         ("battery.charge > 0.3", "battery.|", {"battery.charge": "battery.charge"}, []),
+        # expressions at ports, placeholders, fields of poses, functions
+        ("wait: $dwell", "wait: 2 * |", {"$dwell": "$dwell", "battery.charge": "battery.charge",
+                                         "max": "max("}, ["timeout"]),
+        ("wait: $dwell", "wait: |", {"$dwell": "$dwell", "min": "min("}, ["$dock"]),
+        ("wait: $dwell", 'say: "at ${|"', {"dwell": "dwell", "$target": "$target",
+                                           "pose.x": "pose.x", "distance": "distance("}, []),
+        ("wait: $dwell", 'say: "$${|"', {}, ["pose.x"]),
+        ("wait: $dwell", 'say: "${$target.|"', {"$target.x": "$target.x"}, ["$target", "dwell"]),
+        ("wait: $dwell", "check: $target.h|", {"$target.heading": "$target.heading"}, ["$dwell"]),
+        ("wait: $dwell", "check: $dwell.|", {}, ["$dwell.x", "$target"]),
+        ("battery.charge > 0.3", "le|", {"length": "length("}, ["timeout"]),
         # the top
         ("start: dock", "localisation: |", {"mcl": "mcl", "dead_reckoning": "dead_reckoning"},
          ["astar"]),
