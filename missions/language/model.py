@@ -11,6 +11,7 @@ from behaviours.catalogue import BehaviourKind
 from missions.language.case_model import Case
 from missions.language.expressions.expression import CheckedExpression
 from missions.language.expressions.scope import Symbol
+from missions.language.expressions.value_types import ValueType
 from stack.documents import Finding, Mark
 from stack.types import Pose2D
 
@@ -125,13 +126,21 @@ class ExpressionValue:
 
 
 @dataclass(frozen=True, slots=True)
+class Computed:
+    """The value of an expression, computed when the node starts; `type` is that of the port."""
+
+    expression: CheckedExpression
+    type: ValueType
+
+
+@dataclass(frozen=True, slots=True)
 class AssignmentList:
     """The assignments of `set`."""
 
     assignments: tuple[tuple[Symbol, CheckedExpression], ...]
 
 
-Value = Constant | Reference | ListValue | Template | ExpressionValue | AssignmentList
+Value = Constant | Reference | ListValue | Template | ExpressionValue | Computed | AssignmentList
 
 
 @dataclass(frozen=True, slots=True)

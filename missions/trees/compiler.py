@@ -39,10 +39,11 @@ from missions.trees.attempts import Attempts, Recover, Retry
 from missions.trees.context import Execution, Record
 from missions.trees.events import Event, Events, Trigger
 from missions.trees.labels import detail_of, names_of, value_text
+from missions.trees.latch import Read, latches
 from missions.trees.leaves import LeafNode
 from missions.trees.mission_tree import MissionTree
 from missions.trees.node import Node
-from missions.trees.slots import Frame, Read, Slot, Write
+from missions.trees.slots import Frame, Slot, Write
 from stack.documents import Finding, Findings, Mark
 from stack.types import Assignments
 
@@ -128,6 +129,7 @@ class _Compiler:
         if modifiers.retry and inner.attempts:
             delay = outer.checked(modifiers.retry.delay, DELAY)
             node = Retry(node, self.execution, inner.attempts, delay)
+            node.latches = latches(inner.attempts.most, delay)
             node.name = f"retry {value_text(modifiers.retry.attempts)}"
             self._record(node, "retry", step.mark)
         node = self._recovering(step, node, outer)
@@ -141,7 +143,9 @@ class _Compiler:
         if period is None:
             return node
         name = f"every {value_text(period)}"
-        every = decorators.Every(name, node, self.execution, frame.checked(period, PERIOD))
+        read = frame.checked(period, PERIOD)
+        every = decorators.Every(name, node, self.execution, read)
+        every.latches = latches(read)
         return self._record(every, "every", step.mark)
 
     def _timed(self, step: Step, node: Node, frame: Frame) -> Node:
@@ -149,7 +153,9 @@ class _Compiler:
         if limit is None:
             return node
         name = f"timeout {value_text(limit)}"
-        timed = decorators.Timeout(name, node, self.execution, frame.checked(limit, LIMIT))
+        read = frame.checked(limit, LIMIT)
+        timed = decorators.Timeout(name, node, self.execution, read)
+        timed.latches = latches(read)
         return self._record(timed, "timeout", step.mark)
 
     def _recovering(self, step: Step, node: Node, frame: Frame) -> Node:
@@ -159,6 +165,7 @@ class _Compiler:
         unless = recover.unless.bind(frame) if recover.unless else None
         recoveries = [self.step(recovery, frame) for recovery in recover.recoveries]
         wrapped = Recover([node, *recoveries], self.execution, frame.attempts, unless)
+        wrapped.latches = latches(frame.attempts.most)
         detail = f"unless {recover.unless.source}" if recover.unless else ""
         wrapped.name = f"recover, {value_text(recover.attempts)} attempts"
         return self._record(wrapped, "recover", step.mark, detail=detail)
@@ -172,6 +179,7 @@ class _Compiler:
                 frame.value(modifiers.repeat) if endless else frame.checked(modifiers.repeat, TIMES)
             )
             repeated = decorators.Repeat(name, node, self.execution, times)
+            repeated.latches = latches(times)
             node = self._record(repeated, "repeat", step.mark)
         if modifiers.keep_going:
             going = decorators.OnFailure("on_failure: continue", node, self.execution)
@@ -220,9 +228,8 @@ class _Compiler:
 
     def _for_each(self, step: ForEach, frame: Frame) -> Node:
         inside, slot = frame.with_slot(step.variable)
-        loop = decorators.Loop(
-            step.variable.name, frame.value(step.items), slot.write, step.skip_failures
-        )
+        items = frame.value(step.items)
+        loop = decorators.Loop(step.variable.name, items, slot.write, step.skip_failures)
         name = step.name or step.kind
         if not isinstance(step, FollowWaypoints):
             return decorators.ForEach(name, self.step(step.child, inside), self.execution, loop)
@@ -237,17 +244,21 @@ class _Compiler:
         tree = self.mission.trees[step.tree]
         assert tree.root is not None
         readers, writers = dict(self.readers), dict(self.writers)
+        inputs: list[Read] = []
         for name, symbol in tree.inputs.items():
             readers[symbol] = frame.value(step.inputs[name])
+            inputs.append(readers[symbol])
         for name, symbol in tree.outputs.items():
             target = step.outputs.get(name)
             own = Slot(symbol)
             readers[symbol] = frame.readers[target] if target else own.read
             writers[symbol] = frame.writers[target] if target else own.write
         inside = Frame(self.execution, readers, writers, frame.attempts)
-        return decorators.Subtree(
+        used = decorators.Subtree(
             step.name or step.tree, self.step(tree.root, inside), self.execution
         )
+        used.latches = latches(*inputs)
+        return used
 
     def _leaf(self, step: Leaf, frame: Frame) -> Node:
         arguments: dict[str, Any] = {}
@@ -259,14 +270,18 @@ class _Compiler:
             else:
                 arguments[name] = value.value if isinstance(value, Constant) else None
         node = self._built(step, arguments)
+        reads: list[Read] = []
         if isinstance(node, RobotBehaviour):
             for name, value in step.ports.items():
                 if not isinstance(value, Constant | ExpressionValue | AssignmentList):
                     declared = step.behaviour.ports[name]
-                    node.bind_input(name, frame.checked(value, declared))
+                    reads.append(frame.checked(value, declared))
+                    node.bind_input(name, reads[-1])
             for name, symbol in step.outputs.items():
                 node.bind_output(name, frame.writers[symbol])
-        return LeafNode(node, self.execution)
+        leaf = LeafNode(node, self.execution)
+        leaf.latches = latches(*reads)
+        return leaf
 
     def _built(self, step: Leaf, arguments: dict[str, Any]) -> Behaviour:
         label = step.name or step.kind.rpartition(".")[2]

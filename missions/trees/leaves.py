@@ -10,9 +10,9 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from behaviours.base import RobotBehaviour
-from missions.language.expressions.scope import NotSet
 from missions.trees.context import Execution
 from missions.trees.node import Node
+from stack.errors import EvaluationError
 from stack.types import Failure, FailureCode
 
 # Module globals are faster than attributes of the enum; leaves are ticked often.
@@ -107,8 +107,14 @@ class LeafNode(Node):
         self.leaf.feedback_message = ""
         if robot_leaf is not None:
             robot_leaf.failure = None
-        if self._initialise is not None:
+        if self.latches and not self._safely(self._take_ports):
+            self.active = False  # the behaviour has not begun
+        elif self._initialise is not None:
             self._safely(self._initialise)
+
+    def _take_ports(self) -> None:
+        for latch in self.latches:
+            latch.take()
 
     def terminate(self, new_status: Status) -> None:
         """Halt the leaf if it is running; `execute_tick` has handled its other ends."""
@@ -151,8 +157,8 @@ class LeafNode(Node):
         return self._ended(status)
 
     def _ended(self, status: Status) -> Status:
-        self.active = False
-        if self._terminate is not None and not self._safely(self._terminate, status):
+        begun, self.active = self.active, False
+        if begun and self._terminate is not None and not self._safely(self._terminate, status):
             status = _FAILURE
         if status is _FAILURE and not self.broken:
             failure = self.robot_leaf.failure if self.robot_leaf is not None else None
@@ -173,9 +179,9 @@ class LeafNode(Node):
         return True
 
     def _report(self, error: BaseException) -> None:
-        """Turn an exception into the leaf's failure; an unset key needs no traceback."""
-        if isinstance(error, NotSet):
-            self._fail(FailureCode.FAILED, str(error))
+        """Turn an exception into the leaf's failure; a missing value needs no traceback."""
+        if isinstance(error, EvaluationError):
+            self._fail(error.code, error.sentence)
             return
         sentence = f"{type(error).__name__}: {error}"
         self.execution.log(f"{self.name}\n{format_exc()}")

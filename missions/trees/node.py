@@ -14,9 +14,9 @@ from py_trees.common import Status
 from py_trees.decorators import Decorator as PyTreesDecorator
 
 from behaviours.timer import Timer
-from missions.language.expressions.scope import NotSet
 from missions.trees.context import Execution, Record, halt
-from stack.errors import ParameterError
+from missions.trees.latch import Latch
+from stack.errors import EvaluationError, ParameterError
 from stack.types import Failure, FailureCode
 
 _RUNNING, _INVALID = Status.RUNNING, Status.INVALID
@@ -28,7 +28,7 @@ def run(node: Behaviour) -> Status:
 
 
 class Node(Behaviour):
-    """A node of a compiled tree. The tree sets `record`.
+    """A node of a compiled tree. The tree sets `record`; the compiler sets `latches`.
 
     A held mission is not ticked: `pause` and `resume` are called on all nodes, with the time on the
     robot's clock.
@@ -36,6 +36,7 @@ class Node(Behaviour):
 
     execution: Execution
     record: Record
+    latches: tuple[Latch, ...] = ()
 
     def execute_tick(self) -> Status:
         """Tick the node and return its status."""
@@ -90,11 +91,12 @@ class InnerNode(Node):
             if execution.starts is not None:
                 execution.starts(self)
         try:
+            if fresh:
+                for latch in self.latches:
+                    latch.take()
             status = self.advance(fresh)
-        except (NotSet, ArithmeticError, ParameterError) as error:
-            for child in self.children:
-                halt(child)
-            status = execution.fail(self, Failure(FailureCode.FAILED, str(error)))
+        except (EvaluationError, ParameterError) as error:
+            status = self._fail(error)
         if status is not _RUNNING:
             self.stop(status)
         elif fresh:
@@ -105,6 +107,13 @@ class InnerNode(Node):
         if execution.visited is not None:
             execution.visited.append((self, status))
         return status
+
+    def _fail(self, error: EvaluationError | ParameterError) -> Status:
+        """Halt the children; return FAILURE because of a missing or invalid value."""
+        for child in self.children:
+            halt(child)
+        code = error.code if isinstance(error, EvaluationError) else FailureCode.FAILED
+        return self.execution.fail(self, Failure(code, str(error)))
 
     def stop(self, new_status: Status = Status.INVALID) -> None:
         """Set the status; a halted node halts its children."""

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import wraps
+from typing import Any, Protocol, TypeVar
 
 from missions.language.expressions.expression import CheckedExpression
 from missions.language.expressions.scope import UNSET, Role, Scope, Symbol
 from missions.language.model import (
     AssignmentList,
     Composite,
+    Computed,
     Constant,
     Event,
     ExpressionValue,
@@ -28,6 +31,33 @@ from stack.documents import Findings, Mark
 MAX_STEPS = 3000
 """Nodes of a mission with every used tree expanded."""
 Written = dict[Symbol, None]
+
+
+class StepAnalysis(Protocol):
+    """An analysis with a memory for `once_per_step`: (method, id of the step) -> its result."""
+
+    memory: dict[tuple[str, int], Any]
+
+
+A = TypeVar("A", bound=StepAnalysis)
+R = TypeVar("R")
+
+
+def once_per_step(method: Callable[[A, Step], R]) -> Callable[[A, Step], R]:
+    """Memoise a method by its step: a tree is analysed once, not once per `use`.
+
+    The steps must live as long as the analysis, and the results must not be changed.
+    """
+
+    @wraps(method)
+    def remembered(analysis: A, step: Step) -> R:
+        key = method.__name__, id(step)
+        if key not in analysis.memory:
+            analysis.memory[key] = method(analysis, step)
+        found: R = analysis.memory[key]
+        return found
+
+    return remembered
 
 
 def children_of(step: Step) -> tuple[Step, ...]:
@@ -57,7 +87,7 @@ def check_recursion(
     Returns:
         The names of the used trees, in the order of their first use.
     """
-    order: list[str] = []
+    order: dict[str, None] = {}
     sizes: dict[str, int] = {}
 
     def size(step: Step, path: tuple[str, ...]) -> int:
@@ -70,8 +100,7 @@ def check_recursion(
             chain = " > ".join((*path[path.index(name) :], name))
             findings.error("E125", use.mark, f"the tree uses itself: {chain}")
             return 0
-        if name not in order:
-            order.append(name)
+        order[name] = None
         if name not in sizes:
             body = trees[name].root
             sizes[name] = size(body, (*path, name)) if body else 0
@@ -84,7 +113,7 @@ def check_recursion(
     for name, tree in trees.items():
         if name not in sizes and tree.root:
             size(tree.root, (name,))
-    return order
+    return list(order)
 
 
 class OrderCheck:
@@ -96,6 +125,7 @@ class OrderCheck:
 
     def __init__(self, trees: Mapping[str, Tree], findings: Findings) -> None:
         self.trees, self.findings = trees, findings
+        self.memory: dict[tuple[str, int], Any] = {}
 
     def mission(self, root: Step, events: Sequence[Event]) -> None:
         """Check the mission and its events; an event can run at any time, after any write."""
@@ -166,6 +196,7 @@ class OrderCheck:
                 inside[step.outputs[name]] = None
         written.update(inside)
 
+    @once_per_step
     def writes(self, step: Step) -> Written:
         """Return every key that a step may write."""
         found: Written = {}
@@ -187,7 +218,7 @@ class OrderCheck:
         elif isinstance(value, ListValue):
             for item in value.items:
                 self.value(item, mark, written)
-        elif isinstance(value, ExpressionValue):
+        elif isinstance(value, ExpressionValue | Computed):
             self.expression(value.expression, mark, written)
         elif isinstance(value, Template):
             for expression in value.expressions:
@@ -219,17 +250,6 @@ def _has_value(symbol: Symbol, written: Written) -> bool:
     if symbol.role is Role.KEY:
         return symbol.value is not UNSET or symbol in written
     return symbol.role is not Role.OUTPUT or symbol in written
-
-
-def moves(step: Step, trees: Mapping[str, Tree]) -> bool:
-    """Return whether a step, with the trees it uses, may move the robot."""
-    if isinstance(step, Leaf):
-        return step.behaviour.uses_wheels
-    if isinstance(step, Use):
-        root = trees[step.tree].root
-        if root is not None and moves(root, trees):
-            return True
-    return any(moves(child, trees) for child in children_of(step))
 
 
 def warn_of_other_meaning(use: Use, tree: Tree, scope: Scope, findings: Findings) -> None:

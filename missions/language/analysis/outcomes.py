@@ -7,21 +7,24 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from py_trees import behaviours as py_trees_behaviours
 
-from missions.language.analysis.data_flow import children_of, moves
+from missions.language.analysis.data_flow import children_of, once_per_step
 from missions.language.analysis.intervals import truth_values
 from missions.language.expressions.expression import CheckedExpression
 from missions.language.expressions.scope import UNSET, Symbol
 from missions.language.kinds import CONDITIONS, NODES
 from missions.language.model import (
     Composite,
+    Computed,
     Constant,
     Event,
     ExpressionValue,
     ForEach,
     Leaf,
+    ListValue,
     Reference,
     Step,
     Template,
@@ -53,6 +56,7 @@ class OutcomeCheck:
     def __init__(self, trees: Mapping[str, Tree], findings: Findings) -> None:
         self.trees, self.findings = trees, findings
         self.known: dict[tuple[int, bool], Outcomes] = {}
+        self.memory: dict[tuple[str, int], Any] = {}
 
     def step(self, step: Step) -> None:
         """Check a step and its children; used trees are checked separately."""
@@ -69,17 +73,20 @@ class OutcomeCheck:
 
     def events(self, events: Sequence[Event]) -> None:
         """Report events that can never fire."""
-        for number, event in enumerate(events):
+        first: dict[str, Event] = {}
+        for event in events:
             if truth_values(event.when.term) == {False}:
                 sentence = (
                     f"the event {event.name!r} never fires: {event.when.source} is always false"
                 )
                 self.findings.error("E161", event.when.mark or event.mark, sentence)
-            for earlier in events[:number]:
-                without_hold = isinstance(earlier.hold, Constant) and not earlier.hold.value
-                if without_hold and _without_spaces(earlier.when) == _without_spaces(event.when):
-                    sentence = f"the event {event.name!r} never fires: {earlier.name!r} fires first"
-                    self.findings.error("E161", event.mark, f"{sentence} on the same condition")
+            condition = _without_spaces(event.when)
+            if condition in first:
+                earlier = first[condition].name
+                sentence = f"the event {event.name!r} never fires: {earlier!r} fires first"
+                self.findings.error("E161", event.mark, f"{sentence} on the same condition")
+            elif isinstance(event.hold, Constant) and not event.hold.value:
+                first[condition] = event
 
     # Possible outcomes
 
@@ -196,6 +203,7 @@ class OutcomeCheck:
                 hint = "use a sequence, or make it the last child"
                 self.findings.warning("W106", child.mark, sentence, hint)
 
+    @once_per_step
     def takes_time(self, step: Step) -> bool:
         """Return whether a step surely needs more than one tick to succeed."""
         modifiers = step.modifiers
@@ -218,7 +226,7 @@ class OutcomeCheck:
 
     def _wheels(self, step: Composite) -> None:
         """Report two children of a parallel that both move the robot, certainly or possibly."""
-        drivers = [child for child in step.children if moves(child, self.trees)]
+        drivers = [child for child in step.children if self.moves(child)]
         at_once = [child for child in drivers if self.begins_to_move(child)]
         if len(at_once) > 1:
             first, second = at_once[:2]
@@ -229,12 +237,24 @@ class OutcomeCheck:
             sentence = f"{_name(second)} may move the robot at the same time as {_name(first)}"
             self.findings.warning("W105", second.mark, f"{sentence} (line {first.mark.line})")
 
+    @once_per_step
+    def moves(self, step: Step) -> bool:
+        """Return whether a step, with the trees it uses, may move the robot."""
+        if isinstance(step, Leaf):
+            return step.behaviour.uses_wheels
+        if isinstance(step, Use):
+            root = self.trees[step.tree].root
+            if root is not None and self.moves(root):
+                return True
+        return any(self.moves(child) for child in children_of(step))
+
+    @once_per_step
     def begins_to_move(self, step: Step) -> bool:
         """Return whether a step moves the robot from its first tick."""
         if step.modifiers.when is not None:
             return False
         if isinstance(step, Leaf):
-            return moves(step, self.trees)
+            return self.moves(step)
         if isinstance(step, Use):
             root = self.trees[step.tree].root
             return root is not None and self.begins_to_move(root)
@@ -265,16 +285,20 @@ def _leaf_outcomes(step: Leaf) -> Outcomes:
 def _expressions(value: Value) -> tuple[CheckedExpression, ...]:
     if isinstance(value, Template):
         return value.expressions
-    return (value.expression,) if isinstance(value, ExpressionValue) else ()
+    if isinstance(value, ListValue):
+        return tuple(found for item in value.items for found in _expressions(item))
+    return (value.expression,) if isinstance(value, ExpressionValue | Computed) else ()
 
 
 def _may_be_missing(value: Value) -> bool:
+    if isinstance(value, ListValue):
+        return any(map(_may_be_missing, value.items))
     return isinstance(value, Reference) and _may_be_unset(value.symbol)
 
 
 def _can_fail_to_evaluate(expression: CheckedExpression) -> bool:
     """Return whether the evaluation can fail: a key may be unset, or there is a division."""
-    return "/" in expression.source or any(map(_may_be_unset, expression.read.values()))
+    return expression.may_fail or any(map(_may_be_unset, expression.read.values()))
 
 
 def _may_be_unset(symbol: Symbol) -> bool:

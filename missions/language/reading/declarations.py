@@ -171,11 +171,16 @@ class DeclarationReader:
         if unit is None:
             return kind
         dimension, factor = units().get(str(unit.value), ("", 0.0))
-        if factor != 1.0 or kind not in (NUMBER, ANYTHING):
+        of_list = kind.item == NUMBER
+        if factor != 1.0 or not (of_list or kind in (NUMBER, ANYTHING)):
             hint = "write an SI unit, e.g. m; types such as `duration` have their unit"
-            sentence = f"unit needs `type: float` and must be an SI unit, got {unit.words()}"
+            sentence = f"unit needs `type: float` or a list, and an SI unit, got {unit.words()}"
             self.findings.error("E107", unit.mark, sentence, hint)
-        return replace(kind, unit=dimension)
+        return (
+            replace(kind, item=replace(NUMBER, unit=dimension))
+            if of_list
+            else replace(kind, unit=dimension)
+        )
 
     def _named(self, key: Node, body: Node, owner: str, section: str) -> None:
         """Record the name of a declaration and the keys of its section."""

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 from missions.language.expressions.scope import Symbol
 from missions.language.keys import MISSION, RESERVED
 from missions.language.model import Component, Resources
-from missions.language.reading.values import reference_name
+from missions.language.reading.port_expressions import reference_name
 from missions.language.reading.words import WordRole, Words
 from stack.documents import Findings, Mark, Node, Section, read_file
 from stack.errors import InputError, ParameterError

@@ -171,9 +171,10 @@ class _Reading:
         if root is None or self.findings.errors:
             return
         starts = _starts(root, events)
-        reached = check_recursion(trees, starts, self.findings)
-        own = [tree for tree in trees.values() if tree.mark.file == self.top.node.mark.file]
-        for tree in own:
+        reached = set(check_recursion(trees, starts, self.findings))
+        file = self.top.node.mark.file
+        own = {name: tree for name, tree in trees.items() if tree.mark.file == file}
+        for tree in own.values():
             if tree.name not in reached:
                 self.findings.warning("W103", tree.mark, f"the tree {tree.name!r} is never used")
         if self.findings.errors:
@@ -181,8 +182,8 @@ class _Reading:
         OrderCheck(trees, self.findings).mission(root, events)
         roots = [*starts, *_roots_of(trees)]
         for use in (use for step in roots for use in uses_of(step)):
-            if trees[use.tree] in own:
-                warn_of_other_meaning(use, trees[use.tree], scope, self.findings)
+            if use.tree in own:
+                warn_of_other_meaning(use, own[use.tree], scope, self.findings)
         outcomes = OutcomeCheck(trees, self.findings)
         for step in roots:
             outcomes.step(step)

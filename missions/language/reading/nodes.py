@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
 
 from behaviours.catalogue import BehaviourKind
 from missions.language.expressions.expression import NameContext
@@ -12,8 +11,6 @@ from missions.language.expressions.scope import UNSET, Role, Symbol
 from missions.language.expressions.terms import shown
 from missions.language.expressions.texts import formatter
 from missions.language.expressions.value_types import (
-    ANYTHING,
-    ValueType,
     type_of,
 )
 from missions.language.keys import (
@@ -30,11 +27,9 @@ from missions.language.model import (
     Constant,
     ForEach,
     Leaf,
-    Reference,
     Step,
     Tree,
     Use,
-    Value,
 )
 from missions.language.reading.modifiers import ModifierReader, RawModifiers
 from missions.language.reading.ports import Owner, PortReader
@@ -47,8 +42,7 @@ from missions.language.reading.waypoints import (
 )
 from missions.language.reading.words import WordRole
 from stack.documents import Findings, Mark, Node, is_one_line
-from stack.parameters import REQUIRED, Declaration, suggestion
-from stack.types import Pose2D
+from stack.parameters import REQUIRED, suggestion
 
 
 class NodeReader:
@@ -237,11 +231,9 @@ class NodeReader:
             self.skim(_value(raw, "do"), context)
             return None
         key, node = entries[0]
-        poses = any(item.is_sequence for item in node.items)
-        kind = list[Pose2D] if poses else list[Any]
         self.values.words.add(key, WordRole.DECLARED, context.scope, "for_each")
-        items = self.values.value(Declaration(str(key.value), kind), node, context)
-        symbol = Symbol(str(key.value), Role.VARIABLE, _item_type(items), key.mark)
+        items, kind = self.values.items(str(key.value), node, context)
+        symbol = Symbol(str(key.value), Role.VARIABLE, kind, key.mark)
         self.warn_of_hiding(symbol, context)
         inside = replace(context, scope=context.scope.inside({symbol.name: symbol}))
         child = self.child(raw.get("do"), start, inside)
@@ -373,22 +365,3 @@ def _skips_failures(raw: RawModifiers) -> bool:
 
 def _value(raw: RawModifiers, word: str) -> Node | None:
     return raw[word][1] if word in raw else None
-
-
-def _item_type(items: Value | None) -> ValueType:
-    """Return the type of a loop variable from its list."""
-    if isinstance(items, Reference):
-        return items.symbol.type.item or ANYTHING
-    if isinstance(items, Constant) and items.value:
-        kinds = [_literal_type(value) for value in items.value]
-        if all(kind == kinds[0] for kind in kinds):
-            return kinds[0]
-        if all(kind.is_number for kind in kinds):
-            return ValueType(float)
-    return ANYTHING
-
-
-def _literal_type(value: Any) -> ValueType:
-    return (
-        ValueType(type(value)) if isinstance(value, bool | int | float | str | Pose2D) else ANYTHING
-    )

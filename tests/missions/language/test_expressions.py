@@ -106,9 +106,9 @@ def test_values(source, value):
     ("source", "kind"),
     [
         ("$n + 1", INT), ("$n / 2", NUMBER), ("$n + 1.0", NUMBER), ("$n > 3", BOOL),
-        ("robot.speed * 2", ValueType(float, "m/s")), ("1 m / 2 s", NUMBER),
-        ("time + 1", ValueType(float, "s")), ("2 / 4 s", NUMBER), ("error", TEXT), ("pose", POSE),
-        ("$dock.heading", ValueType(float, "rad")),
+        ("robot.speed * 2", ValueType(float, "m/s")), ("1 m / 2 s", ValueType(float, "m/s")),
+        ("time + 1", ValueType(float, "s")), ("2 / 4 s", ValueType(float, "Hz")),
+        ("error", TEXT), ("pose", POSE), ("$dock.heading", ValueType(float, "rad")),
     ],
 )  # fmt: skip
 def test_types(source, kind):

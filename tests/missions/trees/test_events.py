@@ -242,7 +242,7 @@ def test_a_key_that_is_not_set_is_a_failure_and_nothing_goes_on_running(run):
         """)
     it.robot.answers.update(a="r")
     it.ticks()
-    assert it.tree.failure == Failure("FAILED", "$n is read, but nothing has written it yet")
+    assert it.tree.failure == Failure("NOT_SET", "$n is read, but nothing has written it yet")
 
 
 def test_every_keeps_the_last_result_until_its_period_is_over(run):
