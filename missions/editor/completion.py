@@ -12,6 +12,7 @@ from missions.editor.markdown import behaviour_text, declaration_text, word_text
 from missions.editor.node_schemas import allowed_modifiers
 from missions.execution.component_choices import DEFAULTS, NAVIGATION_KINDS
 from missions.execution.resources import world_files
+from missions.language.expressions.functions import FUNCTIONS
 from missions.language.expressions.robot_values import ROBOT_VALUES
 from missions.language.expressions.scope import Role, Symbol
 from missions.language.expressions.terms import POSE_FIELDS
@@ -61,6 +62,8 @@ def candidates(
     if inside_text:
         return list(_expressions(reading, word, typed))
     if word.role is WordRole.EXPRESSION:
+        found = list(_expressions(reading, word, typed))
+    elif typed.startswith("$") and "." in typed and word.role is WordRole.VALUE:
         found = list(_expressions(reading, word, typed))
     else:
         provider = _PROVIDERS.get(word.role)
@@ -168,6 +171,10 @@ def _expressions(reading: Reading, word: Word, typed: str) -> Iterator[Candidate
     yield from (_reference(reading, symbol) for symbol in known.values())
     for value, item in ROBOT_VALUES.items():
         yield Candidate(value, "value", str(item.type), item.help)
+    for name, function in FUNCTIONS.items():
+        yield Candidate(
+            name, "behaviour", function.result, f"`{function.signature}`: {function.help}"
+        )
     yield from (Candidate(operator, "keyword") for operator in ("and", "or", "not", "is set"))
 
 

@@ -10,6 +10,7 @@ from behaviours.catalogue import BehaviourKind
 from missions.editor.document import Reading
 from missions.editor.markdown import behaviour_text, declaration_text, word_text
 from missions.inspection.listing import description_of, installed
+from missions.language.expressions.functions import FUNCTIONS
 from missions.language.expressions.robot_values import ROBOT_VALUES
 from missions.language.expressions.scope import UNSET, Symbol
 from missions.language.expressions.terms import shown
@@ -148,6 +149,9 @@ def _input(reading: Reading, word: Word, text: str) -> str:
 
 
 def _expression(reading: Reading, word: Word, text: str) -> str:
+    if text in FUNCTIONS:
+        function = FUNCTIONS[text]
+        return f"**{function.signature}**: {function.help}\n\n*{function.result}*"
     value = ROBOT_VALUES.get(text)
     return f"**{text}**: {value.help}\n\n*{value.type}*" if value else ""
 

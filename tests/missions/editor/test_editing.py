@@ -32,6 +32,8 @@ run:
     - check: $count == 1 and $shelf.x > 0
     - say: "😀 ${count} of ${$count + 1}, $count, at ${shelf}"
     - wait: $dwell
+    - navigate_to_pose: [$shelf.x + 1 m, $shelf.y, 0]
+    - wait: ($count + 1) * 2 s
 trees:
   inspect:
     in: {target: Pose}
@@ -85,10 +87,11 @@ def test_the_outline_follows_the_file(patrol):
     assert (name, line) == ("sequence", 17)
     assert [(name, line) for name, line, _ in children] == [
         ("for_each", 18), ("count it", 20), ("check", 22), ("say", 23), ("wait", 24),
+        ("navigate_to_pose", 25), ("wait", 26),
     ]  # fmt: skip
     assert children[0][2] == [("use inspect", 19, [])]
-    assert shown["trees"][1] == [("inspect", 26, [("navigate_to_pose", 28, [])])]
-    assert shown["tests"][1] == [("counts", 30, [])]
+    assert shown["trees"][1] == [("inspect", 28, [("navigate_to_pose", 30, [])])]
+    assert shown["tests"][1] == [("counts", 32, [])]
 
 
 def test_a_broken_file_still_has_an_outline(patrol):
@@ -107,7 +110,7 @@ def test_a_key_is_renamed_in_expressions_texts_and_tests(patrol):
     after = (
         PATROL.replace("count: {type", "visits: {type").replace("$count > 1", "$visits > 1")
         .replace("set: {count: $count", "set: {visits: $visits")
-        .replace("check: $count", "check: $visits")
+        .replace("check: $count", "check: $visits").replace("($count", "($visits")
         .replace("${count} of ${$count + 1}, $count,", "${visits} of ${$visits + 1}, $count,")
         .replace("{$count: 3}", "{$visits: 3}").replace("expect: {count", "expect: {visits")
     )  # fmt: skip

@@ -191,6 +191,7 @@ def test_a_world_file_has_its_own_findings(client, folder):
         ("start: do|ck", ["place of the world"]),
         ("{picture: $ph|oto", ["blackboard key", "text"]),
         ("battery.ch|arge", ["state of charge"]),
+        ("vis|ited: $visited", ["blackboard key", "whole number"]),
         ("use: ins|pect", ["Drive there and look.", "`target` (Pose)", "`picture` (text)"]),
         ("im|age: $p", ["**image**"]),
         ("plugi|ns", ["your own behaviours and components of navigation"]),
@@ -312,6 +313,8 @@ def test_included_trees_and_places_events_and_cases(client, folder):
          {"$visited": "$visited", "battery.charge": "battery.charge"}, ["wave"]),
         ("battery.charge > 0.3", "$dock.|", {"$dock.x": "$dock.x",
                                              "$dock.heading": "$dock.heading"}, ["battery.charge"]),
+        ("wait: $dwell", "wait: $visited * mi|", {"$visited": "$visited", "min": "min"}, ["wave"]),
+        ("wait: $dwell", "wait: $visited * |", {"battery.charge": "battery.charge"}, ["wave"]),
         # sections below a node
         ("timeout: 90 s", "recover: {|}", {"attempts": "attempts: ", "unless": "unless: ",
                                            "round_robin": "round_robin: "}, ["delay"]),
