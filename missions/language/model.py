@@ -257,6 +257,7 @@ class Event:
 
     Attributes:
         hold: time for which `when` must be true, seconds.
+        again: time after which it runs again while `when` stays true, seconds; None: never.
         step: node to run.
         then: resume | restart | abort.
     """
@@ -267,11 +268,17 @@ class Event:
     hold: Value
     step: Step
     then: str
+    again: Value | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Tree:
-    """One entry of `trees` of the mission or of an included file; `doc` is its description."""
+    """One entry of `trees` of the mission or of an included file.
+
+    Attributes:
+        doc: its description.
+        events: alive while the tree is running.
+    """
 
     name: str
     mark: Mark
@@ -279,6 +286,12 @@ class Tree:
     outputs: Mapping[str, Symbol]
     root: Step | None = None
     doc: str = ""
+    events: tuple[Event, ...] = ()
+
+    @property
+    def roots(self) -> tuple[Step, ...]:
+        """The root and the nodes of the events."""
+        return (*((self.root,) if self.root else ()), *(event.step for event in self.events))
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,6 +8,7 @@ py_trees' own tools, is built on it.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from typing import Any
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
@@ -20,6 +21,8 @@ from stack.errors import EvaluationError, ParameterError
 from stack.types import Failure, FailureCode
 
 _RUNNING, _INVALID = Status.RUNNING, Status.INVALID
+VALUE_ERRORS = (EvaluationError, ParameterError)
+"""Errors of values: a missing or invalid value, an expression that cannot be computed."""
 
 
 def run(node: Behaviour) -> Status:
@@ -36,6 +39,8 @@ class Node(Behaviour):
 
     execution: Execution
     record: Record
+    skipped: bool = False
+    """Its last run was skipped; its status is then SUCCESS."""
     latches: tuple[Latch, ...] = ()
 
     def execute_tick(self) -> Status:
@@ -88,6 +93,7 @@ class InnerNode(Node):
         fresh = self.status is not _RUNNING
         if fresh:
             self.feedback_message = ""
+            self.skipped = False
             if execution.starts is not None:
                 execution.starts(self)
         try:
@@ -95,7 +101,7 @@ class InnerNode(Node):
                 for latch in self.latches:
                     latch.take()
             status = self.advance(fresh)
-        except (EvaluationError, ParameterError) as error:
+        except VALUE_ERRORS as error:
             status = self._fail(error)
         if status is not _RUNNING:
             self.stop(status)
@@ -108,7 +114,12 @@ class InnerNode(Node):
             execution.visited.append((self, status))
         return status
 
-    def _fail(self, error: EvaluationError | ParameterError) -> Status:
+    def skip(self, why: str = "skipped") -> Status:
+        """Mark this run as skipped; return SUCCESS."""
+        self.skipped, self.feedback_message = True, why
+        return Status.SUCCESS
+
+    def _fail(self, error: Exception) -> Status:
         """Halt the children; return FAILURE because of a missing or invalid value."""
         for child in self.children:
             halt(child)
@@ -147,6 +158,16 @@ class Decorator(InnerNode, PyTreesDecorator):
             halt(self.child)
         self.terminate(new_status)
         self.status = new_status
+
+    def outcome_of_child(self) -> Status:
+        """Return the status of the child as that of this node, with its failure or its skip."""
+        child: Any = self.child
+        if child.status is Status.FAILURE:
+            return self.execution.propagate_failure(self, child)
+        if child.skipped and child.status is Status.SUCCESS:
+            return self.skip()
+        status: Status = child.status
+        return status
 
     def reset_finished_child(self) -> None:
         """Reset a finished child, so that its next run is a new run."""

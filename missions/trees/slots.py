@@ -21,7 +21,7 @@ from missions.language.expressions.scope import UNSET, NotSet, Symbol
 from missions.language.expressions.texts import formatter
 from missions.language.model import Computed, Constant, ListValue, Reference, Template, Value
 from missions.trees.attempts import Attempts
-from missions.trees.context import Execution
+from missions.trees.context import Execution, HandledFailure
 from missions.trees.latch import Latch, Read, latches
 from stack.errors import EvaluationError, ParameterError
 from stack.parameters import Declaration
@@ -91,14 +91,16 @@ class Frame:
         readers: functions that read symbols, for all that are not constant.
         writers: functions that write symbols, for all that are writable.
         attempts: of the innermost retry or recover.
-        skipped_fails: a skipped node counts as failed, because its parent is a fallback.
+        handled: failure that the innermost recover or fallback deals with.
+        always_set: `out` symbols that are bound to keys with an initial value.
     """
 
     execution: Execution
     readers: dict[Symbol, Read]
     writers: dict[Symbol, Write]
     attempts: Attempts | None = None
-    skipped_fails: bool = False
+    handled: HandledFailure | None = None
+    always_set: frozenset[Symbol] = frozenset()
 
     @property
     def context(self) -> EvaluationContext:
@@ -108,6 +110,14 @@ class Frame:
     def attempt(self) -> int:
         """Return the current attempt."""
         return self.attempts.number if self.attempts else 1
+
+    def error(self) -> str:
+        """Return the code of the failure being dealt with; "" without one."""
+        return self.handled.read() if self.handled else ""
+
+    def can_be_unset(self, symbol: Symbol) -> bool:
+        """Return whether a key or `out` may be without a value."""
+        return symbol.value is UNSET and symbol not in self.always_set
 
     def reader(self, symbol: Symbol) -> Read:
         """Return a function that reads a symbol."""

@@ -102,8 +102,7 @@ def check_recursion(
             return 0
         order[name] = None
         if name not in sizes:
-            body = trees[name].root
-            sizes[name] = size(body, (*path, name)) if body else 0
+            sizes[name] = sum(size(step, (*path, name)) for step in trees[name].roots)
         return sizes[name]
 
     total = sum(size(root, ()) for root in roots)
@@ -111,8 +110,9 @@ def check_recursion(
         sentence = f"the mission has {total} nodes with all trees expanded; at most {MAX_STEPS}"
         findings.error("E126", roots[0].mark, sentence)
     for name, tree in trees.items():
-        if name not in sizes and tree.root:
-            size(tree.root, (name,))
+        if name not in sizes:
+            for step in tree.roots:
+                size(step, (name,))
     return list(order)
 
 
@@ -129,16 +129,20 @@ class OrderCheck:
 
     def mission(self, root: Step, events: Sequence[Event]) -> None:
         """Check the mission and its events; an event can run at any time, after any write."""
-        by_events: Written = {}
+        self._below_events(root, events, {})
+
+    def _below_events(self, root: Step, events: Sequence[Event], written: Written) -> None:
+        """Check a node with the events above it; an event can run at any time."""
         for event in events:
-            by_events.update(self.writes(event.step))
-        everything = {**by_events, **self.writes(root)}
-        self.step(root, by_events)
+            written.update(self.writes(event.step))
+        everything = {**written, **self.writes(root)} if events else {}
+        self.step(root, written)
         for event in events:
-            written = dict(everything)
-            self.expression(event.when, event.mark, written)
-            self.value(event.hold, event.mark, written)
-            self.step(event.step, written)
+            found = dict(everything)
+            self.expression(event.when, event.mark, found)
+            for value in (event.hold, event.again):
+                self.value(value, event.mark, found)
+            self.step(event.step, found)
 
     def step(self, step: Step, written: Written) -> None:
         """Check a step with its modifiers."""
@@ -190,7 +194,7 @@ class OrderCheck:
             if target is not None and _has_value(target, written):
                 inside[symbol] = None
         if tree.root:
-            self.step(tree.root, inside)
+            self._below_events(tree.root, tree.events, inside)
         for name, symbol in tree.outputs.items():
             if inside.pop(symbol, symbol) is None and name in step.outputs:
                 inside[step.outputs[name]] = None
@@ -206,8 +210,8 @@ class OrderCheck:
             for value in step.ports.values():
                 if isinstance(value, AssignmentList):
                     found.update((symbol, None) for symbol, _ in value.assignments)
-        root = self.trees[step.tree].root if isinstance(step, Use) else None
-        for child in (*children_of(step), *((root,) if root else ())):
+        used = self.trees[step.tree].roots if isinstance(step, Use) else ()
+        for child in (*children_of(step), *used):
             found.update(self.writes(child))
         return found
 

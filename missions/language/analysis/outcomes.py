@@ -41,6 +41,11 @@ class Outcomes:
 
     success: bool = True
     failure: bool = True
+    skip: bool = False
+
+    def go_on_after(self, outcome: str) -> bool:
+        """Return whether the next child may run, if it does after "success" or "failure"."""
+        return self.skip or (self.success if outcome == "success" else self.failure)
 
 
 _PLAIN: dict[type, Outcomes] = {
@@ -55,7 +60,7 @@ class OutcomeCheck:
 
     def __init__(self, trees: Mapping[str, Tree], findings: Findings) -> None:
         self.trees, self.findings = trees, findings
-        self.known: dict[tuple[int, bool], Outcomes] = {}
+        self.known: dict[int, Outcomes] = {}
         self.memory: dict[tuple[str, int], Any] = {}
 
     def step(self, step: Step) -> None:
@@ -63,7 +68,7 @@ class OutcomeCheck:
         self._conditions(step)
         self._retries(step)
         if isinstance(step, Composite) and NODES[step.kind].goes_on_after:
-            self._reached(step, on_success=NODES[step.kind].goes_on_after == "success")
+            self._reached(step, NODES[step.kind].goes_on_after)
             if step.kind == "reactive":
                 self._restarted(step)
         elif isinstance(step, Composite) and step.kind == "parallel":
@@ -90,65 +95,70 @@ class OutcomeCheck:
 
     # Possible outcomes
 
-    def outcomes(self, step: Step, *, in_fallback: bool = False) -> Outcomes:
+    def outcomes(self, step: Step) -> Outcomes:
         """Return the possible outcomes of a step with all its modifiers."""
-        key = (id(step), in_fallback)
+        key = id(step)
         if key not in self.known:
             self.known[key] = Outcomes()
-            self.known[key] = self._outcomes(step, in_fallback)
+            self.known[key] = self._outcomes(step)
         return self.known[key]
 
-    def _outcomes(self, step: Step, in_fallback: bool) -> Outcomes:
+    def _outcomes(self, step: Step) -> Outcomes:
         modifiers, ends = step.modifiers, self._attempt(step)
         success, failure = ends.success, ends.failure
         if isinstance(modifiers.repeat, Constant) and modifiers.repeat.value is None:
             success = False
-        if modifiers.keep_going:
-            success, failure = success or failure, False
         if modifiers.while_ is not None:
             failure = True
-        if modifiers.when is not None:
-            success, failure = (success, True) if in_fallback else (True, failure)
-        return Outcomes(success, failure)
+        if modifiers.keep_going:
+            success, failure = success or failure, False
+        return Outcomes(success, failure, ends.skip or modifiers.when is not None)
 
     def _attempt(self, step: Step) -> Outcomes:
         """Return the possible outcomes of one attempt: the step with its timeout only."""
         ends = self._body(step)
         if step.modifiers.timeout is not None:
-            return Outcomes(ends.success, True)
+            return Outcomes(ends.success, True, ends.skip)
         return ends
 
     def _body(self, step: Step) -> Outcomes:
         if isinstance(step, Leaf):
             return _leaf_outcomes(step)
         if isinstance(step, Use):
-            root = self.trees[step.tree].root
-            return self.outcomes(root) if root else Outcomes()
+            return self._tree(self.trees[step.tree])
         if isinstance(step, ForEach):
-            return Outcomes(True, self.outcomes(step.child).failure and not step.skip_failures)
+            ends = self.outcomes(step.child)
+            return Outcomes(True, ends.failure and not step.skip_failures, ends.skip)
         if isinstance(step, Composite):
             return self._composite(step)
         return Outcomes()
 
+    def _tree(self, tree: Tree) -> Outcomes:
+        """Return the possible outcomes of a used tree; an event can end it with its failure."""
+        ends = self.outcomes(tree.root) if tree.root else Outcomes()
+        events = [self.outcomes(event.step).failure or event.then == "abort"
+                  for event in tree.events]  # fmt: skip
+        return Outcomes(ends.success, ends.failure or any(events), ends.skip)
+
     def _composite(self, step: Composite) -> Outcomes:
-        in_fallback = NODES[step.kind].handles_failure
-        ends = [self.outcomes(child, in_fallback=in_fallback) for child in step.children]
-        succeed = [item.success for item in ends]
-        fail = [item.failure for item in ends]
-        if step.kind == "parallel":
+        ends = [self.outcomes(child) for child in step.children]
+        succeed, fail = any(item.success for item in ends), any(item.failure for item in ends)
+        skip = all(item.skip for item in ends)
+        if NODES[step.kind].handles_failure:
+            return Outcomes(succeed, fail and all(end.go_on_after("failure") for end in ends), skip)
+        if step.kind == "parallel" and step.needed < len(ends):
             spare = len(ends) - step.needed
-            return Outcomes(sum(succeed) >= step.needed, sum(fail) > spare)
-        if in_fallback:
-            return Outcomes(any(succeed), all(fail))
-        return Outcomes(all(succeed), any(fail))
+            fails = sum(item.failure or item.skip for item in ends) > spare
+            return Outcomes(sum(item.success for item in ends) >= step.needed, fails, skip)
+        return Outcomes(succeed and all(end.go_on_after("success") for end in ends), fail, skip)
 
     # Findings
 
-    def _reached(self, step: Composite, on_success: bool) -> None:
+    def _reached(self, step: Composite, outcome: str) -> None:
         for before, after in zip(step.children, step.children[1:], strict=False):
-            ends = self.outcomes(before, in_fallback=not on_success)
-            if not (ends.success if on_success else ends.failure):
-                word = "succeeds" if on_success else "fails"
+            ends = self.outcomes(before)
+            if not ends.go_on_after(outcome):
+                word = "succeeds" if outcome == "success" else "fails"
                 if not ends.success and not ends.failure:
                     word = "ends"
                 sentence = f"never reached: {_name(before)} (line {before.mark.line}) never {word}"
@@ -243,8 +253,7 @@ class OutcomeCheck:
         if isinstance(step, Leaf):
             return step.behaviour.uses_wheels
         if isinstance(step, Use):
-            root = self.trees[step.tree].root
-            if root is not None and self.moves(root):
+            if any(self.moves(root) for root in self.trees[step.tree].roots):
                 return True
         return any(self.moves(child) for child in children_of(step))
 

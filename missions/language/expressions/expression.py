@@ -49,6 +49,10 @@ class Bindings(Protocol):
         """Return the current attempt of the innermost retry or recover."""
         ...
 
+    def error(self) -> str:
+        """Return the code of the failure that the innermost recover or fallback deals with."""
+        ...
+
 
 @dataclass(frozen=True, slots=True)
 class CheckedExpression:
@@ -144,6 +148,9 @@ class _Names:
     def attempt(self) -> int:
         return self.inner.attempt()
 
+    def error(self) -> str:
+        return self.inner.error()
+
 
 class _Constants:
     """The bindings of a constant expression: places and arguments."""
@@ -156,6 +163,9 @@ class _Constants:
         return lambda: symbol.value
 
     def attempt(self) -> int:
+        raise AssertionError("a constant expression reads no attempt")
+
+    def error(self) -> str:
         raise AssertionError("a constant expression reads no attempt")
 
 

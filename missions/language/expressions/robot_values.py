@@ -29,11 +29,6 @@ class EvaluationContext(Protocol):
         """The robot that the tree drives."""
         ...
 
-    @property
-    def error(self) -> str:
-        """Code of the last failure that a recover or a fallback handled; "" before the first."""
-        ...
-
     def describe(self, value: Any) -> str:
         """Format a value for people; a place is shown by its name."""
         ...
@@ -100,8 +95,9 @@ ROBOT_VALUES: dict[str, RobotValue] = {
     ),
     "error": RobotValue(
         TEXT,
-        lambda s: s.error,
-        "code of the failure being handled; in `unless`, recoveries and later alternatives",
+        lambda s: "",
+        "code of the failure that the innermost `recover` or fallback deals with; in `unless`, "
+        "recoveries and later alternatives",
     ),
     "attempt": RobotValue(
         INT,
@@ -110,7 +106,7 @@ ROBOT_VALUES: dict[str, RobotValue] = {
         least=1,
     ),
 }
-"""The compiler binds `attempt` to the innermost retry or recover around the expression."""
+"""The compiler binds `attempt` and `error` to the innermost node that counts or deals with them."""
 
 DISTANCE = "pose.distance_to"
 """Distance from the robot to a pose, metres; `functions` has the functions with plain names."""

@@ -37,6 +37,10 @@ class Names(Protocol):
         """Return the current attempt of the innermost retry or recover."""
         ...
 
+    def error(self) -> str:
+        """Return the code of the failure that the innermost recover or fallback deals with."""
+        ...
+
 
 @dataclass
 class Check:
@@ -175,6 +179,8 @@ class Named:
             return lambda: code
         if self.name == "attempt":
             return names.attempt
+        if self.name == "error":
+            return names.error
         read, context = ROBOT_VALUES[self.name].read, names.context
         return lambda: read(context)
 

@@ -9,6 +9,8 @@ from typing import Any
 
 from missions.language.analysis.data_flow import children_of
 from missions.language.case_model import (
+    FAILURE,
+    RUNNING,
     SUCCESS,
     Case,
     Change,
@@ -24,7 +26,7 @@ from missions.language.model import Constant, Event, Leaf, Step, Tree, Use
 from missions.language.reading.declarations import Layer
 from missions.language.reading.values import ValueReader
 from missions.language.reading.words import WordRole, Words
-from stack.documents import Findings, Node
+from stack.documents import Findings, Mark, Node
 from stack.errors import ParameterError
 from stack.parameters import Declaration, suggestion
 from stack.types import FailureCode
@@ -44,6 +46,11 @@ class MissionNames:
     events: tuple[Event, ...]
     trees: Mapping[str, Tree]
     roots: tuple[Step, ...]
+
+    @property
+    def all_events(self) -> tuple[Event, ...]:
+        """The events of the mission and of its trees."""
+        return (*self.events, *(event for tree in self.trees.values() for event in tree.events))
 
 
 class CaseReader:
@@ -128,8 +135,10 @@ class CaseReader:
         words = (*STATUS_WORDS, *FailureCode.__members__)
         for item in _items(node):
             self.words.choice(item, words)
-            if not isinstance(item.value, str) or not (item.value in words or item.value.isupper()):
+            if item.value not in words and not _is_own_code(item):
                 hint = suggestion(str(item.value), words)
+                if str(item.value).isupper():
+                    hint += "; write your own codes in quotes"
                 self._error(item, f"expected an outcome, got {item.words()}", hint)
         return tuple(str(item.value) for item in _items(node)) or (SUCCESS,)
 
@@ -149,9 +158,8 @@ class CaseReader:
         name = str(key.value)
         self.words.add(key, WordRole.CHANGE)
         if name == "event":
-            events = [event.name for event in self.known.events]
-            self.words.choice(node, events, WordRole.NODE_NAME)
-            names = [event.name for event in self.known.events]
+            names = [event.name for event in self.known.all_events]
+            self.words.choice(node, names, WordRole.NODE_NAME)
             if node.value not in names:
                 self._unknown(node, "event", names)
             return [Change(at, "event", str(node.value))]
@@ -182,7 +190,10 @@ class CaseReader:
             return Expectation(status=SUCCESS)
         if not node.is_mapping:
             self.words.add(node, WordRole.EXPECTATION)
-        found: dict[str, Any] = {"keys": {}, "ran": {}, "within_each": {}, "marks": {}}
+        found: dict[str, Any] = {
+            "status": None, "failure": None, "order": (), "keys": {}, "ran": {}, "within_each": {},
+            "marks": {},
+        }  # fmt: skip
         for key, value in self._entries(node, "expect"):
             word = str(key.value)
             self.words.add(key, WordRole.EXPECTATION)
@@ -197,18 +208,36 @@ class CaseReader:
                 self._within(value, found)
             else:
                 self._key(key, value, found)
+        self._contradictions(node, found)
+        if found["status"] is None:
+            found["status"] = SUCCESS if found["failure"] is None else FAILURE
         return Expectation(**found)
+
+    def _contradictions(self, node: Node, found: dict[str, Any]) -> None:
+        """Report expectations that cannot be met together."""
+        marks, status, failure = found["marks"], found["status"], found["failure"]
+        if failure is not None and status not in (None, FAILURE):
+            sentence = f"a mission that ends with {status} has no failure {failure}"
+            if status == RUNNING:
+                sentence = f"a mission that is still running has no failure {failure}"
+            self._error_at(marks["failure"], sentence, "remove `status` or `failure`")
+        for name in dict.fromkeys(found["order"]):
+            most, wanted = found["ran"].get(name, (0, inf))[1], found["order"].count(name)
+            if most < wanted:
+                sentence = f"order has {wanted} starts of {name!r}, but ran allows {most:g}"
+                self._error_at(marks[f"ran {name}"], sentence)
 
     def _word(self, word: str, node: Node) -> str:
         words = STATUS_WORDS
         if word == "failure":
             words = tuple(FailureCode.__members__)
         self.words.choice(node, words)
-        if word == "failure":
-            if isinstance(node.value, str) and node.value.isupper():
-                return node.value
+        if word == "failure" and _is_own_code(node):
+            return str(node.value)
         if node.value not in words:
             hint = suggestion(str(node.value), words)
+            if word == "failure" and str(node.value).isupper():
+                hint += "; write your own codes in quotes"
             self._error(node, f"{word} cannot be {node.words()}", hint)
         return str(node.value)
 
@@ -218,6 +247,8 @@ class CaseReader:
         if symbol is None:
             self._unknown(key, "expectation", [*EXPECTATION, *self.known.keys])
             return
+        if name in found["keys"]:
+            self._error(key, f"two expectations for the key {name!r}", "remove one")
         found["marks"][f"${name}"] = node.mark
         value = None
         if node.value is not None:
@@ -230,6 +261,9 @@ class CaseReader:
             if len(counts) not in (1, 2):
                 self._error(value, f"expected a number or [least, most], got {value.words()}")
                 continue
+            if counts[0] > counts[-1]:
+                hint = f"write [{counts[-1]}, {counts[0]}]"
+                self._error(value, f"expected [least, most], got [{counts[0]}, {counts[-1]}]", hint)
             name = self._name(key)
             found["ran"][name] = (counts[0], counts[-1])
             found["marks"][f"ran {name}"] = value.mark
@@ -281,7 +315,15 @@ class CaseReader:
         self._error(node, f"there is no {what} {node.value!r}", suggestion(str(node.value), known))
 
     def _error(self, node: Node, sentence: str, hint: str = "") -> None:
-        self.findings.error("E115", node.mark, sentence, hint)
+        self._error_at(node.mark, sentence, hint)
+
+    def _error_at(self, mark: Mark, sentence: str, hint: str = "") -> None:
+        self.findings.error("E115", mark, sentence, hint)
+
+
+def _is_own_code(node: Node) -> bool:
+    """Return whether a node is a failure code of the author: capitals in quotes."""
+    return isinstance(node.value, str) and node.quoted and node.value.isupper()
 
 
 def _items(node: Node | None) -> list[Node]:
@@ -316,4 +358,4 @@ def _outputs_by_name(known: MissionNames) -> dict[str, dict[str, Declaration]]:
 
 def _unmockable_names(known: MissionNames) -> list[str]:
     named = [step.name for step in _steps(known.roots) if step.name]
-    return [*named, *(event.name for event in known.events)]
+    return [*named, *(event.name for event in known.all_events)]

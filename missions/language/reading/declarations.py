@@ -109,6 +109,7 @@ class DeclarationReader:
         inputs = self._inputs(section.node_of("in"), scope)
         outputs = self._outputs(section.node_of("out"))
         doc = section.node_of("doc")
+        section.node_of("events")
         section.node_of("do", required=True)
         section.done()
         for name in inputs:

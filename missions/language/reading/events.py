@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from missions.language.expressions.expression import NameContext
-from missions.language.keys import EVENT, HOLD, THEN_WORDS, required
+from missions.language.keys import AGAIN, EVENT, HOLD, THEN_WORDS, required
 from missions.language.model import Constant, Event, Value
 from missions.language.reading.nodes import NodeReader
 from missions.language.reading.values import IDENTIFIER
@@ -77,11 +77,13 @@ class EventReader:
                 self.findings.error("E112", key.mark, f"the event {name!r} needs `{needed}`")
         condition = self.values.expression(when, context) if when else None
         hold: Value | None = self.values.value(HOLD, held, context) if held else NO_HOLD
+        given = body.get("again")
+        again = self.values.value(AGAIN, given, context) if given else None
         step = self.nodes.read(do, context) if do else None
         then = self._then(body.get("then"))
-        if condition is None or hold is None or step is None:
+        if condition is None or hold is None or step is None or (given and again is None):
             return None
-        return Event(name, key.mark, condition, hold, step, then)
+        return Event(name, key.mark, condition, hold, step, then, again)
 
     def _then(self, node: Node | None) -> str:
         if node is None:

@@ -188,6 +188,8 @@ class _Reading:
         for step in roots:
             outcomes.step(step)
         outcomes.events(events)
+        for tree in trees.values():
+            outcomes.events(tree.events)
         self._unused(trees, scope)
 
     def _unused(self, trees: dict[str, Tree], scope: Scope) -> None:
@@ -212,4 +214,4 @@ def _starts(root: Step, events: tuple[Event, ...]) -> list[Step]:
 
 
 def _roots_of(trees: dict[str, Tree]) -> list[Step]:
-    return [tree.root for tree in trees.values() if tree.root]
+    return [step for tree in trees.values() for step in tree.roots]

@@ -12,6 +12,7 @@ from missions.language.expressions.scope import Scope
 from missions.language.keys import TREE_FILE
 from missions.language.model import Catalogue, Tree
 from missions.language.reading.declarations import DeclarationReader
+from missions.language.reading.events import EventReader
 from missions.language.reading.include import IncludeReader
 from missions.language.reading.nodes import NodeReader
 from missions.language.reading.values import ValueReader
@@ -28,8 +29,9 @@ def read_bodies(
         if body is None or tree.mark != key.mark:
             continue
         layer = {**tree.inputs, **tree.outputs}
-        root = reader.read(body, NameContext(scope.inside(layer)))
-        trees[tree.name] = replace(tree, root=root)
+        context = NameContext(scope.inside(layer))
+        events = EventReader(reader).events(node.get("events"), context)
+        trees[tree.name] = replace(tree, root=reader.read(body, context), events=events)
 
 
 def read_trees(path: Path, catalogue: Catalogue, draft: Draft | None = None) -> tuple[Finding, ...]:

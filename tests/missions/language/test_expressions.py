@@ -20,7 +20,7 @@ from missions.language.expressions.value_types import (
     ValueType,
     type_of_annotation,
 )
-from missions.trees.context import Execution
+from missions.trees.context import Execution, HandledFailure
 from missions.trees.slots import Frame, Slot
 from stack.documents import Mark
 from stack.types import Battery, Pose2D, Twist
@@ -51,10 +51,11 @@ def bound(source, wanted=ANYTHING):
         pose=Pose2D(0.0, 0.0, pi / 2),
         covariance=np.diag([0.04, 0.01, 0.0]),  # the larger deviation is 0.2 m
     )
-    execution.error = "LOST"
+    handled = HandledFailure()
+    handled.code = "LOST"
     keys = [symbol for symbol in SYMBOLS.values() if symbol.role is Role.KEY]
     readers = {symbol: Slot(symbol).read for symbol in keys}
-    return checked, checked.bind(Frame(execution, readers, {}))
+    return checked, checked.bind(Frame(execution, readers, {}, handled=handled))
 
 
 @pytest.mark.parametrize(

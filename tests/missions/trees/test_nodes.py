@@ -343,7 +343,7 @@ def test_decorators_have_the_documented_order(run):
         """)
     kinds = [row.kind for row in it.tree.rows()]
     assert kinds == [
-        "when", "while", "on_failure", "repeat", "recover", "retry", "timeout", "act", "act",
+        "when", "on_failure", "while", "repeat", "recover", "retry", "timeout", "act", "act",
     ]  # fmt: skip
 
 
