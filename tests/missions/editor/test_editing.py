@@ -37,6 +37,7 @@ run:
 trees:
   inspect:
     in: {target: Pose}
+    events: [{near: {when: $count > 2, do: {say: near}}}]
     do: {navigate_to_pose: $target}
 tests:
   - name: counts
@@ -90,8 +91,17 @@ def test_the_outline_follows_the_file(patrol):
         ("navigate_to_pose", 25), ("wait", 26),
     ]  # fmt: skip
     assert children[0][2] == [("use inspect", 19, [])]
-    assert shown["trees"][1] == [("inspect", 28, [("navigate_to_pose", 30, [])])]
-    assert shown["tests"][1] == [("counts", 32, [])]
+    assert shown["trees"][1] == [
+        (
+            "inspect",
+            28,
+            [
+                ("near", 30, [("say", 30, [])]),
+                ("navigate_to_pose", 31, []),
+            ],
+        )
+    ]
+    assert shown["tests"][1] == [("counts", 33, [])]
 
 
 def test_a_broken_file_still_has_an_outline(patrol):
@@ -108,7 +118,7 @@ def test_a_place_is_renamed_wherever_it_is_used(patrol):
 
 def test_a_key_is_renamed_in_expressions_texts_and_tests(patrol):
     after = (
-        PATROL.replace("count: {type", "visits: {type").replace("$count > 1", "$visits > 1")
+        PATROL.replace("count: {type", "visits: {type").replace("$count >", "$visits >")
         .replace("set: {count: $count", "set: {visits: $visits")
         .replace("check: $count", "check: $visits").replace("($count", "($visits")
         .replace("${count} of ${$count + 1}, $count,", "${visits} of ${$visits + 1}, $count,")

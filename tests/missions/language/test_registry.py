@@ -146,7 +146,7 @@ blackboard:
   count: {type: int, initial: 0, optional: true, doc: How often.}
   far: {type: float, unit: m, initial: 2}
 events:
-  - low: {when: battery.charge < 0.2, hold: 2 s, do: {say: low}, then: resume}
+  - low: {when: battery.charge < 0.2, hold: 2 s, again: 9 s, do: {say: low}, then: resume}
 run:
   sequence:
     - parallel: {succeed_on: one, do: [{say: a}, {wait: $dwell}]}
@@ -162,6 +162,8 @@ trees:
     in: {angle: {type: float, unit: rad, default: 0, doc: To the left.}}
     out: {seen: int}
     doc: Look there.
+    events:
+      - hot: {when: battery.charge > 0.9, do: {say: hot}}
     do: {sequence: [{spin: $angle}, {set: {seen: 1}}, {say: "${word} ${far}"}]}
 tests:
   - name: a
