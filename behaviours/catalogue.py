@@ -77,6 +77,11 @@ class BehaviourKind:
     goal_ports: tuple[str, ...] = ()
 
     @property
+    def is_built_in(self) -> bool:
+        """Whether its class is part of treepilot."""
+        return self.cls.__module__.partition(".")[0] == __name__.partition(".")[0]
+
+    @property
     def bindable(self) -> bool:
         """Whether ports can be bound to a `$key`; those of a plain py_trees leaf are constants."""
         return issubclass(self.cls, RobotBehaviour)

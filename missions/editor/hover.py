@@ -46,7 +46,8 @@ def explanation(reading: Reading, word: Word, text: str) -> str:
 def definition(reading: Reading, word: Word, text: str) -> Mark | None:
     """Return the position of a word's definition, in this file or another."""
     named = (WordRole.KEY, WordRole.PLACE, WordRole.DECLARED, WordRole.EXPECTATION)
-    if text.startswith("$") or word.role in named:
+    unnamed = word.role is WordRole.DECLARED and word.owner in ("trees", "events")
+    if text.startswith("$") or (word.role in named and not unnamed):
         found = reading.known(word).get(text.lstrip("$").partition(".")[0])
         if found is not None:
             return reading.mark_of(found)
@@ -189,7 +190,7 @@ def _types(symbols: Mapping[str, Symbol]) -> str:
 def _declared_here(reading: Reading, word: Word, text: str) -> str:
     if word.owner == "trees":
         return _tree(reading, word, text)
-    return _plain_name(reading, word, text)
+    return "" if word.owner == "events" else _plain_name(reading, word, text)
 
 
 def _node_name(reading: Reading, word: Word, text: str) -> str:

@@ -87,22 +87,25 @@ class ValueReader:
             options: words that are allowed besides, already treated.
         """
         kind = type_of(declared)
-        if node.kind == "scalar" and kind not in (EXPRESSION, ASSIGNMENTS):
-            shown = replace(declared, one_of=(*declared.one_of, *options)) if options else declared
-            self.words.add(node, WordRole.VALUE, context.scope, owner, shown)
         if kind == EXPRESSION:
             expression = self.expression(node, context, owner=owner)
             return ExpressionValue(expression) if expression else None
         if kind == ASSIGNMENTS:
             return self._assignments(node, context)
         name = reference_name(node)
+        source = None if name is not None else computed_source(node, kind)
+        if source is not None:
+            written = node if node.kind == "scalar" else Node(source, "scalar", node.mark)
+            self.words.add(written, WordRole.EXPRESSION, context.scope, owner, declared)
+        elif node.kind == "scalar":
+            shown = replace(declared, one_of=(*declared.one_of, *options)) if options else declared
+            self.words.add(node, WordRole.VALUE, context.scope, owner, shown)
         if name is not None:
             return self._reference(declared, node, name, context)
         if kind.item and node.is_sequence and not _is_single_pose(kind, node):
             return self._listing(declared, kind.item, node, context)
         if kind == TEXT and not declared.one_of and has_placeholders(str(node.value)):
             return self._template(node, context)
-        source = computed_source(node, kind)
         if source is not None:
             return self._computed(declared, node, source, context)
         return self._literal(declared, node, context)
@@ -133,6 +136,8 @@ class ValueReader:
             if isinstance(kind, Mismatch):
                 sentence = f"the items have one type, got {kind.expected} and {kind.found}"
                 self.findings.error("E156", kind.item.mark, sentence)
+                for item in node.items:
+                    self.words.add(item, WordRole.VALUE, context.scope, declared=declared)
                 return None, ANYTHING
             declared = ValueType(list, item=kind).declaration(name)
             return self.value(declared, node, context), kind
@@ -320,6 +325,7 @@ class ValueReader:
     ) -> CheckedExpression | None:
         """Read the value of an assignment: an expression, a list of them, or a text with `${}`."""
         if wanted in (TEXT, ANYTHING) and is_text_with_placeholders(node):
+            self.words.add(node, WordRole.VALUE, context.scope, declared=wanted.declaration("text"))
             template = self._template(node, context)
             return text_expression(template.parts, template.text, node.mark) if template else None
         if node.is_sequence:
