@@ -16,6 +16,7 @@ from missions.language.rendering import render_each
 from missions.trees import show
 from missions.trees.compiler import compile_mission
 from stack.documents import Finding, Mark, read_file
+from stack.documents.file_kinds import MAP, MISSION, WORLD, kind_of
 from stack.documents.files import XML_BYTES, read_bytes
 from stack.errors import InputError
 from stack.sim.import_world import GAZEBO, read_any_world
@@ -57,10 +58,7 @@ def _is_world(path: Path) -> bool:
         return True
     if _MISSION.search(_text(path)):
         return False
-    keys = [key.value for key, _ in read_file(path, "mission").entries]
-    if "image" in keys and "world" not in keys:
-        return True  # a ROS map
-    return "world" in keys and "mission" not in keys and "run" not in keys
+    return kind_of(read_file(path, MISSION), MISSION) in (WORLD, MAP)
 
 
 _OURS = re.compile(

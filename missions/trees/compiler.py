@@ -42,7 +42,7 @@ from missions.trees.mission_tree import MissionTree
 from missions.trees.node import Node
 from missions.trees.slots import Frame, Read, Slot, Write
 from stack.documents import Finding, Mark
-from stack.errors import InputError
+from stack.errors import InputError, exception_sentence
 from stack.types import Assignments
 
 _COMPOSITES: dict[str, Any] = {
@@ -270,7 +270,7 @@ class _Compiler:
         try:
             node = build(step.behaviour, label, arguments)
         except Exception as error:
-            sentence = f"{step.kind} cannot be built: {type(error).__name__}: {error}"
+            sentence = f"{step.kind} cannot be built: {exception_sentence(error)}"
             raise InputError([Finding(step.mark, "E127", sentence)]) from error
         if node.children:
             sentence = f"{step.kind} has children; a mission can only use leaves"

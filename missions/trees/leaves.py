@@ -13,6 +13,7 @@ from behaviours.base import RobotBehaviour
 from missions.language.expressions.scope import NotSet
 from missions.trees.context import Execution
 from missions.trees.node import Node
+from stack.errors import exception_sentence
 from stack.types import Failure, FailureCode
 
 # Module globals are faster than attributes of the enum; leaves are ticked often.
@@ -177,7 +178,7 @@ class LeafNode(Node):
         if isinstance(error, NotSet):
             self._fail(FailureCode.FAILED, str(error))
             return
-        sentence = f"{type(error).__name__}: {error}"
+        sentence = exception_sentence(error)
         self.execution.log(f"{self.name}\n{format_exc()}")
         self._fail(FailureCode.EXCEPTION, sentence)
         self._emit(sentence)

@@ -21,7 +21,10 @@ from stack.documents.yaml_problems import Problem, explain
 from stack.errors import InputError
 from stack.types.printable import printable
 
-MAX_NODES, MAX_DEPTH = 50_000, 60
+MAX_NODES, MAX_DEPTH = 200_000, 60
+
+LONGEST_EXPLAINED = 200_000
+"""Characters before an error up to which the text is parsed again for a better explanation."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,6 +114,11 @@ _Parser: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 def _refusal(text: str, name: str, error: yaml.YAMLError) -> Finding:
     """The finding for a syntax error, from PyYAML's own parser: it tells more than libyaml."""
+    if isinstance(error, yaml.MarkedYAMLError) and _is_far(error):
+        problem = explain(error, text)
+        return Finding(
+            Mark(name, problem.line, problem.column), "E004", problem.sentence, problem.hint
+        )
     try:
         # libyaml stopped at the same place. PyYAML's scanner takes quadratic time in the depth.
         depth = 0
@@ -132,6 +140,10 @@ def _refusal(text: str, name: str, error: yaml.YAMLError) -> Finding:
         problem = Problem(1, 1, f"not YAML: {error}".splitlines()[0])
     mark = Mark(name, problem.line, problem.column)
     return Finding(mark, "E004", problem.sentence, problem.hint)
+
+
+def _is_far(error: yaml.MarkedYAMLError) -> bool:
+    return error.problem_mark is not None and error.problem_mark.index > LONGEST_EXPLAINED
 
 
 _INT = re.compile(r"[-+]?[0-9]+")
