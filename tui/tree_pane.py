@@ -18,13 +18,6 @@ from tui.keys import TREE_KEYS
 from tui.screens import Question
 from tui.strips import Lines, ink, one_line, paper
 
-KIND_GLYPH = {
-    "sequence": "→", "reactive": "⇉", "fallback": "?", "reactive_fallback": "⁇", "parallel": "∥",
-    "round_robin": "↻", "for_each": "∀", "follow_waypoints": "⚑", "retry": "↺", "recover": "✚",
-    "timeout": "◷", "repeat": "⟳", "when": "⊳", "while": "⊚", "on_failure": "⊘",
-    "check": "◇", "wait_until": "◇",
-}  # fmt: skip
-
 DETAIL_LINES, DETAIL_FROM = 3, 11
 """Lines for the selected node, and the smallest height of a pane that shows them."""
 
@@ -187,7 +180,7 @@ class TreePane(Lines, can_focus=True):
         segments = [
             Segment(self._stems[index], ink(palette.FAINT)),
             *self._head(row),
-            Segment(f"{KIND_GLYPH.get(row.kind, '⚙')} ", ink(palette.DIM)),
+            Segment(f"{row.glyph} ", ink(palette.DIM)),
             Segment(name, ink(palette.BUSY if active else words, bold=active)),
             Segment(set_cell_size(shown, room), self._message_style(row)),
             Segment(age, ink(palette.DIM)),

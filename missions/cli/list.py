@@ -12,6 +12,8 @@ class Kind(StrEnum):
     """Kinds of things that can be listed."""
 
     BEHAVIOURS = "behaviours"
+    NODES = "nodes"
+    MODIFIERS = "modifiers"
     ROBOTS = "robots"
     WORLDS = "worlds"
     MISSIONS = "missions"
@@ -27,7 +29,7 @@ def list_(
     kind: Annotated[Kind, typer.Argument(metavar="KIND", help="kind to list")],
     mission: PluginsOf = None,
 ) -> None:
-    """List behaviours, robots, worlds, missions or components."""
+    """List behaviours, nodes, robots, worlds or components."""
     from missions.inspection.listing import installed, rows_of
 
     known = installed(mission)
@@ -40,10 +42,12 @@ def list_(
 
 
 def describe(
-    name: Annotated[str, typer.Argument(help="name of a behaviour, component, robot or world")],
+    name: Annotated[
+        str, typer.Argument(help="name of a behaviour, node, modifier, component, robot or world")
+    ],
     mission: PluginsOf = None,
 ) -> None:
-    """Describe a behaviour, component, robot or world."""
+    """Describe a behaviour, node, component, robot or world."""
     from missions.inspection.listing import description_of, installed
 
     known = installed(mission)

@@ -9,8 +9,6 @@ from pathlib import Path
 from missions.editor.document import Reading
 from missions.editor.hover import parameters_of, tree_text
 from missions.editor.markdown import (
-    TOP_KEYS,
-    TREE_KEYS,
     behaviour_text,
     declaration_text,
     word_text,
@@ -22,8 +20,8 @@ from missions.execution.component_choices import DEFAULTS, NAVIGATION_KINDS
 from missions.execution.resources import world_files
 from missions.language.expressions.robot_values import ROBOT_VALUES
 from missions.language.expressions.value_types import BOOL, NAMED, ValueType, type_of
-from missions.language.reading.events import EVENT_KEYS
-from missions.language.reading.nodes import COMPOSITES
+from missions.language.keys import EVENT, MISSION, TREE, docs
+from missions.language.kinds import NODES
 from robots.load import robot_names
 from stack.components import available
 from stack.parameters import Declaration
@@ -81,7 +79,7 @@ def _keys(texts: dict[str, str]) -> Iterator[Candidate]:
 
 
 def _kinds(reading: Reading, item: Item) -> Iterator[Candidate]:
-    for word in COMPOSITES:
+    for word in NODES:
         yield Candidate(word, "keyword", text=word_text(word), key=True)
     for name in reading.catalogue.names():
         kind = reading.catalogue.kinds[name]
@@ -199,9 +197,9 @@ def _file_stems(files: Iterable[Path]) -> Iterator[Candidate]:
 
 
 _PROVIDERS: dict[Use, Callable[[Reading, Item], Iterable[Candidate]]] = {
-    Use.TOP_KEY: lambda reading, item: _keys(TOP_KEYS),
-    Use.TREE_KEY: lambda reading, item: _keys(TREE_KEYS),
-    Use.EVENT_KEY: lambda reading, item: _keys(EVENT_KEYS),
+    Use.TOP_KEY: lambda reading, item: _keys(docs(MISSION)),
+    Use.TREE_KEY: lambda reading, item: _keys(docs(TREE)),
+    Use.EVENT_KEY: lambda reading, item: _keys(docs(EVENT)),
     Use.COMPONENT_KIND: lambda reading, item: _keys(dict.fromkeys(NAVIGATION_KINDS, "")),
     Use.PARAMETER: lambda reading, item: _parameters(item.owner),
     Use.WORLD: lambda reading, item: _file_stems(world_files()),

@@ -8,8 +8,6 @@ from pathlib import Path
 
 from missions.editor.document import Reading
 from missions.editor.markdown import (
-    TOP_KEYS,
-    TREE_KEYS,
     behaviour_text,
     declaration_text,
     word_text,
@@ -19,8 +17,7 @@ from missions.editor.outline import Item, Use
 from missions.inspection.listing import description_of, installed
 from missions.language.expressions.robot_values import ROBOT_VALUES
 from missions.language.expressions.value_types import NAMED, ValueType
-from missions.language.reading.cases import CASE_KEYS, EXPECT_KEYS
-from missions.language.reading.events import EVENT_KEYS
+from missions.language.keys import CASE, EVENT, EXPECTATION, MISSION, TREE, docs
 from stack.components import available, component
 from stack.documents import Mark
 from stack.errors import InputError
@@ -173,8 +170,8 @@ def _keyed(texts: dict[str, str]) -> Callable[[Reading, Item, str], str]:
 
 
 _EXPLAIN: dict[Use, Callable[[Reading, Item, str], str]] = {
-    Use.TOP_KEY: _keyed(TOP_KEYS), Use.TREE_KEY: _keyed(TREE_KEYS),
-    Use.EVENT_KEY: _keyed(EVENT_KEYS), Use.CASE_KEY: _keyed({**CASE_KEYS, **EXPECT_KEYS}),
+    Use.TOP_KEY: _keyed(docs(MISSION)), Use.TREE_KEY: _keyed(docs(TREE)),
+    Use.EVENT_KEY: _keyed(docs(EVENT)), Use.CASE_KEY: _keyed({**docs(CASE), **docs(EXPECTATION)}),
     Use.KIND: _kind, Use.INPUT: _input, Use.TREE: _tree,
     Use.MODIFIER: lambda reading, item, word: word_text(word),
     Use.PORT: _declared, Use.OUTPUT: _declared, Use.VALUE: _declared,

@@ -5,40 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from behaviours.catalogue import BehaviourKind
-from missions.language.reading.modifiers import MODIFIERS
-from missions.language.reading.nodes import COMPOSITES
+from missions.language.keys import MODIFIERS
+from missions.language.kinds import NODES
 from stack.parameters import Declaration
-
-TOP_KEYS: dict[str, str] = {
-    "mission": "Name of the mission.",
-    "format": "Version of the mission language: `1`.",
-    "doc": "One-sentence description of the mission.",
-    "robot": "Name of a shipped robot, or the path of a `robot.yaml`.",
-    "world": "Name of a shipped world, or the path of a world file.",
-    "start": "True start pose of the robot: a place or `[x, y, heading]`.",
-    "initial_pose": "Initial pose estimate: `start`, `unknown`, a place or a pose.",
-    "map": "`from_world` (the default), `none`, or a ROS `map.yaml`.",
-    "places": "Named poses in the map frame: `dock: [0, 0, 90 deg]`.",
-    "parameters": "Parameter files, applied in order before `navigation`.",
-    "navigation": "Components of the navigation stack and their parameters.",
-    "localisation": "Estimator of the pose: a name, or `{use: name, parameter: value}`.",
-    "plugins": "Folders, files or modules with your own behaviours and components of navigation.",
-    "include": "Files whose `trees` and `places` this mission can use.",
-    "arguments": "Typed inputs of the mission, set with `--set name=value`.",
-    "blackboard": "Typed keys that nodes can read and write.",
-    "events": "Conditions checked on every tick in this order; a triggered event pre-empts `run`.",
-    "run": "The behaviour tree of the mission.",
-    "trees": "Subtrees for `use`, with inputs (`in`) and outputs (`out`).",
-    "tests": "Test cases for `treepilot test`, run without a simulator.",
-}
-"""Keys at the top of a mission file."""
-
-TREE_KEYS: dict[str, str] = {
-    "in": "Inputs: `{target: Pose, dwell: {type: duration, default: 3 s}}`.",
-    "out": "Outputs: `{photo: path}`.",
-    "doc": "Description of the tree.",
-    "do": "Root node of the tree.",
-}
 
 
 def declaration_text(declared: Declaration) -> str:
@@ -73,21 +42,26 @@ def behaviour_text(kind: BehaviourKind) -> str:
 
 
 def word_text(word: str) -> str:
-    """Return markdown about a composite or modifier; empty for any other word."""
-    text = COMPOSITES.get(word) or MODIFIERS.get(word)
-    return f"**{word}**: {text}" if text else ""
+    """Return markdown about a node kind or modifier; empty for any other word."""
+    if word in NODES:
+        kind = NODES[word]
+        parts = [f"**{word}**: {kind.doc}"]
+        return "\n\n".join(
+            [*parts, *_listed("Ports", kind.ports), *_listed("Outputs", kind.outputs)]
+        )
+    return f"**{word}**: {MODIFIERS[word].doc}" if word in MODIFIERS else ""
 
 
 def _listed(title: str, declared: Mapping[str, Declaration]) -> list[str]:
     if not declared:
         return []
-    return [f"{title}:\n{_bullets(declared.values())}"]
+    return [f"{title}:\n{_bullets(declared.values(), needed=title == 'Ports')}"]
 
 
-def _bullets(declared: Iterable[Declaration]) -> str:
+def _bullets(declared: Iterable[Declaration], needed: bool) -> str:
     lines = []
     for item in declared:
         about = ", ".join(filter(None, [item.type_name(), item.range_text()]))
-        need = " **required**" if item.required else ""
+        need = " **required**" if needed and item.required else ""
         lines.append(f"- `{item.name}` ({about}){need}: {item.help}")
     return "\n".join(lines)

@@ -17,13 +17,28 @@ from missions.language.expressions.value_types import (
     named_type,
     type_of,
 )
-from missions.language.reading.cases import CASE_KEYS, EXPECT_KEYS
-from missions.language.reading.events import HOLD, THEN
+from missions.language.keys import (
+    ANY_KEY,
+    ARGUMENT,
+    ATTEMPTS,
+    BLACKBOARD_KEY,
+    CASE,
+    DELAY,
+    EXPECTATION,
+    HOLD,
+    LIMIT,
+    MODIFIERS,
+    ON_FAILURE_WORDS,
+    PARALLEL,
+    RECOVER,
+    RETRY,
+    STATUS_WORDS,
+    THEN_WORDS,
+    TIMES,
+)
+from missions.language.kinds import FOLLOW_WAYPOINTS, NODES
 from missions.language.reading.header import LOCALISATION
-from missions.language.reading.modifiers import ATTEMPTS, DELAY, LIMIT, MODIFIERS, TIMES
-from missions.language.reading.nodes import COMPOSITES
 from missions.language.reading.ports import bare_port
-from missions.language.reading.waypoints import FOLLOW_WAYPOINTS, OUTPUTS, VARIABLES, WAYPOINT_PORTS
 from stack.documents import Node
 from stack.parameters import Declaration
 
@@ -94,15 +109,13 @@ _SINGLE = {
     "start": Use.PLACE, "initial_pose": Use.PLACE, "world": Use.WORLD, "robot": Use.ROBOT,
     "map": Use.FILE,
 }  # fmt: skip
-_EXPECTED = tuple(word for word in EXPECT_KEYS if not word.startswith("$"))
-_DECLARING: dict[str, tuple[str, ...]] = {
-    "arguments": ("type", "default", "range", "one_of", "unit", "doc"),
-    "blackboard": ("type", "initial", "optional", "unit", "doc"),
-}
+_EXPECTED = tuple(word for word in EXPECTATION if word != ANY_KEY)
+_DECLARING = {"arguments": tuple(ARGUMENT), "blackboard": tuple(BLACKBOARD_KEY)}
 _SUB_KEYS: dict[str, dict[str, Declaration]] = {
     "retry": {"attempts": ATTEMPTS, "delay": DELAY},
     "recover": {"attempts": ATTEMPTS},
 }
+_KNOWN_SUB_KEYS = {"retry": tuple(RETRY), "recover": tuple(RECOVER)}
 
 
 def outline(top: Node, catalogue: Catalogue, trees: Mapping[str, Signature]) -> list[Item]:
@@ -129,9 +142,9 @@ def signature_of_kind(
     catalogue: Catalogue, word: str
 ) -> tuple[Mapping[str, Declaration], Mapping[str, Declaration]]:
     """Return the ports and outputs of a node type; empty if it has none."""
-    if word == FOLLOW_WAYPOINTS:
-        return WAYPOINT_PORTS, OUTPUTS
-    kind = None if word in COMPOSITES else catalogue.get(word)
+    if word in NODES:
+        return NODES[word].ports, NODES[word].outputs
+    kind = catalogue.get(word)
     return (kind.ports, kind.outputs) if kind else ({}, {})
 
 
@@ -203,7 +216,7 @@ class _Walk:
             elif key.value == "hold":
                 yield Item(value, Use.VALUE, declared=HOLD)
             elif key.value == "then":
-                yield Item(value, Use.WORD, options=THEN)
+                yield Item(value, Use.WORD, options=THEN_WORDS)
             elif key.value == "do":
                 yield from self.node(value, Scope())
 
@@ -224,9 +237,9 @@ class _Walk:
     def _cases(self, node: Node) -> Iterator[Item]:
         for case in node.items:
             if not case.is_mapping:
-                yield Item(case, Use.CASE_KEY, options=tuple(CASE_KEYS))
+                yield Item(case, Use.CASE_KEY, options=tuple(CASE))
             for key, value in case.entries:
-                yield Item(key, Use.CASE_KEY, options=tuple(CASE_KEYS))
+                yield Item(key, Use.CASE_KEY, options=tuple(CASE))
                 if key.value == "expect":
                     yield from self._expectation(value)
                 elif key.value == "mock":
@@ -238,7 +251,7 @@ class _Walk:
         for key, value in node.entries:
             yield Item(key, Use.CASE_KEY, options=_EXPECTED)
             if key.value == "status":
-                yield Item(value, Use.WORD, options=("success", "failure", "running"))
+                yield Item(value, Use.WORD, options=STATUS_WORDS)
 
     def _components(self, word: str, node: Node) -> Iterator[Item]:
         if word == LOCALISATION:
@@ -280,12 +293,13 @@ class _Walk:
                 yield from self._modifier(head, key, value, inside)
 
     def _is_type(self, word: str) -> bool:
-        return word in COMPOSITES or word in self.catalogue.kinds or "." in word
+        return word in NODES or word in self.catalogue.kinds or "." in word
 
     def _inside(self, word: str, body: Node, scope: Scope) -> Scope:
         if word == FOLLOW_WAYPOINTS:
             items = body.get("waypoints") or body
-            made = tuple((Node(name, "scalar", body.mark), items) for name in VARIABLES)
+            variables = NODES[word].variables
+            made = tuple((Node(name, "scalar", body.mark), items) for name in variables)
             return replace(scope, variables=(*made, *scope.variables))
         if word != "for_each" or not body.entries:
             return scope
@@ -298,9 +312,9 @@ class _Walk:
             for name, items in body.entries:
                 yield Item(name, Use.DECLARED, scope, owner="for_each")
                 yield from self._value(items, Declaration(str(name.value), list), scope)
-        elif word in COMPOSITES and word != FOLLOW_WAYPOINTS:
+        elif word in NODES and word != FOLLOW_WAYPOINTS:
             for key, value in body.entries:
-                yield Item(key, Use.SUB_KEY, scope, options=("succeed_on", "do"))
+                yield Item(key, Use.SUB_KEY, scope, options=tuple(PARALLEL))
                 yield from self._children(value, scope)
             yield from self._children(body, scope)
         else:
@@ -347,7 +361,7 @@ class _Walk:
         if name in ("when", "while"):
             yield Item(value, Use.EXPRESSION, scope)
         elif name == "on_failure":
-            yield Item(value, Use.WORD, scope, options=("continue", "fail"))
+            yield Item(value, Use.WORD, scope, options=ON_FAILURE_WORDS)
         elif name in ("timeout", "every"):
             yield from self._value(value, LIMIT, scope)
         elif name == "repeat":
@@ -361,7 +375,7 @@ class _Walk:
             yield from self._sub_keys(name, value, scope)
 
     def _sub_keys(self, name: str, value: Node, scope: Scope) -> Iterator[Item]:
-        known = (*_SUB_KEYS[name], *(("unless", "round_robin") if name == "recover" else ()))
+        known = _KNOWN_SUB_KEYS[name]
         if not value.is_mapping:
             yield from self._value(value, ATTEMPTS, scope)
         for inner, given in value.entries:

@@ -38,6 +38,7 @@ from stack.perception.obstacle_memory import ObstacleMemory
 from stack.perception.tracker import Tracker
 from stack.runtime.interfaces import Parts
 from stack.runtime.loop import Runtime
+from stack.safety.parameters import SafetyParameters
 from stack.safety.safety import Safety
 from stack.telemetry.hub import Telemetry
 from stack.telemetry.recorder import RunFolder
@@ -279,9 +280,11 @@ def _costmaps(plan: PreparedMission, grid: OccupancyGrid) -> tuple[Costmap, Cost
 
 
 def _tracker(plan: PreparedMission, grid: OccupancyGrid, *costmaps: Costmap) -> Tracker | None:
-    """Return a tracker of moving objects if a costmap layer or the controller needs one."""
+    """Return a tracker of moving objects if a part of the stack needs one."""
     controller: type[Controller] = plan.choices["controller"].component
-    if not (controller.needs_tracks or any(costmap.needs_tracks for costmap in costmaps)):
+    safety: SafetyParameters = plan.choices["safety"].parameters
+    navigates = controller.needs_tracks or any(costmap.needs_tracks for costmap in costmaps)
+    if not navigates and not safety.predict_motion:
         return None
     return Tracker(plan.choices["tracker"].parameters, grid)
 

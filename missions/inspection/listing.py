@@ -18,6 +18,8 @@ from missions.execution.resources import (
     mission_files,
     world_files,
 )
+from missions.language.keys import MODIFIERS, ONLY_FOR, SECTIONS
+from missions.language.kinds import NODES
 from robots.load import robot_names
 from stack.components import available, component
 from stack.documents import read_file
@@ -79,6 +81,10 @@ def rows_of(kind: str, known: Installed) -> list[tuple[str, str]]:
     if kind == "behaviours":
         catalogue = known.catalogue
         return [(name, _kind_summary(catalogue, name)) for name in catalogue.names()]
+    if kind == "nodes":
+        return [(word, item.doc) for word, item in NODES.items()]
+    if kind == "modifiers":
+        return [(word, key.doc) for word, key in MODIFIERS.items()]
     if kind == "robots":
         return [(name, _robot_summary(name)) for name in robot_names()]
     if kind in COMPONENTS:
@@ -92,7 +98,7 @@ def rows_of(kind: str, known: Installed) -> list[tuple[str, str]]:
 
 
 def description_of(name: str, known: Installed) -> str:
-    """Return the documentation and settings of a behaviour, component, part, robot or world.
+    """Return the documentation and settings of a behaviour, node, component, robot or world.
 
     Raises:
         InputError: unknown name; the message suggests the most similar one.
@@ -101,6 +107,8 @@ def description_of(name: str, known: Installed) -> str:
     if kind is not None:
         parts = [f"{name}: {kind.doc}", _table("ports", kind.ports.values())]
         return "\n".join(filter(None, [*parts, _outputs(kind.outputs.values())]))
+    if name in NODES or name in MODIFIERS:
+        return _describe_word(name)
     for component_kind, found in known.components.items():
         if name in found:
             cls = component(component_kind, found[name])
@@ -117,13 +125,32 @@ def description_of(name: str, known: Installed) -> str:
     names = [other for found in known.components.values() for other in found]
     names += [
         *known.catalogue.names(),
+        *NODES,
+        *MODIFIERS,
         *SETTINGS,
         *robot_names(),
         *(file.stem for file in world_files()),
     ]
     raise InputError(
-        f"no behaviour, component, robot or world is called {name!r}; {suggestion(name, names)}"
+        f"no behaviour, node, component, robot or world is called {name!r}; "
+        f"{suggestion(name, names)}"
     )
+
+
+def _describe_word(word: str) -> str:
+    """Describe a node or modifier of the language."""
+    if word in NODES:
+        kind = NODES[word]
+        keeps = f"keeps from tick to tick: {kind.keeps or 'nothing'}"
+        parts = [f"{word}: {kind.doc}", keeps, _table("ports", kind.ports.values()),
+                 _outputs(kind.outputs.values())]  # fmt: skip
+        return "\n".join(filter(None, parts))
+    key = MODIFIERS[word]
+    only = ONLY_FOR.get(word)
+    where = f"only for: {', '.join(only)}" if only else ""
+    rows = [(inner.word, "required" if inner.required else "", inner.doc)
+            for inner in SECTIONS.get(key.section, {}).values()]  # fmt: skip
+    return "\n".join(filter(None, [f"{word}: {key.doc}", where, _aligned("keys", rows)]))
 
 
 def _table(title: str, declared: Iterable[Declaration]) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from missions.inspection.trace_model import Node, Trace, Tree, is_reset, read_trace
+from missions.language.kinds import CONTROLS, NODES
 from stack.errors import InputError
 from stack.telemetry.records import ROUTINE, Event
 
@@ -157,14 +158,9 @@ def _why_not(tree: Tree, node: Node) -> str:
 
 
 def _why_not_its_turn(tree: Tree, parent: Node, node: Node) -> str:
-    by_parent = {
-        "recover": "this recovery was not triggered",
-        "when": "its `when` was not true",
-        "while": "its `while` was not true",
-        "for_each": "the list was empty",
-    }
-    if parent.kind in by_parent:
-        return by_parent[parent.kind]
+    kind = CONTROLS.get(parent.kind) or NODES.get(parent.kind)
+    if kind is not None and kind.empty:
+        return kind.empty
     siblings = tree.children(parent)
     for sibling in reversed(siblings[: siblings.index(node)]):
         if sibling.held:

@@ -8,10 +8,8 @@ from collections.abc import Iterable
 from missions.language.codes import CODES
 from missions.language.expressions.robot_values import DISTANCE, ROBOT_VALUES
 from missions.language.expressions.value_types import NAMED
-from missions.language.reading.cases import CASE_KEYS, EXPECT_KEYS
-from missions.language.reading.events import EVENT_KEYS
-from missions.language.reading.modifiers import MODIFIERS
-from missions.language.reading.nodes import COMPOSITES
+from missions.language.keys import CASE, EVENT, EXPECTATION, MODIFIERS, Keys
+from missions.language.kinds import NODES
 from stack.parameters import units
 from stack.types import FailureCode
 
@@ -31,11 +29,13 @@ def _tables() -> dict[str, str]:
     values = {name: (str(item.type), item.help) for name, item in ROBOT_VALUES.items()}
     values[f"{DISTANCE}($place)"] = ("number in m", "straight-line distance from the robot")
     return {
-        "composites": _table(("word", "meaning"), ((f"`{k}`", v) for k, v in COMPOSITES.items())),
-        "modifiers": _table(("word", "meaning"), ((f"`{k}`", v) for k, v in MODIFIERS.items())),
-        "events": _table(("key", "meaning"), ((f"`{k}`", v) for k, v in EVENT_KEYS.items())),
-        "cases": _table(("key", "meaning"), ((f"`{k}`", v) for k, v in CASE_KEYS.items())),
-        "expectations": _table(("key", "meaning"), ((f"`{k}`", v) for k, v in EXPECT_KEYS.items())),
+        "composites": _table(
+            ("word", "meaning"), ((f"`{word}`", kind.doc) for word, kind in NODES.items())
+        ),
+        "modifiers": _keys("word", MODIFIERS),
+        "events": _keys("key", EVENT),
+        "cases": _keys("key", CASE),
+        "expectations": _keys("key", EXPECTATION),
         "values": _table(("name", "type", "meaning"), ((f"`{k}`", *v) for k, v in values.items())),
         "types": _table(("word", "type"), ((f"`{k}`", str(v)) for k, v in NAMED.items())),
         "units": _table(("SI unit", "accepted units"),
@@ -47,6 +47,10 @@ def _tables() -> dict[str, str]:
              for code, item in CODES.items()),
         ),
     }  # fmt: skip
+
+
+def _keys(head: str, keys: Keys) -> str:
+    return _table((head, "meaning"), ((f"`{word}`", key.doc) for word, key in keys.items()))
 
 
 def _table(head: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:

@@ -14,13 +14,12 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+from missions.language.kinds import CONTROLS
 from stack.errors import InputError
 from stack.parameters import suggestion
 
-WRAPPERS = frozenset(
-    {"when", "while", "on_failure", "repeat", "recover", "retry", "timeout", "every", "events"}
-)
-"""Decorators; they have the file position of the node that they decorate."""
+WRAPPERS = frozenset(CONTROLS) - {"event"}
+"""Nodes of modifiers; they have the file position of the node that they decorate."""
 
 _LINE = re.compile(r"(?P<file>[^:]*\.ya?ml|):(?P<line>\d+)")
 _SEPARATOR = re.compile(r"\s+>\s+|/")

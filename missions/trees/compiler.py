@@ -18,6 +18,8 @@ from behaviours.base import RobotBehaviour
 from behaviours.catalogue import build
 from behaviours.timer import Timer
 from missions.language.expressions.scope import Symbol
+from missions.language.keys import ATTEMPTS, DELAY, HOLD, LIMIT, PERIOD, TIMES
+from missions.language.kinds import NODES
 from missions.language.model import (
     AssignmentList,
     Composite,
@@ -30,8 +32,7 @@ from missions.language.model import (
     Step,
     Use,
 )
-from missions.language.reading.events import HOLD, NO_HOLD
-from missions.language.reading.modifiers import ATTEMPTS, DELAY, LIMIT, PERIOD, TIMES
+from missions.language.reading.events import NO_HOLD
 from missions.trees import composites, decorators, waypoints
 from missions.trees.attempts import Attempts, Recover, Retry
 from missions.trees.context import Execution, Record
@@ -45,15 +46,14 @@ from stack.documents import Finding, Mark
 from stack.errors import InputError, exception_sentence
 from stack.types import Assignments
 
-_COMPOSITES: dict[str, Any] = {
-    "sequence": composites.Sequence,
-    "reactive": composites.ReactiveSequence,
-    "fallback": composites.Fallback,
-    "reactive_fallback": composites.ReactiveFallback,
-    "round_robin": composites.RoundRobin,
-}
-_FALLBACKS = ("fallback", "reactive_fallback", "round_robin")
-
+_FACTORIES: dict[str, Any] = {
+    cls.__name__: cls
+    for cls in (
+        composites.Sequence, composites.ReactiveSequence, composites.Fallback,
+        composites.ReactiveFallback, composites.RoundRobin,
+    )
+}  # fmt: skip
+"""Composites that are built from their name, their children and the execution."""
 
 StandIn = Callable[[Leaf | Use], RobotBehaviour | None]
 """Returns the mock of a behaviour or tree in mission tests; None keeps the original."""
@@ -206,13 +206,13 @@ class _Compiler:
             loop = self._for_each(step, frame)
             return self._record(loop, step.kind, step.mark, label=step.name, detail=detail)
         assert isinstance(step, Composite)
-        inside = replace(frame, skipped_fails=step.kind in _FALLBACKS)
+        inside = replace(frame, skipped_fails=NODES[step.kind].handles_failure)
         children = [self.step(child, inside) for child in step.children]
         name = step.name or step.kind
         if step.kind == "parallel":
             made: Node = composites.Parallel(name, children, self.execution, step.needed)
         else:
-            made = _COMPOSITES[step.kind](name, children, self.execution)
+            made = _FACTORIES[NODES[step.kind].factory](name, children, self.execution)
         return self._record(made, step.kind, step.mark, label=step.name, detail=detail)
 
     def _for_each(self, step: ForEach, frame: Frame) -> Node:

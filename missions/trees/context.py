@@ -10,6 +10,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from missions.language.expressions.terms import shown
+from missions.language.kinds import glyph_of
 from stack.documents import Mark
 from stack.robot import Robot
 from stack.telemetry.records import TreeRow
@@ -43,6 +44,7 @@ class Record:
         since: time of the last change of `status`, robot's clock, seconds.
         message: message of the node when its row was built.
         shown: its row is up to date.
+        glyph: character of its kind in the dashboard.
         names: names for mission tests: its own, its behaviour or tree, its event.
     """
 
@@ -58,6 +60,10 @@ class Record:
     message: str = ""
     shown: bool = True
     names: tuple[str, ...] = ()
+    glyph: str = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.glyph = glyph_of(self.kind)
 
     def as_row(self) -> TreeRow:
         """Return the row with the current state of the node."""
@@ -65,7 +71,14 @@ class Record:
         if not message and self.status is Status.INVALID:
             message = self.detail
         return TreeRow(
-            self.id, self.parent, self.node.name, self.kind, WORDS[self.status], message, self.since
+            self.id,
+            self.parent,
+            self.node.name,
+            self.kind,
+            WORDS[self.status],
+            message,
+            self.since,
+            self.glyph,
         )
 
 

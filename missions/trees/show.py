@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from textwrap import wrap
 
+from missions.language.kinds import Outline, outline_of
 from missions.trees.mission_tree import MissionTree
 from stack.telemetry.records import TreeRow
 
@@ -15,13 +16,8 @@ _MARKS = {"running": "▶", "success": "✓", "failure": "✗", "idle": "·"}
 _COLOURS = {"running": "33", "success": "32", "failure": "31", "idle": "0"}
 _DIM, _RESET = "\x1b[2m", "\x1b[0m"
 _FILLS = {"running": "khaki", "success": "palegreen", "failure": "salmon", "idle": "white"}
-_SHAPES = {
-    "sequence": "box", "reactive": "box", "fallback": "octagon", "reactive_fallback": "octagon",
-    "parallel": "parallelogram", "round_robin": "octagon", "recover": "octagon",
-    "use": "folder", "events": "octagon", "event": "house",
-}  # fmt: skip
-_DECORATORS = ("when", "while", "on_failure", "repeat", "retry", "timeout", "every", "for_each",
-               "follow_waypoints")  # fmt: skip
+_MERMAID = {Outline.HEXAGON: ("{{", "}}"), Outline.ELLIPSE: ("([", "])")}
+"""Brackets of outlines; those of the others are square."""
 
 
 def text(tree: MissionTree, *, colour: bool = False) -> str:
@@ -60,9 +56,7 @@ def dot(tree: MissionTree, *, colour: bool = False) -> str:
         '  node [fontname="sans-serif", fontsize=10];',
     ]  # fmt: skip
     for row in tree.rows():
-        shape = _SHAPES.get(row.kind, "ellipse")
-        if row.kind in _DECORATORS:
-            shape = "hexagon"
+        shape = outline_of(row.kind)
         fill = f', style=filled, fillcolor="{_FILLS[row.status]}"' if colour else ""
         lines.append(f"  n{row.id} [label={_quoted(_label(row))}, shape={shape}{fill}];")
         if row.parent >= 0:
@@ -74,9 +68,7 @@ def mermaid(tree: MissionTree, *, colour: bool = False) -> str:
     """Return the tree as a Mermaid flowchart; colours show the status."""
     lines = ["flowchart TD"]
     for row in tree.rows():
-        opened, closed = ("{{", "}}") if row.kind in _DECORATORS else ("[", "]")
-        if row.kind not in _SHAPES and row.kind not in _DECORATORS:
-            opened, closed = "([", "])"
+        opened, closed = _MERMAID.get(outline_of(row.kind), ("[", "]"))
         label = _label(row).replace('"', "#quot;").replace("\n", "<br/>")
         lines.append(f'  n{row.id}{opened}"{label}"{closed}')
         if row.parent >= 0:

@@ -10,7 +10,8 @@ from stack.costmap.layer import LayerUpdate, PosedReading, PosedScan
 from stack.costmap.speed_limits import SpeedLimits
 from stack.frames.buffer import TransformBuffer
 from stack.perception.tracker import Tracker
-from stack.types import Observation, Pose2D, RangeReading, Scan, TrackedObject
+from stack.safety.monitor import moving_discs
+from stack.types import FloatArray, Observation, Pose2D, RangeReading, Scan, TrackedObject
 
 IDLE_PERIOD = 0.5
 """Seconds without measurements after which the costmaps expire marks and follow the robot."""
@@ -22,10 +23,12 @@ class WorldView:
 
     Attributes:
         tracks: moving objects at the time of the step, map frame.
+        moving: (k, 5) the same in the base frame, as `stack.safety.monitor.moving_discs`.
         speed_limit: at the robot's pose, m/s; inf without one.
     """
 
     tracks: tuple[TrackedObject, ...]
+    moving: FloatArray
     speed_limit: float
 
 
@@ -78,7 +81,8 @@ class WorldModel:
             self.local_costmap.update(update)
             self.global_costmap.update(update)
         tracks = tuple(track.at(now) for track in self._tracks)
-        return WorldView(tracks, self._speed_limits.at_pose(pose, self._deceleration))
+        speed_limit = self._speed_limits.at_pose(pose, self._deceleration)
+        return WorldView(tracks, moving_discs(tracks, pose), speed_limit)
 
     def _track(
         self, scans: Mapping[str, PosedScan], now: float

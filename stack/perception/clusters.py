@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import cos, hypot, pi, sin
+from math import ceil, cos, floor, hypot, pi, sin
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,19 +48,28 @@ def clusters(
         (first, last + 1) of each run; beam indices are modulo n.
     """
     n = ranges.size
-    following, after = np.roll(ranges, -1), np.roll(valid, -1)
-    safe, safe_next = np.where(valid, ranges, 0.0), np.where(after, following, 0.0)
-    apart = np.sqrt(
-        np.maximum(safe**2 + safe_next**2 - 2.0 * safe * safe_next * cos(increment), 0.0)
-    )
-    linked = valid & after & (apart <= jump)
+    if not valid.any():
+        return []
+    safe = np.where(valid, ranges, 0.0)
+    following, after = _shifted(safe), _shifted(valid)
+    apart = safe * safe + following * following - (2.0 * cos(increment)) * safe * following
+    linked = valid & after & (apart <= jump * jump)
     if n * abs(increment) < 2.0 * pi - 1.5 * abs(increment):
         linked[-1] = False
-    starts = np.flatnonzero(valid & ~np.roll(linked, 1))
+    before = np.empty_like(linked)
+    before[0], before[1:] = linked[-1], linked[:-1]
+    starts = np.flatnonzero(valid & ~before)
     ends = np.flatnonzero(valid & ~linked) + 1
     if starts.size and ends[0] <= starts[0]:
         ends = np.append(ends[1:], ends[0] + n)
     return list(zip(starts.tolist(), ends.tolist(), strict=True))
+
+
+def _shifted(values: NDArray[Any]) -> NDArray[Any]:
+    """The value of the next beam for each; a tenth of the time of np.roll."""
+    following = np.empty_like(values)
+    following[:-1], following[-1] = values[1:], values[0]
+    return following
 
 
 def disc_of(scan: Scan, pose: Pose2D, run: tuple[int, int], jump: float) -> Disc | None:
@@ -76,21 +86,21 @@ def disc_of(scan: Scan, pose: Pose2D, run: tuple[int, int], jump: float) -> Disc
         jump: metres by which a neighbouring return must be closer to hide a side.
     """
     n, (first, end) = scan.ranges.size, run
-    beams = np.arange(first, end)
-    ranges = scan.ranges[beams % n].astype(np.float64)
-    half = 0.5 * beams.size * abs(scan.angle_increment)
+    half = 0.5 * (end - first) * abs(scan.angle_increment)
     if half >= 0.5 * pi:
         return None
-    off = (beams - 0.5 * (first + end - 1)) * scan.angle_increment
-    inner = np.abs(off) <= 0.5 * half
-    if not inner.any():
-        inner = np.abs(off) <= np.abs(off).min() + 1e-12
-    shape = np.cos(off[inner]) - np.sqrt(sin(half) ** 2 - np.sin(off[inner]) ** 2)
-    distance = float(np.mean(ranges[inner] / shape))
-    bearing = scan.angle_min + scan.angle_increment * 0.5 * (first + end - 1)
+    middle = 0.5 * (first + end - 1)
+    # the inner half: at least the beam or the two beams in the middle
+    reach = max(0.25 * (end - first), 0.5 * ((end - first - 1) % 2)) + 1e-9
+    inner = np.arange(ceil(middle - reach), floor(middle + reach) + 1)
+    off = (inner - middle) * scan.angle_increment
+    sines = np.sin(off)
+    shape = np.cos(off) - np.sqrt(sin(half) ** 2 - sines * sines)
+    distance = float((scan.ranges[inner % n] / shape).sum()) / len(inner)
     sensor = pose.compose(scan.mount)
-    heading = sensor.heading + bearing
-    sides = ((first - 1) % n, float(ranges[0])), (end % n, float(ranges[-1]))
+    heading = sensor.heading + scan.angle_min + scan.angle_increment * middle
+    near, far = float(scan.ranges[first % n]), float(scan.ranges[(end - 1) % n])
+    sides = ((first - 1) % n, near), (end % n, far)
     hidden = [float(scan.ranges[beam]) < edge - jump for beam, edge in sides]
     return Disc(
         sensor.x + distance * cos(heading),

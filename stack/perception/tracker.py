@@ -8,8 +8,9 @@ sections 5.2 and 6.2).
 
 from __future__ import annotations
 
+from collections import deque
 from dataclasses import dataclass
-from math import floor, hypot
+from math import atan2, ceil, floor, hypot, pi
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,8 @@ from stack.types import FloatArray, OccupancyGrid, Pose2D, Scan, TrackedObject
 
 _HIDDEN_NOISE = 4.0
 """Factor on the position deviation of a partly hidden disc."""
+VIEWS = 10
+"""Number of newest scans that tell which ground was free."""
 _RADIUS_SHARE = 0.2
 """Gain of the radius's exponential mean."""
 
@@ -38,11 +41,35 @@ class _ObjectFilter:
     has_moved: bool = False
 
 
+@dataclass(frozen=True, slots=True)
+class _View:
+    """A scan and the pose of its sensor, map frame."""
+
+    sensor: Pose2D
+    scan: Scan
+
+    def sees_past(self, x: float, y: float, radius: float) -> bool:
+        """Whether the beams to a disc, map frame, end behind it."""
+        there = self.sensor.inverse().compose(Pose2D(x, y))
+        distance, scan = hypot(there.x, there.y), self.scan
+        if distance + radius > scan.range_max:
+            return False
+        half = atan2(radius, distance) / abs(scan.angle_increment)
+        middle = (atan2(there.y, there.x) - scan.angle_min) / scan.angle_increment
+        turn = 2.0 * pi / abs(scan.angle_increment)
+        beams = np.arange(ceil(middle - half), floor(middle + half) + 1) % round(turn)
+        if not len(beams) or beams.max() >= scan.ranges.size:
+            return False
+        return bool(np.all(scan.ranges[beams] > distance + radius))
+
+
 class Tracker:
     """Multi-object tracker of moving objects around the robot.
 
     An object that has moved remains a track while it is at rest. Without a map, static objects are
-    tracked as well but not reported.
+    tracked as well but not reported. When the view of a static thing changes, its disc wanders
+    along its surface; so an object has moved only if the ground ahead of it was seen free a moment
+    ago, or the ground where it was is seen free now.
     """
 
     def __init__(self, parameters: TrackerParameters, static: OccupancyGrid | None = None) -> None:
@@ -55,6 +82,7 @@ class Tracker:
         self.parameters = parameters
         self._filters: list[_ObjectFilter] = []
         self._next_id, self._time = 1, 0.0
+        self._views: deque[_View] = deque(maxlen=VIEWS)
         self._static: OccupancyGrid | None = None
         self._near_map: NDArray[np.bool_] = np.zeros((0, 0), dtype=np.bool_)
         if static is not None:
@@ -69,6 +97,7 @@ class Tracker:
     def clear(self) -> None:
         """Remove all tracks, for example after a jump of the robot's pose."""
         self._filters = []
+        self._views.clear()
 
     def update(self, pose: Pose2D, scan: Scan, time: float) -> tuple[TrackedObject, ...]:
         """Update the tracks with a scan.
@@ -83,6 +112,7 @@ class Tracker:
         """
         self._predict(max(0.0, time - self._time))
         self._time = time
+        self._views.append(_View(pose.compose(scan.mount), scan))
         discs = self.discs(pose, scan)
         taken = self._correct(discs)
         for index, disc in enumerate(discs):
@@ -112,19 +142,22 @@ class Tracker:
     def _on_map(self, pose: Pose2D, scan: Scan, valid: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Return (n,) whether a beam ends on or near an obstacle of the map."""
         assert self._static is not None
-        ranges = np.where(valid, scan.ranges.astype(np.float64), 0.0)
-        ends = np.column_stack([ranges * np.cos(scan.angles), ranges * np.sin(scan.angles)])
-        points = pose.compose(scan.mount).transform(ends)
-        cells = np.floor((points - self._static.origin) / self._static.resolution).astype(int)
+        ranges = np.where(valid, scan.ranges, 0.0)
+        sensor, resolution = pose.compose(scan.mount), self._static.resolution
+        angles = scan.angles + sensor.heading
         rows, columns = self._near_map.shape
-        column, row = cells[:, 0], cells[:, 1]
+        x, y = self._static.origin
+        column = ((ranges * np.cos(angles) + (sensor.x - x)) / resolution).astype(np.intp)
+        row = ((ranges * np.sin(angles) + (sensor.y - y)) / resolution).astype(np.intp)
+        # rounding towards zero puts what is up to a cell outside into the border, which is harmless
         on_grid = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
-        near = np.zeros(ranges.size, dtype=np.bool_)
-        near[on_grid] = self._near_map[row[on_grid], column[on_grid]]
+        near: NDArray[np.bool_] = self._near_map[row * on_grid, column * on_grid] & on_grid
         return near
 
     def _predict(self, seconds: float) -> None:
         """x' = F x, P' = F P F^T + Q; Q of a random acceleration that is constant over the step."""
+        if not self._filters:
+            return
         forward = np.eye(4)
         forward[0, 2] = forward[1, 3] = seconds
         push = np.array([[0.5 * seconds**2, 0.0], [0.0, 0.5 * seconds**2],
@@ -170,10 +203,12 @@ class Tracker:
 
     def _correct_filter(self, item: _ObjectFilter, disc: Disc) -> None:
         """K = P H^T S^-1; x' = x + K (z - H x); P' = (I - K H) P."""
-        covariance = item.covariance
-        spread = covariance[:2, :2] + self._variance(disc) * np.eye(2)
-        gain = np.linalg.solve(spread, covariance[:2, :]).T
-        item.state = item.state + gain @ (np.array([disc.x, disc.y]) - item.state[:2])
+        covariance, noise = item.covariance, self._variance(disc)
+        xx, xy = covariance[0, 0] + noise, covariance[0, 1]
+        yy = covariance[1, 1] + noise
+        inverse = np.array([[yy, -xy], [-xy, xx]]) / (xx * yy - xy * xy)
+        gain = covariance[:, :2] @ inverse
+        item.state = item.state + gain @ (disc.x - item.state[0], disc.y - item.state[1])
         corrected = covariance - gain @ covariance[:2, :]
         item.covariance = 0.5 * (corrected + corrected.T)
         if disc.is_whole:
@@ -184,10 +219,22 @@ class Tracker:
     def _moves(self, item: _ObjectFilter) -> bool:
         x, y, speed_x, speed_y = item.state
         gone = hypot(x - item.began[0], y - item.began[1])
+        speed = hypot(speed_x, speed_y)
         return bool(
             item.hits >= self.parameters.confirm
-            and hypot(speed_x, speed_y) >= self.parameters.moving_speed
+            and speed >= self.parameters.moving_speed
             and gone >= self.parameters.moving_distance
+            and self._left_its_ground(item, speed)
+        )
+
+    def _left_its_ground(self, item: _ObjectFilter, speed: float) -> bool:
+        """Whether its front was seen free a moment ago, or its first position is seen free now."""
+        x, y, speed_x, speed_y = item.state
+        lead = item.radius / speed
+        front = x + lead * speed_x, y + lead * speed_y
+        before = list(self._views)[: len(self._views) // 2]
+        return self._views[-1].sees_past(*item.began, item.radius) or any(
+            view.sees_past(*front, item.radius) for view in before
         )
 
     def _begin(self, disc: Disc) -> None:

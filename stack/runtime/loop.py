@@ -118,7 +118,8 @@ class Runtime:
         with measure("safety"):
             command = p.safety.limit(
                 wanted, motion, obstacles,
-                speed_limit=world.speed_limit, emergency_stop=self.mission.emergency_stop,
+                moving=world.moving, speed_limit=world.speed_limit,
+                emergency_stop=self.mission.emergency_stop,
             )  # fmt: skip
         state.commanded = command
         p.body.command(BodyCommand(command, capture=p.camera.is_active(p.body.time)))

@@ -89,6 +89,58 @@ def time_to_contact(
 
 
 @njit(cache=True, nogil=True)
+def time_to_meeting(
+    discs: FloatArray, corners: FloatArray, radius: float, padding: float, slack: float,
+    linear: float, lateral: float, angular: float, horizon: float,
+) -> tuple[float, int]:  # fmt: skip
+    """Time until a twist and the motion of discs bring one within `padding` of the footprint.
+
+    As `time_to_contact`, but the discs move at constant velocities.
+
+    Args:
+        discs: (k, 5) x, y, velocity x, velocity y, radius, base frame now, metres and m/s.
+        corners: (n, 2) of the footprint in the base frame, metres.
+        radius: circumscribed radius of the footprint, metres.
+        padding: clearance to keep, metres.
+        slack: metres by which a disc within the padding may still come nearer.
+        linear: m/s forward.
+        lateral: m/s to the left.
+        angular: rad/s to the left.
+        horizon: seconds to look ahead.
+
+    Returns:
+        Seconds (inf: no meeting within the horizon), and the index of the disc (-1: none).
+    """
+    own = hypot(linear, lateral) + abs(angular) * radius
+    best, found = inf, -1
+    for i in range(discs.shape[0]):
+        fastest = own + hypot(discs[i, 2], discs[i, 3])
+        if fastest == 0.0:
+            continue
+        smallest = 0.004 / fastest
+        apart = signed_distance(corners, discs[i, 0], discs[i, 1]) - discs[i, 4]
+        limit = min(padding, apart - slack) + discs[i, 4]
+        time = 0.0
+        while time < best and time <= horizon:
+            half = 0.5 * angular * time
+            reach = time if abs(half) < 1e-9 else time * sin(half) / half
+            px = discs[i, 0] + time * discs[i, 2]
+            py = discs[i, 1] + time * discs[i, 3]
+            px -= reach * (linear * cos(half) - lateral * sin(half))
+            py -= reach * (linear * sin(half) + lateral * cos(half))
+            c, s = cos(angular * time), sin(angular * time)
+            px, py = c * px + s * py, c * py - s * px
+            room = hypot(px, py) - radius - limit
+            if room <= 0.0:
+                room = signed_distance(corners, px, py) - limit
+            if room <= 0.0:
+                best, found = time, i
+                break
+            time += max(room / fastest, smallest)
+    return best, found
+
+
+@njit(cache=True, nogil=True)
 def nearest(points: FloatArray, corners: FloatArray) -> float:
     """Distance from a polygon (n, 2) to the nearest of points (m, 2), metres; inf for none."""
     best = inf
@@ -187,7 +239,10 @@ def share_where_unseen(
     return best
 
 
-CONTACT = ((time_to_contact, (f8[:, ::1], f8[:, ::1], *7 * (f8,))),)
+CONTACT = (
+    (time_to_contact, (f8[:, ::1], f8[:, ::1], *7 * (f8,))),
+    (time_to_meeting, (f8[:, ::1], f8[:, ::1], *7 * (f8,))),
+)
 """Entry points, with the types that the collision monitor calls them with; then of
 the limit in unseen ground, and of zones."""
 UNSEEN = ((share_where_unseen, (f8[:, ::1], f8[:, ::1], *7 * (f8,), f8[:, ::1], *6 * (f8,))),)

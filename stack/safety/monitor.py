@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from math import inf
+from math import cos, inf, sin
 
 import numpy as np
 
 from stack.drivetrain.description import RobotDescription
-from stack.types import FloatArray, Twist
+from stack.types import FloatArray, Pose2D, TrackedObject, Twist
 
 
 @dataclass(frozen=True, slots=True)
 class Contact:
-    """First contact of a twist with an obstacle point.
+    """First contact of a twist with an obstacle point or a moving object.
 
     Attributes:
-        time: seconds at this twist until the first point is within the padding; inf: none.
-        x: current position of that point, base frame, metres.
-        y: current position of that point, base frame, metres.
+        time: seconds at this twist until the first one is within the padding; inf: none.
+        x: its current position, base frame, metres.
+        y: likewise.
     """
 
     time: float
@@ -27,10 +28,14 @@ class Contact:
 
 
 NOTHING_NEAR = Contact(inf)
+NOTHING_MOVES = np.empty((0, 5))
 
 
 class CollisionMonitor:
-    """Sweeps the footprint along a twist against obstacle points, without a costmap."""
+    """Sweeps the footprint along a twist against obstacle points, without a costmap.
+
+    Points stand still; moving objects keep their velocity.
+    """
 
     SLACK = 0.005
 
@@ -41,7 +46,10 @@ class CollisionMonitor:
         self._corners = np.ascontiguousarray(robot.footprint.points, dtype=np.float64)
         self._radius = robot.footprint.circumscribed_radius
 
-    def contact(self, twist: Twist, points: FloatArray, horizon: float, padding: float) -> Contact:
+    def contact(
+        self, twist: Twist, points: FloatArray, horizon: float, padding: float,
+        moving: FloatArray = NOTHING_MOVES,
+    ) -> Contact:  # fmt: skip
         """Return the first contact of a twist.
 
         Args:
@@ -49,9 +57,40 @@ class CollisionMonitor:
             points: (m, 2) obstacle points, base frame, metres.
             horizon: seconds to look ahead.
             padding: distance kept free around the footprint, metres.
+            moving: (k, 5) moving objects, as `moving_discs` returns them.
         """
         time, which = self._kernels.time_to_contact(
             points, self._corners, self._radius, padding, self.SLACK,
             twist.linear, twist.lateral, twist.angular, horizon,
         )  # fmt: skip
-        return Contact(time, *points[which]) if which >= 0 else NOTHING_NEAR
+        found = Contact(time, *points[which]) if which >= 0 else NOTHING_NEAR
+        if not len(moving):
+            return found
+        time, which = self._kernels.time_to_meeting(
+            moving, self._corners, self._radius, padding, self.SLACK,
+            twist.linear, twist.lateral, twist.angular, horizon,
+        )  # fmt: skip
+        return Contact(time, *moving[which, :2]) if time < found.time else found
+
+
+def moving_discs(tracks: Sequence[TrackedObject], base: Pose2D) -> FloatArray:
+    """Tracked objects as discs in the base frame.
+
+    Args:
+        tracks: at the time of the base's pose.
+        base: pose in the frame of the tracks.
+
+    Returns:
+        (k, 5) x, y, velocity x, velocity y (over the ground), radius; metres and m/s.
+    """
+    if not tracks:
+        return NOTHING_MOVES
+    c, s = cos(base.heading), sin(base.heading)
+    into_base = np.array([[c, -s], [s, c]])
+    discs = np.empty((len(tracks), 5))
+    discs[:, :2] = [track.position for track in tracks]
+    discs[:, 2:4] = [track.velocity for track in tracks]
+    discs[:, :2] = (discs[:, :2] - (base.x, base.y)) @ into_base
+    discs[:, 2:4] = discs[:, 2:4] @ into_base
+    discs[:, 4] = [track.radius for track in tracks]
+    return discs

@@ -36,6 +36,9 @@ class SafetyParameters:
     stale_after: float = parameter(
         0.3, "s", above=0.0, help="maximum age of a sensor's measurement; the robot stops above it"
     )
+    predict_motion: bool = parameter(
+        True, help="expect tracked objects where their velocity takes them, not where they are"
+    )
     blind_speed: float = parameter(
         0.15,
         "m/s",

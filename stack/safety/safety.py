@@ -3,21 +3,23 @@
 Stages in order: emergency stop, age of the measurements, blind sectors, unseen ground, safety
 zones, collision monitor, speed limit, velocity smoother, and a final check: of the smoothed
 velocity for unseen ground and collisions, of the measured one for collisions. It uses the obstacle
-points of the range sensors only, so a wrong pose or a wrong costmap does not affect it (except for
-speed zones, which are on the map). It does not protect against obstacles that no sensor can see;
-towards a sector that none covers, and where the outline enters ground that none has seen, it limits
-the speed.
+points of the range sensors and the tracks of moving objects, which are expected where their
+velocity takes them, both relative to the robot: a wrong pose or a wrong costmap does not affect it
+(except for speed zones, which are on the map). It does not protect against obstacles that no sensor
+can see; towards a sector that none covers, and where the outline enters ground that none has seen,
+it limits the speed.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from math import atan2, hypot, inf, isfinite, pi
+from typing import NamedTuple
 
 from stack.compilation import KernelTypes
 from stack.drivetrain.description import RobotDescription
 from stack.drivetrain.kinematics import scaled
-from stack.safety.monitor import NOTHING_NEAR, CollisionMonitor, Contact
+from stack.safety.monitor import NOTHING_MOVES, NOTHING_NEAR, CollisionMonitor, Contact
 from stack.safety.parameters import SafetyParameters
 from stack.safety.smoother import (
     VelocitySmoother,
@@ -29,6 +31,17 @@ from stack.safety.unseen import UnseenGroundLimit
 from stack.safety.zone_monitor import ZoneMonitor
 from stack.safety.zones import SafetyZone
 from stack.types import STANDSTILL, FloatArray, ObstaclePoints, Odometry, Twist
+
+
+class _Around(NamedTuple):
+    """What the robot could touch: (m, 2) points, and (k, 5) moving discs; base frame."""
+
+    points: FloatArray
+    moving: FloatArray
+
+    @property
+    def is_empty(self) -> bool:
+        return not len(self.points) and not len(self.moving)
 
 
 class Safety:
@@ -62,9 +75,9 @@ class Safety:
         """Apply new parameters, from the next step on."""
         self.parameters = parameters
 
-    def limit(
+    def limit(  # noqa: PLR0913 - what a step knows, by keyword
         self, twist: Twist, motion: Odometry, obstacles: ObstaclePoints, *,
-        speed_limit: float = inf, emergency_stop: str = "",
+        moving: FloatArray = NOTHING_MOVES, speed_limit: float = inf, emergency_stop: str = "",
     ) -> Twist:  # fmt: skip
         """Return the limited twist for this step.
 
@@ -72,6 +85,7 @@ class Safety:
             twist: commanded velocity, base frame.
             motion: measured velocity.
             obstacles: points of all range sensors, compensated to now, and their ages.
+            moving: (k, 5) tracked objects, as `stack.safety.monitor.moving_discs` returns them.
             speed_limit: at this position, m/s.
             emergency_stop: reason of the engaged emergency stop; empty if it is released.
         """
@@ -80,14 +94,16 @@ class Safety:
             self.reason = f"emergency stop: {emergency_stop}"
             self._smoother.last = STANDSTILL
             return STANDSTILL
-        points = obstacles.points
+        around = _Around(
+            obstacles.points, moving if self.parameters.predict_motion else NOTHING_MOVES
+        )
         wanted = self._unless_stale(self._robot.drivetrain.feasible(self._finite(twist)), obstacles)
         wanted = self._limited_where_blind(wanted, obstacles)
         wanted = self._limited_where_unseen(wanted, obstacles)
-        if len(points) and wanted != STANDSTILL:
-            wanted, zone = self._zones.limited(wanted, points)
+        if not around.is_empty and wanted != STANDSTILL:
+            wanted, zone = self._zones.limited(wanted, around.points)
             self.reason = zone or self.reason
-            wanted = self._collision_limited(wanted, points)
+            wanted = self._collision_limited(wanted, around)
         wanted = self._speed_limited(wanted, speed_limit)
         if self.parameters.closed_loop:
             self._smoother.last = motion.twist
@@ -95,8 +111,8 @@ class Safety:
         slow = self._limited_where_unseen(smooth, obstacles)
         if slow != smooth:
             smooth = self._smoother.towards(slow)
-        if len(points):
-            smooth = self._braked(smooth, wanted, motion.twist, points)
+        if not around.is_empty:
+            smooth = self._braked(smooth, wanted, motion.twist, around)
         self._smoother.last = smooth
         return self._beyond_dead_band(smooth, wanted)
 
@@ -166,27 +182,30 @@ class Safety:
             self.reason = f"slower: the speed limit here is {speed_limit:.2f} m/s"
         return within_limits(twist, self._robot, top)
 
-    def _collision_limited(self, twist: Twist, points: FloatArray) -> Twist:
+    def _collision_limited(self, twist: Twist, around: _Around) -> Twist:
         """Return the same arc at a safe speed, a turn in place, or standstill."""
         p = self.parameters
         horizon = max(p.slow_time, self._stopping_time(twist))
-        contact = self._monitor.contact(twist, points, horizon, p.padding)
+        contact = self._contact(twist, around, horizon, p.padding)
         if contact.time == inf:
             return twist
         share = min(1.0, contact.time / p.slow_time)
-        share = max(share, self._tight_share(twist, points))
+        share = max(share, self._tight_share(twist, around))
         if share * self._rim_speed(twist) >= p.creep_speed:
             self.reason = f"slower: obstacle {_where(contact)}"
             return scaled(twist, share)
         self.reason = f"stopped: obstacle {_where(contact)}"
         turn = self._robot.drivetrain.feasible(Twist(angular=twist.angular))
         if turn not in (twist, STANDSTILL):
-            time = self._monitor.contact(turn, points, p.slow_time, p.padding).time
+            time = self._contact(turn, around, p.slow_time, p.padding).time
             if time == inf:
                 return turn
         return STANDSTILL
 
-    def _tight_share(self, twist: Twist, points: FloatArray) -> float:
+    def _contact(self, twist: Twist, around: _Around, horizon: float, padding: float) -> Contact:
+        return self._monitor.contact(twist, around.points, horizon, padding, around.moving)
+
+    def _tight_share(self, twist: Twist, around: _Around) -> float:
         """Share of a twist's speed at which the robot may pass obstacles within the padding.
 
         At low speed the robot follows its arc to millimetres and needs less room to the side. An
@@ -199,7 +218,7 @@ class Safety:
             return 0.0
         share = min(1.0, p.tight_speed / speed)
         slow = Twist(twist.linear * share, twist.angular * share, twist.lateral * share)
-        contact = self._monitor.contact(slow, points, p.slow_time, p.tight_padding)
+        contact = self._contact(slow, around, p.slow_time, p.tight_padding)
         if contact.time == inf:
             return share
         turns = twist.linear == twist.lateral == 0.0
@@ -211,7 +230,7 @@ class Safety:
         slow = self._rim_speed(twist) <= p.tight_speed + 1e-9
         return min(p.padding, p.tight_padding) if slow else p.padding
 
-    def _braked(self, smooth: Twist, wanted: Twist, measured: Twist, points: FloatArray) -> Twist:
+    def _braked(self, smooth: Twist, wanted: Twist, measured: Twist, around: _Around) -> Twist:
         """Return the smoothed twist, or full braking when it leads to a contact before a stop.
 
         Between two arcs the robot drives on neither of them, so a result that differs from the
@@ -224,13 +243,13 @@ class Safety:
         contact = NOTHING_NEAR
         if smooth not in (wanted, STANDSTILL):
             time = self._stopping_time(smooth)
-            contact = self._monitor.contact(smooth, points, time, self._padding(smooth))
+            contact = self._contact(smooth, around, time, self._padding(smooth))
             along = self._smoother.along(wanted) if contact.time < inf else None
             if along is not None and along != STANDSTILL:
                 smooth, time = along, self._stopping_time(along)
-                contact = self._monitor.contact(along, points, time, self._padding(along))
+                contact = self._contact(along, around, time, self._padding(along))
         if contact.time == inf:
-            contact = self._monitor.contact(measured, points, self._stopping_time(measured), 0.0)
+            contact = self._contact(measured, around, self._stopping_time(measured), 0.0)
         if contact.time == inf:
             return smooth
         self.reason = f"braking: obstacle {_where(contact)}"

@@ -128,6 +128,7 @@ class TreeRow:
         status: running | success | failure | idle.
         message: progress of the node, or why it failed.
         since: robot time of the last change of status, seconds.
+        glyph: character of its kind.
     """
 
     id: int
@@ -137,6 +138,7 @@ class TreeRow:
     status: str
     message: str = ""
     since: float = 0.0
+    glyph: str = "⚙"
 
 
 @dataclass(frozen=True, slots=True)

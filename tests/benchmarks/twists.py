@@ -24,10 +24,21 @@ from stack.frames.deskew import deskew_observation
 from stack.localisation.odometry import OdometryFusion
 from stack.perception.obstacle_memory import ObstacleMemory
 from stack.perception.smoothing import smooth_observation
+from stack.perception.tracker import Tracker
+from stack.perception.tracker_parameters import TrackerParameters
+from stack.safety.monitor import moving_discs
 from stack.safety.parameters import SafetyParameters
 from stack.safety.safety import Safety
 from stack.streams import stream
-from stack.types import FloatArray, ObstaclePoints, Pose2D, Twist
+from stack.types import (
+    FloatArray,
+    Observation,
+    ObstaclePoints,
+    Pose2D,
+    Scan,
+    TrackedObject,
+    Twist,
+)
 from tests.benchmarks.clutter import Room
 from tests.benchmarks.table import Rows
 
@@ -204,10 +215,15 @@ class SafetyLoop:
         driven: metres. steps: so far. moving: steps in which the robot moved.
     """
 
-    def __init__(self, body: SimulatedBody, robot: RobotDescription) -> None:
+    def __init__(
+        self, body: SimulatedBody, robot: RobotDescription,
+        parameters: SafetyParameters | None = None,
+    ) -> None:  # fmt: skip
         self._body, self._odometry, self._frames = body, OdometryFusion(), TransformBuffer()
         self._memory = ObstacleMemory(robot)
-        self._safety = Safety(robot, SafetyParameters(), PERIOD)
+        self._safety = Safety(robot, parameters or SafetyParameters(), PERIOD)
+        self._tracker = Tracker(TrackerParameters())
+        self._tracks: tuple[TrackedObject, ...] = ()
         self.touch: Touch | None = None
         self.driven, self.steps, self.moving = 0.0, 0, 0
 
@@ -219,7 +235,8 @@ class SafetyLoop:
         self._frames.add(motion)
         observation = smooth_observation(deskew_observation(observation, self._frames))
         obstacles = self._memory.update(observation, self._frames)
-        command = self._safety.limit(wanted, motion, obstacles)
+        moving = moving_discs(self._tracked(observation), motion.pose)
+        command = self._safety.limit(wanted, motion, obstacles, moving=moving)
         body.command(BodyCommand(command))
         before, people = body.truth, body.people
         body.wait(PERIOD)
@@ -229,6 +246,14 @@ class SafetyLoop:
         texts = [text for kind, text in body.take_events() if kind == "contact"]
         if texts:
             self.touch = self._touch(texts[0], before.twist, people, obstacles)
+
+    def _tracked(self, observation: Observation) -> list[TrackedObject]:
+        """Moving objects now, odom frame; nothing is known of the walls."""
+        scan = observation.named("lidar", Scan)
+        if scan is not None:
+            pose = self._frames.pose_at("odom", scan.stamp)
+            self._tracks = self._tracker.update(pose, scan, observation.time)
+        return [track.at(observation.time) for track in self._tracks]
 
     def _touch(
         self, text: str, twist: Twist, people: FloatArray, obstacles: ObstaclePoints

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from missions.language.kinds import glyph_of
 from stack.telemetry.records import (
     Ack,
     Command,
@@ -200,7 +201,7 @@ class SampleSource:
 
 def _tree(now: float) -> tuple[TreeRow, ...]:
     return tuple(
-        TreeRow(number, parent, name, kind, status, message, min(since, now))
+        TreeRow(number, parent, name, kind, status, message, min(since, now), glyph_of(kind))
         for number, (parent, name, kind, status, message, since) in enumerate(TREE)
     )
 

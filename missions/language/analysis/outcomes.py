@@ -14,6 +14,7 @@ from missions.language.analysis.data_flow import children_of, moves
 from missions.language.analysis.intervals import truth_values
 from missions.language.expressions.expression import CheckedExpression
 from missions.language.expressions.scope import UNSET, Symbol
+from missions.language.kinds import CONDITIONS, NODES
 from missions.language.model import (
     Composite,
     Constant,
@@ -44,13 +45,6 @@ _PLAIN: dict[type, Outcomes] = {
     py_trees_behaviours.Failure: Outcomes(success=False),
     py_trees_behaviours.Running: Outcomes(False, False),
 }
-_CONTINUES_ON_SUCCESS = {
-    "sequence": True,
-    "reactive": True,
-    "fallback": False,
-    "reactive_fallback": False,
-}
-"""Composites with ordered children -> whether the next child runs after a success."""
 
 
 class OutcomeCheck:
@@ -64,8 +58,8 @@ class OutcomeCheck:
         """Check a step and its children; used trees are checked separately."""
         self._conditions(step)
         self._retries(step)
-        if isinstance(step, Composite) and step.kind in _CONTINUES_ON_SUCCESS:
-            self._reached(step, on_success=_CONTINUES_ON_SUCCESS[step.kind])
+        if isinstance(step, Composite) and NODES[step.kind].goes_on_after:
+            self._reached(step, on_success=NODES[step.kind].goes_on_after == "success")
             if step.kind == "reactive":
                 self._restarted(step)
         elif isinstance(step, Composite) and step.kind == "parallel":
@@ -130,7 +124,7 @@ class OutcomeCheck:
         return Outcomes()
 
     def _composite(self, step: Composite) -> Outcomes:
-        in_fallback = step.kind not in ("sequence", "reactive", "parallel")
+        in_fallback = NODES[step.kind].handles_failure
         ends = [self.outcomes(child, in_fallback=in_fallback) for child in step.children]
         succeed = [item.success for item in ends]
         fail = [item.failure for item in ends]
@@ -219,7 +213,7 @@ class OutcomeCheck:
             found = [self.takes_time(child) for child in step.children]
             if step.kind == "parallel":
                 return len(found) - sum(found) < step.needed
-            return any(found) if step.kind in ("sequence", "reactive") else all(found)
+            return any(found) if NODES[step.kind].goes_on_after == "success" else all(found)
         return False
 
     def _wheels(self, step: Composite) -> None:
@@ -263,7 +257,7 @@ def _leaf_outcomes(step: Leaf) -> Outcomes:
         can_fail = any(map(_can_fail_to_evaluate, expressions)) or any(
             map(_may_be_missing, step.ports.values())
         )
-    never_true = step.kind in ("check", "wait_until") and {False} in outcomes
+    never_true = step.kind in CONDITIONS and {False} in outcomes
     always_true = step.kind == "check" and {True} in outcomes
     return Outcomes(not never_true, can_fail and not always_true)
 

@@ -9,8 +9,6 @@ from typing import Any
 
 from missions.language.analysis.data_flow import children_of
 from missions.language.case_model import (
-    FAILURE,
-    RUNNING,
     SUCCESS,
     Case,
     Change,
@@ -21,6 +19,7 @@ from missions.language.expressions.expression import NameContext
 from missions.language.expressions.robot_values import ROBOT_VALUES
 from missions.language.expressions.scope import Scope
 from missions.language.expressions.value_types import type_of
+from missions.language.keys import CASE, EXPECTATION, MOCK, STATUS_WORDS, TAKES, WITHIN
 from missions.language.model import Constant, Event, Leaf, Step, Tree, Use
 from missions.language.reading.declarations import Layer
 from missions.language.reading.values import ValueReader
@@ -29,25 +28,8 @@ from stack.errors import ParameterError
 from stack.parameters import Declaration, suggestion
 from stack.types import FailureCode
 
-CASE_KEYS: dict[str, str] = {
-    "name": "a sentence about what is tested",
-    "arguments": "values for the mission's arguments",
-    "mock": "name of a behaviour, tree or node -> its mock: `{returns, takes, sets}`, or `real`",
-    "at": "time -> change at this time: `battery.charge: 0.1`, `$key: value`, `event: name`",
-    "expect": "expected results",
-}
-EXPECT_KEYS: dict[str, str] = {
-    "status": "success, failure, or running (at the time limit)",
-    "failure": "code of the first cause",
-    "ran": "name -> number of starts, or `[least, most]`",
-    "order": "names in the order of their starts; others may start in between",
-    "within": "time limit of the mission; or name -> longest duration of a run",
-    "$key": "value of a blackboard key at the end; the $ is optional",
-}
 _FIXED = ("time", "error", "attempt")
 _CHANGE_TIME = Declaration("at", float, unit="s", at_least=0.0)
-_TAKES = Declaration("takes", float, unit="s", at_least=0.0)
-_WITHIN = Declaration("within", float, unit="s", above=0.0)
 _COUNT = Declaration("ran", int, at_least=0)
 
 
@@ -81,7 +63,7 @@ class CaseReader:
         return tuple(self._case(number, item) for number, item in enumerate(node.items, 1))
 
     def _case(self, number: int, node: Node) -> Case:
-        self._only(node, CASE_KEYS, "a case")
+        self._only(node, CASE, "a case")
         title = node.get("name")
         name = str(title.value) if title is not None else f"case {number}"
         return Case(
@@ -117,7 +99,7 @@ class CaseReader:
             return Mock(is_real=True)
         if not node.is_mapping:
             return Mock(returns=self._outcomes(node))
-        self._only(node, ("returns", "takes", "sets"), "a mock")
+        self._only(node, MOCK, "a mock")
         returns, takes = node.get("returns"), node.get("takes")
         sets = {}
         for key, value in self._entries(node.get("sets"), "sets"):
@@ -125,14 +107,14 @@ class CaseReader:
                 self._unknown(key, "output", outputs)
             else:
                 sets[str(key.value)] = self._value(outputs[str(key.value)], value)
-        times = [self._value(_TAKES, item) for item in _items(takes)]
+        times = [self._value(TAKES, item) for item in _items(takes)]
         return Mock(
             self._outcomes(returns) if returns else (SUCCESS,),
             tuple(time or 0.0 for time in times) or (0.0,), sets,
         )  # fmt: skip
 
     def _outcomes(self, node: Node) -> tuple[str, ...]:
-        words = (SUCCESS, FAILURE, RUNNING, *FailureCode.__members__)
+        words = (*STATUS_WORDS, *FailureCode.__members__)
         for item in _items(node):
             if not isinstance(item.value, str) or not (item.value in words or item.value.isupper()):
                 hint = suggestion(str(item.value), words)
@@ -198,7 +180,7 @@ class CaseReader:
         return Expectation(**found)
 
     def _word(self, word: str, node: Node) -> str:
-        words: tuple[str, ...] = (SUCCESS, FAILURE, RUNNING)
+        words = STATUS_WORDS
         if word == "failure":
             words = tuple(FailureCode.__members__)
             if isinstance(node.value, str) and node.value.isupper():
@@ -212,7 +194,7 @@ class CaseReader:
         name = str(key.value).removeprefix("$")
         symbol = self.known.keys.get(name)
         if symbol is None:
-            self._unknown(key, "expectation", [*EXPECT_KEYS, *self.known.keys])
+            self._unknown(key, "expectation", [*EXPECTATION, *self.known.keys])
             return
         found["marks"][f"${name}"] = node.mark
         value = None
@@ -232,11 +214,11 @@ class CaseReader:
 
     def _within(self, node: Node, found: dict[str, Any]) -> None:
         if not node.is_mapping:
-            found["within"] = self._value(_WITHIN, node)
+            found["within"] = self._value(WITHIN, node)
             return
         for key, value in node.entries:
             name = self._name(key)
-            found["within_each"][name] = self._value(_WITHIN, value) or inf
+            found["within_each"][name] = self._value(WITHIN, value) or inf
             found["marks"][f"within {name}"] = value.mark
 
     # Findings

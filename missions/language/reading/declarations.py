@@ -16,6 +16,7 @@ from missions.language.expressions.value_types import (
     named_type,
     type_of,
 )
+from missions.language.keys import ARGUMENT, BLACKBOARD_KEY, INPUT, OPTIONAL, TREE
 from missions.language.model import Constant, Tree
 from missions.language.reading.values import IDENTIFIER, ValueReader
 from stack.documents import Findings, Mark, Node, Section, read_text
@@ -26,11 +27,6 @@ from stack.types import Pose2D
 Layer = dict[str, Symbol]
 Overrides = Mapping[str, str | Node]
 """Argument values: a text from `--set`, or a node from a test case."""
-
-KEY_KEYS = ("type", "unit", "initial", "optional", "doc")
-ARGUMENT_KEYS = ("type", "unit", "default", "range", "one_of", "doc")
-INPUT_KEYS = ("type", "unit", "default", "doc")
-TREE_KEYS = ("in", "out", "do", "doc")
 
 
 class DeclarationReader:
@@ -61,10 +57,12 @@ class DeclarationReader:
         """Read blackboard keys: `visited: {type: int, initial: 0}`."""
         layer: Layer = {}
         for key, entry in self._entries(node, "blackboard"):
-            section = Section(entry, self.findings, f"the key {key.value!r}", "E101", KEY_KEYS)
+            section = Section(
+                entry, self.findings, f"the key {key.value!r}", "E101", [*BLACKBOARD_KEY]
+            )
             kind = self._type(section)
             initial = section.node_of("initial")
-            section.value(Declaration("optional", bool, default=False))
+            section.value(OPTIONAL)
             section.value(Declaration("doc", str, default=""))
             section.done()
             value = UNSET
@@ -78,7 +76,7 @@ class DeclarationReader:
         layer: Layer = {}
         for key, entry in self._entries(node, "arguments"):
             name = str(key.value)
-            section = Section(entry, self.findings, f"the argument {name!r}", "E101", ARGUMENT_KEYS)
+            section = Section(entry, self.findings, f"the argument {name!r}", "E101", [*ARGUMENT])
             declared = self.declared[name] = self._argument(name, section)
             default = section.node_of("default")
             section.done()
@@ -102,7 +100,7 @@ class DeclarationReader:
 
         Defaults of `in` can refer to names in `scope`.
         """
-        section = Section(node, self.findings, f"the tree {key.value!r}", "E101", TREE_KEYS)
+        section = Section(node, self.findings, f"the tree {key.value!r}", "E101", [*TREE])
         inputs = self._inputs(section.node_of("in"), scope)
         outputs = self._outputs(section.node_of("out"))
         section.node_of("doc")
@@ -122,7 +120,7 @@ class DeclarationReader:
         for key, entry in self._entries(node, "`in`"):
             name, value = str(key.value), UNSET
             if entry.is_mapping:
-                section = Section(entry, self.findings, f"the input {name!r}", "E101", INPUT_KEYS)
+                section = Section(entry, self.findings, f"the input {name!r}", "E101", [*INPUT])
                 kind, default = self._type(section), section.node_of("default")
                 section.value(Declaration("doc", str, default=""))
                 section.done()

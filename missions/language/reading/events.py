@@ -3,22 +3,14 @@
 from __future__ import annotations
 
 from missions.language.expressions.expression import NameContext
+from missions.language.keys import EVENT, HOLD, THEN_WORDS, required
 from missions.language.model import Constant, Event, Value
 from missions.language.reading.nodes import NodeReader
 from missions.language.reading.values import IDENTIFIER
 from stack.documents import Node
-from stack.parameters import Declaration, suggestion
+from stack.parameters import suggestion
 
-EVENT_KEYS: dict[str, str] = {
-    "when": "the condition; evaluated on every tick",
-    "hold": "how long the condition must be true; default: 0 s",
-    "do": "the node to run, until it ends",
-    "then": "`resume` (default) continues the mission where it was, `restart` starts `run` again, "
-    "`abort` ends the mission as failed",
-}
-HOLD = Declaration("hold", float, unit="s", default=0.0, at_least=0.0)
 NO_HOLD = Constant(0.0)
-THEN = ("resume", "restart", "abort")
 
 
 class EventReader:
@@ -70,13 +62,13 @@ class EventReader:
     def _event(self, key: Node, body: Node, context: NameContext) -> Event | None:
         name = str(key.value)
         for word, _ in body.entries:
-            if word.value not in EVENT_KEYS:
-                hint = suggestion(str(word.value), EVENT_KEYS)
+            if word.value not in EVENT:
+                hint = suggestion(str(word.value), EVENT)
                 sentence = f"an event has no key {word.value!r}"
                 self.findings.error("E112", word.mark, sentence, hint)
         when, do, held = body.get("when"), body.get("do"), body.get("hold")
-        for needed, given in (("when", when), ("do", do)):
-            if given is None:
+        for needed in required(EVENT):
+            if body.get(needed) is None:
                 self.findings.error("E112", key.mark, f"the event {name!r} needs `{needed}`")
         condition = self.values.expression(when, context) if when else None
         hold: Value | None = self.values.value(HOLD, held, context) if held else NO_HOLD
@@ -88,10 +80,10 @@ class EventReader:
 
     def _then(self, node: Node | None) -> str:
         if node is None:
-            return THEN[0]
-        if node.value not in THEN:
-            hint = suggestion(str(node.value), THEN)
-            sentence = f"then must be one of {', '.join(THEN)}, got {node.words()}"
+            return THEN_WORDS[0]
+        if node.value not in THEN_WORDS:
+            hint = suggestion(str(node.value), THEN_WORDS)
+            sentence = f"then must be one of {', '.join(THEN_WORDS)}, got {node.words()}"
             self.findings.error("E112", node.mark, sentence, hint)
-            return THEN[0]
+            return THEN_WORDS[0]
         return str(node.value)

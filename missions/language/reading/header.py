@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from missions.language.expressions.scope import Symbol
+from missions.language.keys import MISSION, RESERVED
 from missions.language.model import Component, Resources
 from missions.language.reading.values import reference_name
 from stack.documents import Findings, Mark, Node, Section, read_file, require_kind
@@ -17,14 +18,8 @@ from stack.parameters import Declaration, suggestion
 from stack.types import Pose2D
 
 FORMAT = 1
-TOP_KEYS = (
-    "mission", "format", "doc", "robot", "world", "start", "initial_pose", "map", "places",
-    "parameters", "navigation", "localisation", "plugins", "arguments", "blackboard", "events",
-    "run", "trees", "include", "tests",
-)  # fmt: skip
 NAV2 = "nav2_params"
 LOCALISATION = "localisation"
-RESERVED = ("mapping", "sensors", "perception", "safety", "faults")
 
 T = TypeVar("T")
 
@@ -68,7 +63,7 @@ class HeaderReader:
     def map(self) -> str:
         """Return `from_world`, `none` or a file."""
         name = self.text("map", "from_world")
-        if name not in ("from_world", "none"):
+        if name not in MISSION["map"].words:
             self._ask("map", lambda: self.resources.check_map(name, self.folder), None)
         return name
 

@@ -11,13 +11,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from missions.language.expressions.scope import Scope
+from missions.language.keys import TREE_FILE
 from missions.language.model import Tree
 from missions.language.reading.declarations import DeclarationReader, Layer
 from stack.documents import Finding, Mark, Node, Section, read_file
 from stack.errors import InputError
 
 MAX_FILES = 50
-FILE_KEYS = ("include", "format", "doc", "places", "trees")
 
 
 @dataclass
@@ -88,7 +88,7 @@ class IncludeReader:
                 self._error(item.mark, f"more than {MAX_FILES} included files")
                 return None
             try:
-                top = read_file(path, "file of trees", (*FILE_KEYS, "run", "mission"))
+                top = read_file(path, "file of trees", (*TREE_FILE, "run", "mission"))
             except InputError as error:
                 self._add_findings(error.findings, item.mark)
                 return None
@@ -97,7 +97,7 @@ class IncludeReader:
         return self.files[key]
 
     def _read(self, top: Node, path: Path, above: tuple[Path, ...]) -> TreeFile:
-        section = Section(top, self.findings, "an included file", "E101", FILE_KEYS)
+        section = Section(top, self.findings, "an included file", "E101", [*TREE_FILE])
         for word in ("doc", "format"):
             section.node_of(word)
         found = self.combined(section.node_of("include"), path, above)

@@ -16,11 +16,12 @@ from missions.language.analysis.outcomes import OutcomeCheck
 from missions.language.case_model import Case
 from missions.language.expressions.expression import NameContext
 from missions.language.expressions.scope import Role, Scope, Symbol
+from missions.language.keys import MISSION, RESERVED
 from missions.language.model import Catalogue, Event, Mission, Resources, Step, Tree
 from missions.language.reading.cases import CaseReader, MissionNames
 from missions.language.reading.declarations import DeclarationReader, Layer, Overrides
 from missions.language.reading.events import EventReader
-from missions.language.reading.header import RESERVED, TOP_KEYS, HeaderReader
+from missions.language.reading.header import HeaderReader
 from missions.language.reading.include import IncludeReader, TreeFile, tree_entries
 from missions.language.reading.nodes import NodeReader
 from missions.language.reading.values import ValueReader
@@ -48,7 +49,7 @@ def read_mission(
     Raises:
         InputError: with all errors found.
     """
-    keys = (*TOP_KEYS, *RESERVED)
+    keys = (*MISSION, *RESERVED)
     document = read_document(path, "mission", text, keys)
     top = Section(document, Findings(), "the mission", "E101", keys)
     return _Reading(top, path, resources or Resources()).mission(catalogue_for, overrides or {})
@@ -71,7 +72,7 @@ class _Reading:
         included = self.includes.combined(self.top.node_of("include"), self.path)
         places, keys, arguments = self._names(world, included.places, overrides)
         start = header.pose("start", places, ())
-        initial_pose = header.pose("initial_pose", places, ("start", "unknown"))
+        initial_pose = header.pose("initial_pose", places, MISSION["initial_pose"].words)
         files, plugins = header.texts("parameters"), header.texts("plugins")
         map_name = header.map()
         components = header.components(files, mapped=map_name != "none")

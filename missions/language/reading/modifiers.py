@@ -6,36 +6,22 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from missions.language.expressions.expression import CheckedExpression, NameContext
+from missions.language.keys import (
+    ATTEMPTS,
+    DELAY,
+    LIMIT,
+    ON_FAILURE_WORDS,
+    PERIOD,
+    RECOVER,
+    RETRY,
+    TIMES,
+    Keys,
+)
+from missions.language.kinds import LOOPS
 from missions.language.model import Constant, Modifiers, Recover, Retry, Step, Value
 from missions.language.reading.values import ValueReader
 from stack.documents import Mark, Node
 from stack.parameters import Declaration, suggestion
-
-MODIFIERS: dict[str, str] = {
-    "name": "label in the dashboard and the report",
-    "when": "condition evaluated when the node starts; if false, the node is skipped",
-    "while": "condition evaluated on every tick; if false, the node is halted and fails "
-    "(CHECK_FAILED)",
-    "on_failure": "`continue` turns a failure into a success; default: `fail`",
-    "repeat": "run again after a success: a number of times, or `forever`",
-    "recover": "after a failure run the next recovery, then try again",
-    "retry": "try again after a failure: a number of attempts, or `{attempts: 3, delay: 500 ms}`",
-    "timeout": "time limit per attempt; then the node is halted and fails (TIMED_OUT)",
-    "every": "run at most once in this period; in between the node returns its last result",
-    "with": "with `use`: inputs of the tree",
-    "out": "targets of outputs: `{output: $key}`",
-    "do": "with `for_each` and `follow_waypoints`: the node to run for each item",
-}
-"""Modifiers, outermost decorator first."""
-
-LOOPS = ("for_each", "follow_waypoints")
-"""Nodes with `do`; their `on_failure` applies to each item."""
-
-ATTEMPTS = Declaration("attempts", int, at_least=1)
-DELAY = Declaration("delay", float, unit="s", default=0.0, at_least=0.0)
-TIMES = Declaration("repeat", int, at_least=1)
-LIMIT = Declaration("timeout", float, unit="s", above=0.0)
-PERIOD = Declaration("every", float, unit="s", above=0.0)
 
 ReadChildren = Callable[[Node | None, str, Mark, NameContext], list[Step]]
 RawModifiers = Mapping[str, tuple[Node, Node]]
@@ -78,8 +64,8 @@ class ModifierReader:
         if "on_failure" not in raw:
             return False
         node = raw["on_failure"][1]
-        if node.value not in ("continue", "fail"):
-            hint = suggestion(str(node.value), ("continue", "fail"))
+        if node.value not in ON_FAILURE_WORDS:
+            hint = suggestion(str(node.value), ON_FAILURE_WORDS)
             sentence = f"on_failure must be `continue` or `fail`, got {node.words()}"
             self.findings.error("E123", node.mark, sentence, hint)
         return bool(node.value == "continue")
@@ -96,7 +82,7 @@ class ModifierReader:
         if not node.is_mapping:
             attempts = self.values.value(ATTEMPTS, node, context)
             return Retry(attempts, Constant(0.0)) if attempts else None
-        self._only("retry", node, ("attempts", "delay"))
+        self._only("retry", node, RETRY)
         attempts = self._needed("retry", node, context)
         given = node.get("delay")
         delay = self.values.value(DELAY, given, context) if given else Constant(0.0)
@@ -110,7 +96,7 @@ class ModifierReader:
             sentence = f"recover must be {{attempts: N, round_robin: […]}}, got {node.words()}"
             self.findings.error("E123", node.mark, sentence)
             return None
-        self._only("recover", node, ("attempts", "unless", "round_robin"))
+        self._only("recover", node, RECOVER)
         attempts = self._needed("recover", node, inside)
         handling = replace(inside, knows_error=True)
         unless = node.get("unless")
@@ -125,7 +111,7 @@ class ModifierReader:
             return None
         return self.values.value(ATTEMPTS, given, context)
 
-    def _only(self, word: str, node: Node, known: tuple[str, ...]) -> None:
+    def _only(self, word: str, node: Node, known: Keys) -> None:
         for key, _ in node.entries:
             if key.value not in known:
                 hint = suggestion(str(key.value), known)

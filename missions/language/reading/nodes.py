@@ -16,6 +16,14 @@ from missions.language.expressions.value_types import (
     ValueType,
     type_of,
 )
+from missions.language.keys import (
+    MODIFIERS,
+    ONLY_FOR,
+    PARALLEL,
+    SUCCEED_ON,
+    SUCCEED_WORDS,
+)
+from missions.language.kinds import FOLLOW_WAYPOINTS, NODES
 from missions.language.model import (
     Catalogue,
     Composite,
@@ -28,39 +36,18 @@ from missions.language.model import (
     Use,
     Value,
 )
-from missions.language.reading.modifiers import LOOPS, MODIFIERS, ModifierReader, RawModifiers
+from missions.language.reading.modifiers import ModifierReader, RawModifiers
 from missions.language.reading.ports import Owner, PortReader
 from missions.language.reading.values import IDENTIFIER, ValueReader
 from missions.language.reading.waypoints import (
-    FOLLOW_WAYPOINTS,
     WAYPOINT_OUTPUTS,
-    WAYPOINT_PORTS,
+    WAYPOINTS,
     waypoint_loop,
     waypoint_symbols,
 )
 from stack.documents import Findings, Mark, Node, is_one_line
 from stack.parameters import REQUIRED, Declaration, suggestion
 from stack.types import Pose2D
-
-COMPOSITES: dict[str, str] = {
-    "sequence": "children in order until one fails; the next tick resumes at the running child",
-    "reactive": "as `sequence`, but every tick starts at the first child",
-    "fallback": "children in order until one succeeds; the next tick resumes at the running child",
-    "reactive_fallback": "as `fallback`, but every tick starts at the first child",
-    "parallel": "all children at once; `{succeed_on: all | one | N, do: […]}` or a list",
-    "round_robin": "one child per run, in rotation; tries the others after a failure",
-    "for_each": "`do` once per item: `{for_each: {shelf: $shelves}, do: …}`; with "
-    "`on_failure: continue` it continues after an item that fails",
-    "follow_waypoints": "drives to poses in order and runs `do` (optional) at each; with "
-    "`on_failure: continue` a failed waypoint counts as missed and the next one follows",
-    "use": "a tree of this file: `{use: inspect, with: {…}, out: {…}}`",
-}
-"""Node types of the language besides behaviours, with their meaning."""
-
-_ONLY_FOR = {"with": ("use",), "do": LOOPS}
-_WITH_OUTPUTS = ("use", FOLLOW_WAYPOINTS)
-_HAS_ERROR = ("fallback", "reactive_fallback", "round_robin")
-_SUCCEED_ON = Declaration("succeed_on", int, at_least=1)
 
 
 class NodeReader:
@@ -73,7 +60,7 @@ class NodeReader:
         self.findings: Findings = values.findings
         self.ports = PortReader(values)
         self.modifiers = ModifierReader(values, self.children)
-        self.known = [*COMPOSITES, *catalogue.names()]
+        self.known = [*NODES, *catalogue.names()]
 
     def read(self, node: Node, context: NameContext) -> Step | None:
         """Read a node; None after a finding."""
@@ -114,7 +101,7 @@ class NodeReader:
     def _unknown_modifier(self, head: Node, key: Node) -> None:
         word = str(key.value)
         hint = suggestion(word, MODIFIERS)
-        if str(head.value) not in COMPOSITES and str(head.value) in self.known:
+        if str(head.value) not in NODES and str(head.value) in self.known:
             kind = self.catalogue.get(str(head.value))
             if kind is not None and word in kind.ports:
                 hint = f"{word} is a port of {head.value}: indent it below `{head.value}:`"
@@ -138,22 +125,21 @@ class NodeReader:
             return self._for_each(start, body, raw, within)
         if kind == FOLLOW_WAYPOINTS:
             return self._follow_waypoints(start, body, raw, within)
-        if kind in COMPOSITES:
+        if kind in NODES:
             return self._composite(start, body, within)
         return self._leaf(start, head, body, _value(raw, "out"), within)
 
     def _misplaced(self, kind: str, raw: RawModifiers) -> None:
-        for word, owners in _ONLY_FOR.items():
+        for word, owners in ONLY_FOR.items():
             if word in raw and kind not in owners:
                 self.findings.error(
                     "E123", raw[word][0].mark,
                     f"`{word}` is only for `{'` and `'.join(owners)}`, not for {kind!r}",
                     f"write ports below `{kind}:`" if word == "with" else "",
                 )  # fmt: skip
-        if "out" in raw and kind in COMPOSITES and kind not in _WITH_OUTPUTS:
-            sentence = (
-                f"`out` is only for behaviours, `use` and `{FOLLOW_WAYPOINTS}`, not for {kind!r}"
-            )
+        if "out" in raw and kind in NODES and not NODES[kind].takes_outputs:
+            takers = "` and `".join(word for word, item in NODES.items() if item.takes_outputs)
+            sentence = f"`out` is only for behaviours, `{takers}`, not for {kind!r}"
             self.findings.error("E123", raw["out"][0].mark, sentence)
 
     def _label(self, raw: RawModifiers) -> str:
@@ -181,9 +167,10 @@ class NodeReader:
             place = node.mark if node is not None and node.value is not None else mark
             self.findings.error("E124", place, f"{kind} needs a list of nodes, got {got}")
             return []
+        handles_failure = NODES[kind].handles_failure
         steps: list[Step] = []
         for number, item in enumerate(node.items):
-            later = number > 0 and kind in _HAS_ERROR
+            later = number > 0 and handles_failure
             step = self.read(item, replace(context, knows_error=context.knows_error or later))
             steps += [step] if step else []
         return steps
@@ -193,8 +180,8 @@ class NodeReader:
         if body is not None and start.kind == "parallel" and body.is_mapping:
             given, succeed_on = body.get("do"), body.get("succeed_on")
             for key, _ in body.entries:
-                if key.value not in ("succeed_on", "do"):
-                    hint = suggestion(str(key.value), ("succeed_on", "do"))
+                if key.value not in PARALLEL:
+                    hint = suggestion(str(key.value), PARALLEL)
                     self.findings.error(
                         "E130", key.mark, f"parallel has no key {key.value!r}", hint
                     )
@@ -204,11 +191,12 @@ class NodeReader:
         return Composite(start.kind, start.mark, start.name, start.modifiers, children, needed)
 
     def _needed(self, node: Node | None, children: int, context: NameContext) -> int:
-        if node is None or node.value == "all":
-            return children
-        if node.value == "one":
-            return 1
-        value = self.values.value(_SUCCEED_ON, node, context)
+        if node is None or node.value in SUCCEED_WORDS:
+            return children if node is None or node.value == SUCCEED_WORDS[0] else 1
+        value = self.values.value(SUCCEED_ON, node, context)
+        if value is not None and not isinstance(value, Constant):
+            sentence = "succeed_on must be known before the mission runs"
+            self.findings.error("E132", node.mark, sentence, "write a number or an argument")
         needed = value.value if isinstance(value, Constant) else children
         if children and needed > children:
             sentence = f"succeed_on is {needed}, but there are only {children} children"
@@ -249,7 +237,7 @@ class NodeReader:
             self.findings.error("E121", start.mark, sentence)
             return None
         owner = Owner(start.kind, start.mark)
-        ports = self.ports.of_behaviour(WAYPOINT_PORTS, body, owner, context)
+        ports = self.ports.of_behaviour(WAYPOINTS.ports, body, owner, context)
         outputs = self.ports.outputs(WAYPOINT_OUTPUTS, _value(raw, "out"), owner, context)
         symbols = waypoint_symbols(start.mark)
         for symbol in symbols.values():

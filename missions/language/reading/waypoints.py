@@ -15,7 +15,8 @@ from collections.abc import Mapping
 
 from behaviours.catalogue import BehaviourKind
 from missions.language.expressions.scope import Role, Symbol
-from missions.language.expressions.value_types import INT, POSE, ValueType, type_of
+from missions.language.expressions.value_types import ValueType, type_of
+from missions.language.kinds import FOLLOW_WAYPOINTS, NODES
 from missions.language.model import (
     Composite,
     FollowWaypoints,
@@ -26,37 +27,18 @@ from missions.language.model import (
     Value,
 )
 from stack.documents import Mark
-from stack.parameters import Declaration
-from stack.types import Pose2D
 
-FOLLOW_WAYPOINTS = "follow_waypoints"
-
-WAYPOINT_PORTS: dict[str, Declaration] = {
-    "waypoints": Declaration(
-        "waypoints", list[Pose2D], "poses to drive to in order, map frame"
-    ),
-    "tolerance": Declaration(
-        "tolerance", float | None, "goal tolerance; default: the robot's",
-        unit="m", default=None, above=0.0,
-    ),
-    "time_limit": Declaration(
-        "time_limit", float | None, "time limit of the drive to each waypoint; default: none",
-        unit="s", default=None, above=0.0,
-    ),
-}  # fmt: skip
-OUTPUTS: dict[str, Declaration] = {
-    "missed": Declaration("missed", list[int], "numbers of the missed waypoints, from 1"),
-    "reached": Declaration("reached", int, "number of waypoints where drive and `do` succeeded"),
-    "distance": Declaration("distance", float, "distance driven to the waypoints", "m"),
+WAYPOINTS = NODES[FOLLOW_WAYPOINTS]
+WAYPOINT_OUTPUTS: dict[str, ValueType] = {
+    name: type_of(item) for name, item in WAYPOINTS.outputs.items()
 }
-WAYPOINT_OUTPUTS: dict[str, ValueType] = {name: type_of(item) for name, item in OUTPUTS.items()}
-VARIABLES: dict[str, ValueType] = {"waypoint": POSE, "waypoint_number": INT}
-"""Variables for `do`: the current waypoint and its number, from 1."""
 
 
 def waypoint_symbols(mark: Mark) -> dict[str, Symbol]:
     """Return the variables of one `follow_waypoints`."""
-    return {name: Symbol(name, Role.VARIABLE, kind, mark) for name, kind in VARIABLES.items()}
+    return {
+        name: Symbol(name, Role.VARIABLE, kind, mark) for name, kind in WAYPOINTS.variables.items()
+    }
 
 
 def waypoint_loop(

@@ -148,16 +148,16 @@ def test_the_announcement_counts_the_kernels_of_each_part_once(monkeypatch):
     monkeypatch.setattr(warm_up, "missing", tuple)
     monkeypatch.setattr(warm_up, "compile_kernel", lambda *call: compiled.append(call))
     warm_up.warm_up(plan, RunOptions(), lines.append)
-    # Counted in the tables: 2 ray casters (lidar, sonars); 2 of inflation and 4 of obstacles; 1 of
-    # safety; 2 of paths and 2 of the escape; A* 4 and its smoother 3; 1 of the controller; 6 of the
+    # Counted in the tables: 2 ray casters (lidar, sonars); 2 of inflation and 4 of obstacles; 2 of
+    # safety; 3 of paths and 2 of the escape; A* 4 and its smoother 3; 2 of the controller; 6 of the
     # localiser.
-    assert len(compiled) == len(set(compiled)) == 27
-    assert lines[0] == "compiling 27 kernels, for the first run only (about 40 s)"
+    assert len(compiled) == len(set(compiled)) == 30
+    assert lines[0] == "compiling 30 kernels, for the first run only (about 45 s)"
     assert lines[1:8] == [
-        "  sensors: 2", "  costmap: 6", "  safety: 1", "  navigation: 4", "  planner: 7",
-        "  controller: 1", "  localisation: 6",
+        "  sensors: 2", "  costmap: 6", "  safety: 2", "  navigation: 5", "  planner: 7",
+        "  controller: 2", "  localisation: 6",
     ]  # fmt: skip
-    assert re.fullmatch(r"compiled 27 kernels in \d+ s", lines[8])
+    assert re.fullmatch(r"compiled 30 kernels in \d+ s", lines[8])
 
 
 def test_nothing_is_shown_when_every_kernel_is_in_the_cache(monkeypatch):

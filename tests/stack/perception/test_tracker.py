@@ -102,7 +102,7 @@ def test_one_step_of_the_filter_by_hand():
     )  # fmt: skip
     tracker = Tracker(settings_)
     pose = Pose2D(0.0, 0.0)
-    first, second = seen(pose, [(2.0, 0.0, 0.3)]), seen(pose, [(2.1, 0.0, 0.3)], 0.1)
+    first, second = seen(pose, [(2.0, 0.0, 0.3)]), seen(pose, [(1.3, 0.0, 0.3)], 0.1)
     assert tracker.update(pose, first, 0.0) == ()
     (disc,), (other,) = tracker.discs(pose, first), tracker.discs(pose, second)
     (track,) = tracker.update(pose, second, 0.1)
@@ -126,6 +126,19 @@ def test_static_objects_are_not_tracks_while_the_robot_moves():
         pose=lambda time: Pose2D(-2.0 + 0.5 * time, 0.0, 0.3 * time), noise=0.01, random=random,
     )  # fmt: skip
     assert tracks == ()
+
+
+def test_a_view_that_changes_makes_no_moving_object():
+    """A post hides a part of a short wall that is not on the map. As the robot passes, the visible
+    part grows and its middle travels along the wall, over ground that was never seen free."""
+    wall = [(0.1 * step, 3.0, 0.06) for step in range(12)]
+    tracker, moved = Tracker(TrackerParameters()), 0
+    for step in range(51):
+        pose = Pose2D(-1.5 + 0.04 * step, 0.0)
+        noise = np.random.default_rng(step)
+        scan = seen(pose, [(0.0, 1.0, 0.3), *wall], 0.1 * step, noise=0.01, random=noise)
+        moved += len(tracker.update(pose, scan, 0.1 * step))
+    assert moved == 0
 
 
 def test_mapped_walls_are_not_tracks_and_a_walker_in_front_of_them_is():

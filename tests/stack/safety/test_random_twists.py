@@ -10,6 +10,7 @@ import pytest
 from missions.bench.resumable import TableOptions
 from robots.simulated import SimulatedBody
 from stack.drivetrain.description import LidarDescription
+from stack.safety.parameters import SafetyParameters
 from stack.sim.worlds.world import Box, Person, World
 from stack.streams import stream
 from stack.types import Pose2D, Twist
@@ -40,10 +41,10 @@ def test_no_random_velocity_drives_a_robot_into_anything(name):
     assert 0.0 < run.clearance < 0.7
 
 
-def touch_of(robot, world, wanted, seconds=4.0):
+def touch_of(robot, world, wanted, seconds=4.0, **parameters):
     """The first contact of a robot at the origin that wants one velocity; None without one."""
     body = SimulatedBody(robot, world, start=Pose2D(0.0, 0.0), seed=1)
-    loop = SafetyLoop(body, robot)
+    loop = SafetyLoop(body, robot, SafetyParameters(**parameters))
     try:
         while body.time < seconds and loop.touch is None:
             loop.step(wanted)
@@ -60,7 +61,8 @@ def test_a_contact_is_described_by_who_moved_and_what_was_seen():
     assert touch.their_speed == pytest.approx(1.0, abs=0.05)
     # from 1.5 m to the radii of 0.22 and 0.2 m at 1 m/s
     assert touch.time == pytest.approx(1.08, abs=0.06)
-    turning = touch_of(scout, World("w", BOUNDS, people=(walker,)), Twist(angular=1.0))
+    world = World("w", BOUNDS, people=(walker,))
+    turning = touch_of(scout, world, Twist(angular=1.0), predict_motion=False)
     assert (turning.cause, turning.blind) == ("person", False)
     crate = Box(Pose2D(0.6, 0.0), (0.4, 0.4, 0.6))
     half = replace(scout, lidar=LidarDescription(Pose2D(0.0, 0.0, np.pi), field_of_view=np.pi))
@@ -70,6 +72,19 @@ def test_a_contact_is_described_by_who_moved_and_what_was_seen():
     assert class_of(asdict(touch)) == "unseen"
     assert class_of({**asdict(touch), "speed": 0.3}) == "robot"
     assert class_of({**asdict(touch), "seen": True}) == "robot"
+
+
+def test_a_person_who_crosses_meets_a_robot_that_stands():
+    """A walker comes from the right at 1 m/s, straight at the way of a robot that wants 0.5 m/s:
+    where he is now, he is beside the way; where his velocity takes him, he is on it."""
+    scout = replace(described()["scout"], camera=None, sonars={})
+    way = np.array([[1.3, -3.0], [1.3, 3.0]])
+    walker = Person("person 1", way, 1.0, yields=False)
+    world = World("w", BOUNDS, people=(walker,))
+    struck = touch_of(scout, world, Twist(0.5), predict_motion=False)
+    assert struck.cause in ("robot", "person") and struck.speed > 0.1
+    met = touch_of(scout, world, Twist(0.5))
+    assert met is None or met.cause == "standing"
 
 
 def test_wishes_cover_the_whole_range_of_a_drive():

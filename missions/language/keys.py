@@ -1,0 +1,320 @@
+"""Table of the keys of mission files: word, meaning, how the value is written, where it stands.
+
+Readers, JSON Schemas, hover, completion and the tables of docs/language.md are made from it. A
+section is a mapping with known keys; SECTIONS holds them all by name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum, auto
+
+from missions.language.kinds import LOOPS, NODES
+from stack.parameters import Declaration
+
+
+class Form(StrEnum):
+    """How the value of a key is written."""
+
+    TEXT = auto()
+    NAME = auto()
+    """One line of text."""
+    TEXTS = auto()
+    NUMBER = auto()
+    """The number of `format`."""
+    WORD = auto()
+    """One of the words of the key."""
+    VALUE = auto()
+    """A value of the declaration of the key, or a `$name`; or one of its words."""
+    LITERAL = auto()
+    """A value of the declaration of the key; or one of its words."""
+    ANY = auto()
+    """A value of the type that is declared beside it."""
+    RANGE = auto()
+    """`[least, most]` of the type that is declared beside it."""
+    TYPE = auto()
+    TYPES = auto()
+    """Names with their types."""
+    INPUTS = auto()
+    """Names with their types, or with a section that states the type."""
+    EXPRESSION = auto()
+    NODE = auto()
+    NODES = auto()
+    PLACE = auto()
+    """A place, a pose, or one of the words of the key."""
+    POSES = auto()
+    """Names with their poses."""
+    FILE = auto()
+    FILES = auto()
+    ROBOT = auto()
+    WORLD = auto()
+    COMPONENT = auto()
+    COMPONENTS = auto()
+    SECTION = auto()
+    """The keys of the section of the key; or a bare value of its declaration."""
+    NAMED = auto()
+    """Names, each with the section of the key."""
+    NAMED_LIST = auto()
+    """A list of names, each with the section of the key."""
+    LIST = auto()
+    """A list of the section of the key."""
+    OUTCOMES = auto()
+    """Outcomes of a mock."""
+    DURATIONS = auto()
+    """One duration or a list."""
+    DURATION_OF = auto()
+    """A duration, or names of nodes with durations."""
+    COUNTS = auto()
+    """Names of nodes with a number or `[least, most]`."""
+    NODE_NAMES = auto()
+    MOCKS = auto()
+    """Names of nodes with the section of the key, or with outcomes."""
+    ARGUMENTS = auto()
+    """Names of arguments with values."""
+    CHANGES = auto()
+    """Times with changes."""
+    INPUT_VALUES = auto()
+    """Inputs of a tree with values."""
+    TARGETS = auto()
+    """Outputs with the keys that receive them."""
+    OUTPUT_VALUES = auto()
+    """Outputs with values."""
+    CODE = auto()
+    """A failure code."""
+
+
+@dataclass(frozen=True, slots=True)
+class Key:
+    """One key of a section.
+
+    Attributes:
+        word: as written.
+        doc: its meaning.
+        form: how its value is written.
+        required: whether the section needs it.
+        declared: declaration of a single value.
+        words: allowed words, the default first if there is one.
+        section: name of the section of its value.
+    """
+
+    word: str
+    doc: str
+    form: Form
+    required: bool = False
+    declared: Declaration | None = None
+    words: tuple[str, ...] = ()
+    section: str = ""
+
+
+Keys = Mapping[str, Key]
+
+ATTEMPTS = Declaration("attempts", int, at_least=1)
+DELAY = Declaration("delay", float, unit="s", default=0.0, at_least=0.0)
+TIMES = Declaration("repeat", int, at_least=1)
+LIMIT = Declaration("timeout", float, unit="s", above=0.0)
+PERIOD = Declaration("every", float, unit="s", above=0.0)
+HOLD = Declaration("hold", float, unit="s", default=0.0, at_least=0.0)
+SUCCEED_ON = Declaration("succeed_on", int, at_least=1)
+TAKES = Declaration("takes", float, unit="s", at_least=0.0)
+WITHIN = Declaration("within", float, unit="s", above=0.0)
+OPTIONAL = Declaration("optional", bool, default=False)
+SUCCEED_WORDS = ("all", "one")
+ON_FAILURE_WORDS = ("fail", "continue")
+THEN_WORDS = ("resume", "restart", "abort")
+STATUS_WORDS: tuple[str, ...] = ("success", "failure", "running")
+
+
+def _section(*keys: Key) -> Keys:
+    return {key.word: key for key in keys}
+
+
+MISSION = _section(
+    Key("mission", "Name of the mission.", Form.NAME, required=True),
+    Key("format", "Version of the mission language: `1`.", Form.NUMBER),
+    Key("doc", "One-sentence description of the mission.", Form.TEXT),
+    Key("robot", "Name of a shipped robot, or the path of a `robot.yaml`.", Form.ROBOT,
+        required=True),
+    Key("world", "Name of a shipped world, or the path of a world file.", Form.WORLD,
+        required=True),
+    Key("start", "True start pose of the robot: a place or `[x, y, heading]`.", Form.PLACE),
+    Key("initial_pose", "Initial pose estimate: `start`, `unknown`, a place or a pose.",
+        Form.PLACE, words=("start", "unknown")),
+    Key("map", "`from_world` (the default), `none`, or a ROS `map.yaml`.", Form.FILE,
+        words=("from_world", "none")),
+    Key("places", "Named poses in the map frame: `dock: [0, 0, 90 deg]`.", Form.POSES),
+    Key("parameters", "Parameter files, applied in order before `navigation`.", Form.FILES),
+    Key("navigation", "Components of the navigation stack and their parameters.",
+        Form.COMPONENTS),
+    Key("localisation",
+        "Estimator of the pose: a name, or `{use: name, parameter: value}`.", Form.COMPONENT),
+    Key("plugins", "Folders, files or modules with your own behaviours and components of "
+        "navigation.", Form.FILES),
+    Key("include", "Files whose `trees` and `places` this mission can use.", Form.FILES),
+    Key("arguments", "Typed inputs of the mission, set with `--set name=value`.", Form.NAMED,
+        section="argument"),
+    Key("blackboard", "Typed keys that nodes can read and write.", Form.NAMED,
+        section="blackboard key"),
+    Key("events", "Conditions checked on every tick in this order; a triggered event pre-empts "
+        "`run`.", Form.NAMED_LIST, section="event"),
+    Key("run", "The behaviour tree of the mission.", Form.NODE, required=True),
+    Key("trees", "Subtrees for `use`, with inputs (`in`) and outputs (`out`).", Form.NAMED,
+        section="tree"),
+    Key("tests", "Test cases for `treepilot test`, run without a simulator.", Form.LIST,
+        section="case"),
+)  # fmt: skip
+"""Keys at the top of a mission file."""
+
+RESERVED = ("mapping", "sensors", "perception", "safety", "faults")
+"""Words at the top of a mission file that later versions will support."""
+
+TREE_FILE = _section(*(MISSION[word] for word in ("include", "format", "doc", "places", "trees")))
+"""Keys at the top of an included file."""
+
+_TYPE = Key("type", "The type of its values.", Form.TYPE, required=True)
+_UNIT = Key("unit", "SI unit, for `type: float`.", Form.TEXT)
+_DOC = Key("doc", "Description.", Form.TEXT)
+
+ARGUMENT = _section(
+    _TYPE,
+    Key("default", "Value without `--set`.", Form.ANY),
+    Key("range", "`[minimum, maximum]` of a number.", Form.RANGE),
+    Key("one_of", "Allowed texts.", Form.TEXTS),
+    _UNIT, _DOC,
+)  # fmt: skip
+
+BLACKBOARD_KEY = _section(
+    _TYPE,
+    Key("initial", "Value at the start of the mission.", Form.ANY),
+    Key("optional", "Whether it can be unset; test with `$key is set`.", Form.LITERAL,
+        declared=OPTIONAL),
+    _UNIT, _DOC,
+)  # fmt: skip
+
+INPUT = _section(
+    Key("type", "Type of the input.", Form.TYPE, required=True),
+    Key("default", "Value if `with` does not set the input.", Form.ANY),
+    _UNIT, _DOC,
+)  # fmt: skip
+
+TREE = _section(
+    Key("in", "Inputs: `{target: Pose, dwell: {type: duration, default: 3 s}}`.", Form.INPUTS,
+        section="input"),
+    Key("out", "Outputs: `{photo: path}`.", Form.TYPES),
+    Key("doc", "Description of the tree.", Form.TEXT),
+    Key("do", "Root node of the tree.", Form.NODE, required=True),
+)  # fmt: skip
+
+EVENT = _section(
+    Key("when", "the condition; evaluated on every tick", Form.EXPRESSION, required=True),
+    Key("hold", "how long the condition must be true; default: 0 s", Form.VALUE, declared=HOLD),
+    Key("do", "the node to run, until it ends", Form.NODE, required=True),
+    Key("then", "`resume` (default) continues the mission where it was, `restart` starts `run` "
+        "again, `abort` ends the mission as failed", Form.WORD, words=THEN_WORDS),
+)  # fmt: skip
+
+RETRY = _section(
+    Key("attempts", "number of attempts, the first one included", Form.VALUE, required=True,
+        declared=ATTEMPTS),
+    Key("delay", "pause before the next attempt; default: 0 s", Form.VALUE, declared=DELAY),
+)  # fmt: skip
+
+RECOVER = _section(
+    Key("attempts", "number of attempts, the first one included", Form.VALUE, required=True,
+        declared=ATTEMPTS),
+    Key("unless", "condition under which the failure is final: no recovery, no further attempt",
+        Form.EXPRESSION),
+    Key("round_robin", "the recoveries; each failure runs the next one, after the last the first",
+        Form.NODES, required=True),
+)  # fmt: skip
+
+PARALLEL = _section(
+    Key("succeed_on", "number of children that must succeed, `all` (default) or `one`",
+        Form.VALUE, declared=SUCCEED_ON, words=SUCCEED_WORDS),
+    Key("do", "the children", Form.NODES, required=True),
+)  # fmt: skip
+
+MODIFIERS = _section(
+    Key("name", "label in the dashboard and the report", Form.NAME),
+    Key("when", "condition evaluated when the node starts; if false, the node is skipped",
+        Form.EXPRESSION),
+    Key("while", "condition evaluated on every tick; if false, the node is halted and fails "
+        "(CHECK_FAILED)", Form.EXPRESSION),
+    Key("on_failure", "`continue` turns a failure into a success; default: `fail`", Form.WORD,
+        words=ON_FAILURE_WORDS),
+    Key("repeat", "run again after a success: a number of times, or `forever`", Form.VALUE,
+        declared=TIMES, words=("forever",)),
+    Key("recover", "after a failure run the next recovery, then try again", Form.SECTION,
+        section="recover"),
+    Key("retry", "try again after a failure: a number of attempts, or `{attempts: 3, delay: "
+        "500 ms}`", Form.SECTION, declared=ATTEMPTS, section="retry"),
+    Key("timeout", "time limit per attempt; then the node is halted and fails (TIMED_OUT)",
+        Form.VALUE, declared=LIMIT),
+    Key("every", "run at most once in this period; in between the node returns its last result",
+        Form.VALUE, declared=PERIOD),
+    Key("with", "with `use`: inputs of the tree", Form.INPUT_VALUES),
+    Key("out", "targets of outputs: `{output: $key}`", Form.TARGETS),
+    Key("do", "with `for_each` and `follow_waypoints`: the node to run for each item",
+        Form.NODE),
+)  # fmt: skip
+"""Keys beside the type of a node; those that add a node to the tree stand outermost first."""
+
+ONLY_FOR: Mapping[str, tuple[str, ...]] = {
+    "with": tuple(word for word, kind in NODES.items() if kind.takes_inputs),
+    "do": LOOPS,
+}
+"""Modifiers of some kinds only; `out` is for all that have outputs."""
+
+CASE = _section(
+    Key("name", "a sentence about what is tested", Form.NAME),
+    Key("arguments", "values for the mission's arguments", Form.ARGUMENTS),
+    Key("mock", "name of a behaviour, tree or node -> its mock: `{returns, takes, sets}`, or "
+        "`real`", Form.MOCKS, section="mock", words=("real",)),
+    Key("at", "time -> change at this time: `battery.charge: 0.1`, `$key: value`, `event: name`",
+        Form.CHANGES),
+    Key("expect", "expected results", Form.SECTION, section="expectation"),
+)  # fmt: skip
+
+MOCK = _section(
+    Key("returns", "outcome of each run: success, failure, running or a failure code",
+        Form.OUTCOMES, words=STATUS_WORDS),
+    Key("takes", "duration of each run; default: 0 s", Form.DURATIONS, declared=TAKES),
+    Key("sets", "outputs with the values that they receive at each success", Form.OUTPUT_VALUES),
+)  # fmt: skip
+
+ANY_KEY = "$key"
+"""Stands in EXPECTATION for the name of any blackboard key."""
+
+EXPECTATION = _section(
+    Key("status", "success, failure, or running (at the time limit)", Form.WORD,
+        words=STATUS_WORDS),
+    Key("failure", "code of the first cause", Form.CODE),
+    Key("ran", "name -> number of starts, or `[least, most]`", Form.COUNTS),
+    Key("order", "names in the order of their starts; others may start in between",
+        Form.NODE_NAMES),
+    Key("within", "time limit of the mission; or name -> longest duration of a run",
+        Form.DURATION_OF, declared=WITHIN),
+    Key(ANY_KEY, "value of a blackboard key at the end; the $ is optional", Form.ANY),
+)  # fmt: skip
+
+SECTIONS: Mapping[str, Keys] = {
+    "mission": MISSION, "tree file": TREE_FILE, "argument": ARGUMENT,
+    "blackboard key": BLACKBOARD_KEY, "input": INPUT, "tree": TREE, "event": EVENT,
+    "node": MODIFIERS, "retry": RETRY, "recover": RECOVER, "parallel": PARALLEL, "case": CASE,
+    "mock": MOCK, "expectation": EXPECTATION,
+}  # fmt: skip
+
+
+def docs(keys: Keys) -> dict[str, str]:
+    """Return the meaning of each key."""
+    return {word: key.doc for word, key in keys.items()}
+
+
+def required(keys: Keys) -> list[str]:
+    """Return the keys that a section needs."""
+    return [word for word, key in keys.items() if key.required]
+
+
+def mission_words() -> frozenset[str]:
+    """Return the words that no behaviour can have as its name."""
+    return frozenset([*NODES, *MODIFIERS, *RECOVER, *EVENT, *TREE])

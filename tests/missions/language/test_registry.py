@@ -1,0 +1,131 @@
+"""Every kind of node and every key is known to all that use the registries."""
+
+from pathlib import Path
+
+import pytest
+from rich.cells import cell_len
+
+from behaviours.catalogue import MISSION_WORDS, find_behaviours
+from missions.editor.key_schemas import of_keys
+from missions.editor.markdown import word_text
+from missions.editor.mission_schema import mission_schema
+from missions.inspection.listing import description_of, installed, rows_of
+from missions.language.keys import ANY_KEY, MODIFIERS, SECTIONS, Form, mission_words
+from missions.language.kinds import CONDITIONS, CONTROLS, NODES, Shape, glyph_of, outline_of
+from missions.trees.compiler import compile_mission
+from missions.trees.show import dot
+from tests.missions.mission_fakes import read_text
+from tui.terminal.ascii_glyphs import GLYPHS
+
+PAGE = (Path(__file__).parents[3] / "docs" / "language.md").read_text("utf-8")
+
+HEAD = "mission: m\nrobot: scout\nworld: office\n"
+
+NODE_SAMPLES = {
+    "sequence": "{sequence: [{say: a}]}",
+    "reactive": "{reactive: [{say: a}]}",
+    "fallback": "{fallback: [{say: a}]}",
+    "reactive_fallback": "{reactive_fallback: [{say: a}]}",
+    "parallel": "{parallel: [{say: a}]}",
+    "round_robin": "{round_robin: [{say: a}]}",
+    "for_each": "{for_each: {n: [1, 2]}, do: {say: a}}",
+    "follow_waypoints": "{follow_waypoints: [[1, 2]]}",
+    "use": "{use: greet}\ntrees: {greet: {do: {say: a}}}",
+}
+"""A mission's `run` with each kind of node."""
+
+CONTROL_SAMPLES = {
+    "when": "{wait: 1 s, when: robot.speed > 0}",
+    "on_failure": "{spin: 90 deg, on_failure: continue}",
+    "while": "{wait: 1 s, while: robot.speed < 1}",
+    "repeat": "{wait: 1 s, repeat: 2}",
+    "recover": "{spin: 90 deg, recover: {attempts: 2, round_robin: [{wait: 1 s}]}}",
+    "retry": "{spin: 90 deg, retry: 2}",
+    "timeout": "{wait: 1 s, timeout: 2 s}",
+    "every": "{say: a, every: 2 s}",
+    "events": "{wait: 1 s}\nevents: [{slow: {when: robot.speed < 1, do: {say: a}}}]",
+    "event": "{wait: 1 s}\nevents: [{slow: {when: robot.speed < 1, do: {say: a}}}]",
+}
+"""A mission's `run` with each kind of node that a modifier or the section `events` adds."""
+
+
+def test_every_kind_has_a_sample():
+    assert set(NODE_SAMPLES) == set(NODES)
+    assert set(CONTROL_SAMPLES) == set(CONTROLS)
+
+
+@pytest.mark.parametrize("word", [*NODES, *CONTROLS])
+def test_a_kind_is_compiled_to_its_class_and_drawn_with_its_glyph(tmp_path, word):
+    sample = {**NODE_SAMPLES, **CONTROL_SAMPLES}[word]
+    tree = compile_mission(read_text(tmp_path, f"{HEAD}run: {sample}\n"))
+    kind = {**NODES, **CONTROLS}[word]
+    records = [item for item in tree.execution.records.values() if item.kind == word]
+    assert [type(item.node).__name__ for item in records] == [kind.factory]
+    assert [row.glyph for row in tree.rows() if row.kind == word] == [kind.glyph]
+    assert f"shape={kind.outline}" in dot(tree)
+
+
+@pytest.mark.parametrize("word", NODES)
+def test_a_kind_is_known_to_schema_hover_list_describe_and_docs(word):
+    kind, known = NODES[word], installed()
+    assert (
+        kind.doc
+        in mission_schema(known.catalogue)["$defs"]["node"]["properties"][word][
+            "markdownDescription"
+        ]
+    )
+    assert word_text(word).startswith(f"**{word}**: {kind.doc}")
+    assert (word, kind.doc) in rows_of("nodes", known)
+    assert description_of(word, known).startswith(f"{word}: {kind.doc}")
+    assert f"| `{word}` | " in PAGE
+
+
+@pytest.mark.parametrize("word", MODIFIERS)
+def test_a_modifier_is_known_to_schema_hover_list_describe_and_docs(word):
+    key, known = MODIFIERS[word], installed()
+    schema = mission_schema(known.catalogue)["$defs"]["node"]["properties"][word]
+    assert schema["markdownDescription"] == key.doc
+    assert word_text(word) == f"**{word}**: {key.doc}"
+    assert (word, key.doc) in rows_of("modifiers", known)
+    assert description_of(word, known).startswith(f"{word}: {key.doc}")
+    assert f"| `{word}` | " in PAGE
+
+
+def test_every_modifier_that_adds_a_node_is_a_kind():
+    without_node = {"name", "with", "out", "do"}
+    assert set(MODIFIERS) - without_node == set(CONTROLS) - {"event", "events"}
+
+
+@pytest.mark.parametrize("section", SECTIONS)
+def test_every_key_has_a_form_a_sentence_and_a_schema(section):
+    keys = SECTIONS[section]
+    schemas = of_keys(keys)
+    for word, key in keys.items():
+        assert key.word == word
+        assert key.doc
+        assert word == ANY_KEY or schemas[word]["markdownDescription"] == key.doc
+        if key.form in (Form.NAMED, Form.NAMED_LIST, Form.LIST, Form.SECTION, Form.MOCKS):
+            assert key.section in SECTIONS
+        if key.form is Form.VALUE:
+            assert key.declared is not None
+
+
+@pytest.mark.parametrize("kind", [*NODES, *CONTROLS, *CONDITIONS, "say"])
+def test_glyphs_are_one_cell_wide_and_have_an_ascii_character(kind):
+    glyph = glyph_of(kind)
+    assert cell_len(glyph) == 1
+    assert glyph.isascii() or glyph in GLYPHS
+
+
+def test_behaviours_cannot_have_the_words_of_the_language():
+    # A plugin author's module may not import missions; the catalogue has a copy of the words.
+    assert mission_words() == MISSION_WORDS
+    assert not mission_words() & set(find_behaviours().names())
+
+
+def test_leaves_are_ellipses():
+    assert outline_of("say") == "ellipse"
+
+
+def test_every_shape_is_used():
+    assert {kind.shape for kind in (*NODES.values(), *CONTROLS.values())} == set(Shape)
