@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterable
+import sys
+from collections.abc import Iterable, Mapping
+from contextlib import redirect_stdout
 from dataclasses import dataclass
 from importlib.metadata import packages_distributions
 from pathlib import Path
@@ -34,17 +36,23 @@ class CheckLine:
     finding: Finding | None = None
 
 
-def check_files(names: list[str]) -> list[CheckLine]:
-    """Return the errors and warnings of mission and world files."""
-    return [line for name in names for line in _check(name)]
+def check_files(names: list[str], arguments: Mapping[str, str] | None = None) -> list[CheckLine]:
+    """Return the errors and warnings of mission and world files.
+
+    Args:
+        names: files, or names of shipped missions.
+        arguments: values of the missions' arguments, as text.
+    """
+    with redirect_stdout(sys.stderr):  # plugins may print
+        return [line for name in names for line in _check(name, dict(arguments or {}))]
 
 
-def _check(name: str) -> list[CheckLine]:
+def _check(name: str, arguments: dict[str, str]) -> list[CheckLine]:
     try:
         path = find_mission(name)
         if _is_world(path):
             return _lines(read_any_world(path).warnings)
-        plan = prepare(path, RunOptions())
+        plan = prepare(path, RunOptions(arguments=arguments))
     except InputError as error:
         if not error.findings:
             return [CheckLine(f"{name}: {error}", True)]
@@ -120,8 +128,10 @@ def check_install() -> list[CheckLine]:
     ]
 
 
-def drawing(name: str, style: str, *, colours: bool) -> str:
+def drawing(
+    name: str, style: str, *, colours: bool, arguments: Mapping[str, str] | None = None
+) -> str:
     """Return the compiled tree of a mission as text, Graphviz or Mermaid."""
-    mission = read_mission(find_mission(name), catalogue_of, resources(), {})
+    mission = read_mission(find_mission(name), catalogue_of, resources(), arguments or {})
     draw = {"text": show.text, "dot": show.dot, "mermaid": show.mermaid}[style]
     return draw(compile_mission(mission), colour=colours)
