@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from py_trees.common import Status
 
 from behaviours.base import RobotBehaviour, port
 from stack.types import Assignments
+
+SHOWN_ITEMS, SHOWN_TEXT = 10, 500
 
 
 class Set(RobotBehaviour):
@@ -20,6 +24,14 @@ class Set(RobotBehaviour):
         for (_, _, write), value in zip(writes, values, strict=True):
             write(value)
         self.feedback_message = ", ".join(
-            f"{key} = {value}" for (key, _, _), value in zip(writes, values, strict=True)
+            f"{key} = {_brief(value)}" for (key, _, _), value in zip(writes, values, strict=True)
         )
         return Status.SUCCESS
+
+
+def _brief(value: Any) -> str:
+    """Format a value for the row of the node; long lists and texts are cut."""
+    if isinstance(value, list) and len(value) > SHOWN_ITEMS:
+        return f"{value[:SHOWN_ITEMS]}… ({len(value)} items)"
+    text = str(value)
+    return text if len(text) <= SHOWN_TEXT else f"{text[:SHOWN_TEXT]}…"

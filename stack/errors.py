@@ -4,6 +4,7 @@ TreepilotError
 ├── InputError          a file or an option is wrong: has findings, each with its position
 ├── ParameterError      one value is wrong: names the parameter, the value and what was expected
 ├── NavigationError     a planner or controller fails: has a FailureCode
+├── EvaluationError     an expression of a mission has no value: has a FailureCode
 ├── FrameError          a stamp is outside the transform buffer
 ├── BodyError           the robot, real or simulated, does not respond or cannot be created
 └── TelemetryError      no engine responds, or it has another version
@@ -102,6 +103,17 @@ class NavigationError(TreepilotError):
 
         self.failure = Failure(code, sentence)
         super().__init__(f"{code}: {sentence}")
+
+
+class EvaluationError(TreepilotError):
+    """An expression or a port has no value: an unset key, a division by zero, an overflow.
+
+    The node that needs the value fails with `code` and `sentence`.
+    """
+
+    def __init__(self, code: FailureCode, sentence: str) -> None:
+        self.code, self.sentence = code, sentence
+        super().__init__(_printable(sentence))
 
 
 class FrameError(TreepilotError):

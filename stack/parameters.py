@@ -37,6 +37,10 @@ class _Required:
 REQUIRED: Any = _Required()
 """Default of a declaration whose value is required."""
 
+EXACT = 2**53
+"""Every whole number up to this one has an exact floating-point value."""
+_EXACT_HINT = f"numbers other than whole numbers are exact up to {EXACT}"
+
 FARTHEST = 1e6
 """Metres: largest coordinate of a pose."""
 
@@ -237,7 +241,7 @@ def read_quantity(text: str, unit: str) -> float:
     match = _QUANTITY.fullmatch(text)
     if not match:
         raise ParameterError("", f"expected {_number_words(unit)}, got {text!r}")
-    number, written = float(match[1]), match[2]
+    number, written = _exact(match[1]), match[2]
     if written is None:
         value = number
     else:
@@ -252,6 +256,29 @@ def read_quantity(text: str, unit: str) -> float:
     if not isfinite(value):
         raise ParameterError("", f"{text!r} is not a finite number")
     return value
+
+
+_DIGITS = re.compile(r"[-+]?\d+(?:\.0*)?")
+
+
+def _exact(numeral: str) -> float:
+    """Convert a numeral; a whole number that would become another number is refused.
+
+    Raises:
+        ParameterError: the number exceeds 2^53 and has no exact floating-point value.
+    """
+    number = float(numeral)
+    whole = numeral.partition(".")[0]
+    if abs(number) >= EXACT and _DIGITS.fullmatch(numeral):
+        if not isfinite(number) or len(whole) > 400 or int(number) != int(whole):
+            raise ParameterError("", f"{_shown(numeral)} cannot be stored exactly", _EXACT_HINT)
+    return number
+
+
+def quantity_unit(text: str) -> str | None:
+    """The unit of a number with a unit, such as "30 cm"; None for any other text."""
+    match = _QUANTITY.fullmatch(text)
+    return match[2] if match and match[2] in _UNITS else None
 
 
 def units() -> Mapping[str, tuple[str, float]]:
@@ -311,7 +338,7 @@ def _converted(kind: Any, unit: str, raw: Any) -> Any:  # noqa: C901 - one branc
         return raw
     if kind is float:
         if isinstance(raw, int) and not isinstance(raw, bool):
-            return float(raw)
+            return _exact(str(raw))
         if isinstance(raw, str):
             return read_quantity(raw, unit)
     if kind is Pose2D and isinstance(raw, list | tuple):

@@ -98,7 +98,7 @@ def _unknown_edges(mission: Mission, graph: RouteGraph) -> Iterator[Finding]:
 def _edge_setters(mission: Mission) -> Iterator[Leaf]:
     """Yield every set_edge of a mission once."""
     roots = [mission.root, *(event.step for event in mission.events)]
-    roots += [tree.root for tree in mission.trees.values() if tree.root is not None]
+    roots += [root for tree in mission.trees.values() for root in tree.roots]
     waiting: list[Step] = roots[::-1]
     while waiting:
         step = waiting.pop()

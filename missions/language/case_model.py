@@ -49,7 +49,8 @@ class Expectation:
     """The expectations of a test; None and empty ones are not checked.
 
     Attributes:
-        status: success | failure | running.
+        status: success | failure | running; without `status` in the file: success, or failure if
+            a failure is expected.
         failure: code of the first cause.
         keys: blackboard key -> value at the end.
         ran: name of a node, behaviour, tree or event -> least and greatest number of starts.
@@ -59,7 +60,7 @@ class Expectation:
         marks: position of each expectation: `status`, `ran charge`, `$visited`…
     """
 
-    status: str | None = None
+    status: str = SUCCESS
     failure: str | None = None
     keys: Mapping[str, Any] = field(default_factory=dict)
     ran: Mapping[str, tuple[float, float]] = field(default_factory=dict)

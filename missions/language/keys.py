@@ -115,6 +115,7 @@ TIMES = Declaration("repeat", int, at_least=1)
 LIMIT = Declaration("timeout", float, unit="s", above=0.0)
 PERIOD = Declaration("every", float, unit="s", above=0.0)
 HOLD = Declaration("hold", float, unit="s", default=0.0, at_least=0.0)
+AGAIN = Declaration("again", float, unit="s", above=0.0)
 SUCCEED_ON = Declaration("succeed_on", int, at_least=1)
 TAKES = Declaration("takes", float, unit="s", at_least=0.0)
 WITHIN = Declaration("within", float, unit="s", above=0.0)
@@ -202,12 +203,17 @@ TREE = _section(
         section="input"),
     Key("out", "Outputs: `{photo: path}`.", Form.TYPES),
     Key("doc", "Description of the tree.", Form.TEXT),
+    Key("events", "Events that are alive while the tree is running, as those of the mission.",
+        Form.NAMED_LIST, section="event"),
     Key("do", "Root node of the tree.", Form.NODE, required=True),
 )  # fmt: skip
 
 EVENT = _section(
-    Key("when", "the condition; evaluated on every tick", Form.EXPRESSION, required=True),
+    Key("when", "the condition; evaluated on every tick. The event fires when it becomes true",
+        Form.EXPRESSION, required=True),
     Key("hold", "how long the condition must be true; default: 0 s", Form.VALUE, declared=HOLD),
+    Key("again", "fires again while the condition stays true, this long after `do` has ended",
+        Form.VALUE, declared=AGAIN),
     Key("do", "the node to run, until it ends", Form.NODE, required=True),
     Key("then", "`resume` (default) continues the mission where it was, `restart` starts `run` "
         "again, `abort` ends the mission as failed", Form.WORD, words=THEN_WORDS),
@@ -286,7 +292,7 @@ ANY_KEY = "$key"
 """Stands in EXPECTATION for the name of any blackboard key."""
 
 EXPECTATION = _section(
-    Key("status", "success, failure, or running (at the time limit)", Form.WORD,
+    Key("status", "success (default), failure, or running (at the time limit)", Form.WORD,
         words=STATUS_WORDS),
     Key("failure", "code of the first cause", Form.CODE),
     Key("ran", "name -> number of starts, or `[least, most]`", Form.COUNTS),

@@ -11,6 +11,7 @@ from behaviours.catalogue import BehaviourKind
 from missions.language.case_model import Case
 from missions.language.expressions.expression import CheckedExpression
 from missions.language.expressions.scope import Symbol
+from missions.language.expressions.value_types import ValueType
 from stack.documents import Finding, Mark
 from stack.types import Pose2D
 
@@ -125,13 +126,21 @@ class ExpressionValue:
 
 
 @dataclass(frozen=True, slots=True)
+class Computed:
+    """The value of an expression, computed when the node starts; `type` is that of the port."""
+
+    expression: CheckedExpression
+    type: ValueType
+
+
+@dataclass(frozen=True, slots=True)
 class AssignmentList:
     """The assignments of `set`."""
 
     assignments: tuple[tuple[Symbol, CheckedExpression], ...]
 
 
-Value = Constant | Reference | ListValue | Template | ExpressionValue | AssignmentList
+Value = Constant | Reference | ListValue | Template | ExpressionValue | Computed | AssignmentList
 
 
 @dataclass(frozen=True, slots=True)
@@ -248,6 +257,7 @@ class Event:
 
     Attributes:
         hold: time for which `when` must be true, seconds.
+        again: time after which it runs again while `when` stays true, seconds; None: never.
         step: node to run.
         then: resume | restart | abort.
     """
@@ -258,17 +268,30 @@ class Event:
     hold: Value
     step: Step
     then: str
+    again: Value | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Tree:
-    """One entry of `trees` of the mission or of an included file."""
+    """One entry of `trees` of the mission or of an included file.
+
+    Attributes:
+        doc: its description.
+        events: alive while the tree is running.
+    """
 
     name: str
     mark: Mark
     inputs: Mapping[str, Symbol]
     outputs: Mapping[str, Symbol]
     root: Step | None = None
+    doc: str = ""
+    events: tuple[Event, ...] = ()
+
+    @property
+    def roots(self) -> tuple[Step, ...]:
+        """The root and the nodes of the events."""
+        return (*((self.root,) if self.root else ()), *(event.step for event in self.events))
 
 
 @dataclass(frozen=True, slots=True)

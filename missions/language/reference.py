@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterable
 
 from missions.language.codes import CODES
+from missions.language.expressions.functions import FUNCTIONS
 from missions.language.expressions.robot_values import DISTANCE, ROBOT_VALUES
 from missions.language.expressions.value_types import NAMED
 from missions.language.keys import CASE, EVENT, EXPECTATION, MODIFIERS, Keys
@@ -37,6 +38,10 @@ def _tables() -> dict[str, str]:
         "cases": _keys("key", CASE),
         "expectations": _keys("key", EXPECTATION),
         "values": _table(("name", "type", "meaning"), ((f"`{k}`", *v) for k, v in values.items())),
+        "functions": _table(
+            ("function", "type", "meaning"),
+            ((f"`{item.signature}`", item.result, item.help) for item in FUNCTIONS.values()),
+        ),
         "types": _table(("word", "type"), ((f"`{k}`", str(v)) for k, v in NAMED.items())),
         "units": _table(("SI unit", "accepted units"),
                         ((k, " ".join(v)) for k, v in by_dimension.items())),

@@ -127,10 +127,11 @@ class _Run:
 
     def _problems(self, expect: Expectation) -> Iterator[Problem]:
         outcome = self.tree.outcome
-        if expect.status not in (None, outcome):
-            yield self._problem("status", str(expect.status), outcome)
-        if expect.within is not None and expect.status is None and outcome == "running":
+        if outcome == "running" != expect.status and expect.within is not None:
             yield self._problem("within", f"{expect.within:g} s", "still running")
+        elif outcome != expect.status and expect.failure is None:
+            at_limit = f" after {DEFAULT_TIME_LIMIT:g} s" if outcome == "running" else ""
+            yield self._problem("status", expect.status, f"{outcome}{at_limit}")
         if expect.failure is not None:
             failure = self.tree.failure
             code = str(failure.code) if failure else f"none, {outcome}"

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from collections.abc import Sequence as Items
 from dataclasses import dataclass
+from typing import Any
 
 from py_trees import composites
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from behaviours.timer import Timer
-from missions.trees.context import Execution, halt
+from missions.trees.context import Execution, HandledFailure, halt
 from missions.trees.node import Decorator, InnerNode, run
 from stack.types import Expression
 
@@ -45,7 +46,7 @@ class Retry(Decorator):
             halt(self.child)
         run(self.child)
         if self.child.status is not Status.FAILURE:
-            return self.child.status
+            return self.outcome_of_child()
         most = self.attempts.most()
         if self.attempts.number >= most:
             return self.execution.propagate_failure(self, self.child)
@@ -64,48 +65,58 @@ class Recover(InnerNode, composites.Composite):
 
     A recovery starts in the tick of the failure, the next attempt in the tick after the recovery.
     A failed recovery does not end the node. It fails with the failure of the last attempt. Every
-    run starts with the first recovery.
+    run starts with the first recovery. A skipped recovery passes its turn on, in the same tick.
     """
 
     def __init__(
         self, children: Items[Behaviour], execution: Execution, attempts: Attempts,
-        unless: Expression | None,
+        unless: Expression | None, handled: HandledFailure | None = None,
     ) -> None:  # fmt: skip
         super().__init__("recover", children)
         self.execution, self.attempts, self.unless = execution, attempts, unless
+        self.handled = handled or HandledFailure()
         self.recoveries, self.turn = self.children[1:], 0
 
     def advance(self, fresh: bool) -> Status:
-        first = self.children[0]
+        first: Any = self.children[0]
         if fresh:
             self.reset()
-            self.attempts.number, self.turn, self.current_child = 1, 0, first
-        if self.current_child is first:
+            self.attempts.number, self.turn = 1, 0
+            self.current_child = first
+            self.handled.code = ""
+        is_attempt = self.current_child is first
+        if is_attempt:
             halt_if_done(first)
             run(first)
             if first.status is not Status.FAILURE:
-                return first.status
-            self.execution.set_error(first)
+                skipped = first.skipped and first.status is Status.SUCCESS
+                return self.skip() if skipped else first.status
+            self.handled.code = self.execution.code_of(first)
             if self.attempts.number >= self.attempts.most() or (self.unless and self.unless()):
                 return self.execution.propagate_failure(self, first)
             self._next_recovery()
+        elif self.current_child is not None:
+            run(self.current_child)
         recovery = self.current_child
-        assert recovery is not None
-        if recovery is not first:
-            run(recovery)
-            if recovery.status is Status.RUNNING:
-                return Status.RUNNING
+        if recovery is not first and recovery is not None and recovery.status is Status.RUNNING:
+            return Status.RUNNING
         self.current_child = first
         self.attempts.number += 1
         return Status.RUNNING
 
     def _next_recovery(self) -> None:
-        if not self.recoveries:
-            return
-        recovery = self.recoveries[self.turn % len(self.recoveries)]
-        self.turn += 1
-        halt_if_done(recovery)
-        self.current_child = recovery
+        """Run the next recovery that is not skipped, if there is one."""
+        for _ in self.recoveries:
+            recovery: Any = self.recoveries[self.turn % len(self.recoveries)]
+            self.turn += 1
+            halt_if_done(recovery)
+            self.current_child = recovery
+            run(recovery)
+            if not (recovery.skipped and recovery.status is Status.SUCCESS):
+                self._report(recovery)
+                return
+
+    def _report(self, recovery: Behaviour) -> None:
         self.execution.recoveries += 1
         why = self.execution.trace(self.children[0]).failure
         self.feedback_message = f"{recovery.name} after {why.code}"

@@ -1,8 +1,8 @@
 """Compiles a checked mission into a tree.
 
 Modifiers become decorators of their node, outermost first:
-when > while > on_failure > repeat > recover > retry > timeout > every > node. Every `use` compiles
-the used tree again; outputs that are not bound get their own slots.
+when > finally > on_failure > while > invert > repeat > recover > retry > timeout > every > node.
+Every `use` compiles the used tree again; outputs that are not bound get their own slots.
 """
 
 from __future__ import annotations
@@ -12,13 +12,13 @@ from dataclasses import replace
 from typing import Any
 
 from py_trees.behaviour import Behaviour
-from py_trees.common import Status
+from py_trees.behaviours import Failure
 
 from behaviours.base import RobotBehaviour
 from behaviours.catalogue import build
 from behaviours.timer import Timer
 from missions.language.expressions.scope import Symbol
-from missions.language.keys import ATTEMPTS, DELAY, HOLD, LIMIT, PERIOD, TIMES
+from missions.language.keys import AGAIN, ATTEMPTS, DELAY, HOLD, LIMIT, PERIOD, TIMES
 from missions.language.kinds import NODES
 from missions.language.model import (
     AssignmentList,
@@ -32,18 +32,21 @@ from missions.language.model import (
     Step,
     Use,
 )
+from missions.language.model import Event as EventModel
 from missions.language.reading.events import NO_HOLD
 from missions.trees import composites, decorators, waypoints
 from missions.trees.attempts import Attempts, Recover, Retry
-from missions.trees.context import Execution, Record
+from missions.trees.context import Execution, HandledFailure, Record
 from missions.trees.events import Event, Events, Trigger
 from missions.trees.labels import detail_of, names_of, value_text
+from missions.trees.latch import Read, latches
 from missions.trees.leaves import LeafNode
 from missions.trees.mission_tree import MissionTree
 from missions.trees.node import Node
-from missions.trees.slots import Frame, Read, Slot, Write
-from stack.documents import Finding, Mark
-from stack.errors import InputError, exception_sentence
+from missions.trees.outputs import Outputs
+from missions.trees.slots import Frame, Slot, Write
+from stack.documents import Finding, Findings, Mark
+from stack.errors import exception_sentence
 from stack.types import Assignments
 
 _FACTORIES: dict[str, Any] = {
@@ -75,6 +78,7 @@ def compile_mission(mission: Mission, stand_in: StandIn = lambda step: None) -> 
 class _Compiler:
     def __init__(self, mission: Mission, stand_in: StandIn) -> None:
         self.mission, self.execution, self.stand_in = mission, Execution(), stand_in
+        self.findings = Findings()
         self.execution.place_names = {pose: name for name, pose in mission.places.items()}
         self.slots = {name: Slot(symbol) for name, symbol in mission.blackboard.items()}
         symbols = mission.blackboard
@@ -86,36 +90,41 @@ class _Compiler:
         }
 
     def tree(self) -> MissionTree:
+        """Compile the mission; report every behaviour that cannot be built."""
         frame = Frame(self.execution, self.readers, self.writers)
         root = self.step(self.mission.root, frame)
-        if self.mission.events:
-            root = self._events(root, frame)
+        root = self._events(self.mission.events, root, frame)
+        self.findings.raise_errors()
         return MissionTree(self.mission.name, root, self.execution, self.slots)
 
-    def _events(self, root: Node, frame: Frame) -> Node:
+    def _events(self, events: tuple[EventModel, ...], root: Node, frame: Frame) -> Node:
+        """Return the node of some events above a root; the root without events."""
+        if not events:
+            return root
         made = []
-        for event in self.mission.events:
+        for event in events:
             trigger = Trigger(
-                event.when.bind(frame), frame.checked(event.hold, HOLD), Timer(self.execution)
-            )
+                event.when.bind(frame), frame.checked(event.hold, HOLD),
+                frame.checked(event.again, AGAIN) if event.again else None,
+                Timer(self.execution), Timer(self.execution),
+            )  # fmt: skip
             node = Event(event.name, self.step(event.step, frame), self.execution, trigger,
                          event.then)  # fmt: skip
             held = f", held for {value_text(event.hold)}" if event.hold != NO_HOLD else ""
-            detail = f"when {event.when.source}{held}, then {event.then}"
+            again = f", again after {value_text(event.again)}" if event.again else ""
+            detail = f"when {event.when.source}{held}{again}, then {event.then}"
             self._record(node, "event", event.mark, label=event.name, detail=detail)
             self.execution.record(node).names = (event.name,)
             made.append(node)
-        return self._record(
-            Events(made, root, self.execution), "events", self.mission.events[0].mark
-        )
+        return self._record(Events(made, root, self.execution), "events", events[0].mark)
 
     def step(self, step: Step, frame: Frame) -> Node:
         """Compile a node with its decorators, from the inside out."""
         modifiers = step.modifiers
-        base = replace(frame, skipped_fails=False)
-        outer = inner = base
+        outer = inner = frame
         if modifiers.recover:
-            outer = inner = replace(base, attempts=self._attempts(modifiers.recover.attempts, base))
+            attempts = self._attempts(modifiers.recover.attempts, frame)
+            outer = inner = replace(frame, attempts=attempts)
         if modifiers.retry:
             inner = replace(outer, attempts=self._attempts(modifiers.retry.attempts, outer))
         body = self.body(step, inner)
@@ -125,10 +134,11 @@ class _Compiler:
         if modifiers.retry and inner.attempts:
             delay = outer.checked(modifiers.retry.delay, DELAY)
             node = Retry(node, self.execution, inner.attempts, delay)
+            node.latches = latches(inner.attempts.most, delay)
             node.name = f"retry {value_text(modifiers.retry.attempts)}"
             self._record(node, "retry", step.mark)
         node = self._recovering(step, node, outer)
-        return self._conditional(step, self._repeated(step, node, base), frame)
+        return self._conditional(step, self._repeated(step, node, frame), frame)
 
     def _attempts(self, value: Any, frame: Frame) -> Attempts:
         return Attempts(frame.checked(value, ATTEMPTS))
@@ -138,7 +148,9 @@ class _Compiler:
         if period is None:
             return node
         name = f"every {value_text(period)}"
-        every = decorators.Every(name, node, self.execution, frame.checked(period, PERIOD))
+        read = frame.checked(period, PERIOD)
+        every = decorators.Every(name, node, self.execution, read)
+        every.latches = latches(read)
         return self._record(every, "every", step.mark)
 
     def _timed(self, step: Step, node: Node, frame: Frame) -> Node:
@@ -146,16 +158,21 @@ class _Compiler:
         if limit is None:
             return node
         name = f"timeout {value_text(limit)}"
-        timed = decorators.Timeout(name, node, self.execution, frame.checked(limit, LIMIT))
+        read = frame.checked(limit, LIMIT)
+        timed = decorators.Timeout(name, node, self.execution, read)
+        timed.latches = latches(read)
         return self._record(timed, "timeout", step.mark)
 
     def _recovering(self, step: Step, node: Node, frame: Frame) -> Node:
         recover = step.modifiers.recover
         if recover is None or frame.attempts is None:
             return node
-        unless = recover.unless.bind(frame) if recover.unless else None
-        recoveries = [self.step(recovery, frame) for recovery in recover.recoveries]
-        wrapped = Recover([node, *recoveries], self.execution, frame.attempts, unless)
+        handled = HandledFailure(frame.handled)
+        handling = replace(frame, handled=handled)
+        unless = recover.unless.bind(handling) if recover.unless else None
+        recoveries = [self.step(recovery, handling) for recovery in recover.recoveries]
+        wrapped = Recover([node, *recoveries], self.execution, frame.attempts, unless, handled)
+        wrapped.latches = latches(frame.attempts.most)
         detail = f"unless {recover.unless.source}" if recover.unless else ""
         wrapped.name = f"recover, {value_text(recover.attempts)} attempts"
         return self._record(wrapped, "recover", step.mark, detail=detail)
@@ -169,10 +186,8 @@ class _Compiler:
                 frame.value(modifiers.repeat) if endless else frame.checked(modifiers.repeat, TIMES)
             )
             repeated = decorators.Repeat(name, node, self.execution, times)
+            repeated.latches = latches(times)
             node = self._record(repeated, "repeat", step.mark)
-        if modifiers.keep_going:
-            going = decorators.OnFailure("on_failure: continue", node, self.execution)
-            node = self._record(going, "on_failure", step.mark)
         return node
 
     def _conditional(self, step: Step, node: Node, frame: Frame) -> Node:
@@ -180,9 +195,11 @@ class _Compiler:
         if modifiers.while_ is not None:
             held = decorators.While(node, self.execution, modifiers.while_.bind(frame))
             node = self._record(held, "while", step.mark)
+        if modifiers.keep_going:
+            going = decorators.OnFailure("on_failure: continue", node, self.execution)
+            node = self._record(going, "on_failure", step.mark)
         if modifiers.when is not None:
-            skipped = Status.FAILURE if frame.skipped_fails else Status.SUCCESS
-            when = decorators.When(node, self.execution, modifiers.when.bind(frame), skipped)
+            when = decorators.When(node, self.execution, modifiers.when.bind(frame))
             node = self._record(when, "when", step.mark)
         return node
 
@@ -192,9 +209,7 @@ class _Compiler:
         """Compile a node without its decorators."""
         detail = detail_of(step)
         if isinstance(step, Leaf | Use) and (other := self.stand_in(step)) is not None:
-            for name, symbol in step.outputs.items():
-                other.bind_output(name, frame.writers[symbol])
-            mocked = LeafNode(other, self.execution)
+            mocked = LeafNode(other, self.execution, _bind_outputs(step, other, frame))
             return self._record(mocked, step.kind, step.mark, label=other.name, detail=detail)
         if isinstance(step, Leaf):
             node = self._leaf(step, frame)
@@ -206,25 +221,34 @@ class _Compiler:
             loop = self._for_each(step, frame)
             return self._record(loop, step.kind, step.mark, label=step.name, detail=detail)
         assert isinstance(step, Composite)
-        inside = replace(frame, skipped_fails=NODES[step.kind].handles_failure)
-        children = [self.step(child, inside) for child in step.children]
-        name = step.name or step.kind
-        if step.kind == "parallel":
-            made: Node = composites.Parallel(name, children, self.execution, step.needed)
-        else:
-            made = _FACTORIES[NODES[step.kind].factory](name, children, self.execution)
+        made = self._composite(step, frame)
         return self._record(made, step.kind, step.mark, label=step.name, detail=detail)
+
+    def _composite(self, step: Composite, frame: Frame) -> Node:
+        name, kind = step.name or step.kind, NODES[step.kind]
+        if kind.handles_failure:
+            handled = HandledFailure(frame.handled)
+            later = replace(frame, handled=handled)
+            first, rest = step.children[0], step.children[1:]
+            children = [self.step(first, frame), *(self.step(child, later) for child in rest)]
+            node: Node = _FACTORIES[kind.factory](name, children, self.execution, handled)
+            return node
+        children = [self.step(child, frame) for child in step.children]
+        if step.kind == "parallel":
+            return composites.Parallel(name, children, self.execution, step.needed)
+        node = _FACTORIES[kind.factory](name, children, self.execution)
+        return node
 
     def _for_each(self, step: ForEach, frame: Frame) -> Node:
         inside, slot = frame.with_slot(step.variable)
-        loop = decorators.Loop(
-            step.variable.name, frame.value(step.items), slot.write, step.skip_failures
-        )
+        items = frame.value(step.items)
+        loop = decorators.Loop(step.variable.name, items, slot.write, step.skip_failures)
         name = step.name or step.kind
         if not isinstance(step, FollowWaypoints):
             return decorators.ForEach(name, self.step(step.child, inside), self.execution, loop)
         inside, number = inside.with_slot(step.number)
-        inside, driven = inside.with_slot(step.driven)
+        driven = waypoints.Driven()
+        inside = replace(inside, writers={**inside.writers, step.driven: driven.add})
         outputs = {name: frame.writers[symbol] for name, symbol in step.outputs.items()}
         counters = waypoints.WaypointSlots(number, driven, outputs)
         child = self.step(step.child, inside)
@@ -234,17 +258,32 @@ class _Compiler:
         tree = self.mission.trees[step.tree]
         assert tree.root is not None
         readers, writers = dict(self.readers), dict(self.writers)
+        unbound: list[Write] = []
+        optional: list[Write] = []
+        inputs: list[Read] = []
         for name, symbol in tree.inputs.items():
             readers[symbol] = frame.value(step.inputs[name])
+            inputs.append(readers[symbol])
         for name, symbol in tree.outputs.items():
             target = step.outputs.get(name)
             own = Slot(symbol)
             readers[symbol] = frame.readers[target] if target else own.read
             writers[symbol] = frame.writers[target] if target else own.write
-        inside = Frame(self.execution, readers, writers, frame.attempts)
-        return decorators.Subtree(
-            step.name or step.tree, self.step(tree.root, inside), self.execution
+            if target is None:
+                unbound.append(own.write)
+            elif frame.can_be_unset(target):
+                optional.append(frame.writers[target])
+        always_set = frozenset(
+            tree.outputs[name]
+            for name, target in step.outputs.items()
+            if not frame.can_be_unset(target)
         )
+        inside = Frame(self.execution, readers, writers, frame.attempts, frame.handled, always_set)
+        root = self._events(tree.events, self.step(tree.root, inside), inside)
+        name = step.name or step.tree
+        used = decorators.Subtree(name, root, self.execution, unbound, optional)
+        used.latches = latches(*inputs)
+        return used
 
     def _leaf(self, step: Leaf, frame: Frame) -> Node:
         arguments: dict[str, Any] = {}
@@ -256,30 +295,50 @@ class _Compiler:
             else:
                 arguments[name] = value.value if isinstance(value, Constant) else None
         node = self._built(step, arguments)
+        reads: list[Read] = []
+        outputs: Outputs | None = None
         if isinstance(node, RobotBehaviour):
             for name, value in step.ports.items():
                 if not isinstance(value, Constant | ExpressionValue | AssignmentList):
                     declared = step.behaviour.ports[name]
-                    node.bind_input(name, frame.checked(value, declared))
-            for name, symbol in step.outputs.items():
-                node.bind_output(name, frame.writers[symbol])
-        return LeafNode(node, self.execution)
+                    reads.append(frame.checked(value, declared))
+                    node.bind_input(name, reads[-1])
+            outputs = _bind_outputs(step, node, frame)
+        leaf = LeafNode(node, self.execution, outputs)
+        leaf.latches = latches(*reads)
+        return leaf
 
     def _built(self, step: Leaf, arguments: dict[str, Any]) -> Behaviour:
         label = step.name or step.kind.rpartition(".")[2]
         try:
             node = build(step.behaviour, label, arguments)
         except Exception as error:
-            sentence = f"{step.kind} cannot be built: {exception_sentence(error)}"
-            raise InputError([Finding(step.mark, "E127", sentence)]) from error
+            return self._unbuilt(step, f"cannot be built: {exception_sentence(error)}")
         if node.children:
-            sentence = f"{step.kind} has children; a mission can only use leaves"
-            raise InputError([Finding(step.mark, "E127", sentence)])
+            return self._unbuilt(step, "has children; a mission can only use leaves")
         return node
+
+    def _unbuilt(self, step: Leaf, reason: str) -> Behaviour:
+        """Report a leaf that cannot be built, once for its place in the file; stand in for it."""
+        finding = Finding(step.mark, "E127", f"{step.kind} {reason}")
+        if finding not in self.findings.items:
+            self.findings.items.append(finding)
+        return Failure(step.kind)
 
     def _record(self, node: Node, kind: str, mark: Mark, label: str = "", detail: str = "") -> Node:
         self.execution.records[id(node)] = Record(node, kind, label, detail, mark)
         return node
+
+
+def _bind_outputs(step: Leaf | Use, node: RobotBehaviour, frame: Frame) -> Outputs | None:
+    """Bind the outputs of a leaf; an internal variable is written at once, also by a failure."""
+    outputs = Outputs()
+    for name, symbol in step.outputs.items():
+        write = frame.writers[symbol]
+        if symbol.is_writable:
+            write = outputs.target(write, optional=frame.can_be_unset(symbol))
+        node.bind_output(name, write)
+    return outputs if any(symbol.is_writable for symbol in step.outputs.values()) else None
 
 
 def _assignments(value: AssignmentList, frame: Frame) -> Assignments:

@@ -82,6 +82,24 @@ class Record:
         )
 
 
+class HandledFailure:
+    """The failure that a `recover` or a fallback deals with; `error` reads its code.
+
+    Attributes:
+        code: its code; "" while it deals with none.
+        outer: of the node around it, which `error` means meanwhile.
+    """
+
+    __slots__ = ("code", "outer")
+
+    def __init__(self, outer: HandledFailure | None = None) -> None:
+        self.code, self.outer = "", outer
+
+    def read(self) -> str:
+        """Return the code of the innermost failure that is dealt with; "" without one."""
+        return self.code or (self.outer.read() if self.outer else "")
+
+
 def _ignore(*_: Any, **__: Any) -> None:
     """Ignore events until `setup`."""
 
@@ -94,13 +112,13 @@ class Execution:
         robot: available after `setup`.
         emit: receives level, kind, text and fields of an event.
         log: receives tracebacks, which are not part of the hashed event log.
-        error: code of the last failure that a recover or a fallback handled.
         recoveries: number of recoveries started.
         preemptible: running children of reactive composites while an earlier child is ticked; they
             are halted before a behaviour that moves the robot starts.
         place_names: pose -> name of the place, to show poses by name.
         stale: records whose rows are not up to date.
         traces: id of a node -> its last failure.
+        items_left: items that loops may still start in this tick.
         starts: called for every node that starts a run; None if not needed.
         visited: nodes ticked and their status, while py_trees' own tools tick the tree.
         ticked: one cell with the number of the node that is being ticked, -1 between two ticks. A
@@ -110,13 +128,13 @@ class Execution:
     robot: Robot = field(init=False)
     emit: Callable[..., None] = _ignore
     log: Callable[[str], None] = _ignore
-    error: str = ""
     recoveries: int = 0
     preemptible: list[Behaviour] = field(default_factory=list)
     place_names: dict[Pose2D, str] = field(default_factory=dict)
     records: dict[int, Record] = field(default_factory=dict)
     stale: list[Record] = field(default_factory=list)
     traces: dict[int, FailureTrace] = field(default_factory=dict)
+    items_left: int = 0
     starts: Callable[[Behaviour], None] | None = None
     visited: list[tuple[Behaviour, Status]] | None = None
     ticked: memoryview[int] | list[int] = field(default_factory=lambda: [-1])
@@ -147,14 +165,13 @@ class Execution:
         unknown = Failure(FailureCode.FAILED, node.feedback_message or "failed")
         return self.traces.get(id(node)) or FailureTrace(unknown, (node.name,))
 
-    def set_error(self, child: Behaviour) -> None:
-        """Set `error` to the code of a child's failure that is being handled."""
-        self.error = str(self.trace(child).failure.code)
+    def code_of(self, node: Behaviour) -> str:
+        """Return the code of a node's last failure."""
+        return str(self.trace(node).failure.code)
 
     def ignore_failure(self, node: Behaviour, child: Behaviour, note: str = "") -> None:
         """Report a failure that is ignored because of `on_failure: continue`."""
         trace = self.trace(child)
-        self.set_error(child)
         path = " > ".join((*((note,) if note else ()), *trace.path))
         self.emit(
             level="warning", kind="failure_passed_over",

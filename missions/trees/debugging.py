@@ -87,6 +87,7 @@ class Gate:
         if node.status is Status.RUNNING:
             halt(node)
         node.feedback_message = FORCED
+        node.skipped = False  # type: ignore[attr-defined] # as in `node.run`
         if status is Status.FAILURE:
             self.execution.fail(node, Failure(forced.code, FORCED))
         node.status = status

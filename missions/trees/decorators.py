@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from collections.abc import Sequence as Items
 from typing import Any
 
 from py_trees.behaviour import Behaviour
@@ -13,42 +14,49 @@ from missions.trees.context import Execution, halt
 from missions.trees.node import Decorator, run
 from stack.types import Expression, Failure, FailureCode
 
+Write = Callable[[Any], None]
+
 
 class Subtree(Decorator):
-    """`use`: a named subtree; its outcome is that of its root."""
+    """`use`: a named subtree; its outcome is that of its root.
 
-    def advance(self, fresh: bool) -> Status:
-        run(self.child)
-        if self.child.status is Status.FAILURE:
-            return self.execution.propagate_failure(self, self.child)
-        return self.child.status
-
-
-class When(Decorator):
-    """Evaluates a condition when the node starts; if it is false, the node is skipped.
-
-    `skipped` is the status of a skipped node: SUCCESS, or FAILURE below a fallback. The parent then
-    continues with the next child.
+    Args:
+        unbound: writers of outputs without a target, which are unset at the start of a run.
+        optional: writers of targets without an initial value, which are unset after a failure.
     """
 
     def __init__(
-        self, child: Behaviour, execution: Execution, condition: Expression, skipped: Status
-    ) -> None:
+        self, name: str, child: Behaviour, execution: Execution,
+        unbound: Items[Write] = (), optional: Items[Write] = (),
+    ) -> None:  # fmt: skip
+        super().__init__(name, child, execution)
+        self.unbound, self.optional = unbound, optional
+
+    def advance(self, fresh: bool) -> Status:
+        if fresh:
+            for write in self.unbound:
+                write(None)
+        run(self.child)
+        status = self.outcome_of_child()
+        if status is Status.FAILURE:
+            for write in self.optional:
+                write(None)
+        return status
+
+
+class When(Decorator):
+    """Evaluates a condition when the node starts; if it is false, the node is skipped."""
+
+    def __init__(self, child: Behaviour, execution: Execution, condition: Expression) -> None:
         super().__init__(f"when {condition.source}", child, execution)
-        self.condition, self.skipped = condition, skipped
+        self.condition = condition
 
     def advance(self, fresh: bool) -> Status:
         if fresh and not self.condition():
             halt(self.child)
-            why = self.condition.explain()
-            if self.skipped is Status.FAILURE:
-                return self.execution.fail(self, Failure(FailureCode.CHECK_FAILED, why))
-            self.feedback_message = f"skipped: {why}"
-            return Status.SUCCESS
+            return self.skip(f"skipped: {self.condition.explain()}")
         run(self.child)
-        if self.child.status is Status.FAILURE:
-            return self.execution.propagate_failure(self, self.child)
-        return self.child.status
+        return self.outcome_of_child()
 
 
 class While(Decorator):
@@ -64,9 +72,7 @@ class While(Decorator):
             why = Failure(FailureCode.CHECK_FAILED, self.condition.explain())
             return self.execution.fail(self, why)
         run(self.child)
-        if self.child.status is Status.FAILURE:
-            return self.execution.propagate_failure(self, self.child)
-        return self.child.status
+        return self.outcome_of_child()
 
 
 class OnFailure(Decorator):
@@ -77,31 +83,41 @@ class OnFailure(Decorator):
         if self.child.status is Status.FAILURE:
             self.execution.ignore_failure(self, self.child)
             return Status.SUCCESS
-        return self.child.status
+        return self.outcome_of_child()
 
 
 class Repeat(Decorator):
-    """Runs the child again after each success; at most one run per tick."""
+    """Runs the child again after each success; at most one run per tick.
+
+    A skipped run counts as a run. If all runs were skipped, the node is skipped.
+    """
 
     def __init__(
         self, name: str, child: Behaviour, execution: Execution, times: Callable[[], int | None]
     ) -> None:
         super().__init__(name, child, execution)
-        self.times, self.done = times, 0
+        self.times, self.done, self.left_out = times, 0, 0
 
     def advance(self, fresh: bool) -> Status:
         if fresh:
-            self.done = 0
+            self.done = self.left_out = 0
         self.reset_finished_child()
-        run(self.child)
-        if self.child.status is Status.FAILURE:
-            return self.execution.propagate_failure(self, self.child)
-        if self.child.status is Status.RUNNING:
+        child: Any = self.child
+        run(child)
+        if child.status is Status.FAILURE:
+            return self.execution.propagate_failure(self, child)
+        if child.status is Status.RUNNING:
             return Status.RUNNING
         self.done += 1
+        self.left_out += child.skipped
+        if not self._is_over():
+            return Status.RUNNING
+        return self.skip() if self.left_out == self.done else Status.SUCCESS
+
+    def _is_over(self) -> bool:
         times = self.times()
         self.feedback_message = f"{self.done} of {times}" if times else f"{self.done} times"
-        return Status.SUCCESS if times is not None and self.done >= times else Status.RUNNING
+        return times is not None and self.done >= times
 
 
 class Timeout(Decorator):
@@ -118,10 +134,8 @@ class Timeout(Decorator):
             self.seconds = self.limit()
             self.timer.restart()
         run(self.child)
-        if self.child.status is Status.FAILURE:
-            return self.execution.propagate_failure(self, self.child)
-        if self.child.status is Status.SUCCESS:
-            return Status.SUCCESS
+        if self.child.status is not Status.RUNNING:
+            return self.outcome_of_child()
         if self.timer.is_over(self.seconds):
             why = Failure(FailureCode.TIMED_OUT, f"not finished after {self.seconds:g} s")
             return self.execution.fail(self, why, self.child.name)
@@ -161,38 +175,45 @@ class Every(Decorator):
         return (self.timer,)
 
     def _outcome(self, status: Status) -> Status:
-        if status is Status.FAILURE:
-            return self.execution.propagate_failure(self, self.child)
-        return status
+        return status if status is Status.RUNNING else self.outcome_of_child()
 
 
 class ForEach(Decorator):
     """Runs the child once per item, with the item in the loop variable.
 
-    Succeeds at once if the list is empty. After an item ends, the next one starts in the same tick,
-    as in a sequence.
+    Succeeds at once if the list is empty; is skipped if all items are. After an item ends, the next
+    one starts in the same tick, as in a sequence, unless the loops of the tree have started
+    ITEMS_PER_TICK items in this tick; a loop always starts at least one.
     """
 
     def __init__(self, name: str, child: Behaviour, execution: Execution, loop: Loop) -> None:
         super().__init__(name, child, execution)
-        self.loop, self.items, self.index = loop, list[Any](), 0
+        self.loop, self.items, self.index, self.left_out = loop, list[Any](), 0, 0
 
     def advance(self, fresh: bool) -> Status:
         if fresh:
-            self.items, self.index = list(self.loop.items()), 0
+            self.items, self.index, self.left_out = list(self.loop.items()), 0, 0
+        child: Any = self.child
+        first = self.index
         while self.index < len(self.items):
-            if self.child.status is not Status.RUNNING:
+            if child.status is not Status.RUNNING:
+                if self.execution.items_left <= 0 and self.index > first:
+                    return Status.RUNNING
+                self.execution.items_left -= 1
                 self._start_item()
-            run(self.child)
-            if self.child.status is Status.RUNNING:
+            run(child)
+            if child.status is Status.RUNNING:
                 return Status.RUNNING
-            failed = self.child.status is Status.FAILURE
+            failed = child.status is Status.FAILURE
+            self.left_out += child.skipped and not failed
             self._item_ended(self.execution.trace(self.child).failure if failed else None)
             if failed and not self.loop.skip_failures:
                 return self.execution.propagate_failure(self, self.child, self._item())
             if failed:
                 self._ignore_failure()
             self.index += 1
+        if self.items and self.left_out == len(self.items):
+            return self.skip()
         return Status.SUCCESS
 
     def _item_ended(self, failure: Failure | None) -> None:

@@ -9,6 +9,7 @@ from missions.language.expressions.terms import shown
 from missions.language.model import (
     AssignmentList,
     Composite,
+    Computed,
     Constant,
     ExpressionValue,
     FollowWaypoints,
@@ -31,7 +32,7 @@ def value_text(value: Value) -> str:
         return f"${value.symbol.name}"
     if isinstance(value, ListValue):
         return f"[{', '.join(value_text(item) for item in value.items)}]"
-    if isinstance(value, ExpressionValue):
+    if isinstance(value, ExpressionValue | Computed):
         return value.expression.source
     if isinstance(value, Template):
         return value.text

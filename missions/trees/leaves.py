@@ -10,11 +10,14 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from behaviours.base import RobotBehaviour
-from missions.language.expressions.scope import NotSet
 from missions.trees.context import Execution
 from missions.trees.node import Node
-from stack.errors import exception_sentence
-from stack.types import Failure, FailureCode
+from missions.trees.outputs import Outputs
+from stack.errors import EvaluationError, exception_sentence
+from stack.types import STANDSTILL, Failure, FailureCode
+
+STOP_TIME = 0.3
+"""Seconds of the zero velocity that stops a robot after an exception."""
 
 # Module globals are faster than attributes of the enum; leaves are ticked often.
 _RUNNING, _SUCCESS, _FAILURE, _INVALID = (
@@ -36,7 +39,9 @@ class LeafNode(Node):
         broken: a method raised an exception, so that the leaf fails.
     """
 
-    def __init__(self, leaf: Behaviour, execution: Execution) -> None:
+    def __init__(
+        self, leaf: Behaviour, execution: Execution, outputs: Outputs | None = None
+    ) -> None:
         message = leaf.feedback_message
         self.leaf, self.execution = leaf, execution
         super().__init__(leaf.name)
@@ -45,8 +50,9 @@ class LeafNode(Node):
         self.active = self.broken = self._paused = False
         own = type(leaf)
         self._initialise = leaf.initialise if own.initialise is not Behaviour.initialise else None
-        self._update = leaf.update
+        self._update = leaf.update if outputs is None else self._update_with_outputs
         self._terminate = leaf.terminate if own.terminate is not Behaviour.terminate else None
+        self._outputs = outputs
         self._just_updates = not (self.robot_leaf or self._initialise or self._terminate)
 
     @property
@@ -108,15 +114,23 @@ class LeafNode(Node):
         self.leaf.feedback_message = ""
         if robot_leaf is not None:
             robot_leaf.failure = None
-        if self._initialise is not None:
+        if self.latches and not self._safely(self._take_ports):
+            self.active = False  # the behaviour has not begun
+        elif self._initialise is not None:
             self._safely(self._initialise)
+
+    def _take_ports(self) -> None:
+        for latch in self.latches:
+            latch.take()
 
     def terminate(self, new_status: Status) -> None:
         """Halt the leaf if it is running; `execute_tick` has handled its other ends."""
         if self.active:
             self.active = False
-            if self._terminate is not None:
-                self._safely(self._terminate, new_status)
+            if self._terminate is not None and not self._safely(self._terminate, new_status):
+                self._stop_robot()
+            if self._outputs is not None:
+                self._outputs.drop()
         if new_status is _INVALID and self.record.status is not _INVALID:
             self.execution.change_status(self.record, new_status)
 
@@ -137,6 +151,13 @@ class LeafNode(Node):
             self._paused = False
             self._safely(self.robot_leaf.resume, now)
 
+    def _update_with_outputs(self) -> Status:
+        """Update the behaviour and write its outputs."""
+        status = self.leaf.update()
+        if self._outputs is not None and status is not _FAILURE:
+            self._outputs.settle(status)
+        return status
+
     def _handle_result(self, status: Status) -> Status:
         """Handle a result other than RUNNING; return the outcome for the tree."""
         if status is _SUCCESS and self._terminate is None:
@@ -152,14 +173,26 @@ class LeafNode(Node):
         return self._ended(status)
 
     def _ended(self, status: Status) -> Status:
-        self.active = False
-        if self._terminate is not None and not self._safely(self._terminate, status):
+        begun, self.active = self.active, False
+        if begun and self._terminate is not None and not self._safely(self._terminate, status):
             status = _FAILURE
+        if self._outputs is not None and not self._safely(self._outputs.settle, status):
+            status = _FAILURE
+        if self.broken:
+            self._stop_robot()
         if status is _FAILURE and not self.broken:
             failure = self.robot_leaf.failure if self.robot_leaf is not None else None
             sentence = self.leaf.feedback_message or "failed"
             self.execution.fail(self, failure or Failure(FailureCode.FAILED, sentence))
         return status
+
+    def _stop_robot(self) -> None:
+        """Cancel the motion of a behaviour that raised an exception and may not have ended it."""
+        if self.robot_leaf is None:
+            return
+        RobotBehaviour.terminate(self.robot_leaf, _INVALID)
+        if self.robot_leaf.uses_wheels:
+            self.execution.robot.drive_for(STANDSTILL, STOP_TIME)
 
     def _safely(self, call: Callable[..., Any], *arguments: Any) -> bool:
         ticked = self.execution.ticked
@@ -174,9 +207,9 @@ class LeafNode(Node):
         return True
 
     def _report(self, error: BaseException) -> None:
-        """Turn an exception into the leaf's failure; an unset key needs no traceback."""
-        if isinstance(error, NotSet):
-            self._fail(FailureCode.FAILED, str(error))
+        """Turn an exception into the leaf's failure; a missing value needs no traceback."""
+        if isinstance(error, EvaluationError):
+            self._fail(error.code, error.sentence)
             return
         sentence = exception_sentence(error)
         self.execution.log(f"{self.name}\n{format_exc()}")

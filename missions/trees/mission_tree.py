@@ -85,6 +85,7 @@ class MissionTree:
             return
         self.ticks += 1
         self._execution.preemptible.clear()
+        self._execution.items_left = ITEMS_PER_TICK
         run(root)
         self._execution.ticked[0] = _NO_NODE
 
@@ -207,6 +208,8 @@ class MissionTree:
         return self._rows
 
 
+ITEMS_PER_TICK = 100
+"""Items that the loops of a tree start in one tick; each loop starts at least one."""
 _SUCCESS, _FAILURE = Status.SUCCESS, Status.FAILURE
 _NO_NODE = -1
 

@@ -8,18 +8,21 @@ py_trees' own tools, is built on it.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from typing import Any
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 from py_trees.decorators import Decorator as PyTreesDecorator
 
 from behaviours.timer import Timer
-from missions.language.expressions.scope import NotSet
 from missions.trees.context import Execution, Record, halt
-from stack.errors import ParameterError
+from missions.trees.latch import Latch
+from stack.errors import EvaluationError, ParameterError
 from stack.types import Failure, FailureCode
 
 _RUNNING, _INVALID = Status.RUNNING, Status.INVALID
+VALUE_ERRORS = (EvaluationError, ParameterError)
+"""Errors of values: a missing or invalid value, an expression that cannot be computed."""
 
 
 def run(node: Behaviour) -> Status:
@@ -28,7 +31,7 @@ def run(node: Behaviour) -> Status:
 
 
 class Node(Behaviour):
-    """A node of a compiled tree. The tree sets `record`.
+    """A node of a compiled tree. The tree sets `record`; the compiler sets `latches`.
 
     A held mission is not ticked: `pause` and `resume` are called on all nodes, with the time on the
     robot's clock.
@@ -36,6 +39,9 @@ class Node(Behaviour):
 
     execution: Execution
     record: Record
+    skipped: bool = False
+    """Its last run was skipped; its status is then SUCCESS."""
+    latches: tuple[Latch, ...] = ()
 
     def execute_tick(self) -> Status:
         """Tick the node and return its status."""
@@ -87,14 +93,16 @@ class InnerNode(Node):
         fresh = self.status is not _RUNNING
         if fresh:
             self.feedback_message = ""
+            self.skipped = False
             if execution.starts is not None:
                 execution.starts(self)
         try:
+            if fresh:
+                for latch in self.latches:
+                    latch.take()
             status = self.advance(fresh)
-        except (NotSet, ArithmeticError, ParameterError) as error:
-            for child in self.children:
-                halt(child)
-            status = execution.fail(self, Failure(FailureCode.FAILED, str(error)))
+        except VALUE_ERRORS as error:
+            status = self._fail(error)
         if status is not _RUNNING:
             self.stop(status)
         elif fresh:
@@ -105,6 +113,18 @@ class InnerNode(Node):
         if execution.visited is not None:
             execution.visited.append((self, status))
         return status
+
+    def skip(self, why: str = "skipped") -> Status:
+        """Mark this run as skipped; return SUCCESS."""
+        self.skipped, self.feedback_message = True, why
+        return Status.SUCCESS
+
+    def _fail(self, error: Exception) -> Status:
+        """Halt the children; return FAILURE because of a missing or invalid value."""
+        for child in self.children:
+            halt(child)
+        code = error.code if isinstance(error, EvaluationError) else FailureCode.FAILED
+        return self.execution.fail(self, Failure(code, str(error)))
 
     def stop(self, new_status: Status = Status.INVALID) -> None:
         """Set the status; a halted node halts its children."""
@@ -138,6 +158,16 @@ class Decorator(InnerNode, PyTreesDecorator):
             halt(self.child)
         self.terminate(new_status)
         self.status = new_status
+
+    def outcome_of_child(self) -> Status:
+        """Return the status of the child as that of this node, with its failure or its skip."""
+        child: Any = self.child
+        if child.status is Status.FAILURE:
+            return self.execution.propagate_failure(self, child)
+        if child.skipped and child.status is Status.SUCCESS:
+            return self.skip()
+        status: Status = child.status
+        return status
 
     def reset_finished_child(self) -> None:
         """Reset a finished child, so that its next run is a new run."""

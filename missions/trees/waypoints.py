@@ -9,11 +9,21 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from missions.language.expressions.scope import UNSET
 from missions.trees.context import Execution
 from missions.trees.decorators import ForEach, Loop
 from missions.trees.slots import Slot, Write
 from stack.types import Failure
+
+
+@dataclass(slots=True)
+class Driven:
+    """Sum of the distances of drives, metres."""
+
+    metres: float = 0.0
+
+    def add(self, metres: float) -> None:
+        """Add a drive that has ended, has failed or was halted."""
+        self.metres += metres
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,12 +32,12 @@ class WaypointSlots:
 
     Attributes:
         number: loop variable with the number of the waypoint, from 1.
-        driven: distance of the last drive, metres.
+        driven: receives the distance of each drive.
         outputs: writers of missed, reached and distance, if the mission uses them.
     """
 
     number: Slot
-    driven: Slot
+    driven: Driven
     outputs: Mapping[str, Write]
 
 
@@ -40,11 +50,11 @@ class FollowWaypoints(ForEach):
         super().__init__(name, child, execution, loop)
         self.slots = slots
         self.missed: dict[int, Failure] = {}
-        self.reached, self.distance = 0, 0.0
+        self.reached = 0
 
     def advance(self, fresh: bool) -> Status:
         if fresh:
-            self.missed, self.reached, self.distance = {}, 0, 0.0
+            self.missed, self.reached, self.slots.driven.metres = {}, 0, 0.0
             self._write()
         status = super().advance(fresh)
         if status is not Status.RUNNING:
@@ -54,7 +64,6 @@ class FollowWaypoints(ForEach):
     def _start_item(self) -> None:
         super()._start_item()
         self.slots.number.write(self.index + 1)
-        self.slots.driven.write(None)
         where = self.execution.describe(self.items[self.index])
         missed = f"; {len(self.missed)} missed" if self.missed else ""
         self.feedback_message = f"{self.index + 1} of {len(self.items)}, {where}{missed}"
@@ -63,8 +72,6 @@ class FollowWaypoints(ForEach):
         return f"waypoint {self.index + 1} of {len(self.items)}"
 
     def _item_ended(self, failure: Failure | None) -> None:
-        driven = self.slots.driven.value
-        self.distance += 0.0 if driven is UNSET else driven
         if failure is None:
             self.reached += 1
             self._emit("info", "waypoint", f"{self._item()} reached")
@@ -75,12 +82,11 @@ class FollowWaypoints(ForEach):
         self._write()
 
     def _ignore_failure(self) -> None:
-        self.execution.set_error(self.child)  # `_item_ended` has reported the failure
+        """`_item_ended` has reported the failure."""
 
     def _write(self) -> None:
-        found = {
-            "missed": list(self.missed), "reached": self.reached, "distance": self.distance,
-        }  # fmt: skip
+        metres = self.slots.driven.metres
+        found = {"missed": list(self.missed), "reached": self.reached, "distance": metres}
         for name, write in self.slots.outputs.items():
             write(found[name])
 
@@ -92,7 +98,10 @@ class FollowWaypoints(ForEach):
         self.feedback_message = text
         level = "warning" if self.missed else "info"
         self._emit(
-            level, "waypoints", f"{text}; {self.distance:.1f} m driven", missed=list(self.missed)
+            level,
+            "waypoints",
+            f"{text}; {self.slots.driven.metres:.1f} m driven",
+            missed=list(self.missed),
         )
 
     def _emit(self, level: str, kind: str, text: str, **fields: Any) -> None:

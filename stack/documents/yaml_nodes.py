@@ -21,7 +21,10 @@ from stack.documents.yaml_problems import Problem, explain
 from stack.errors import InputError
 from stack.types.printable import printable
 
-MAX_NODES, MAX_DEPTH = 200_000, 60
+MAX_NODES, MAX_DEPTH, MAX_DIGITS = 200_000, 60, 24
+EXACT = 2**53
+"""Every whole number up to this one has an exact floating-point value."""
+_LIMITS = "whole numbers have 64 bits; numbers with a decimal point are exact up to 2^53"
 
 LONGEST_EXPLAINED = 200_000
 """Characters before an error up to which the text is parsed again for a better explanation."""
@@ -148,6 +151,7 @@ def _is_far(error: yaml.MarkedYAMLError) -> bool:
 
 _INT = re.compile(r"[-+]?[0-9]+")
 _BASED = re.compile(r"0o[0-7]+|0x[0-9a-fA-F]+")
+_WHOLE = re.compile(r"[-+]?[0-9]{1,20}(\.0*)?")
 _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 _WORDS: dict[str, Any] = {
     "": None, "~": None, "null": None, "Null": None, "NULL": None,
@@ -257,9 +261,9 @@ class _Composer:
         if text in _WORDS:
             return _WORDS[text]
         if _INT.fullmatch(text):
-            return self._in_range(int(text) if len(text) <= 18 else inf, text, mark)
+            return self._whole(text, 10, mark)
         if _BASED.fullmatch(text):
-            return self._in_range(int(text, 0) if len(text) <= 18 else inf, text, mark)
+            return self._whole(text, 0, mark)
         if _FLOAT.fullmatch(text):
             return self._in_range(float(text), text, mark)
         if _SPECIAL.fullmatch(text):
@@ -267,10 +271,23 @@ class _Composer:
             return 0.0
         return text
 
+    def _whole(self, text: str, base: int, mark: Mark) -> float:
+        number = int(text, base) if len(text) <= MAX_DIGITS else inf
+        fits = -(2**63) <= number < 2**63
+        return self._in_range(number if fits else inf, text, mark)
+
     def _in_range(self, number: float, text: str, mark: Mark) -> float:
         if isinf(number):
-            self.findings.error("E012", mark, f"the number {text[:20]}... is too large")
+            shown = text if len(text) <= 24 else f"{text[:20]}..."
+            self.findings.error("E012", mark, f"the number {shown} is too large", _LIMITS)
             return 0
+        if (
+            abs(number) >= EXACT
+            and _WHOLE.fullmatch(text)
+            and number != int(text.partition(".")[0])
+        ):
+            sentence = f"the number {text} cannot be stored exactly"
+            self.findings.error("E012", mark, sentence, _LIMITS)
         return number
 
     def _mark(self, event: Any) -> Mark:

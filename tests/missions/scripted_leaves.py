@@ -103,3 +103,33 @@ class FailsTwice(RobotBehaviour):
     def update(self):
         self.robot.log.append(self.failure)
         return self.fail("NO_WALL", "no wall") if len(self.robot.log) == 1 else Status.FAILURE
+
+
+class Stray(RobotBehaviour):
+    """Start to turn, then raise before it follows its task."""
+
+    who: str = port("its name in the log")
+    uses_wheels = True
+
+    def initialise(self):
+        self.robot.spin(1.0)
+        raise ValueError("burst after the start of a task")
+
+    def update(self):
+        return Status.RUNNING
+
+
+class Stubborn(RobotBehaviour):
+    """Turn, and raise when the tree ends it."""
+
+    who: str = port("its name in the log")
+    uses_wheels = True
+
+    def initialise(self):
+        self._task = self.robot.spin(1.0)
+
+    def update(self):
+        return self.follow(self._task)
+
+    def terminate(self, new_status):
+        raise ValueError("burst in terminate")

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
+from functools import wraps
+from typing import Any, Protocol, TypeVar
 
 from missions.language.expressions.expression import CheckedExpression
 from missions.language.expressions.scope import UNSET, Role, Scope, Symbol
 from missions.language.model import (
     AssignmentList,
     Composite,
+    Computed,
     Constant,
     Event,
     ExpressionValue,
@@ -33,6 +36,33 @@ MAX_LEVELS = 100
 """Depth of a mission with every used tree expanded; modifiers count as levels."""
 
 Written = dict[Symbol, None]
+
+
+class StepAnalysis(Protocol):
+    """An analysis with a memory for `once_per_step`: (method, id of the step) -> its result."""
+
+    memory: dict[tuple[str, int], Any]
+
+
+A = TypeVar("A", bound=StepAnalysis)
+R = TypeVar("R")
+
+
+def once_per_step(method: Callable[[A, Step], R]) -> Callable[[A, Step], R]:
+    """Memoise a method by its step: a tree is analysed once, not once per `use`.
+
+    The steps must live as long as the analysis, and the results must not be changed.
+    """
+
+    @wraps(method)
+    def remembered(analysis: A, step: Step) -> R:
+        key = method.__name__, id(step)
+        if key not in analysis.memory:
+            analysis.memory[key] = method(analysis, step)
+        found: R = analysis.memory[key]
+        return found
+
+    return remembered
 
 
 def children_of(step: Step) -> tuple[Step, ...]:
@@ -69,8 +99,9 @@ def check_recursion(
         findings.error("E126", roots[0].mark, sentence)
     order = list(sizes.order)
     for name, tree in trees.items():
-        if name not in sizes.known and tree.root:
-            sizes.of(tree.root, (name,), 0)
+        if name not in sizes.known:
+            for step in tree.roots:
+                sizes.of(step, (name,), 0)
     return order
 
 
@@ -87,7 +118,7 @@ class _Sizes:
 
     def __init__(self, trees: Mapping[str, Tree], findings: Findings) -> None:
         self.trees, self.findings = trees, findings
-        self.order: list[str] = []
+        self.order: dict[str, None] = {}
         self.known: dict[str, _Size] = {}
         self._is_too_deep = False
 
@@ -110,11 +141,12 @@ class _Sizes:
             chain = " > ".join((*path[path.index(name) :], name))
             self.findings.error("E125", use.mark, f"the tree uses itself: {chain}")
             return _Size(0, 0)
-        if name not in self.order:
-            self.order.append(name)
+        self.order[name] = None
         if name not in self.known:
-            body = self.trees[name].root
-            self.known[name] = self.of(body, (*path, name), above) if body else _Size(0, 0)
+            sizes = [self.of(root, (*path, name), above) for root in self.trees[name].roots]
+            self.known[name] = _Size(
+                sum(size.nodes for size in sizes), max((size.levels for size in sizes), default=0)
+            )
         self._is_deep(use, above + self.known[name].levels)
         return self.known[name]
 
@@ -146,19 +178,24 @@ class OrderCheck:
 
     def __init__(self, trees: Mapping[str, Tree], findings: Findings) -> None:
         self.trees, self.findings = trees, findings
+        self.memory: dict[tuple[str, int], Any] = {}
 
     def mission(self, root: Step, events: Sequence[Event]) -> None:
         """Check the mission and its events; an event can run at any time, after any write."""
-        by_events: Written = {}
+        self._below_events(root, events, {})
+
+    def _below_events(self, root: Step, events: Sequence[Event], written: Written) -> None:
+        """Check a node with the events above it; an event can run at any time."""
         for event in events:
-            by_events.update(self.writes(event.step))
-        everything = {**by_events, **self.writes(root)}
-        self.step(root, by_events)
+            written.update(self.writes(event.step))
+        everything = {**written, **self.writes(root)} if events else {}
+        self.step(root, written)
         for event in events:
-            written = dict(everything)
-            self.expression(event.when, event.mark, written)
-            self.value(event.hold, event.mark, written)
-            self.step(event.step, written)
+            found = dict(everything)
+            self.expression(event.when, event.mark, found)
+            for value in (event.hold, event.again):
+                self.value(value, event.mark, found)
+            self.step(event.step, found)
 
     def step(self, step: Step, written: Written) -> None:
         """Check a step with its modifiers."""
@@ -210,12 +247,13 @@ class OrderCheck:
             if target is not None and _has_value(target, written):
                 inside[symbol] = None
         if tree.root:
-            self.step(tree.root, inside)
+            self._below_events(tree.root, tree.events, inside)
         for name, symbol in tree.outputs.items():
             if inside.pop(symbol, symbol) is None and name in step.outputs:
                 inside[step.outputs[name]] = None
         written.update(inside)
 
+    @once_per_step
     def writes(self, step: Step) -> Written:
         """Return every key that a step may write."""
         found: Written = {}
@@ -225,8 +263,8 @@ class OrderCheck:
             for value in step.ports.values():
                 if isinstance(value, AssignmentList):
                     found.update((symbol, None) for symbol, _ in value.assignments)
-        root = self.trees[step.tree].root if isinstance(step, Use) else None
-        for child in (*children_of(step), *((root,) if root else ())):
+        used = self.trees[step.tree].roots if isinstance(step, Use) else ()
+        for child in (*children_of(step), *used):
             found.update(self.writes(child))
         return found
 
@@ -237,7 +275,7 @@ class OrderCheck:
         elif isinstance(value, ListValue):
             for item in value.items:
                 self.value(item, mark, written)
-        elif isinstance(value, ExpressionValue):
+        elif isinstance(value, ExpressionValue | Computed):
             self.expression(value.expression, mark, written)
         elif isinstance(value, Template):
             for expression in value.expressions:
@@ -269,17 +307,6 @@ def _has_value(symbol: Symbol, written: Written) -> bool:
     if symbol.role is Role.KEY:
         return symbol.value is not UNSET or symbol in written
     return symbol.role is not Role.OUTPUT or symbol in written
-
-
-def moves(step: Step, trees: Mapping[str, Tree]) -> bool:
-    """Return whether a step, with the trees it uses, may move the robot."""
-    if isinstance(step, Leaf):
-        return step.behaviour.uses_wheels
-    if isinstance(step, Use):
-        root = trees[step.tree].root
-        if root is not None and moves(root, trees):
-            return True
-    return any(moves(child, trees) for child in children_of(step))
 
 
 def warn_of_other_meaning(use: Use, tree: Tree, scope: Scope, findings: Findings) -> None:

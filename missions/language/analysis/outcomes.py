@@ -7,21 +7,24 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from py_trees import behaviours as py_trees_behaviours
 
-from missions.language.analysis.data_flow import children_of, moves
+from missions.language.analysis.data_flow import children_of, once_per_step
 from missions.language.analysis.intervals import truth_values
 from missions.language.expressions.expression import CheckedExpression
 from missions.language.expressions.scope import UNSET, Symbol
 from missions.language.kinds import CONDITIONS, NODES
 from missions.language.model import (
     Composite,
+    Computed,
     Constant,
     Event,
     ExpressionValue,
     ForEach,
     Leaf,
+    ListValue,
     Reference,
     Step,
     Template,
@@ -38,6 +41,11 @@ class Outcomes:
 
     success: bool = True
     failure: bool = True
+    skip: bool = False
+
+    def go_on_after(self, outcome: str) -> bool:
+        """Return whether the next child may run, if it does after "success" or "failure"."""
+        return self.skip or (self.success if outcome == "success" else self.failure)
 
 
 _PLAIN: dict[type, Outcomes] = {
@@ -52,14 +60,15 @@ class OutcomeCheck:
 
     def __init__(self, trees: Mapping[str, Tree], findings: Findings) -> None:
         self.trees, self.findings = trees, findings
-        self.known: dict[tuple[int, bool], Outcomes] = {}
+        self.known: dict[int, Outcomes] = {}
+        self.memory: dict[tuple[str, int], Any] = {}
 
     def step(self, step: Step) -> None:
         """Check a step and its children; used trees are checked separately."""
         self._conditions(step)
         self._retries(step)
         if isinstance(step, Composite) and NODES[step.kind].goes_on_after:
-            self._reached(step, on_success=NODES[step.kind].goes_on_after == "success")
+            self._reached(step, NODES[step.kind].goes_on_after)
             if step.kind == "reactive":
                 self._restarted(step)
         elif isinstance(step, Composite) and step.kind == "parallel":
@@ -69,79 +78,87 @@ class OutcomeCheck:
 
     def events(self, events: Sequence[Event]) -> None:
         """Report events that can never fire."""
-        for number, event in enumerate(events):
+        first: dict[str, Event] = {}
+        for event in events:
             if truth_values(event.when.term) == {False}:
                 sentence = (
                     f"the event {event.name!r} never fires: {event.when.source} is always false"
                 )
                 self.findings.error("E161", event.when.mark or event.mark, sentence)
-            for earlier in events[:number]:
-                without_hold = isinstance(earlier.hold, Constant) and not earlier.hold.value
-                if without_hold and _without_spaces(earlier.when) == _without_spaces(event.when):
-                    sentence = f"the event {event.name!r} never fires: {earlier.name!r} fires first"
-                    self.findings.error("E161", event.mark, f"{sentence} on the same condition")
+            condition = _without_spaces(event.when)
+            if condition in first:
+                earlier = first[condition].name
+                sentence = f"the event {event.name!r} never fires: {earlier!r} fires first"
+                self.findings.error("E161", event.mark, f"{sentence} on the same condition")
+            elif isinstance(event.hold, Constant) and not event.hold.value:
+                first[condition] = event
 
     # Possible outcomes
 
-    def outcomes(self, step: Step, *, in_fallback: bool = False) -> Outcomes:
+    def outcomes(self, step: Step) -> Outcomes:
         """Return the possible outcomes of a step with all its modifiers."""
-        key = (id(step), in_fallback)
+        key = id(step)
         if key not in self.known:
             self.known[key] = Outcomes()
-            self.known[key] = self._outcomes(step, in_fallback)
+            self.known[key] = self._outcomes(step)
         return self.known[key]
 
-    def _outcomes(self, step: Step, in_fallback: bool) -> Outcomes:
+    def _outcomes(self, step: Step) -> Outcomes:
         modifiers, ends = step.modifiers, self._attempt(step)
         success, failure = ends.success, ends.failure
         if isinstance(modifiers.repeat, Constant) and modifiers.repeat.value is None:
             success = False
-        if modifiers.keep_going:
-            success, failure = success or failure, False
         if modifiers.while_ is not None:
             failure = True
-        if modifiers.when is not None:
-            success, failure = (success, True) if in_fallback else (True, failure)
-        return Outcomes(success, failure)
+        if modifiers.keep_going:
+            success, failure = success or failure, False
+        return Outcomes(success, failure, ends.skip or modifiers.when is not None)
 
     def _attempt(self, step: Step) -> Outcomes:
         """Return the possible outcomes of one attempt: the step with its timeout only."""
         ends = self._body(step)
         if step.modifiers.timeout is not None:
-            return Outcomes(ends.success, True)
+            return Outcomes(ends.success, True, ends.skip)
         return ends
 
     def _body(self, step: Step) -> Outcomes:
         if isinstance(step, Leaf):
             return _leaf_outcomes(step)
         if isinstance(step, Use):
-            root = self.trees[step.tree].root
-            return self.outcomes(root) if root else Outcomes()
+            return self._tree(self.trees[step.tree])
         if isinstance(step, ForEach):
-            return Outcomes(True, self.outcomes(step.child).failure and not step.skip_failures)
+            ends = self.outcomes(step.child)
+            return Outcomes(True, ends.failure and not step.skip_failures, ends.skip)
         if isinstance(step, Composite):
             return self._composite(step)
         return Outcomes()
 
+    def _tree(self, tree: Tree) -> Outcomes:
+        """Return the possible outcomes of a used tree; an event can end it with its failure."""
+        ends = self.outcomes(tree.root) if tree.root else Outcomes()
+        events = [self.outcomes(event.step).failure or event.then == "abort"
+                  for event in tree.events]  # fmt: skip
+        return Outcomes(ends.success, ends.failure or any(events), ends.skip)
+
     def _composite(self, step: Composite) -> Outcomes:
-        in_fallback = NODES[step.kind].handles_failure
-        ends = [self.outcomes(child, in_fallback=in_fallback) for child in step.children]
-        succeed = [item.success for item in ends]
-        fail = [item.failure for item in ends]
-        if step.kind == "parallel":
+        ends = [self.outcomes(child) for child in step.children]
+        succeed, fail = any(item.success for item in ends), any(item.failure for item in ends)
+        skip = all(item.skip for item in ends)
+        if NODES[step.kind].handles_failure:
+            return Outcomes(succeed, fail and all(end.go_on_after("failure") for end in ends), skip)
+        if step.kind == "parallel" and step.needed < len(ends):
             spare = len(ends) - step.needed
-            return Outcomes(sum(succeed) >= step.needed, sum(fail) > spare)
-        if in_fallback:
-            return Outcomes(any(succeed), all(fail))
-        return Outcomes(all(succeed), any(fail))
+            fails = sum(item.failure or item.skip for item in ends) > spare
+            return Outcomes(sum(item.success for item in ends) >= step.needed, fails, skip)
+        return Outcomes(succeed and all(end.go_on_after("success") for end in ends), fail, skip)
 
     # Findings
 
-    def _reached(self, step: Composite, on_success: bool) -> None:
+    def _reached(self, step: Composite, outcome: str) -> None:
         for before, after in zip(step.children, step.children[1:], strict=False):
-            ends = self.outcomes(before, in_fallback=not on_success)
-            if not (ends.success if on_success else ends.failure):
-                word = "succeeds" if on_success else "fails"
+            ends = self.outcomes(before)
+            if not ends.go_on_after(outcome):
+                word = "succeeds" if outcome == "success" else "fails"
                 if not ends.success and not ends.failure:
                     word = "ends"
                 sentence = f"never reached: {_name(before)} (line {before.mark.line}) never {word}"
@@ -196,6 +213,7 @@ class OutcomeCheck:
                 hint = "use a sequence, or make it the last child"
                 self.findings.warning("W106", child.mark, sentence, hint)
 
+    @once_per_step
     def takes_time(self, step: Step) -> bool:
         """Return whether a step surely needs more than one tick to succeed."""
         modifiers = step.modifiers
@@ -218,7 +236,7 @@ class OutcomeCheck:
 
     def _wheels(self, step: Composite) -> None:
         """Report two children of a parallel that both move the robot, certainly or possibly."""
-        drivers = [child for child in step.children if moves(child, self.trees)]
+        drivers = [child for child in step.children if self.moves(child)]
         at_once = [child for child in drivers if self.begins_to_move(child)]
         if len(at_once) > 1:
             first, second = at_once[:2]
@@ -229,12 +247,23 @@ class OutcomeCheck:
             sentence = f"{_name(second)} may move the robot at the same time as {_name(first)}"
             self.findings.warning("W105", second.mark, f"{sentence} (line {first.mark.line})")
 
+    @once_per_step
+    def moves(self, step: Step) -> bool:
+        """Return whether a step, with the trees it uses, may move the robot."""
+        if isinstance(step, Leaf):
+            return step.behaviour.uses_wheels
+        if isinstance(step, Use):
+            if any(self.moves(root) for root in self.trees[step.tree].roots):
+                return True
+        return any(self.moves(child) for child in children_of(step))
+
+    @once_per_step
     def begins_to_move(self, step: Step) -> bool:
         """Return whether a step moves the robot from its first tick."""
         if step.modifiers.when is not None:
             return False
         if isinstance(step, Leaf):
-            return moves(step, self.trees)
+            return self.moves(step)
         if isinstance(step, Use):
             root = self.trees[step.tree].root
             return root is not None and self.begins_to_move(root)
@@ -265,16 +294,20 @@ def _leaf_outcomes(step: Leaf) -> Outcomes:
 def _expressions(value: Value) -> tuple[CheckedExpression, ...]:
     if isinstance(value, Template):
         return value.expressions
-    return (value.expression,) if isinstance(value, ExpressionValue) else ()
+    if isinstance(value, ListValue):
+        return tuple(found for item in value.items for found in _expressions(item))
+    return (value.expression,) if isinstance(value, ExpressionValue | Computed) else ()
 
 
 def _may_be_missing(value: Value) -> bool:
+    if isinstance(value, ListValue):
+        return any(map(_may_be_missing, value.items))
     return isinstance(value, Reference) and _may_be_unset(value.symbol)
 
 
 def _can_fail_to_evaluate(expression: CheckedExpression) -> bool:
     """Return whether the evaluation can fail: a key may be unset, or there is a division."""
-    return "/" in expression.source or any(map(_may_be_unset, expression.read.values()))
+    return expression.may_fail or any(map(_may_be_unset, expression.read.values()))
 
 
 def _may_be_unset(symbol: Symbol) -> bool:

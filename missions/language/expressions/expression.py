@@ -7,11 +7,15 @@ from typing import Any, Protocol
 
 from missions.language.expressions.grammar import parse
 from missions.language.expressions.robot_values import EvaluationContext
-from missions.language.expressions.scope import NotSet, Scope, Symbol
+from missions.language.expressions.scope import UNSET, NotSet, Scope, Symbol
 from missions.language.expressions.terms import Check, Evaluate, Term, shown
 from missions.language.expressions.tokens import ExpressionError
 from missions.language.expressions.value_types import ANYTHING, BOOL, ValueType
 from stack.documents import Mark
+from stack.errors import EvaluationError
+
+SHOWN = 80
+"""Characters of a value in an explanation."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +49,10 @@ class Bindings(Protocol):
         """Return the current attempt of the innermost retry or recover."""
         ...
 
+    def error(self) -> str:
+        """Return the code of the failure that the innermost recover or fallback deals with."""
+        ...
+
 
 @dataclass(frozen=True, slots=True)
 class CheckedExpression:
@@ -54,6 +62,8 @@ class CheckedExpression:
         read: symbols whose values it reads, by name.
         tested: symbols that it tests with `is set`, by name.
         mark: position in the file, if any.
+        may_fail: the evaluation can fail although its names have values.
+        reads_robot: it reads a value of the robot, `error` or `attempt`.
     """
 
     source: str
@@ -62,6 +72,24 @@ class CheckedExpression:
     read: dict[str, Symbol]
     tested: dict[str, Symbol]
     mark: Mark | None = None
+    may_fail: bool = False
+    reads_robot: bool = False
+
+    @property
+    def is_constant(self) -> bool:
+        """Whether its value is known before the mission runs."""
+        symbols = (*self.read.values(), *self.tested.values())
+        return not self.reads_robot and all(
+            symbol.is_constant and symbol.value is not UNSET for symbol in symbols
+        )
+
+    def constant(self) -> Any:
+        """Return the value of a constant expression.
+
+        Raises:
+            EvaluationError: it has none.
+        """
+        return self.bind(_Constants())()
 
     def bind(self, bindings: Bindings) -> BoundExpression:
         """Bind the expression to the values of a running tree."""
@@ -84,10 +112,15 @@ class BoundExpression:
         """Evaluate the expression.
 
         Raises:
-            NotSet: a key has no value yet.
-            ZeroDivisionError: division by zero.
+            EvaluationError: a key has no value yet, a division by zero, an overflow.
         """
-        return self._evaluate()
+        try:
+            return self._evaluate()
+        except NotSet:
+            raise
+        except EvaluationError as error:
+            sentence = f"{error.sentence} in {self.explain()}"
+            raise EvaluationError(error.code, sentence) from None
 
     def explain(self) -> str:
         """Return the source with the values of its names: `battery.charge (0.18) > 0.3`."""
@@ -115,6 +148,26 @@ class _Names:
     def attempt(self) -> int:
         return self.inner.attempt()
 
+    def error(self) -> str:
+        return self.inner.error()
+
+
+class _Constants:
+    """The bindings of a constant expression: places and arguments."""
+
+    @property
+    def context(self) -> EvaluationContext:
+        raise AssertionError("a constant expression reads no robot")
+
+    def reader(self, symbol: Symbol) -> Evaluate:
+        return lambda: symbol.value
+
+    def attempt(self) -> int:
+        raise AssertionError("a constant expression reads no attempt")
+
+    def error(self) -> str:
+        raise AssertionError("a constant expression reads no attempt")
+
 
 def check_expression(
     source: str, context: NameContext, wanted: ValueType = BOOL
@@ -130,7 +183,14 @@ def check_expression(
         check.problem("E153", 0, f"expected {wanted}, got {found}")
     if check.problems:
         return None, check.problems
-    return CheckedExpression(source, term, found, check.read, check.tested), []
+    return checked_term(source, term, found, check), []
+
+
+def checked_term(source: str, term: Term, found: ValueType, check: Check) -> CheckedExpression:
+    """Return the expression of a term that was checked without problems."""
+    return CheckedExpression(
+        source, term, found, check.read, check.tested, None, check.may_fail, check.reads_robot
+    )
 
 
 def sorted_by_end(term: Term) -> list[tuple[int, Term]]:
@@ -140,8 +200,9 @@ def sorted_by_end(term: Term) -> list[tuple[int, Term]]:
 
 def _now(read: Evaluate) -> str:
     try:
-        return shown(read())
+        text = shown(read(), SHOWN // 4)
     except NotSet:
         return "not set"
-    except ArithmeticError as error:
-        return str(error)
+    except EvaluationError as error:
+        return error.sentence
+    return text if len(text) <= SHOWN else f"{text[: SHOWN - 1]}…"

@@ -2,13 +2,16 @@
 
 Operators from weak to strong:
 
-or < and < not < == != < <= > >= < is set < + - < * / < unary minus < .field
+or < and < not < == != < <= > >= < is set < + - < * / % < unary minus < .field [index]
 """
 
 from __future__ import annotations
 
 from typing import Any
 
+from missions.language.expressions.arithmetic import GREATEST_INT
+from missions.language.expressions.compound_terms import Call, Index, ListTerm
+from missions.language.expressions.functions import FUNCTIONS
 from missions.language.expressions.robot_values import DISTANCE
 from missions.language.expressions.terms import (
     Binary,
@@ -22,14 +25,14 @@ from missions.language.expressions.terms import (
     Unary,
 )
 from missions.language.expressions.tokens import ExpressionError, Token, tokens
-from missions.language.expressions.value_types import BOOL, INT, TEXT, ValueType
+from missions.language.expressions.value_types import BOOL, INT, SHARE, TEXT, ValueType
 from stack.errors import ParameterError
-from stack.parameters import read_quantity, units
+from stack.parameters import read_quantity, suggestion, units
 
 MAX_DEPTH = 40
 _POWER = {
     "or": 1, "and": 2, "==": 4, "!=": 4, "<": 4, "<=": 4, ">": 4, ">=": 4, "is": 5,
-    "+": 6, "-": 6, "*": 7, "/": 7, ".": 9,
+    "+": 6, "-": 6, "*": 7, "/": 7, "%": 7, ".": 9, "[": 9,
 }  # fmt: skip
 _NOT, _COMPARISON, _IS, _MINUS = 3, 4, 5, 8
 _CONSTANTS = {"true": True, "false": False}
@@ -107,6 +110,9 @@ class _Parser:
             if name.kind != "name":
                 raise ExpressionError(name.at, "expected the name of a field after the dot")
             return Field(token.at, name.end, left, name.text)
+        if token.text == "[":
+            index = self.expression(0)
+            return Index(left.at, self.expect("]").end, left, index)
         return Binary(token.at, token.text, left, self.expression(strength))
 
     def is_set(self, left: Term) -> Term:
@@ -134,6 +140,8 @@ class _Parser:
             inner = self.expression(0)
             self.expect(")")
             return inner
+        if token.text == "[":
+            return ListTerm(token.at, self.sequence("]")[0])
         found = repr(token.text) if token.kind == "operator" else "the end"
         raise ExpressionError(token.at, f"expected a value, got {found}")
 
@@ -149,24 +157,47 @@ class _Parser:
         return Named(token.at, token.end, token.text)
 
     def call(self, token: Token) -> Term:
-        if token.text != DISTANCE:
+        if token.text != DISTANCE and token.text not in FUNCTIONS:
             raise ExpressionError(
                 token.at,
                 f"there is no function {token.text!r}",
-                f"the only function is {DISTANCE}($place)",
+                suggestion(token.text, (*FUNCTIONS, DISTANCE)),
+                "E155",
             )
         self.take()
-        target = self.expression(0)
-        return Distance(token.at, self.expect(")").end, target)
+        if token.text == DISTANCE:
+            target = self.expression(0)
+            return Distance(token.at, self.expect(")").end, target)
+        arguments, end = self.sequence(")")
+        return Call(token.at, end.end, token.text, arguments)
+
+    def sequence(self, closing: str) -> tuple[tuple[Term, ...], Token]:
+        """Read terms separated by commas, and the closing bracket."""
+        terms: list[Term] = []
+        while not (self.next.kind == "operator" and self.next.text == closing):
+            if terms:
+                self.expect(",", f"separate by commas, and close with {closing!r}")
+            terms.append(self.expression(0))
+        return tuple(terms), self.take()
 
 
 def _number(token: Token) -> tuple[Any, ValueType]:
     if not token.unit:
         if token.text.isdigit():
-            return int(token.text[:18]), INT
+            return _whole_number(token), INT
         return _quantity(token, token.text, ""), ValueType(float)
     dimension = units()[token.unit][0]
+    if not dimension:
+        return _quantity(token, f"{token.text} {token.unit}", ""), SHARE
     return _quantity(token, f"{token.text} {token.unit}", dimension), ValueType(float, dimension)
+
+
+def _whole_number(token: Token) -> int:
+    # A numeral of 20 digits exceeds 64 bits; Python refuses to read one of 5000 digits.
+    number = int(token.text) if len(token.text) < 20 else GREATEST_INT + 1
+    if number > GREATEST_INT:
+        raise ExpressionError(token.at, f"the whole number {token.text:.30} exceeds 64 bits")
+    return number
 
 
 def _quantity(token: Token, text: str, unit: str) -> float:

@@ -7,7 +7,17 @@ from dataclasses import dataclass
 from math import hypot, inf, pi
 from typing import Any, Protocol
 
-from missions.language.expressions.value_types import BOOL, INT, NUMBER, POSE, TEXT, ValueType
+from missions.language.expressions.value_types import (
+    ANGLE,
+    BOOL,
+    DURATION,
+    INT,
+    LENGTH,
+    POSE,
+    SHARE,
+    TEXT,
+    ValueType,
+)
 from stack.robot import Robot
 
 
@@ -19,9 +29,8 @@ class EvaluationContext(Protocol):
         """The robot that the tree drives."""
         ...
 
-    @property
-    def error(self) -> str:
-        """Code of the last failure that a recover or a fallback handled; "" before the first."""
+    def describe(self, value: Any) -> str:
+        """Format a value for people; a place is shown by its name."""
         ...
 
 
@@ -38,13 +47,13 @@ class RobotValue:
 
 ROBOT_VALUES: dict[str, RobotValue] = {
     "time": RobotValue(
-        ValueType(float, "s"),
+        DURATION,
         lambda s: s.robot.time,
         "robot's clock; 0 at the start of the run",
         least=0.0,
     ),
     "battery.charge": RobotValue(
-        NUMBER, lambda s: s.robot.battery.charge, "state of charge in [0, 1]", 0.0, 1.0
+        SHARE, lambda s: s.robot.battery.charge, "state of charge in [0, 1]", 0.0, 1.0
     ),
     "battery.charging": RobotValue(
         BOOL, lambda s: s.robot.battery.charging, "whether the battery is charging"
@@ -62,27 +71,23 @@ ROBOT_VALUES: dict[str, RobotValue] = {
         least=0.0,
     ),
     "localisation.health": RobotValue(
-        NUMBER,
+        SHARE,
         lambda s: s.robot.localisation_health,
         "health of the pose estimate in [0, 1]: fit of the scan to the map",
         0.0,
         1.0,
     ),
     "localisation.deviation": RobotValue(
-        ValueType(float, "m"),
+        LENGTH,
         lambda s: s.robot.estimate.position_deviation,
         "standard deviation of the position in its least certain direction",
         least=0.0,
     ),
     "pose": RobotValue(POSE, lambda s: s.robot.pose, "estimated pose, map frame"),
-    "pose.x": RobotValue(
-        ValueType(float, "m"), lambda s: s.robot.pose.x, "x of the estimated pose, map frame"
-    ),
-    "pose.y": RobotValue(
-        ValueType(float, "m"), lambda s: s.robot.pose.y, "y of the estimated pose, map frame"
-    ),
+    "pose.x": RobotValue(LENGTH, lambda s: s.robot.pose.x, "x of the estimated pose, map frame"),
+    "pose.y": RobotValue(LENGTH, lambda s: s.robot.pose.y, "y of the estimated pose, map frame"),
     "pose.heading": RobotValue(
-        ValueType(float, "rad"),
+        ANGLE,
         lambda s: s.robot.pose.heading,
         "heading of the estimated pose, map frame",
         -pi,
@@ -90,8 +95,9 @@ ROBOT_VALUES: dict[str, RobotValue] = {
     ),
     "error": RobotValue(
         TEXT,
-        lambda s: s.error,
-        "code of the failure being handled; in `unless`, recoveries and later alternatives",
+        lambda s: "",
+        "code of the failure that the innermost `recover` or fallback deals with; in `unless`, "
+        "recoveries and later alternatives",
     ),
     "attempt": RobotValue(
         INT,
@@ -100,7 +106,7 @@ ROBOT_VALUES: dict[str, RobotValue] = {
         least=1,
     ),
 }
-"""The compiler binds `attempt` to the innermost retry or recover around the expression."""
+"""The compiler binds `attempt` and `error` to the innermost node that counts or deals with them."""
 
 DISTANCE = "pose.distance_to"
-"""The only function: distance from the robot to a pose, metres."""
+"""Distance from the robot to a pose, metres; `functions` has the functions with plain names."""

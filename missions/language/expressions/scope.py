@@ -9,7 +9,9 @@ from typing import Any
 
 from missions.language.expressions.value_types import ValueType
 from stack.documents import Mark
+from stack.errors import EvaluationError
 from stack.parameters import nearest
+from stack.types import FailureCode
 
 
 class Role(StrEnum):
@@ -34,8 +36,11 @@ UNSET: Any = _Unset()
 """Value of a key that nothing has written yet."""
 
 
-class NotSet(LookupError):
+class NotSet(EvaluationError):
     """A blackboard key is read before it has a value."""
+
+    def __init__(self, sentence: str) -> None:
+        super().__init__(FailureCode.NOT_SET, sentence)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

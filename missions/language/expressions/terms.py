@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
+from missions.language.expressions import arithmetic
 from missions.language.expressions.robot_values import DISTANCE, ROBOT_VALUES, EvaluationContext
 from missions.language.expressions.scope import NotSet, Scope, Symbol
 from missions.language.expressions.tokens import ExpressionError
+from missions.language.expressions.units import product, quotient
 from missions.language.expressions.value_types import ANYTHING, BOOL, INT, POSE, TEXT, ValueType
 from stack.parameters import suggestion
 from stack.types import FailureCode, Pose2D
 
 Evaluate = Callable[[], Any]
+MAX_SHOWN = 1000
+"""Values of a list that are shown."""
 
 
 class Names(Protocol):
@@ -33,10 +37,19 @@ class Names(Protocol):
         """Return the current attempt of the innermost retry or recover."""
         ...
 
+    def error(self) -> str:
+        """Return the code of the failure that the innermost recover or fallback deals with."""
+        ...
+
 
 @dataclass
 class Check:
-    """State of the check of one expression: allowed names, names read, problems found."""
+    """State of the check of one expression: allowed names, names read, problems found.
+
+    Attributes:
+        reads_robot: the expression reads a value of the robot, `error` or `attempt`.
+        may_fail: it has a term that can fail although its names have values, such as a division.
+    """
 
     scope: Scope
     knows_error: bool = False
@@ -44,6 +57,8 @@ class Check:
     read: dict[str, Symbol] = field(default_factory=dict)
     tested: dict[str, Symbol] = field(default_factory=dict)
     problems: list[ExpressionError] = field(default_factory=list)
+    reads_robot: bool = False
+    may_fail: bool = False
 
     def problem(self, code: str, at: int, sentence: str, hint: str = "") -> ValueType:
         """Record a problem; the type ANYTHING avoids follow-up problems."""
@@ -132,6 +147,7 @@ class Named:
         if self.name in FailureCode.__members__:
             return TEXT
         found = ROBOT_VALUES.get(self.name)
+        check.reads_robot = True
         if found is None:
             return check.problem(
                 "E151", self.at, f"there is no value {self.name!r}", self._hint(check)
@@ -163,6 +179,8 @@ class Named:
             return lambda: code
         if self.name == "attempt":
             return names.attempt
+        if self.name == "error":
+            return names.error
         read, context = ROBOT_VALUES[self.name].read, names.context
         return lambda: read(context)
 
@@ -181,6 +199,7 @@ class Distance:
 
     def check(self, check: Check) -> ValueType:
         found = self.target.check(check)
+        check.reads_robot = True
         if not POSE.accepts(found):
             check.problem("E152", self.target.at, f"{DISTANCE} needs a Pose, got {found}")
         return ValueType(float, "m")
@@ -193,7 +212,7 @@ class Distance:
         yield self.end, self
 
 
-_FIELDS = {
+POSE_FIELDS = {
     "x": ValueType(float, "m"),
     "y": ValueType(float, "m"),
     "heading": ValueType(float, "rad"),
@@ -211,11 +230,11 @@ class Field:
 
     def check(self, check: Check) -> ValueType:
         found = self.target.check(check)
-        if self.name not in _FIELDS or not POSE.accepts(found):
+        if self.name not in POSE_FIELDS or not POSE.accepts(found):
             return check.problem(
                 "E152", self.at, f"{found} has no {self.name!r}", "a Pose has x, y and heading"
             )
-        return _FIELDS[self.name]
+        return POSE_FIELDS[self.name]
 
     def bind(self, names: Names) -> Evaluate:
         target, read = self.target.bind(names), operator.attrgetter(self.name)
@@ -273,8 +292,8 @@ class Unary:
         return found
 
     def bind(self, names: Names) -> Evaluate:
-        value = self.operand.bind(names)
-        return (lambda: not value()) if self.word == "not" else (lambda: -value())
+        value, negative = self.operand.bind(names), arithmetic.negative
+        return (lambda: not value()) if self.word == "not" else (lambda: negative(value()))
 
     def named(self) -> Iterator[tuple[int, Term]]:
         return self.operand.named()
@@ -282,8 +301,8 @@ class Unary:
 
 _FUNCTIONS: dict[str, Callable[[Any, Any], Any]] = {
     "==": operator.eq, "!=": operator.ne, "<": operator.lt, "<=": operator.le, ">": operator.gt,
-    ">=": operator.ge, "+": operator.add, "-": operator.sub, "*": operator.mul,
-    "/": operator.truediv,
+    ">=": operator.ge, "+": arithmetic.add, "-": arithmetic.subtract, "*": arithmetic.multiply,
+    "/": arithmetic.divide, "%": arithmetic.remainder,
 }  # fmt: skip
 _LOGIC, _EQUALITY, _ORDER = ("and", "or"), ("==", "!="), ("<", "<=", ">", ">=")
 
@@ -309,18 +328,24 @@ class Binary:
         for term, found in ((self.left, left), (self.right, right)):
             if not found.is_number:
                 sentence = f"`{self.word}` needs numbers, got {found}"
-                return check.problem("E152", term.at, sentence)
-        if self.word not in ("*", "/") and not left.agrees_on_unit(right):
-            verb = "compare" if self.word in _ORDER else "add"
-            check.problem("E152", self.at, f"cannot {verb} {left} and {right}")
-        return BOOL if self.word in _ORDER else self._number(left, right)
+                hint = "write append($list, $item)" if self.word == "+" and found.item else ""
+                return check.problem("E152", term.at, sentence, hint)
+        if self.word in _ORDER:
+            common_number(check, self.at, left, right, "compare")
+            return BOOL
+        check.may_fail = True
+        if self.word in ("*", "/"):
+            return self._product(left, right)
+        verb = "divide" if self.word == "%" else "add"
+        return common_number(check, self.at, left, right, verb)
 
-    def _number(self, left: ValueType, right: ValueType) -> ValueType:
-        if left.of is int and right.of is int and self.word != "/":
+    def _product(self, left: ValueType, right: ValueType) -> ValueType:
+        if left.of is int and right.of is int and self.word == "*":
             return INT
-        if self.word in ("*", "/") and left.unit and right.unit:
-            return ValueType(float)
-        return ValueType(float, left.unit or ("" if self.word == "/" else right.unit))
+        if object in (left.of, right.of):
+            return ANYTHING
+        combined = product if self.word == "*" else quotient
+        return ValueType(float, combined(left.unit, right.unit))
 
     def bind(self, names: Names) -> Evaluate:
         left, right = self.left.bind(names), self.right.bind(names)
@@ -336,8 +361,22 @@ class Binary:
         yield from self.right.named()
 
 
-def shown(value: Any) -> str:
-    """Format a value for people."""
+def common_number(check: Check, at: int, left: ValueType, right: ValueType, verb: str) -> ValueType:
+    """Return the type of a sum of two numbers; record a problem if it has none."""
+    for found in (left, right):
+        if not found.is_number:
+            return check.problem("E152", at, f"expected numbers, got {found}")
+    if not left.agrees_on_unit(right):
+        return check.problem("E152", at, f"cannot {verb} {left} and {right}")
+    if object in (left.of, right.of):
+        return right if left.of is object else left
+    if left.of is int and right.of is int:
+        return INT
+    return ValueType(float, left.unit or right.unit)
+
+
+def shown(value: Any, most: int = MAX_SHOWN) -> str:
+    """Format a value for people; of a list at most this number of values, with inner lists."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, float):
@@ -345,8 +384,18 @@ def shown(value: Any) -> str:
     if isinstance(value, Pose2D):
         return f"[{value.x:.2f}, {value.y:.2f}, {value.heading * 57.29577951308232:.0f} deg]"
     if isinstance(value, list | tuple):
-        return f"[{', '.join(shown(item) for item in value)}]"
+        return _shown_list(value, most)
     return str(value)
+
+
+def _shown_list(items: Sequence[Any], most: int) -> str:
+    parts: list[str] = []
+    for item in items:
+        if most <= 0:
+            return f"[{', '.join(parts)}, …]"
+        parts.append(shown(item, most))
+        most -= arithmetic.size(item)
+    return f"[{', '.join(parts)}]"
 
 
 def _require_bool(check: Check, term: Term, found: ValueType, word: str) -> ValueType:

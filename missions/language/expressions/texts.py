@@ -6,15 +6,19 @@ A placeholder `${…}` contains a name or an expression. `$${` is a literal `${`
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from math import degrees
 from typing import Any
 
-from missions.language.expressions.scope import Scope
-from missions.language.expressions.terms import shown
+from missions.language.expressions.compound_terms import TextTerm
+from missions.language.expressions.expression import CheckedExpression
+from missions.language.expressions.scope import Scope, Symbol
+from missions.language.expressions.terms import Literal, Term, shown
 from missions.language.expressions.tokens import ExpressionError
-from missions.language.expressions.value_types import ValueType
+from missions.language.expressions.units import NO_UNIT
+from missions.language.expressions.value_types import TEXT, ValueType
+from stack.documents import Mark
 
 OPEN, ESCAPED = "${", "$${"
 _NAME = re.compile(r"[A-Za-z_]\w*")
@@ -88,11 +92,29 @@ def formatter(kind: ValueType, describe: Callable[[Any], str]) -> Callable[[Any]
         kind: type of the expression.
         describe: formats values without a unit: places by name, poses, lists.
     """
-    unit = kind.unit
+    unit = "" if kind.unit == NO_UNIT else kind.unit
 
     def with_unit(value: Any) -> str:
-        if unit in ("rad", "rad/s"):
+        if unit in ("rad", "rad/s", "rad/s²"):
             return f"{shown(degrees(value))} {unit.replace('rad', 'deg')}"
         return f"{shown(float(value))} {unit}"
 
     return with_unit if unit else describe
+
+
+def text_expression(
+    parts: Sequence[str | CheckedExpression], text: str, mark: Mark
+) -> CheckedExpression:
+    """Return the expression of a text with placeholders, as a value of `set`."""
+    terms: list[tuple[Term, ValueType]] = []
+    read: dict[str, Symbol] = {}
+    tested: dict[str, Symbol] = {}
+    for part in parts:
+        if isinstance(part, str):
+            terms.append((Literal(0, part, TEXT), TEXT))
+        else:
+            terms.append((part.term, part.type))
+            read.update(part.read)
+            tested.update(part.tested)
+    term = TextTerm(0, tuple(terms), formatter)
+    return CheckedExpression(text, term, TEXT, read, tested, mark, may_fail=True, reads_robot=True)

@@ -37,14 +37,19 @@ class Token:
     unit: str = ""
 
 
-_UNIT = "|".join(re.escape(unit) for unit in sorted(units(), key=len, reverse=True))
+_WORDS = [unit for unit in sorted(units(), key=len, reverse=True) if unit != "%"]
+# After a number `%` is per cent, except before an operand: `7 % 2` is a remainder.
+_UNIT = (
+    rf"(?:{'|'.join(map(re.escape, _WORDS))})(?![\w²^])"
+    r"|%(?![\w²^])(?!\s*(?:[\d$('\"]|\.\d|(?!(?:and|or|is)\b)[A-Za-z_]))"
+)
 _PATTERN = re.compile(
     rf"""\s*(?:
-      (?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)(?:\s*(?P<unit>{_UNIT})(?![\w²^]))?
+      (?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)(?:\s*(?P<unit>{_UNIT}))?
     | (?P<text>'[^']*'|"[^"]*")
     | \$(?P<reference>[A-Za-z_]\w*)
     | (?P<name>[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*)
-    | (?P<operator>==|!=|<=|>=|[-+*/<>().,])
+    | (?P<operator>==|!=|<=|>=|[-+*/%<>().,[\]])
     )""",
     re.VERBOSE,
 )

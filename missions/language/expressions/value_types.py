@@ -8,6 +8,7 @@ import typing
 from dataclasses import dataclass
 from typing import Any
 
+from missions.language.expressions.units import NO_UNIT
 from stack.parameters import Declaration, suggestion, type_name
 from stack.types import Assignments, Expression, Path, Pose2D
 
@@ -18,7 +19,8 @@ class ValueType:
 
     Attributes:
         of: the Python class; `object` is any type, `list` has an `item`.
-        unit: SI unit of a float; "" for a plain number, which is compatible with every unit.
+        unit: SI unit of a float; "" for a plain number, which is compatible with every unit; "1"
+            for a number without a unit, such as a share.
         item: type of the items of a list.
     """
 
@@ -29,6 +31,8 @@ class ValueType:
     def __str__(self) -> str:
         if self.of is object:
             return "anything"
+        if self.unit == NO_UNIT:
+            return "number without unit"
         return type_name(self.annotation, self.unit if self.item is None else self.item.unit)
 
     @property
@@ -62,12 +66,33 @@ class ValueType:
     def declaration(self, name: str, **limits: Any) -> Declaration:
         """Return a declaration of this type, for reading literals."""
         unit = self.item.unit if self.item else self.unit
+        unit = "" if unit == NO_UNIT else unit
         return Declaration(name, self.annotation, unit=unit, **limits)
 
 
 ANYTHING = ValueType(object)
 BOOL, INT, NUMBER, TEXT = ValueType(bool), ValueType(int), ValueType(float), ValueType(str)
+SHARE, LENGTH, ANGLE = ValueType(float, NO_UNIT), ValueType(float, "m"), ValueType(float, "rad")
 POSE, DURATION = ValueType(Pose2D), ValueType(float, "s")
+
+
+def common_type(one: ValueType, other: ValueType) -> ValueType | None:
+    """Return the type of list items of both types; None if they cannot be in one list.
+
+    Whole numbers become numbers, and plain numbers have the unit of the others.
+    """
+    if object in (one.of, other.of):
+        return other if one.of is object else one
+    if one.item and other.item:
+        item = common_type(one.item, other.item)
+        return item and ValueType(list, item=item)
+    if one.is_number and other.is_number:
+        if not one.agrees_on_unit(other):
+            return None
+        return INT if one.of is other.of is int else ValueType(float, one.unit or other.unit)
+    return one if one == other else None
+
+
 EXPRESSION, ASSIGNMENTS = ValueType(Expression), ValueType(Assignments)
 
 NAMED: dict[str, ValueType] = {
@@ -77,8 +102,8 @@ NAMED: dict[str, ValueType] = {
     "text": TEXT,
     "path": TEXT,
     "duration": DURATION,
-    "length": ValueType(float, "m"),
-    "angle": ValueType(float, "rad"),
+    "length": LENGTH,
+    "angle": ANGLE,
     "speed": ValueType(float, "m/s"),
     "Pose": POSE,
     "Path": ValueType(Path),

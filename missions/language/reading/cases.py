@@ -9,6 +9,8 @@ from typing import Any
 
 from missions.language.analysis.data_flow import children_of
 from missions.language.case_model import (
+    FAILURE,
+    RUNNING,
     SUCCESS,
     Case,
     Change,
@@ -23,12 +25,13 @@ from missions.language.keys import CASE, EXPECTATION, MOCK, STATUS_WORDS, TAKES,
 from missions.language.model import Constant, Event, Leaf, Step, Tree, Use
 from missions.language.reading.declarations import Layer
 from missions.language.reading.values import ValueReader
-from stack.documents import Findings, Node
+from missions.language.reading.words import WordRole, Words
+from stack.documents import Findings, Mark, Node
 from stack.errors import ParameterError
 from stack.parameters import Declaration, suggestion
 from stack.types import FailureCode
 
-_FIXED = ("time", "error", "attempt")
+FIXED_VALUES = ("time", "error", "attempt")
 _CHANGE_TIME = Declaration("at", float, unit="s", at_least=0.0)
 _COUNT = Declaration("ran", int, at_least=0)
 
@@ -44,15 +47,21 @@ class MissionNames:
     trees: Mapping[str, Tree]
     roots: tuple[Step, ...]
 
+    @property
+    def all_events(self) -> tuple[Event, ...]:
+        """The events of the mission and of its trees."""
+        return (*self.events, *(event for tree in self.trees.values() for event in tree.events))
+
 
 class CaseReader:
     """Reads the section `tests`."""
 
-    def __init__(self, known: MissionNames, findings: Findings) -> None:
-        self.known, self.findings = known, findings
+    def __init__(self, known: MissionNames, findings: Findings, words: Words) -> None:
+        self.known, self.findings, self.words = known, findings, words
         self.context = NameContext(Scope((known.places,)))
         self.outputs = _outputs_by_name(known)
         self.names = [*self.outputs, *_unmockable_names(known)]
+        words.names = tuple(self.names)
 
     def cases(self, node: Node | None) -> tuple[Case, ...]:
         """Return the cases; report all errors in them."""
@@ -63,6 +72,7 @@ class CaseReader:
         return tuple(self._case(number, item) for number, item in enumerate(node.items, 1))
 
     def _case(self, number: int, node: Node) -> Case:
+        self.words.keys(node, "case")
         self._only(node, CASE, "a case")
         title = node.get("name")
         name = str(title.value) if title is not None else f"case {number}"
@@ -73,7 +83,10 @@ class CaseReader:
 
     def _arguments(self, node: Node | None) -> dict[str, Node]:
         found = {}
+        if node is not None and not node.is_mapping:
+            self.words.add(node, WordRole.ARGUMENT)
         for key, value in self._entries(node, "arguments"):
+            self.words.add(key, WordRole.ARGUMENT)
             declared = self.known.arguments.get(str(key.value))
             if declared is None:
                 self._unknown(key, "argument", self.known.arguments)
@@ -86,8 +99,12 @@ class CaseReader:
 
     def _mocks(self, node: Node | None) -> dict[str, Mock]:
         found = {}
+        if node is not None and not node.is_mapping:
+            self.words.choice(node, self.outputs, WordRole.NODE_NAME)
         for key, value in self._entries(node, "mock"):
             name = str(key.value)
+            self.words.choice(key, self.outputs, WordRole.NODE_NAME)
+            self.words.keys(value, "mock")
             if name not in self.outputs:
                 self._unknown(key, "behaviour, tree or named leaf", self.outputs)
                 continue
@@ -103,6 +120,7 @@ class CaseReader:
         returns, takes = node.get("returns"), node.get("takes")
         sets = {}
         for key, value in self._entries(node.get("sets"), "sets"):
+            self.words.choice(key, outputs)
             if str(key.value) not in outputs:
                 self._unknown(key, "output", outputs)
             else:
@@ -116,8 +134,11 @@ class CaseReader:
     def _outcomes(self, node: Node) -> tuple[str, ...]:
         words = (*STATUS_WORDS, *FailureCode.__members__)
         for item in _items(node):
-            if not isinstance(item.value, str) or not (item.value in words or item.value.isupper()):
+            self.words.choice(item, words)
+            if item.value not in words and not _is_own_code(item):
                 hint = suggestion(str(item.value), words)
+                if str(item.value).isupper():
+                    hint += "; write your own codes in quotes"
                 self._error(item, f"expected an outcome, got {item.words()}", hint)
         return tuple(str(item.value) for item in _items(node)) or (SUCCESS,)
 
@@ -126,6 +147,8 @@ class CaseReader:
     def _changes(self, node: Node | None) -> list[Change]:
         changes = []
         for key, body in self._entries(node, "at"):
+            if not body.is_mapping:
+                self.words.add(body, WordRole.CHANGE)
             time = self._value(_CHANGE_TIME, key) or 0.0
             for name, value in self._entries(body, "changes"):
                 changes += self._change(time, name, value)
@@ -133,8 +156,10 @@ class CaseReader:
 
     def _change(self, at: float, key: Node, node: Node) -> list[Change]:
         name = str(key.value)
+        self.words.add(key, WordRole.CHANGE)
         if name == "event":
-            names = [event.name for event in self.known.events]
+            names = [event.name for event in self.known.all_events]
+            self.words.choice(node, names, WordRole.NODE_NAME)
             if node.value not in names:
                 self._unknown(node, "event", names)
             return [Change(at, "event", str(node.value))]
@@ -145,7 +170,7 @@ class CaseReader:
                 return []
             value = self._value(symbol.type.declaration(symbol.name), node)
             return [Change(at, "key", symbol.name, value)]
-        values = {one: item for one, item in ROBOT_VALUES.items() if one not in _FIXED}
+        values = {one: item for one, item in ROBOT_VALUES.items() if one not in FIXED_VALUES}
         if name not in values:
             self._unknown(key, "robot value", values)
             return []
@@ -163,9 +188,15 @@ class CaseReader:
     def _expect(self, node: Node | None) -> Expectation:
         if node is None:
             return Expectation(status=SUCCESS)
-        found: dict[str, Any] = {"keys": {}, "ran": {}, "within_each": {}, "marks": {}}
+        if not node.is_mapping:
+            self.words.add(node, WordRole.EXPECTATION)
+        found: dict[str, Any] = {
+            "status": None, "failure": None, "order": (), "keys": {}, "ran": {}, "within_each": {},
+            "marks": {},
+        }  # fmt: skip
         for key, value in self._entries(node, "expect"):
             word = str(key.value)
+            self.words.add(key, WordRole.EXPECTATION)
             found["marks"][word] = value.mark
             if word in ("status", "failure"):
                 found[word] = self._word(word, value)
@@ -177,16 +208,36 @@ class CaseReader:
                 self._within(value, found)
             else:
                 self._key(key, value, found)
+        self._contradictions(node, found)
+        if found["status"] is None:
+            found["status"] = SUCCESS if found["failure"] is None else FAILURE
         return Expectation(**found)
+
+    def _contradictions(self, node: Node, found: dict[str, Any]) -> None:
+        """Report expectations that cannot be met together."""
+        marks, status, failure = found["marks"], found["status"], found["failure"]
+        if failure is not None and status not in (None, FAILURE):
+            sentence = f"a mission that ends with {status} has no failure {failure}"
+            if status == RUNNING:
+                sentence = f"a mission that is still running has no failure {failure}"
+            self._error_at(marks["failure"], sentence, "remove `status` or `failure`")
+        for name in dict.fromkeys(found["order"]):
+            most, wanted = found["ran"].get(name, (0, inf))[1], found["order"].count(name)
+            if most < wanted:
+                sentence = f"order has {wanted} starts of {name!r}, but ran allows {most:g}"
+                self._error_at(marks[f"ran {name}"], sentence)
 
     def _word(self, word: str, node: Node) -> str:
         words = STATUS_WORDS
         if word == "failure":
             words = tuple(FailureCode.__members__)
-            if isinstance(node.value, str) and node.value.isupper():
-                return node.value
+        self.words.choice(node, words)
+        if word == "failure" and _is_own_code(node):
+            return str(node.value)
         if node.value not in words:
             hint = suggestion(str(node.value), words)
+            if word == "failure" and str(node.value).isupper():
+                hint += "; write your own codes in quotes"
             self._error(node, f"{word} cannot be {node.words()}", hint)
         return str(node.value)
 
@@ -196,6 +247,8 @@ class CaseReader:
         if symbol is None:
             self._unknown(key, "expectation", [*EXPECTATION, *self.known.keys])
             return
+        if name in found["keys"]:
+            self._error(key, f"two expectations for the key {name!r}", "remove one")
         found["marks"][f"${name}"] = node.mark
         value = None
         if node.value is not None:
@@ -208,6 +261,9 @@ class CaseReader:
             if len(counts) not in (1, 2):
                 self._error(value, f"expected a number or [least, most], got {value.words()}")
                 continue
+            if counts[0] > counts[-1]:
+                hint = f"write [{counts[-1]}, {counts[0]}]"
+                self._error(value, f"expected [least, most], got [{counts[0]}, {counts[-1]}]", hint)
             name = self._name(key)
             found["ran"][name] = (counts[0], counts[-1])
             found["marks"][f"ran {name}"] = value.mark
@@ -224,6 +280,7 @@ class CaseReader:
     # Findings
 
     def _name(self, node: Node) -> str:
+        self.words.choice(node, self.names, WordRole.NODE_NAME)
         if str(node.value) not in self.names:
             self._unknown(node, "node, behaviour, tree or event", self.names)
         return str(node.value)
@@ -236,7 +293,7 @@ class CaseReader:
             self._error(node, str(error), error.hint)
             return None
         found = Findings()
-        value = ValueReader(found).value(declared, node, self.context)
+        value = ValueReader(found, self.words).value(declared, node, self.context)
         for item in found.items:
             self.findings.error("E115", item.mark, item.sentence, item.hint)
         return value.value if isinstance(value, Constant) else None
@@ -258,7 +315,15 @@ class CaseReader:
         self._error(node, f"there is no {what} {node.value!r}", suggestion(str(node.value), known))
 
     def _error(self, node: Node, sentence: str, hint: str = "") -> None:
-        self.findings.error("E115", node.mark, sentence, hint)
+        self._error_at(node.mark, sentence, hint)
+
+    def _error_at(self, mark: Mark, sentence: str, hint: str = "") -> None:
+        self.findings.error("E115", mark, sentence, hint)
+
+
+def _is_own_code(node: Node) -> bool:
+    """Return whether a node is a failure code of the author: capitals in quotes."""
+    return isinstance(node.value, str) and node.quoted and node.value.isupper()
 
 
 def _items(node: Node | None) -> list[Node]:
@@ -293,4 +358,4 @@ def _outputs_by_name(known: MissionNames) -> dict[str, dict[str, Declaration]]:
 
 def _unmockable_names(known: MissionNames) -> list[str]:
     named = [step.name for step in _steps(known.roots) if step.name]
-    return [*named, *(event.name for event in known.events)]
+    return [*named, *(event.name for event in known.all_events)]

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from missions.language.expressions.expression import NameContext
-from missions.language.keys import EVENT, HOLD, THEN_WORDS, required
+from missions.language.keys import AGAIN, EVENT, HOLD, THEN_WORDS, required
 from missions.language.model import Constant, Event, Value
 from missions.language.reading.nodes import NodeReader
 from missions.language.reading.values import IDENTIFIER
+from missions.language.reading.words import WordRole
 from stack.documents import Node
 from stack.parameters import suggestion
 
@@ -36,6 +37,7 @@ class EventReader:
                 continue
             key, body = named
             name = str(key.value)
+            self.values.words.add(key, WordRole.DECLARED, owner="events")
             if name in found:
                 self.findings.error(
                     "E112", key.mark, f"there are two events {name!r}; rename one of them"
@@ -54,6 +56,8 @@ class EventReader:
             hint = "use letters, digits and _; start with a letter"
             self.findings.error("E144", entries[0][0].mark, sentence, hint)
             return None
+        for _, body in entries:
+            self.values.words.keys(body, "event")
         hint = "indent the keys of an event below its name" if len(entries) > 1 else ""
         sentence = f"an event is {{name: {{when: …, do: …}}}}, got {item.words()}"
         self.findings.error("E112", item.mark, sentence, hint)
@@ -61,6 +65,7 @@ class EventReader:
 
     def _event(self, key: Node, body: Node, context: NameContext) -> Event | None:
         name = str(key.value)
+        self.values.words.keys(body, "event", context.scope)
         for word, _ in body.entries:
             if word.value not in EVENT:
                 hint = suggestion(str(word.value), EVENT)
@@ -72,15 +77,18 @@ class EventReader:
                 self.findings.error("E112", key.mark, f"the event {name!r} needs `{needed}`")
         condition = self.values.expression(when, context) if when else None
         hold: Value | None = self.values.value(HOLD, held, context) if held else NO_HOLD
+        given = body.get("again")
+        again = self.values.value(AGAIN, given, context) if given else None
         step = self.nodes.read(do, context) if do else None
         then = self._then(body.get("then"))
-        if condition is None or hold is None or step is None:
+        if condition is None or hold is None or step is None or (given and again is None):
             return None
-        return Event(name, key.mark, condition, hold, step, then)
+        return Event(name, key.mark, condition, hold, step, then, again)
 
     def _then(self, node: Node | None) -> str:
         if node is None:
             return THEN_WORDS[0]
+        self.values.words.choice(node, THEN_WORDS)
         if node.value not in THEN_WORDS:
             hint = suggestion(str(node.value), THEN_WORDS)
             sentence = f"then must be one of {', '.join(THEN_WORDS)}, got {node.words()}"

@@ -10,6 +10,7 @@ from missions.language.keys import (
     ATTEMPTS,
     DELAY,
     LIMIT,
+    MODIFIERS,
     ON_FAILURE_WORDS,
     PERIOD,
     RECOVER,
@@ -20,6 +21,7 @@ from missions.language.keys import (
 from missions.language.kinds import LOOPS
 from missions.language.model import Constant, Modifiers, Recover, Retry, Step, Value
 from missions.language.reading.values import ValueReader
+from missions.language.reading.words import WordRole
 from stack.documents import Mark, Node
 from stack.parameters import Declaration, suggestion
 
@@ -36,6 +38,8 @@ class ModifierReader:
 
     def read(self, kind: str, raw: RawModifiers, context: NameContext) -> Modifiers:
         """Return the modifiers; report and skip invalid ones."""
+        for key, _ in raw.values():
+            self.values.words.add(key, WordRole.MODIFIER, context.scope, kind)
         inside = replace(context, knows_attempt=True)
         return Modifiers(
             when=self._condition(raw, "when", context),
@@ -64,6 +68,7 @@ class ModifierReader:
         if "on_failure" not in raw:
             return False
         node = raw["on_failure"][1]
+        self.values.words.choice(node, ON_FAILURE_WORDS)
         if node.value not in ON_FAILURE_WORDS:
             hint = suggestion(str(node.value), ON_FAILURE_WORDS)
             sentence = f"on_failure must be `continue` or `fail`, got {node.words()}"
@@ -71,7 +76,9 @@ class ModifierReader:
         return bool(node.value == "continue")
 
     def _repeat(self, raw: RawModifiers, context: NameContext) -> Value | None:
-        if "repeat" in raw and raw["repeat"][1].value == "forever":
+        forever = MODIFIERS["repeat"].words
+        if "repeat" in raw and raw["repeat"][1].value in forever:
+            self.values.words.choice(raw["repeat"][1], forever)
             return Constant(None, "forever")
         return self._scalar(TIMES, raw, context)
 
@@ -82,6 +89,7 @@ class ModifierReader:
         if not node.is_mapping:
             attempts = self.values.value(ATTEMPTS, node, context)
             return Retry(attempts, Constant(0.0)) if attempts else None
+        self.values.words.keys(node, "retry", context.scope)
         self._only("retry", node, RETRY)
         attempts = self._needed("retry", node, context)
         given = node.get("delay")
@@ -92,6 +100,7 @@ class ModifierReader:
         if "recover" not in raw:
             return None
         node, key = raw["recover"][1], raw["recover"][0]
+        self.values.words.keys(node, "recover", inside.scope)
         if not node.is_mapping:
             sentence = f"recover must be {{attempts: N, round_robin: […]}}, got {node.words()}"
             self.findings.error("E123", node.mark, sentence)

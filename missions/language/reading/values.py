@@ -12,7 +12,12 @@ from missions.language.expressions.expression import (
     check_expression,
 )
 from missions.language.expressions.scope import UNSET, Symbol
-from missions.language.expressions.texts import has_placeholders, pieces, source_of
+from missions.language.expressions.texts import (
+    has_placeholders,
+    pieces,
+    source_of,
+    text_expression,
+)
 from missions.language.expressions.tokens import ExpressionError
 from missions.language.expressions.value_types import (
     ANYTHING,
@@ -26,6 +31,7 @@ from missions.language.expressions.value_types import (
 )
 from missions.language.model import (
     AssignmentList,
+    Computed,
     Constant,
     ExpressionValue,
     ListValue,
@@ -33,20 +39,21 @@ from missions.language.model import (
     Template,
     Value,
 )
+from missions.language.reading.item_types import Mismatch, item_type
+from missions.language.reading.port_expressions import (
+    computed_source,
+    is_text_with_placeholders,
+    pose_source,
+    reference_name,
+    text_of,
+)
+from missions.language.reading.words import WordRole, Words
 from stack.documents import Findings, Mark, Node, iter_scalars
-from stack.errors import ParameterError
+from stack.errors import EvaluationError, ParameterError
 from stack.parameters import Declaration
 
 _REFERENCE = re.compile(r"\$([A-Za-z_]\w*)")
 IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
-
-
-def reference_name(node: Node) -> str | None:
-    """Return the name if the node is an unquoted `$name`."""
-    if node.quoted or not isinstance(node.value, str):
-        return None
-    found = _REFERENCE.fullmatch(node.value)
-    return found[1] if found else None
 
 
 class ValueReader:
@@ -55,18 +62,34 @@ class ValueReader:
     Attributes:
         used: symbols that are read or written, in the order of their first use.
         written: symbols that are written.
+        words: the words of the values.
     """
 
-    def __init__(self, findings: Findings) -> None:
+    def __init__(self, findings: Findings, words: Words | None = None) -> None:
         self.findings = findings
+        self.words = Words() if words is None else words
         self.used: dict[Symbol, None] = {}
         self.written: dict[Symbol, None] = {}
 
-    def value(self, declared: Declaration, node: Node, context: NameContext) -> Value | None:
-        """Return the checked value of a port; None after a finding."""
+    def value(
+        self, declared: Declaration, node: Node, context: NameContext, owner: str = "",
+        options: tuple[str, ...] = (),
+    ) -> Value | None:  # fmt: skip
+        """Return the checked value of a port; None after a finding.
+
+        Args:
+            declared: the port.
+            node: its value.
+            context: the visible names.
+            owner: behaviour of the port, for the words of the file.
+            options: words that are allowed besides, already treated.
+        """
         kind = type_of(declared)
+        if node.kind == "scalar" and kind not in (EXPRESSION, ASSIGNMENTS):
+            shown = replace(declared, one_of=(*declared.one_of, *options)) if options else declared
+            self.words.add(node, WordRole.VALUE, context.scope, owner, shown)
         if kind == EXPRESSION:
-            expression = self.expression(node, context)
+            expression = self.expression(node, context, owner=owner)
             return ExpressionValue(expression) if expression else None
         if kind == ASSIGNMENTS:
             return self._assignments(node, context)
@@ -77,12 +100,16 @@ class ValueReader:
             return self._listing(declared, kind.item, node, context)
         if kind == TEXT and not declared.one_of and has_placeholders(str(node.value)):
             return self._template(node, context)
+        source = computed_source(node, kind)
+        if source is not None:
+            return self._computed(declared, node, source, context)
         return self._literal(declared, node, context)
 
     def expression(
-        self, node: Node, context: NameContext, wanted: ValueType = BOOL
+        self, node: Node, context: NameContext, wanted: ValueType = BOOL, owner: str = ""
     ) -> CheckedExpression | None:
         """Return a checked expression; None after findings."""
+        self.words.add(node, WordRole.EXPRESSION, context.scope, owner)
         source = _source(node)
         if source is None:
             sentence = f"expected an expression, got {node.words()}"
@@ -95,6 +122,53 @@ class ValueReader:
                 hint = "write a text in quotes inside the expression: \"'…'\""
             self.findings.error(problem.code, _within(node, problem.at), problem.sentence, hint)
         return self._recorded(checked, node.mark)
+
+    def items(self, name: str, node: Node, context: NameContext) -> tuple[Value | None, ValueType]:
+        """Return the list of a `for_each` and the type of its items, with the unit."""
+        declared = Declaration(name, list[Any])
+        if node.is_sequence:
+            kind = item_type(node.items, lambda item: self._type_of_reference(item, context))
+            if isinstance(kind, Mismatch):
+                sentence = f"the items have one type, got {kind.expected} and {kind.found}"
+                self.findings.error("E156", kind.item.mark, sentence)
+                return None, ANYTHING
+            declared = ValueType(list, item=kind).declaration(name)
+            return self.value(declared, node, context), kind
+        value = self.value(declared, node, context)
+        if isinstance(value, Computed):
+            return value, value.expression.type.item or ANYTHING
+        written = reference_name(node)
+        symbol = context.scope.lookup(written) if written is not None else None
+        return value, (symbol.type.item if symbol else None) or ANYTHING
+
+    def _type_of_reference(self, node: Node, context: NameContext) -> ValueType | None:
+        name = reference_name(node)
+        if name is None:
+            return None
+        symbol = context.scope.lookup(name)
+        return symbol.type if symbol else ANYTHING
+
+    def _computed(
+        self, declared: Declaration, node: Node, source: str, context: NameContext
+    ) -> Value | None:
+        """Read an expression at a port; one of places and arguments only is a constant."""
+        kind = type_of(declared)
+        checked, problems = check_expression(source, context, kind)
+        for problem in problems:
+            place = _within(node, problem.at) if node.kind == "scalar" else node.mark
+            words = f"{declared.name}: " if problem.code == "E153" else ""
+            self.findings.error(problem.code, place, f"{words}{problem.sentence}", problem.hint)
+        found = self._recorded(checked, node.mark)
+        if found is None or not found.is_constant:
+            return Computed(found, kind) if found else None
+        try:
+            return Constant(declared.read(found.constant()), text_of(node))
+        except EvaluationError as error:
+            self.findings.error("E157", node.mark, f"{declared.name}: {error.sentence}")
+        except ParameterError as error:
+            sentence = f"{declared.name} = {source}: {error.sentence}"
+            self.findings.error("E132", node.mark, sentence, error.hint)
+        return None
 
     def _recorded(self, checked: CheckedExpression | None, mark: Mark) -> CheckedExpression | None:
         """Set the position of an expression, and record the symbols that it reads."""
@@ -128,6 +202,7 @@ class ValueReader:
 
     def target(self, node: Node, context: NameContext, found: ValueType) -> Symbol | None:
         """Return the key that receives an output of this type."""
+        self.words.add(node, WordRole.TARGET, context.scope, declared=found.declaration("out"))
         name = reference_name(node)
         if name is None:
             hint = f"write ${node.value}" if isinstance(node.value, str) else "write $key"
@@ -218,29 +293,32 @@ class ValueReader:
 
     def _assignments(self, node: Node, context: NameContext) -> AssignmentList | None:
         if not node.is_mapping or not node.entries:
+            self.words.add(node, WordRole.KEY, context.scope)
             sentence = f"expected keys with expressions, got {node.words()}"
             self.findings.error("E132", node.mark, sentence, "write {key: expression}")
             return None
         pairs: list[tuple[Symbol, CheckedExpression]] = []
         for key, entry in node.entries:
+            self.words.add(key, WordRole.KEY, context.scope)
             symbol = self.writable(str(key.value), key.mark, context)
             wanted = symbol.type if symbol else ValueType(object)
-            expression = self.expression(entry, context, wanted)
+            expression = self._assigned(entry, context, wanted)
             if symbol and expression:
                 pairs.append((symbol, expression))
         return AssignmentList(tuple(pairs)) if len(pairs) == len(node.entries) else None
 
-
-def text_of(node: Node) -> str:
-    """Return a literal in one line as written, for drawings of the tree."""
-    if node.is_sequence:
-        return f"[{', '.join(text_of(item) for item in node.items)}]"
-    if node.is_mapping:
-        pairs = (f"{key.value}: {text_of(value)}" for key, value in node.entries)
-        return f"{{{', '.join(pairs)}}}"
-    if isinstance(node.value, bool):
-        return "true" if node.value else "false"
-    return str(node.value)
+    def _assigned(
+        self, node: Node, context: NameContext, wanted: ValueType
+    ) -> CheckedExpression | None:
+        """Read the value of an assignment: an expression, a list of them, or a text with `${}`."""
+        if wanted in (TEXT, ANYTHING) and is_text_with_placeholders(node):
+            template = self._template(node, context)
+            return text_expression(template.parts, template.text, node.mark) if template else None
+        if node.is_sequence:
+            as_pose = wanted == POSE and len(node.items) in (2, 3)
+            source = pose_source(node) if as_pose else text_of(node)
+            node = Node(source, "scalar", node.mark, quoted="\n" in source)
+        return self.expression(node, context, wanted)
 
 
 def _is_single_pose(kind: ValueType, node: Node) -> bool:

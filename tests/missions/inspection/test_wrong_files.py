@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from missions.execution.prepare import RunOptions, prepare
 from missions.execution.resources import MISSIONS, WORLDS, find_mission, load_map, load_robot
 from missions.inspection.check import check_files
 from missions.language.analysis.data_flow import MAX_LEVELS, MAX_STEPS
@@ -69,10 +70,14 @@ def checked(path):
     return check_files([str(path)])
 
 
+def planned(path):
+    return prepare(path, RunOptions())
+
+
 @pytest.mark.parametrize(
     ("read", "file", "sentence", "hint"),
     [
-        (checked, ROBOT,
+        (planned, ROBOT,
          "this is a robot file, not a mission", "name it under `robot:` of a mission"),
         (checked, NAV2, "this is a Nav2 parameter file, not a mission", "nav2_params"),
         (read_any_world, MISSION, "this is a mission, not a world file", "`treepilot run`"),
@@ -100,19 +105,13 @@ def test_a_world_as_mission_is_one_finding_and_a_misspelt_mission_is_still_one(t
     text = (WORLDS / "office.yaml").read_text()
     (tmp_path / "office.yaml").write_text(text)
     with pytest.raises(InputError) as caught:
-        find_mission_and_read(tmp_path / "office.yaml")
+        planned(tmp_path / "office.yaml")
     (found,) = caught.value.findings
     assert found.sentence == "this is a world file, not a mission"
     misspelt = findings(HEAD.replace("mission:", "mision:") + "rnu: {say: hi}\n", tmp_path)
     assert any(
         "the mission has no key 'mision'; did you mean 'mission'?" in line for line in misspelt
     )
-
-
-def find_mission_and_read(path):
-    from missions.execution.prepare import RunOptions, prepare
-
-    return prepare(path, RunOptions())
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,7 @@ from missions.language.expressions.value_types import (
     ValueType,
     type_of_annotation,
 )
-from missions.trees.context import Execution
+from missions.trees.context import Execution, HandledFailure
 from missions.trees.slots import Frame, Slot
 from stack.documents import Mark
 from stack.types import Battery, Pose2D, Twist
@@ -51,10 +51,11 @@ def bound(source, wanted=ANYTHING):
         pose=Pose2D(0.0, 0.0, pi / 2),
         covariance=np.diag([0.04, 0.01, 0.0]),  # the larger deviation is 0.2 m
     )
-    execution.error = "LOST"
+    handled = HandledFailure()
+    handled.code = "LOST"
     keys = [symbol for symbol in SYMBOLS.values() if symbol.role is Role.KEY]
     readers = {symbol: Slot(symbol).read for symbol in keys}
-    return checked, checked.bind(Frame(execution, readers, {}))
+    return checked, checked.bind(Frame(execution, readers, {}, handled=handled))
 
 
 @pytest.mark.parametrize(
@@ -106,9 +107,9 @@ def test_values(source, value):
     ("source", "kind"),
     [
         ("$n + 1", INT), ("$n / 2", NUMBER), ("$n + 1.0", NUMBER), ("$n > 3", BOOL),
-        ("robot.speed * 2", ValueType(float, "m/s")), ("1 m / 2 s", NUMBER),
-        ("time + 1", ValueType(float, "s")), ("2 / 4 s", NUMBER), ("error", TEXT), ("pose", POSE),
-        ("$dock.heading", ValueType(float, "rad")),
+        ("robot.speed * 2", ValueType(float, "m/s")), ("1 m / 2 s", ValueType(float, "m/s")),
+        ("time + 1", ValueType(float, "s")), ("2 / 4 s", ValueType(float, "Hz")),
+        ("error", TEXT), ("pose", POSE), ("$dock.heading", ValueType(float, "rad")),
     ],
 )  # fmt: skip
 def test_types(source, kind):

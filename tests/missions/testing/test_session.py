@@ -157,6 +157,28 @@ def test_a_case_that_expects_nothing_expects_success(run):
     assert problems(run("mock: {navigate_to_pose: failure}")) == [("status", "success", "failure")]
 
 
+def test_an_expectation_without_a_status_expects_success(run):
+    assert problems(run("mock: {navigate_to_pose: LOST}\nexpect: {n: 0}")) == [
+        ("status", "success", "failure")
+    ]
+    assert problems(run("mock: {navigate_to_pose: LOST}\nexpect: {failure: LOST}")) == []
+
+
+def test_a_mission_without_an_end_is_a_failure(run):
+    result = run("mock: {navigate_to_pose: success, take_photo: running}\nexpect: {n: 0}")
+    assert problems(result) == [("status", "success", "running after 3600 s")]
+    text = "mock: {take_photo: running}\nexpect: {status: running, within: 9 s}"
+    assert problems(run(text)) == []
+
+
+def test_own_failure_codes_are_in_quotes(run):
+    result = run("""
+        mock: {navigate_to_pose: "NO_TEA"}
+        expect: {failure: 'NO_TEA'}
+        """)
+    assert problems(result) == []
+
+
 FILE = f"""{MISSION}{HEAD}tests:
   - {{name: goes well, expect: {{status: success}}}}
   - {{name: counts badly, expect: {{n: 7}}}}
@@ -226,6 +248,13 @@ FAULTY = [
     ("tests: [{expect: {ran: {spin: [1, 2, 3]}}}]", "E115 1:31"),
     ("tests: [{expect: {order: [spin, dive]}}]", "E115 1:33"),
     ("tests: [{expect: {within: 3 m}}]", "E115 1:27"),
+    ("tests: [{expect: {ran: {spin: [5, 2]}}}]", "E115 1:31"),
+    ("tests: [{expect: {status: success, failure: LOST}}]", "E115 1:45"),
+    ("tests: [{expect: {status: running, failure: LOST}}]", "E115 1:45"),
+    ("tests: [{expect: {failure: LOSTT}}]", "E115 1:28"),
+    ("tests: [{mock: {spin: LOSTT}}]", "E115 1:23"),
+    ("tests: [{expect: {n: 1, $n: 2}}]", "E115 1:25"),
+    ("tests: [{expect: {order: [spin, set, spin], ran: {spin: 1}}}]", "E115 1:57"),
 ]
 
 

@@ -77,7 +77,7 @@ def test_reading_a_key_that_is_not_set_is_a_failure_without_traceback(run):
             - say: $photo
         """)
     it.ticks()
-    assert it.tree.failure == Failure("FAILED", "$photo is read, but nothing has written it yet")
+    assert it.tree.failure == Failure("NOT_SET", "$photo is read, but nothing has written it yet")
     assert it.tracebacks == []
 
 

@@ -343,7 +343,7 @@ def test_decorators_have_the_documented_order(run):
         """)
     kinds = [row.kind for row in it.tree.rows()]
     assert kinds == [
-        "when", "while", "on_failure", "repeat", "recover", "retry", "timeout", "act", "act",
+        "when", "on_failure", "while", "repeat", "recover", "retry", "timeout", "act", "act",
     ]  # fmt: skip
 
 
@@ -416,8 +416,8 @@ def test_a_value_outside_a_ports_range_is_that_nodes_failure(run):
         run: {back_up: {distance: $far}}
         """)
     it.ticks()
-    sentence = "ParameterError: distance: -1 m must be above 0 m"
-    assert it.tree.failure == Failure("EXCEPTION", sentence)
+    sentence = "distance: -1 m must be above 0 m"
+    assert it.tree.failure == Failure("OUT_OF_RANGE", sentence)
 
 
 def test_plain_py_trees_classes_take_part(run):

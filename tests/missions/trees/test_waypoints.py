@@ -179,3 +179,20 @@ def test_it_is_drawn_as_a_loop(run):
     assert "· follow_waypoints" in drawn
     assert "navigate_to_pose  goal $waypoint" in drawn
     assert "driven" not in drawn
+
+
+def test_the_metres_of_a_drive_that_took_too_long_or_was_interrupted_count(run):
+    it = run(f"""{KEYS}
+events: [{{low: {{when: battery.charge < 0.3, do: {{act: dock}}}}}}]
+run:
+  follow_waypoints: {{waypoints: [[1, 0], [2, 0]], time_limit: 300 ms}}
+  on_failure: continue
+  {OUT}
+""")
+    it.robot.stuck = True
+    for _ in range(10):
+        it.ticks()
+        it.robot.odometry = Pose2D(it.robot.odometry.x + 0.5, 0.0)
+        it.robot.battery = Battery(0.1 if it.robot.time == 0.2 else 1.0)
+    # Two drives of 0.3 s: three periods of 0.5 m each; the first one is interrupted at 0.2 s.
+    assert it.tree.blackboard()["distance"] == "3"
