@@ -17,7 +17,7 @@ from missions.execution.resources import (
     load_world,
     resources,
 )
-from missions.execution.route_graphs import located_planner
+from missions.execution.route_graphs import leaves_of, located_planner
 from missions.language.model import Mission
 from missions.language.reading.header import LOCALISATION
 from missions.language.reading.mission import read_mission
@@ -250,10 +250,14 @@ def _choices(mission: Mission, robot: RobotDescription, options: RunOptions) -> 
 
 def _check_nodes(plan: PreparedMission, options: RunOptions) -> None:
     """Raise InputError for behaviours that cannot be built, and for unknown nodes of options."""
+    debugged = bool(options.breakpoints or options.forced)
+    plugged = any(not leaf.behaviour.is_built_in for leaf in leaves_of(plan.mission))
+    if not debugged and not plugged:
+        return  # the built-in behaviours can be built with any valid ports
     from missions.trees.compiler import compile_mission
 
     tree = compile_mission(plan.mission)
-    if not options.breakpoints and not options.forced:
+    if not debugged:
         return
     from missions.trees.debugging import TreeDebugger
 

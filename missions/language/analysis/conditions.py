@@ -88,14 +88,14 @@ class KnownValues:
         raise _Unknown
 
     def error(self) -> str:
-        """Raise: the failure is not known."""
+        """Raise: the code is not known."""
         raise _Unknown
 
     def truth(self, condition: CheckedExpression) -> TruthValues:
         """Return the possible values of a condition."""
         try:
             return frozenset((bool(condition.bind(self)()),))
-        except (NotSet, ArithmeticError, EvaluationError):
+        except EvaluationError:
             return EITHER
         except _Unknown:
             pass
@@ -156,8 +156,7 @@ class Verdicts:
 
     def _report(self, item: _Verdict, value: bool) -> None:
         source, mark, word = item.condition.source, item.mark, item.word
-        read = item.condition.read.items()
-        names = [f"${name}" for name, symbol in read if symbol.is_writable]
+        names = [f"${name}" for name in item.condition.read]
         if word in ("wait_until", "event") and not value:
             what = "this waits for ever" if word == "wait_until" else f"{item.owner} never fires"
             if item.of_argument:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields
 from functools import wraps
 from typing import Any, Protocol, TypeVar
 
@@ -20,6 +21,10 @@ from stack.documents import Findings
 
 MAX_STEPS = 10_000
 """Nodes of a mission with every used tree expanded."""
+
+MAX_LEVELS = 100
+"""Depth of a mission with every used tree expanded; modifiers count as levels."""
+
 Written = dict[Symbol, None]
 
 
@@ -77,33 +82,81 @@ def check_recursion(
     Returns:
         The names of the used trees, in the order of their first use.
     """
-    order: dict[str, None] = {}
-    sizes: dict[str, int] = {}
-
-    def size(step: Step, path: tuple[str, ...]) -> int:
-        total = 1 + sum(size(child, path) for child in children_of(step))
-        return total + (tree_size(step, path) if isinstance(step, Use) else 0)
-
-    def tree_size(use: Use, path: tuple[str, ...]) -> int:
-        name = use.tree
-        if name in path:
-            chain = " > ".join((*path[path.index(name) :], name))
-            findings.error("E125", use.mark, f"the tree uses itself: {chain}")
-            return 0
-        order[name] = None
-        if name not in sizes:
-            sizes[name] = sum(size(step, (*path, name)) for step in trees[name].roots)
-        return sizes[name]
-
-    total = sum(size(root, ()) for root in roots)
+    sizes = _Sizes(trees, findings)
+    total = sum(sizes.of(root, (), 0).nodes for root in roots)
     if total > MAX_STEPS:
         sentence = f"the mission has {total} nodes with all trees expanded; at most {MAX_STEPS}"
         findings.error("E126", roots[0].mark, sentence)
+    order = list(sizes.order)
     for name, tree in trees.items():
-        if name not in sizes:
+        if name not in sizes.known:
             for step in tree.roots:
-                size(step, (name,))
-    return list(order)
+                sizes.of(step, (name,), 0)
+    return order
+
+
+@dataclass(frozen=True, slots=True)
+class _Size:
+    """Nodes of a step with its trees expanded, and levels that it is high, modifiers included."""
+
+    nodes: int
+    levels: int
+
+
+class _Sizes:
+    """Sizes of steps; each tree is measured once. Reports recursive and too deep ones."""
+
+    def __init__(self, trees: Mapping[str, Tree], findings: Findings) -> None:
+        self.trees, self.findings = trees, findings
+        self.order: dict[str, None] = {}
+        self.known: dict[str, _Size] = {}
+        self._is_too_deep = False
+
+    def of(self, step: Step, path: tuple[str, ...], above: int) -> _Size:
+        """Measure a step inside the trees of `path`, with so many levels above it."""
+        own = _levels(step)
+        if self._is_deep(step, above + own):
+            return _Size(1, own)
+        below = [self.of(child, path, above + own) for child in children_of(step)]
+        if isinstance(step, Use):
+            below.append(self._tree(step, path, above + own))
+        return _Size(
+            1 + sum(size.nodes for size in below),
+            own + max((size.levels for size in below), default=0),
+        )
+
+    def _tree(self, use: Use, path: tuple[str, ...], above: int) -> _Size:
+        name = use.tree
+        if name in path:
+            chain = " > ".join((*path[path.index(name) :], name))
+            self.findings.error("E125", use.mark, f"the tree uses itself: {chain}")
+            return _Size(0, 0)
+        self.order[name] = None
+        if name not in self.known:
+            sizes = [self.of(root, (*path, name), above) for root in self.trees[name].roots]
+            self.known[name] = _Size(
+                sum(size.nodes for size in sizes), max((size.levels for size in sizes), default=0)
+            )
+        self._is_deep(use, above + self.known[name].levels)
+        return self.known[name]
+
+    def _is_deep(self, step: Step, levels: int) -> bool:
+        if levels > MAX_LEVELS and not self._is_too_deep:
+            self._is_too_deep = True
+            sentence = (
+                f"nodes are nested more than {MAX_LEVELS} levels deep with all trees expanded"
+            )
+            hint = "each composite, `use` and modifier is a level; use fewer trees in each other"
+            self.findings.error("E126", step.mark, sentence, hint)
+        return levels > MAX_LEVELS
+
+
+def _levels(step: Step) -> int:
+    """Levels of a step without its children: itself and its modifiers."""
+    modifiers = step.modifiers
+    return 1 + sum(
+        getattr(modifiers, item.name) not in (None, item.default) for item in fields(modifiers)
+    )
 
 
 def warn_of_other_meaning(use: Use, tree: Tree, scope: Scope, findings: Findings) -> None:

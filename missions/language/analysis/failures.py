@@ -88,8 +88,14 @@ class FailureCheck:
             if child.modifiers.when is not None and codes is not None:
                 codes |= inside.codes or frozenset()
         if isinstance(step, Use):
-            for root in self.trees[step.tree].roots:
-                self._visit(root, replace(inside, tree=step))
+            self._visit_tree(step, replace(inside, tree=step))
+
+    def _visit_tree(self, use: Use, inside: _Place) -> None:
+        tree = self.trees[use.tree]
+        if tree.root is not None:
+            self._visit(tree.root, inside)
+        for event in tree.events:
+            self._visit(event.step, _Place(tree=use))
 
     # Possible codes
 
@@ -116,8 +122,12 @@ class FailureCheck:
             known = step.behaviour.fails_with
             return _ALWAYS | frozenset(known) if known is not None else None
         if isinstance(step, Use):
-            root = self.trees[step.tree].root
-            return self.codes(root) if root is not None else None
+            tree = self.trees[step.tree]
+            ends: Codes = frozenset()
+            for root in tree.roots:
+                ends = _union(ends, self.codes(root))
+            aborts = any(event.then == "abort" for event in tree.events)
+            return ends | {FailureCode.CANCELLED} if aborts and ends is not None else ends
         found: Codes = frozenset()
         recoveries = step.modifiers.recover.recoveries if step.modifiers.recover else ()
         below = children_of(step)

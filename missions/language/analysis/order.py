@@ -77,9 +77,8 @@ class OrderCheck:
         for event in events:
             written.update(self.writes(event.step))
         everything = {**written, **self.writes(root)} if events else {}
-        again = any(event.then == "restart" for event in events)
-        later = {**self.place.later, **everything} if again else self.place.later
-        with self._at(later=later):
+        again = everything if any(event.then == "restart" for event in events) else {}
+        with self._at(later={**self.place.later, **again}):
             self.step(root, written)
         for event in events:
             found = dict(everything)

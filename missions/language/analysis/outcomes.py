@@ -129,16 +129,16 @@ class OutcomeCheck:
             return self._composite(step)
         return Outcomes()
 
-    def _waits_forever(self, step: Leaf) -> bool:
-        ports = step.ports.values()
-        return any(isinstance(v, ExpressionValue) and id(v.expression) in self.dead for v in ports)
-
     def _tree(self, tree: Tree) -> Outcomes:
         """Return the possible outcomes of a used tree; an event can end it with its failure."""
         ends = self.outcomes(tree.root) if tree.root else Outcomes()
         events = [self.outcomes(event.step).failure or event.then == "abort"
                   for event in tree.events]  # fmt: skip
         return Outcomes(ends.success, ends.failure or any(events), ends.skip)
+
+    def _waits_forever(self, step: Leaf) -> bool:
+        ports = step.ports.values()
+        return any(isinstance(v, ExpressionValue) and id(v.expression) in self.dead for v in ports)
 
     def _composite(self, step: Composite) -> Outcomes:
         ends = [self.outcomes(child) for child in step.children]

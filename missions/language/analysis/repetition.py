@@ -116,8 +116,10 @@ class RepetitionCheck:
             self._visit(recovery, True)
         if isinstance(step, Use):
             tree = self.trees[step.tree]
-            for root in tree.roots:
-                self._visit(root, inside or root is not tree.root)
+            if tree.root is not None:
+                self._visit(tree.root, inside)
+            for event in tree.events:
+                self._visit(event.step, True)
 
     def _every(self, step: Step, *, again: bool) -> None:
         period = number_of(step.modifiers.every)

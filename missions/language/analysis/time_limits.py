@@ -88,8 +88,14 @@ class TimeLimitCheck:
             self.step(child, inner)
         for recovery in recoveries:
             self.step(recovery, limit)
-        for root in self.trees[step.tree].roots if isinstance(step, Use) else ():
-            self.step(root, inner)
+        if isinstance(step, Use):
+            self._tree(self.trees[step.tree], inner)
+
+    def _tree(self, tree: Tree, limit: _Limit | None) -> None:
+        if tree.root is not None:
+            self.step(tree.root, limit)
+        for event in tree.events:  # limits are suspended while one runs
+            self.step(event.step, None)
 
     def _applies(
         self, what: str, value: Value | None, step: Step, limit: _Limit | None, word: str

@@ -336,6 +336,8 @@ class Binary:
             common_number(check, self.at, left, right, "compare")
             return BOOL
         check.may_fail = True
+        if self.word in ("/", "%") and isinstance(self.right, Literal) and self.right.value == 0:
+            return check.problem("E157", self.right.at, "division by zero")
         if self.word in ("*", "/"):
             return self._product(left, right)
         verb = "divide" if self.word == "%" else "add"
