@@ -13,7 +13,8 @@ from missions.inspection.listing import description_of, installed
 from missions.language.expressions.functions import FUNCTIONS
 from missions.language.expressions.robot_values import DISTANCE, ROBOT_VALUES
 from missions.language.expressions.scope import UNSET, Symbol
-from missions.language.expressions.terms import POSE_FIELDS, shown
+from missions.language.expressions.shown import shown
+from missions.language.expressions.terms import POSE_FIELDS
 from missions.language.expressions.texts import formatter, has_placeholders
 from missions.language.expressions.value_types import LENGTH, NAMED, ValueType
 from missions.language.keys import SECTIONS

@@ -9,7 +9,7 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from missions.language.expressions.terms import shown
+from missions.language.expressions.shown import shown
 from missions.language.kinds import glyph_of
 from stack.documents import Mark
 from stack.robot import Robot

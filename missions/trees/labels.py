@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from missions.language.expressions.scope import Symbol
-from missions.language.expressions.terms import shown
+from missions.language.expressions.shown import shown
 from missions.language.model import (
     AssignmentList,
     Composite,

@@ -8,7 +8,8 @@ from typing import Any, Protocol
 from missions.language.expressions.grammar import parse
 from missions.language.expressions.robot_values import EvaluationContext
 from missions.language.expressions.scope import UNSET, NotSet, Scope, Symbol
-from missions.language.expressions.terms import Check, Evaluate, Term, shown
+from missions.language.expressions.shown import shown
+from missions.language.expressions.terms import Check, Evaluate, Term
 from missions.language.expressions.tokens import ExpressionError
 from missions.language.expressions.value_types import ANYTHING, BOOL, INT, ValueType
 from stack.documents import Mark

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -14,11 +14,9 @@ from missions.language.expressions.tokens import ExpressionError
 from missions.language.expressions.units import product, quotient
 from missions.language.expressions.value_types import ANYTHING, BOOL, INT, POSE, TEXT, ValueType
 from stack.parameters import suggestion
-from stack.types import FailureCode, Pose2D
+from stack.types import FailureCode
 
 Evaluate = Callable[[], Any]
-MAX_SHOWN = 1000
-"""Values of a list that are shown."""
 
 
 class Names(Protocol):
@@ -377,29 +375,6 @@ def common_number(check: Check, at: int, left: ValueType, right: ValueType, verb
     if left.of is int and right.of is int:
         return INT
     return ValueType(float, left.unit or right.unit)
-
-
-def shown(value: Any, most: int = MAX_SHOWN) -> str:
-    """Format a value for people; of a list at most this number of values, with inner lists."""
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, float):
-        return f"{value:.3g}" if abs(value) < 1000 else f"{value:.0f}"
-    if isinstance(value, Pose2D):
-        return f"[{value.x:.2f}, {value.y:.2f}, {value.heading * 57.29577951308232:.0f} deg]"
-    if isinstance(value, list | tuple):
-        return _shown_list(value, most)
-    return str(value)
-
-
-def _shown_list(items: Sequence[Any], most: int) -> str:
-    parts: list[str] = []
-    for item in items:
-        if most <= 0:
-            return f"[{', '.join(parts)}, …]"
-        parts.append(shown(item, most))
-        most -= arithmetic.size(item)
-    return f"[{', '.join(parts)}]"
 
 
 def _require_bool(check: Check, term: Term, found: ValueType, word: str) -> ValueType:

@@ -14,7 +14,8 @@ from typing import Any
 from missions.language.expressions.compound_terms import TextTerm
 from missions.language.expressions.expression import CheckedExpression
 from missions.language.expressions.scope import Scope, Symbol
-from missions.language.expressions.terms import Literal, Term, shown
+from missions.language.expressions.shown import shown
+from missions.language.expressions.terms import Literal, Term
 from missions.language.expressions.tokens import ExpressionError
 from missions.language.expressions.units import NO_UNIT
 from missions.language.expressions.value_types import TEXT, ValueType

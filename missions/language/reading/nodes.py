@@ -8,7 +8,7 @@ from dataclasses import replace
 from behaviours.catalogue import BehaviourKind
 from missions.language.expressions.expression import NameContext
 from missions.language.expressions.scope import UNSET, Role, Symbol
-from missions.language.expressions.terms import shown
+from missions.language.expressions.shown import shown
 from missions.language.expressions.texts import formatter
 from missions.language.expressions.value_types import (
     type_of,
