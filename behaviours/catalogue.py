@@ -61,6 +61,9 @@ class BehaviourKind:
         uses_wheels: whether it moves the robot.
         takes_time: whether it never succeeds in its first tick.
         can_fail: whether it can fail.
+        fails_with: the codes that it can fail with; None if they are not known.
+        ends_by: ports of which one must be set, or it never succeeds.
+        goal_ports: ports with poses that the robot must be able to stand at.
     """
 
     name: str
@@ -73,6 +76,14 @@ class BehaviourKind:
     uses_wheels: bool
     takes_time: bool
     can_fail: bool
+    fails_with: tuple[str, ...] | None = None
+    ends_by: tuple[str, ...] = ()
+    goal_ports: tuple[str, ...] = ()
+
+    @property
+    def is_built_in(self) -> bool:
+        """Whether its class is part of treepilot."""
+        return self.cls.__module__.partition(".")[0] == __name__.partition(".")[0]
 
     @property
     def bindable(self) -> bool:
@@ -348,6 +359,9 @@ def _kind_of(name: str, cls: type) -> BehaviourKind:
         uses_wheels=declared.uses_wheels,
         takes_time=declared.uses_wheels or declared.takes_time,
         can_fail=declared.can_fail,
+        fails_with=declared.fails_with,
+        ends_by=declared.ends_by,
+        goal_ports=declared.goal_ports,
     )
 
 

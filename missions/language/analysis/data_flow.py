@@ -7,27 +7,17 @@ from dataclasses import dataclass, fields
 from functools import wraps
 from typing import Any, Protocol, TypeVar
 
-from missions.language.expressions.expression import CheckedExpression
-from missions.language.expressions.scope import UNSET, Role, Scope, Symbol
+from missions.language.expressions.scope import Scope, Symbol
 from missions.language.model import (
-    AssignmentList,
     Composite,
-    Computed,
     Constant,
-    Event,
-    ExpressionValue,
-    FollowWaypoints,
     ForEach,
-    Leaf,
-    ListValue,
     Reference,
     Step,
-    Template,
     Tree,
     Use,
-    Value,
 )
-from stack.documents import Findings, Mark
+from stack.documents import Findings
 
 MAX_STEPS = 10_000
 """Nodes of a mission with every used tree expanded."""
@@ -167,146 +157,6 @@ def _levels(step: Step) -> int:
     return 1 + sum(
         getattr(modifiers, item.name) not in (None, item.default) for item in fields(modifiers)
     )
-
-
-class OrderCheck:
-    """Walks the tree in the order of its first tick; reports reads of keys without a value.
-
-    `written` collects the keys that may have been written so far. After an expression has tested a
-    key with `is set`, reads of this key are not reported.
-    """
-
-    def __init__(self, trees: Mapping[str, Tree], findings: Findings) -> None:
-        self.trees, self.findings = trees, findings
-        self.memory: dict[tuple[str, int], Any] = {}
-
-    def mission(self, root: Step, events: Sequence[Event]) -> None:
-        """Check the mission and its events; an event can run at any time, after any write."""
-        self._below_events(root, events, {})
-
-    def _below_events(self, root: Step, events: Sequence[Event], written: Written) -> None:
-        """Check a node with the events above it; an event can run at any time."""
-        for event in events:
-            written.update(self.writes(event.step))
-        everything = {**written, **self.writes(root)} if events else {}
-        self.step(root, written)
-        for event in events:
-            found = dict(everything)
-            self.expression(event.when, event.mark, found)
-            for value in (event.hold, event.again):
-                self.value(value, event.mark, found)
-            self.step(event.step, found)
-
-    def step(self, step: Step, written: Written) -> None:
-        """Check a step with its modifiers."""
-        modifiers = step.modifiers
-        for condition in (modifiers.when, modifiers.while_):
-            self.expression(condition, step.mark, written)
-        attempts = modifiers.retry.attempts if modifiers.retry else None
-        for value in (modifiers.repeat, modifiers.timeout, modifiers.every, attempts):
-            self.value(value, step.mark, written)
-        self.body(step, written)
-        if modifiers.recover:
-            self.expression(modifiers.recover.unless, step.mark, written)
-            for recovery in modifiers.recover.recoveries:
-                self.step(recovery, written)
-
-    def body(self, step: Step, written: Written) -> None:
-        """Check a step without its modifiers."""
-        if isinstance(step, Leaf):
-            for value in step.ports.values():
-                self.value(value, step.mark, written)
-            written.update(dict.fromkeys(step.outputs.values()))
-        elif isinstance(step, Use):
-            self.use(step, written)
-        elif isinstance(step, ForEach):
-            self.value(step.items, step.mark, written)
-            if isinstance(step, FollowWaypoints):
-                written.update(dict.fromkeys(step.outputs.values()))
-            self.step(step.child, written)
-        elif isinstance(step, Composite):
-            self.composite(step, written)
-
-    def composite(self, step: Composite, written: Written) -> None:
-        """Check the children in order; in a parallel each may read what any other writes."""
-        if step.kind == "parallel":
-            for child in step.children:
-                written.update(self.writes(child))
-        for child in step.children:
-            self.step(child, written)
-
-    def use(self, step: Use, written: Written) -> None:
-        """Check a used tree in place of the `use`; its outputs are the keys they are bound to."""
-        for value in step.inputs.values():
-            self.value(value, step.mark, written)
-        tree = self.trees[step.tree]
-        inside = dict(written)
-        for name, symbol in tree.outputs.items():
-            target = step.outputs.get(name)
-            inside.pop(symbol, None)
-            if target is not None and _has_value(target, written):
-                inside[symbol] = None
-        if tree.root:
-            self._below_events(tree.root, tree.events, inside)
-        for name, symbol in tree.outputs.items():
-            if inside.pop(symbol, symbol) is None and name in step.outputs:
-                inside[step.outputs[name]] = None
-        written.update(inside)
-
-    @once_per_step
-    def writes(self, step: Step) -> Written:
-        """Return every key that a step may write."""
-        found: Written = {}
-        if isinstance(step, Leaf | Use | FollowWaypoints):
-            found.update(dict.fromkeys(step.outputs.values()))
-        if isinstance(step, Leaf):
-            for value in step.ports.values():
-                if isinstance(value, AssignmentList):
-                    found.update((symbol, None) for symbol, _ in value.assignments)
-        used = self.trees[step.tree].roots if isinstance(step, Use) else ()
-        for child in (*children_of(step), *used):
-            found.update(self.writes(child))
-        return found
-
-    def value(self, value: Value | None, mark: Mark, written: Written) -> None:
-        """Check the reads of a port value, and record the writes of `set`."""
-        if isinstance(value, Reference):
-            self.read(value.symbol, mark, written)
-        elif isinstance(value, ListValue):
-            for item in value.items:
-                self.value(item, mark, written)
-        elif isinstance(value, ExpressionValue | Computed):
-            self.expression(value.expression, mark, written)
-        elif isinstance(value, Template):
-            for expression in value.expressions:
-                self.expression(expression, mark, written)
-        elif isinstance(value, AssignmentList):
-            for symbol, expression in value.assignments:
-                self.expression(expression, mark, written)
-                written[symbol] = None
-
-    def expression(
-        self, expression: CheckedExpression | None, mark: Mark, written: Written
-    ) -> None:
-        """Check the reads of an expression; a key tested with `is set` needs no value."""
-        if expression is None:
-            return
-        written.update(dict.fromkeys(expression.tested.values()))
-        for symbol in expression.read.values():
-            self.read(symbol, mark, written)
-
-    def read(self, symbol: Symbol, mark: Mark, written: Written) -> None:
-        """Check the read of a symbol."""
-        if not _has_value(symbol, written):
-            sentence = f"${symbol.name} is read here, but nothing can have written it before"
-            hint = "give it an initial value, or test `is set` first"
-            self.findings.error("E143", mark, sentence, hint)
-
-
-def _has_value(symbol: Symbol, written: Written) -> bool:
-    if symbol.role is Role.KEY:
-        return symbol.value is not UNSET or symbol in written
-    return symbol.role is not Role.OUTPUT or symbol in written
 
 
 def warn_of_other_meaning(use: Use, tree: Tree, scope: Scope, findings: Findings) -> None:

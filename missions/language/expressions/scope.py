@@ -49,6 +49,7 @@ class Symbol:
 
     Attributes:
         value: value of a place or argument; initial value of a key, or UNSET.
+        doc: what a key is for; "" without `doc`.
     """
 
     name: str
@@ -56,6 +57,7 @@ class Symbol:
     type: ValueType
     mark: Mark
     value: Any = UNSET
+    doc: str = ""
 
     @property
     def is_constant(self) -> bool:
