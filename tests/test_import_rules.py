@@ -70,14 +70,15 @@ MAY_IMPORT = {
         "stack.navigation", "stack.perception", "stack.safety", "stack.telemetry", *FOUNDATION,
     },
     "missions.shadowing": set(),
+    "missions.run_options": {"stack.telemetry"},
     "missions.language": {"behaviours", "stack.documents", *PLUGIN_API},
     "missions.trees": {
         "missions.language", "behaviours", "stack.documents", "stack.telemetry", *PLUGIN_API,
     },
     "missions.nav2": {"missions.language", *FOUNDATION},
     "missions.execution": {
-        "missions.language", "missions.trees", "missions.nav2", "behaviours", "robots", "tui",
-        "stack",
+        "missions.run_options", "missions.language", "missions.trees", "missions.nav2",
+        "behaviours", "robots", "tui", "stack",
     },
     "missions.inspection": {
         "missions.execution", "missions.language", "missions.trees", "behaviours", "robots",

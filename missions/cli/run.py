@@ -162,11 +162,11 @@ def run(  # noqa: PLR0913 - each is an option of the command
     130 interrupted.
     """
     from missions.execution.supervision.launch import LaunchOptions, launch
+    from missions.run_options import RunOptions
 
     without_dashboard = headless or json or len(missions) > 1 or not on_a_terminal()
-    options = LaunchOptions(
-        missions=tuple(missions), headless=without_dashboard, json=json, seed=seed,
-        speed=speed, arguments=assignments(set_ or []), robot=robot, world=world, start=start,
+    options = RunOptions(
+        seed=seed, arguments=assignments(set_ or []), robot=robot, world=world, start=start,
         out=out, rerun=not no_rerun, mavlink=mavlink, camera=camera.value, watch=watch,
         breakpoints=tuple(break_ or ()),
         forced=assignments(force or [], "--force", "dock=failure"),
@@ -174,6 +174,9 @@ def run(  # noqa: PLR0913 - each is an option of the command
         body=body.value if body else "", replay=replay,
         record=tuple(item.value for item in record or ()),
         on_lost_records=on_lost_records.value,
+    )  # fmt: skip
+    launched = LaunchOptions(
+        tuple(missions), options, headless=without_dashboard, json=json, speed=speed,
         on_hangup=on_hangup.value if on_hangup else "", hang_timeout=hang_timeout,
     )  # fmt: skip
-    raise typer.Exit(launch(options))
+    raise typer.Exit(launch(launched))

@@ -22,6 +22,7 @@ from missions.language.model import Mission
 from missions.language.reading.header import LOCALISATION
 from missions.language.reading.mission import read_mission
 from missions.language.reading.words import Draft
+from missions.run_options import RunOptions
 from stack.components import Choice, Component, Estimator
 from stack.costmap.parameters import CostmapParameters
 from stack.documents import Finding, Findings, Mark, Node, read_text, value_of
@@ -34,7 +35,6 @@ from stack.runtime.parameters import LoopParameters
 from stack.sim.physics.settings import SimulationSettings
 from stack.sim.worlds.rasterise import RESOLUTION, map_problem, map_shape
 from stack.sim.worlds.world import World
-from stack.telemetry.records import Command
 from stack.types import Pose2D
 
 __all__ = ["Diagnosis", "PreparedMission", "RunOptions", "diagnose", "prepare"]
@@ -42,62 +42,6 @@ __all__ = ["Diagnosis", "PreparedMission", "RunOptions", "diagnose", "prepare"]
 
 MAP_ORIGIN = Pose2D(0.0, 0.0)
 """Start pose in the map frame when there is neither a map nor an initial pose."""
-
-
-@dataclass(frozen=True)
-class RunOptions:
-    """Options of a run, as `treepilot run` takes them.
-
-    Attributes:
-        speed: simulated seconds per wall second; 0 is as fast as possible.
-        out: the run folder, made absolute; None writes no records.
-        serve: let dashboards attach.
-        mavlink: address to send MAVLink telemetry to, or None.
-        parameters: `controller.cruise_speed` -> value as text; overrides all files.
-        camera: "asked" renders an image only when the mission asks for one; "off" simulates a
-            robot without a working camera; "on" renders all the time, for the recording.
-        watch: reload the mission when its file changes.
-        breakpoints: nodes before which the mission stops.
-        forced: node -> outcome, in force from the start.
-        body: simulated | scripted; empty: the choice of the robot file.
-        replay: sensor log to play instead of driving; its seed replaces `seed`.
-        record: what to record besides events: `sensors`.
-        on_lost_records: continue | stop, when a record cannot be written, e.g. on a full disk.
-        identity: of the run, chosen by the process that starts it; empty: a new one.
-    """
-
-    seed: int = 0
-    arguments: dict[str, str] | None = None
-    robot: str | None = None
-    world: str | None = None
-    start: str | None = None
-    out: Path | None = None
-    speed: float = 0.0
-    rerun: bool = False
-    serve: bool = True
-    mavlink: str | None = None
-    camera: str = "asked"
-    parameters: Mapping[str, str] | None = None
-    watch: bool = False
-    breakpoints: tuple[str, ...] = ()
-    forced: dict[str, str] | None = None
-    body: str = ""
-    replay: Path | None = None
-    record: tuple[str, ...] = ()
-    on_lost_records: str = "continue"
-    identity: str = ""
-
-    def __post_init__(self) -> None:
-        if self.out is not None:  # a plugin may change the working directory
-            object.__setattr__(self, "out", self.out.absolute())
-
-    def first_commands(self) -> list[Command]:
-        """Return the breakpoints and forced outcomes as commands, applied before the first step."""
-        stops = [Command("start", "break", {"node": node}) for node in self.breakpoints]
-        forced = (self.forced or {}).items()
-        return stops + [
-            Command("start", "force", {"node": node, "status": outcome}) for node, outcome in forced
-        ]
 
 
 @dataclass(frozen=True)

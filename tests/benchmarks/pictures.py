@@ -72,7 +72,7 @@ def main() -> None:
 
 def watch(mission: str, moment: float, folder: Path, svg: Path) -> None:
     """Run a mission in an engine and draw the dashboard at a moment of robot time."""
-    options = LaunchOptions((mission,), speed="4", out=folder, rerun=False)
+    options = LaunchOptions((mission,), RunOptions(out=folder), speed="4")
     supervisor = Supervisor(options.request(), 0.0, show=True)
     supervisor.wait(lambda: bool(supervisor.started))
     asyncio.run(dashboard(RunHandle(**supervisor.started[0]["handle"]), moment, svg))

@@ -1,6 +1,7 @@
 """Missions of the shipped behaviours on the scripted robot, with a log of what they did."""
 
 from dataclasses import dataclass, field
+from pathlib import Path
 from textwrap import dedent
 
 import numpy as np
@@ -11,6 +12,14 @@ from missions.language.model import Resources
 from missions.language.reading.mission import read_mission
 from missions.trees.compiler import compile_mission
 from stack.types import CameraModel, Image, Pose2D
+
+_LEAVES = Path(__file__).with_name("scripted_leaves.py").read_text("utf-8").splitlines()
+BURST_AT = next(
+    f"(scripted_leaves.py:{number})"
+    for number, line in enumerate(_LEAVES, 1)
+    if "# BURST_AT" in line
+)
+"""File and line of the exception of a broken leaf, as failures name it."""
 
 CATALOGUE = find_behaviours(["tests.missions.scripted_leaves"])
 """Every shipped behaviour, and the leaves that follow a script."""

@@ -92,7 +92,7 @@ class Broken(RobotBehaviour):
 
     def burst(self, place):
         if self.where == place:
-            raise ValueError(f"burst in {place}")
+            raise ValueError(f"burst in {place}")  # BURST_AT
 
 
 class FailsTwice(RobotBehaviour):

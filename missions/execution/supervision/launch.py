@@ -9,8 +9,7 @@ import sys
 from collections import deque
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
-from pathlib import Path
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from missions.execution.report import Report
@@ -18,6 +17,7 @@ from missions.execution.supervision.heartbeat import Phase
 from missions.execution.supervision.lost_engine import end_of, lost_reports
 from missions.execution.supervision.supervisor import POLL, Supervisor
 from missions.execution.supervision.viewer import Viewer
+from missions.run_options import RunOptions
 
 SUCCEEDED, WRONG_INPUT, INTERNAL_ERROR, INTERRUPTED = 0, 2, 3, 130
 BY_SEVERITY = (INTERNAL_ERROR, INTERRUPTED, 1)
@@ -32,50 +32,27 @@ class LaunchOptions:
     """Command-line options of `treepilot run`.
 
     Attributes:
-        on_lost_records: continue | stop when a record cannot be written.
+        run: options of each run; `speed` is read from the text below.
+        speed: simulated seconds per wall second, or `max`; empty: 1 in the dashboard, else max.
         on_hangup: continue | stop | abort when the terminal is closed; empty: continue in a
             simulation, stop a real robot.
         hang_timeout: wall seconds without a step after which the engine is killed; 0: never.
     """
 
     missions: tuple[str, ...]
+    run: RunOptions = field(default_factory=lambda: RunOptions(rerun=True))
     headless: bool = True
     json: bool = False
     speed: str = ""
-    seed: int = 0
-    arguments: dict[str, str] = field(default_factory=dict)
-    robot: str | None = None
-    world: str | None = None
-    start: str | None = None
-    out: Path | None = None
-    rerun: bool = True
-    mavlink: str | None = None
-    camera: str = "asked"
-    watch: bool = False
-    breakpoints: tuple[str, ...] = ()
-    forced: dict[str, str] = field(default_factory=dict)
-    parameters: dict[str, str] = field(default_factory=dict)
-    body: str = ""
-    replay: Path | None = None
-    record: tuple[str, ...] = ()
-    on_lost_records: str = "continue"
     on_hangup: str = ""
     hang_timeout: float = HANG_TIMEOUT
 
     def request(self) -> dict[str, Any]:
         """Return what the engine is asked to do."""
-        options = {
-            "seed": self.seed, "arguments": self.arguments, "robot": self.robot,
-            "world": self.world, "start": self.start, "out": self.out,
-            "speed": self.speed or ("max" if self.headless else "1"), "rerun": self.rerun,
-            "mavlink": self.mavlink, "camera": self.camera, "watch": self.watch,
-            "breakpoints": self.breakpoints, "forced": self.forced,
-            "parameters": self.parameters, "body": self.body, "replay": self.replay,
-            "record": self.record, "on_lost_records": self.on_lost_records,
-        }  # fmt: skip
+        speed = self.speed or ("max" if self.headless else "1")
         return {
-            "missions": self.missions, "options": options, "on_hangup": self.on_hangup,
-            "dashboard": not self.headless,
+            "missions": self.missions, "options": {**asdict(self.run), "speed": speed},
+            "on_hangup": self.on_hangup, "dashboard": not self.headless,
         }  # fmt: skip
 
 

@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 from missions.cli.app import app
 from missions.execution.client import status_lines, tell
 from missions.execution.supervision.launch import LaunchOptions
+from missions.run_options import RunOptions
 from stack.errors import InputError, TelemetryError
 from stack.telemetry.client import TelemetryClient
 from stack.telemetry.event_log import read_events
@@ -39,7 +40,7 @@ def engine(tmp_path):
     mission.write_text(HEAD + MISSION)
     folder = tmp_path / f"live-{os.getpid()}"
     options = LaunchOptions(
-        (str(mission),), speed="8", watch=True, breakpoints=("out",), out=folder, rerun=False
+        (str(mission),), RunOptions(watch=True, breakpoints=("out",), out=folder), speed="8"
     )
     with supervised(options) as (process, run):
         yield process, folder, mission, run

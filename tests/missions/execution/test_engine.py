@@ -16,6 +16,7 @@ import pytest
 
 from missions.execution.supervision.launch import LaunchOptions
 from missions.execution.supervision.supervisor import Supervisor
+from missions.run_options import RunOptions
 from stack.telemetry.client import TelemetryClient
 from stack.telemetry.records import Ack, Command, MissionState, Snapshot
 from stack.telemetry.rendezvous import RunHandle
@@ -30,7 +31,7 @@ pytestmark = pytest.mark.slow
 def engine(tmp_path) -> Iterator[tuple[subprocess.Popen[bytes], Path, RunHandle]]:
     """An engine at twice real time, and the run it announced."""
     folder = tmp_path / f"run-{os.getpid()}"
-    options = LaunchOptions(("02_office_patrol",), speed="2", out=folder, rerun=False)
+    options = LaunchOptions(("02_office_patrol",), RunOptions(out=folder), speed="2")
     with supervised(options) as (process, run):
         yield process, folder, run
 

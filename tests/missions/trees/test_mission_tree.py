@@ -8,7 +8,7 @@ from py_trees.common import Status
 
 from stack.errors import InputError
 from stack.types import Failure
-from tests.missions.mission_fakes import ran
+from tests.missions.mission_fakes import BURST_AT, ran
 
 
 @pytest.fixture
@@ -24,7 +24,7 @@ def test_an_exception_is_that_nodes_failure_and_the_tree_stays_whole(run, where)
     assert it.robot.log == ["a starts", "a done"]
     told = [event for event in it.events if event["kind"] == "exception"]
     assert [(event["level"], event["text"]) for event in told] == [
-        ("error", f"broken: ValueError: burst in {where}")
+        ("error", f"broken: ValueError: burst in {where} {BURST_AT}")
     ]
     assert len(it.tracebacks) == 1
     assert "scripted_leaves.py" in it.tracebacks[0]
@@ -42,8 +42,10 @@ def test_an_exception_while_halting_does_not_keep_the_rest_from_being_halted(run
 def test_an_exception_is_the_first_cause_when_it_ends_the_mission(run):
     it = run("run: {sequence: [{broken: update, name: camera}], name: shelf}")
     it.ticks()
-    assert it.tree.failure == Failure("EXCEPTION", "ValueError: burst in update")
-    assert it.tree.reason == "test > shelf > camera: EXCEPTION ValueError: burst in update"
+    assert it.tree.failure == Failure("EXCEPTION", f"ValueError: burst in update {BURST_AT}")
+    assert it.tree.reason == (
+        f"test > shelf > camera: EXCEPTION ValueError: burst in update {BURST_AT}"
+    )
 
 
 def test_a_failure_of_an_earlier_attempt_is_no_reason_for_a_later_one(run):

@@ -9,7 +9,7 @@ from py_trees.common import Status
 
 from behaviours.testing import ScriptedRobot as PlainRobot
 from stack.types import Battery
-from tests.missions.mission_fakes import Ran, ScriptedRobot, ran, read_text
+from tests.missions.mission_fakes import BURST_AT, Ran, ScriptedRobot, ran, read_text
 
 TICKS = 60
 """Six seconds; every mission below ends earlier or repeats itself."""
@@ -131,7 +131,7 @@ def test_an_exception_in_pause_is_that_nodes_failure(tmp_path):
     it.tree.resume(it.robot.time)
     assert it.tree.status is Status.RUNNING
     it.ticks()
-    assert it.tree.reason == "test > broken: EXCEPTION ValueError: burst in pause"
+    assert it.tree.reason == f"test > broken: EXCEPTION ValueError: burst in pause {BURST_AT}"
 
 
 def test_a_behaviour_halted_in_a_pause_is_not_resumed(tmp_path):
