@@ -26,13 +26,16 @@ from missions.language.keys import (
     DELAY,
     EXPECTATION,
     HOLD,
+    INVERT,
     LIMIT,
     MODIFIERS,
     ON_FAILURE_WORDS,
     PARALLEL,
     RECOVER,
+    REPEAT,
     RETRY,
     STATUS_WORDS,
+    SWITCH,
     THEN_WORDS,
     TIMES,
 )
@@ -115,6 +118,7 @@ _SUB_KEYS: dict[str, dict[str, Declaration]] = {
     "retry": {"attempts": ATTEMPTS, "delay": DELAY},
     "recover": {"attempts": ATTEMPTS},
 }
+_SCALARS = {"timeout": LIMIT, "every": LIMIT, "invert": INVERT}
 _KNOWN_SUB_KEYS = {"retry": tuple(RETRY), "recover": tuple(RECOVER)}
 
 
@@ -205,20 +209,23 @@ class _Walk:
                     yield Item(kind.get("type") or kind, Use.TYPE)
             elif key.value == "do":
                 yield from self.node(value, Scope(name))
+            elif key.value == "events":
+                for _, event in (entry for item in value.items for entry in item.entries):
+                    yield from self._event(event, Scope(name))
 
-    def _event(self, body: Node) -> Iterator[Item]:
+    def _event(self, body: Node, scope: Scope = Scope()) -> Iterator[Item]:
         if not body.is_mapping:
             yield Item(body, Use.EVENT_KEY)
         for key, value in body.entries:
             yield Item(key, Use.EVENT_KEY)
             if key.value == "when":
-                yield Item(value, Use.EXPRESSION)
-            elif key.value == "hold":
-                yield Item(value, Use.VALUE, declared=HOLD)
+                yield Item(value, Use.EXPRESSION, scope)
+            elif key.value in ("hold", "again"):
+                yield Item(value, Use.VALUE, scope, declared=HOLD)
             elif key.value == "then":
                 yield Item(value, Use.WORD, options=THEN_WORDS)
             elif key.value == "do":
-                yield from self.node(value, Scope())
+                yield from self.node(value, scope)
 
     def _declarations(self, word: str, node: Node) -> Iterator[Item]:
         options = _DECLARING.get(word, ())
@@ -312,6 +319,11 @@ class _Walk:
             for name, items in body.entries:
                 yield Item(name, Use.DECLARED, scope, owner="for_each")
                 yield from self._value(items, Declaration(str(name.value), list), scope)
+        elif word == "switch":
+            yield from self._switch(body, scope)
+        elif word == "unset":
+            for item in body.items if body.is_sequence else [body]:
+                yield Item(item, Use.TARGET, scope)
         elif word in NODES and word != FOLLOW_WAYPOINTS:
             for key, value in body.entries:
                 yield Item(key, Use.SUB_KEY, scope, options=tuple(PARALLEL))
@@ -319,6 +331,16 @@ class _Walk:
             yield from self._children(body, scope)
         else:
             yield from self._ports(word, body, scope)
+
+    def _switch(self, body: Node, scope: Scope) -> Iterator[Item]:
+        for key, value in body.entries:
+            yield Item(key, Use.SUB_KEY, scope, options=tuple(SWITCH))
+            if key.value == "value":
+                yield Item(value, Use.EXPRESSION, scope)
+            elif key.value == "default":
+                yield from self.node(value, scope)
+            for _, child in value.entries if key.value == "cases" else ():
+                yield from self.node(child, scope)
 
     def _children(self, node: Node, scope: Scope) -> Iterator[Item]:
         for item in node.items:
@@ -362,17 +384,24 @@ class _Walk:
             yield Item(value, Use.EXPRESSION, scope)
         elif name == "on_failure":
             yield Item(value, Use.WORD, scope, options=ON_FAILURE_WORDS)
-        elif name in ("timeout", "every"):
-            yield from self._value(value, LIMIT, scope)
+        elif name in _SCALARS:
+            yield from self._value(value, _SCALARS[name], scope)
         elif name == "repeat":
-            yield from self._value(value, replace(TIMES, one_of=("forever",)), scope)
-        elif name == "do":
+            yield from self._repeat(value, scope)
+        elif name in ("do", "finally"):
             yield from self.node(value, scope)
         elif name in ("with", "out"):
             if head:
                 yield from self._passed(head, name, value, scope)
         elif name in _SUB_KEYS:
             yield from self._sub_keys(name, value, scope)
+
+    def _repeat(self, value: Node, scope: Scope) -> Iterator[Item]:
+        if not value.is_mapping:
+            yield from self._value(value, replace(TIMES, one_of=("forever",)), scope)
+        for key, given in value.entries:
+            yield Item(key, Use.SUB_KEY, scope, owner="repeat", options=tuple(REPEAT))
+            yield Item(given, Use.EXPRESSION, scope)
 
     def _sub_keys(self, name: str, value: Node, scope: Scope) -> Iterator[Item]:
         known = _KNOWN_SUB_KEYS[name]

@@ -15,7 +15,7 @@ from typing import Any
 
 from missions.editor.markdown import declaration_text
 from stack.parameters import REQUIRED, Declaration, declarations, has_fields, units
-from stack.types import Assignments, Expression, Pose2D
+from stack.types import Assignments, Expression, Path, Pose2D
 
 Schema = dict[str, Any]
 
@@ -132,6 +132,9 @@ def _scalar(kind: Any, declared: Declaration, references: bool) -> Schema:
         return _with_strings({"type": ["boolean"]}, [], references, declared)
     if kind is Pose2D:
         return _with_strings({**pose(), "type": ["array"]}, [], references, declared)
+    if kind is Path:
+        poses = {"type": ["array"], "items": pose(), "minItems": 2}
+        return _with_strings(poses, [], references, declared)
     if kind is str and declared.one_of:
         accepted = [escape(word) for word in declared.one_of]
         return {

@@ -124,6 +124,15 @@ CODES: dict[str, Code] = {
                  "correct the condition"),
     "E162": Code("conflicting motion", "two children of a parallel start to move the robot at once",
                  "run: {parallel: [{spin: 90 deg}, {back_up: {distance: 1 m}}]}", "use a sequence"),
+    "E170": Code("switch", "a key is missing or unknown, or the value never has the text of a case",
+                 "run: {switch: {cases: {a: {say: a}}}}",
+                 "write {value: $mode, cases: {text: node}, default: node}"),
+    "E171": Code("unset", "only keys and outputs without an initial value can be unset",
+                 "blackboard: {n: {type: int, initial: 0}}\nrun: {unset: $n}",
+                 "use `set`, or declare the key `optional: true` without `initial`"),
+    "E172": Code("failure code", "the code of `fail` is not in capitals or is misspelt",
+                 "run: {fail: {code: NO_PROGRES}}",
+                 "use a code of the list, or your own in capitals"),
     "W101": Code("hidden name", "the name hides a name of an outer scope",
                  "places: {n: [0, 0]}\nblackboard: {n: {type: int}}", "rename one of them"),
     "W102": Code("unused name", "nothing reads or writes it", "blackboard: {n: {type: int}}",
@@ -150,5 +159,9 @@ CODES: dict[str, Code] = {
     "W110": Code("Nav2 parameter", "the parameter has no equivalent and no effect",
                  "navigation: {nav2_params: nav2_params.yaml}",
                  "`treepilot nav2 FILE` shows which parameters are imported"),
+    "W170": Code("text without a case", "an argument can have a text for which there is no case",
+                 "arguments: {m: {type: text, one_of: [a, b], default: a}}\n"
+                 "run: {switch: {value: $m, cases: {a: {say: a}}}}",
+                 "add the case, or a `default`"),
 }  # fmt: skip
 """Finding code -> its text in `treepilot explain` and in docs/language.md."""

@@ -21,6 +21,7 @@ from missions.language.model import (
     ListValue,
     Reference,
     Step,
+    Switch,
     Template,
     Tree,
     Use,
@@ -61,14 +62,16 @@ def once_per_step(method: Callable[[A, Step], R]) -> Callable[[A, Step], R]:
 
 
 def children_of(step: Step) -> tuple[Step, ...]:
-    """Return the direct children of a step, recoveries last; a used tree is not expanded."""
+    """Return the children of a step, with recoveries and `finally`, but not a used tree."""
     below: tuple[Step, ...] = ()
     if isinstance(step, Composite):
         below = step.children
     elif isinstance(step, ForEach):
         below = (step.child,)
-    recover = step.modifiers.recover
-    return below + (recover.recoveries if recover else ())
+    elif isinstance(step, Switch):
+        below = step.children
+    recover, last = step.modifiers.recover, step.modifiers.finally_
+    return below + (recover.recoveries if recover else ()) + ((last,) if last else ())
 
 
 def uses_of(step: Step) -> Iterator[Use]:
@@ -153,10 +156,13 @@ class OrderCheck:
         for value in (modifiers.repeat, modifiers.timeout, modifiers.every, attempts):
             self.value(value, step.mark, written)
         self.body(step, written)
+        self.expression(modifiers.until, step.mark, written)
         if modifiers.recover:
             self.expression(modifiers.recover.unless, step.mark, written)
             for recovery in modifiers.recover.recoveries:
                 self.step(recovery, written)
+        if modifiers.finally_:
+            self.step(modifiers.finally_, written)
 
     def body(self, step: Step, written: Written) -> None:
         """Check a step without its modifiers."""
@@ -173,6 +179,10 @@ class OrderCheck:
             self.step(step.child, written)
         elif isinstance(step, Composite):
             self.composite(step, written)
+        elif isinstance(step, Switch):
+            self.expression(step.value, step.mark, written)
+            for child in step.children:
+                self.step(child, written)
 
     def composite(self, step: Composite, written: Written) -> None:
         """Check the children in order; in a parallel each may read what any other writes."""

@@ -49,6 +49,7 @@ class Symbol:
 
     Attributes:
         value: value of a place or argument; initial value of a key, or UNSET.
+        one_of: the only texts that an argument may have; empty if any.
     """
 
     name: str
@@ -56,6 +57,7 @@ class Symbol:
     type: ValueType
     mark: Mark
     value: Any = UNSET
+    one_of: tuple[str, ...] = ()
 
     @property
     def is_constant(self) -> bool:

@@ -30,12 +30,18 @@ NODE_SAMPLES = {
     "round_robin": "{round_robin: [{say: a}]}",
     "for_each": "{for_each: {n: [1, 2]}, do: {say: a}}",
     "follow_waypoints": "{follow_waypoints: [[1, 2]]}",
+    "switch": "{switch: {value: $m, cases: {a: {say: a}}}}\n"
+    "arguments: {m: {type: text, default: a}}",
+    "unset": "{unset: $k}\nblackboard: {k: {type: int, optional: true}}",
     "use": "{use: greet}\ntrees: {greet: {do: {say: a}}}",
 }
 """A mission's `run` with each kind of node."""
 
 CONTROL_SAMPLES = {
     "when": "{wait: 1 s, when: robot.speed > 0}",
+    "finally": "{wait: 1 s, finally: {say: a}}",
+    "invert": "{wait: 1 s, invert: true}",
+    "case": "{switch: {value: $m, cases: {a: {say: a}}}}\narguments: {m: {type: text, default: a}}",
     "on_failure": "{spin: 90 deg, on_failure: continue}",
     "while": "{wait: 1 s, while: robot.speed < 1}",
     "repeat": "{wait: 1 s, repeat: 2}",
@@ -93,7 +99,7 @@ def test_a_modifier_is_known_to_schema_hover_list_describe_and_docs(word):
 
 def test_every_modifier_that_adds_a_node_is_a_kind():
     without_node = {"name", "with", "out", "do"}
-    assert set(MODIFIERS) - without_node == set(CONTROLS) - {"event", "events"}
+    assert set(MODIFIERS) - without_node == set(CONTROLS) - {"case", "event", "events"}
 
 
 @pytest.mark.parametrize("section", SECTIONS)
