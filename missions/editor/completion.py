@@ -2,31 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from missions.editor.document import Reading
-from missions.editor.hover import parameters_of, tree_text
-from missions.editor.markdown import (
-    behaviour_text,
-    declaration_text,
-    word_text,
-)
-from missions.editor.names import Name
+from missions.editor.hover import parameters_of, signature_of_kind, symbol_text, tree_text
+from missions.editor.markdown import behaviour_text, declaration_text, word_text
 from missions.editor.node_schemas import allowed_modifiers
-from missions.editor.outline import Item, Use, signature_of_kind
 from missions.execution.component_choices import DEFAULTS, NAVIGATION_KINDS
 from missions.execution.resources import world_files
 from missions.language.expressions.robot_values import ROBOT_VALUES
-from missions.language.expressions.value_types import BOOL, NAMED, ValueType, type_of
-from missions.language.keys import EVENT, MISSION, TREE, docs
+from missions.language.expressions.scope import Role, Symbol
+from missions.language.expressions.terms import POSE_FIELDS
+from missions.language.expressions.value_types import ANYTHING, BOOL, NAMED, POSE, type_of
+from missions.language.keys import ANY_KEY, MISSION, SECTIONS, Keys
 from missions.language.kinds import NODES
+from missions.language.reading.cases import FIXED_VALUES
+from missions.language.reading.words import Word, WordRole
 from robots.load import robot_names
 from stack.components import available
 from stack.parameters import Declaration
-
-WRITABLE = ("blackboard key", "`out`")
 
 
 @dataclass(frozen=True)
@@ -50,70 +46,91 @@ class Candidate:
     value: str = ""
 
 
-def candidates(reading: Reading, item: Item, *, alone: bool) -> list[Candidate]:
-    """Return the candidates for an item.
+def candidates(
+    reading: Reading, word: Word, *, alone: bool, typed: str = "", inside_text: bool = False
+) -> list[Candidate]:
+    """Return the candidates for a word.
 
     Args:
         reading: the file.
-        item: the placeholder for the typed word.
+        word: the placeholder for the typed word.
         alone: whether the word is the first in its line, so that it can become a key.
+        typed: the typed part of the word.
+        inside_text: whether the word stands in a `${…}`.
     """
-    provider = _PROVIDERS.get(item.use)
-    found = list(provider(reading, item)) if provider else []
-    key = item.use in (Use.SUB_KEY, Use.CASE_KEY)
-    found += [Candidate(word, "keyword" if key else "value", key=key) for word in item.options]
-    if alone and item.use in (Use.VALUE, Use.EXPRESSION) and item.owner:
-        found += _ports(reading, item)
-    if alone and item.use is Use.COMPONENT:
-        found += _parameters(item.owner)
+    if inside_text:
+        return list(_expressions(reading, word, typed))
+    if word.role is WordRole.EXPRESSION:
+        found = list(_expressions(reading, word, typed))
+    else:
+        provider = _PROVIDERS.get(word.role)
+        found = list(provider(reading, word)) if provider else []
+    found += map(_word, word.options)
+    if alone and word.role in (WordRole.VALUE, WordRole.EXPRESSION) and word.owner:
+        found += _ports(reading, word)
+    if alone and word.role is WordRole.COMPONENT:
+        found += _parameters(word.owner)
     return found
+
+
+def new_file() -> list[Candidate]:
+    """Return the candidates for the first word of an empty file."""
+    return list(_keys(MISSION))
 
 
 def _word(option: str) -> Candidate:
     return Candidate(option, "value")
 
 
-def _keys(texts: dict[str, str]) -> Iterator[Candidate]:
-    for word, text in texts.items():
-        yield Candidate(word, "keyword", text=text, key=True)
+def _keys(keys: Keys) -> Iterator[Candidate]:
+    for word, key in keys.items():
+        if word != ANY_KEY:
+            yield Candidate(word, "keyword", text=key.doc, key=True)
 
 
-def _kinds(reading: Reading, item: Item) -> Iterator[Candidate]:
-    for word in NODES:
-        yield Candidate(word, "keyword", text=word_text(word), key=True)
-    for name in reading.catalogue.names():
-        kind = reading.catalogue.kinds[name]
+def _section_keys(reading: Reading, word: Word) -> Iterator[Candidate]:
+    yield from _keys(SECTIONS[word.owner])
+
+
+def _kinds(reading: Reading, word: Word) -> Iterator[Candidate]:
+    for name in NODES:
+        yield Candidate(name, "keyword", text=word_text(name), key=True)
+    catalogue = reading.words.catalogue
+    for name in catalogue.names() if catalogue else ():
+        kind = catalogue.get(name) if catalogue else None
+        if kind is None:
+            continue
         has_required = any(declared.required for declared in kind.ports.values())
         yield Candidate(name, "behaviour", kind.summary, behaviour_text(kind),
                         key=bool(kind.ports), value="" if has_required else "{}")  # fmt: skip
 
 
-def _modifiers(reading: Reading, item: Item) -> Iterator[Candidate]:
-    kind = reading.catalogue.get(item.owner)
-    for word in allowed_modifiers(item.owner, kind):
-        yield Candidate(word, "keyword", text=word_text(word), key=True)
+def _modifiers(reading: Reading, word: Word) -> Iterator[Candidate]:
+    catalogue = reading.words.catalogue
+    kind = catalogue.get(word.owner) if catalogue and word.owner not in NODES else None
+    for name in allowed_modifiers(word.owner, kind):
+        yield Candidate(name, "keyword", text=word_text(name), key=True)
 
 
-def _ports(reading: Reading, item: Item) -> Iterator[Candidate]:
-    ports, _ = signature_of_kind(reading.catalogue, item.owner)
+def _ports(reading: Reading, word: Word) -> Iterator[Candidate]:
+    ports, _ = signature_of_kind(reading, word.owner)
     yield from _declared(ports.values())
 
 
-def _outputs(reading: Reading, item: Item) -> Iterator[Candidate]:
-    tree = reading.names.trees.get(item.owner)
-    yield from _declared(signature_of_kind(reading.catalogue, item.owner)[1].values())
-    yield from _signature(tree.signature[1] if tree else {})
+def _outputs(reading: Reading, word: Word) -> Iterator[Candidate]:
+    tree = reading.words.trees.get(word.owner)
+    yield from _declared(signature_of_kind(reading, word.owner)[1].values())
+    yield from _signature(tree.outputs if tree else {})
 
 
-def _inputs(reading: Reading, item: Item) -> Iterator[Candidate]:
-    tree = reading.names.trees.get(item.owner)
-    yield from _signature(tree.signature[0] if tree else {})
+def _inputs(reading: Reading, word: Word) -> Iterator[Candidate]:
+    tree = reading.words.trees.get(word.owner)
+    yield from _signature(tree.inputs if tree else {})
 
 
-def _signature(types: object) -> Iterator[Candidate]:
-    assert isinstance(types, dict)
-    for name, kind in types.items():
-        yield Candidate(name, "port", str(kind), key=True)
+def _signature(symbols: Mapping[str, Symbol]) -> Iterator[Candidate]:
+    for name, symbol in symbols.items():
+        yield Candidate(name, "port", str(symbol.type), key=True)
 
 
 def _declared(items: Iterable[Declaration]) -> Iterator[Candidate]:
@@ -122,63 +139,96 @@ def _declared(items: Iterable[Declaration]) -> Iterator[Candidate]:
                         key=True)  # fmt: skip
 
 
-def _values(reading: Reading, item: Item) -> Iterator[Candidate]:
-    wanted = type_of(item.declared) if item.declared else ValueType(object)
+def _values(reading: Reading, word: Word) -> Iterator[Candidate]:
+    wanted = type_of(word.declared) if word.declared else ANYTHING
     if wanted == BOOL:
         yield from (_word("true"), _word("false"))
-    for name in reading.names.known(item.scope).values():
-        fits = wanted.accepts(name.type) or (wanted.item and wanted.item.accepts(name.type))
+    for symbol in reading.known(word).values():
+        fits = wanted.accepts(symbol.type) or (wanted.item and wanted.item.accepts(symbol.type))
         if fits:
-            yield _reference(name)
+            yield _reference(reading, symbol)
 
 
-def _reference(name: Name) -> Candidate:
-    return Candidate(f"${name.name}", "name", f"{name.role}, {name.type}", f"`{name.text}`")
+def _reference(reading: Reading, symbol: Symbol) -> Candidate:
+    return Candidate(
+        f"${symbol.name}", "name", f"{symbol.role}, {symbol.type}", symbol_text(reading, symbol)
+    )
 
 
-def _expressions(reading: Reading, item: Item) -> Iterator[Candidate]:
-    yield from (_reference(name) for name in reading.names.known(item.scope).values())
-    for word, value in ROBOT_VALUES.items():
-        yield Candidate(word, "value", str(value.type), value.help)
-    yield from (Candidate(word, "keyword") for word in ("and", "or", "not", "is set"))
+def _expressions(reading: Reading, word: Word, typed: str) -> Iterator[Candidate]:
+    """Yield what can stand in an expression; after `$name.` the fields of a pose."""
+    name, dot, _ = typed.removeprefix("$").rpartition(".")
+    known = reading.known(word)
+    if dot and typed.startswith("$"):
+        symbol = known.get(name)
+        fields = POSE_FIELDS.items() if symbol is not None and symbol.type == POSE else ()
+        for field, kind in fields:
+            yield Candidate(f"${name}.{field}", "value", str(kind))
+        return
+    yield from (_reference(reading, symbol) for symbol in known.values())
+    for value, item in ROBOT_VALUES.items():
+        yield Candidate(value, "value", str(item.type), item.help)
+    yield from (Candidate(operator, "keyword") for operator in ("and", "or", "not", "is set"))
 
 
-def _writable(reading: Reading, item: Item) -> Iterator[Name]:
-    known = reading.names.known(item.scope).values()
-    return (name for name in known if name.role.startswith(WRITABLE))
+def _writable(reading: Reading, word: Word) -> Iterator[Symbol]:
+    return (symbol for symbol in reading.known(word).values() if symbol.is_writable)
 
 
-def _targets(reading: Reading, item: Item) -> Iterator[Candidate]:
-    yield from (_reference(name) for name in _writable(reading, item))
+def _targets(reading: Reading, word: Word) -> Iterator[Candidate]:
+    yield from (_reference(reading, symbol) for symbol in _writable(reading, word))
 
 
-def _written(reading: Reading, item: Item) -> Iterator[Candidate]:
-    for name in _writable(reading, item):
-        yield Candidate(name.name, "name", f"{name.role}, {name.type}", key=True)
+def _written(reading: Reading, word: Word) -> Iterator[Candidate]:
+    for symbol in _writable(reading, word):
+        yield Candidate(symbol.name, "name", f"{symbol.role}, {symbol.type}", key=True)
 
 
-def _trees(reading: Reading, item: Item) -> Iterator[Candidate]:
-    for tree in reading.names.trees.values():
+def _trees(reading: Reading, word: Word) -> Iterator[Candidate]:
+    for tree in reading.words.trees.values():
         yield Candidate(tree.name, "tree", text=tree_text(tree))
 
 
-def _types(reading: Reading, item: Item) -> Iterator[Candidate]:
-    for word, kind in NAMED.items():
-        yield Candidate(word, "value", str(kind))
-        yield Candidate(f"list of {word}", "value")
+def _types(reading: Reading, word: Word) -> Iterator[Candidate]:
+    for name, kind in NAMED.items():
+        yield Candidate(name, "value", str(kind))
+        yield Candidate(f"list of {name}", "value")
 
 
-def _places(reading: Reading, item: Item) -> Iterator[Candidate]:
-    for place in reading.names.places.values():
-        yield Candidate(place.name, "name", place.role, f"`{place.text}`")
+def _of_role(reading: Reading, word: Word, role: Role) -> Iterator[Symbol]:
+    return (symbol for symbol in reading.known(word).values() if symbol.role is role)
 
 
-def _files(reading: Reading, item: Item) -> Iterator[Candidate]:
-    if item.owner == "map":
-        yield from (_word("from_world"), _word("none"))
-    folder = reading.names.path.parent
-    for file in sorted(folder.glob("*.yaml")) if item.owner != "plugins" else ():
-        if file != reading.names.path:
+def _places(reading: Reading, word: Word) -> Iterator[Candidate]:
+    for place in _of_role(reading, word, Role.PLACE):
+        yield Candidate(place.name, "name", place.role, symbol_text(reading, place))
+
+
+def _arguments(reading: Reading, word: Word) -> Iterator[Candidate]:
+    for symbol in _of_role(reading, word, Role.ARGUMENT):
+        yield Candidate(symbol.name, "name", str(symbol.type), key=True)
+
+
+def _changes(reading: Reading, word: Word) -> Iterator[Candidate]:
+    """Yield what a test can change: robot values, keys and events."""
+    for name, item in ROBOT_VALUES.items():
+        if name not in FIXED_VALUES:
+            yield Candidate(name, "value", str(item.type), item.help, key=True)
+    for symbol in _of_role(reading, word, Role.KEY):
+        yield Candidate(f"${symbol.name}", "name", str(symbol.type), key=True)
+    yield Candidate("event", "keyword", text="Trigger an event.", key=True)
+
+
+def _expectations(reading: Reading, word: Word) -> Iterator[Candidate]:
+    yield from _keys(SECTIONS["expectation"])
+    for symbol in _of_role(reading, word, Role.KEY):
+        yield Candidate(symbol.name, "name", str(symbol.type), key=True)
+
+
+def _files(reading: Reading, word: Word) -> Iterator[Candidate]:
+    folder = reading.path.parent
+    for file in sorted(folder.glob("*.yaml")) if word.owner != "plugins" else ():
+        if file != reading.path:
             yield Candidate(file.name, "file")
 
 
@@ -188,24 +238,27 @@ def _parameters(owner: str) -> Iterator[Candidate]:
     yield from _declared(parameters_of(owner).values())
 
 
-def _components(reading: Reading, item: Item) -> Iterator[Candidate]:
-    yield from (_word(name) for name in (available(item.owner) if item.owner in DEFAULTS else ()))
+def _components(reading: Reading, word: Word) -> Iterator[Candidate]:
+    yield from (_word(name) for name in (available(word.owner) if word.owner in DEFAULTS else ()))
+
+
+def _component_kinds(reading: Reading, word: Word) -> Iterator[Candidate]:
+    return (Candidate(kind, "keyword", key=True) for kind in NAVIGATION_KINDS)
 
 
 def _file_stems(files: Iterable[Path]) -> Iterator[Candidate]:
     return (_word(file.stem) for file in files)
 
 
-_PROVIDERS: dict[Use, Callable[[Reading, Item], Iterable[Candidate]]] = {
-    Use.TOP_KEY: lambda reading, item: _keys(docs(MISSION)),
-    Use.TREE_KEY: lambda reading, item: _keys(docs(TREE)),
-    Use.EVENT_KEY: lambda reading, item: _keys(docs(EVENT)),
-    Use.COMPONENT_KIND: lambda reading, item: _keys(dict.fromkeys(NAVIGATION_KINDS, "")),
-    Use.PARAMETER: lambda reading, item: _parameters(item.owner),
-    Use.WORLD: lambda reading, item: _file_stems(world_files()),
-    Use.ROBOT: lambda reading, item: map(_word, robot_names()),
-    Use.KIND: _kinds, Use.MODIFIER: _modifiers, Use.PORT: _ports, Use.INPUT: _inputs,
-    Use.OUTPUT: _outputs, Use.VALUE: _values, Use.EXPRESSION: _expressions, Use.TARGET: _targets,
-    Use.KEY: _written, Use.TREE: _trees, Use.TYPE: _types, Use.PLACE: _places, Use.FILE: _files,
-    Use.COMPONENT: _components,
+_PROVIDERS: dict[WordRole, Callable[[Reading, Word], Iterable[Candidate]]] = {
+    WordRole.SECTION_KEY: _section_keys, WordRole.COMPONENT_KIND: _component_kinds,
+    WordRole.PARAMETER: lambda reading, word: _parameters(word.owner),
+    WordRole.WORLD: lambda reading, word: _file_stems(world_files()),
+    WordRole.ROBOT: lambda reading, word: map(_word, robot_names()),
+    WordRole.KIND: _kinds, WordRole.MODIFIER: _modifiers, WordRole.PORT: _ports,
+    WordRole.INPUT: _inputs, WordRole.OUTPUT: _outputs, WordRole.VALUE: _values,
+    WordRole.TARGET: _targets, WordRole.KEY: _written, WordRole.TREE: _trees,
+    WordRole.TYPE: _types, WordRole.PLACE: _places, WordRole.FILE: _files,
+    WordRole.COMPONENT: _components, WordRole.ARGUMENT: _arguments, WordRole.CHANGE: _changes,
+    WordRole.EXPECTATION: _expectations,
 }  # fmt: skip

@@ -1,93 +1,128 @@
-"""A file in an editor, saved or not: its findings and the meaning of its words."""
+"""A file in an editor, saved or not: its findings and the roles of its words."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import dataclass
-from enum import StrEnum
+from functools import lru_cache
 from pathlib import Path
 
-from behaviours.catalogue import Catalogue
-from missions.editor.names import Names
-from missions.editor.outline import Item, item_at, outline
-from missions.execution.resources import catalogue_of, resources
+from missions.execution.resources import WORLDS, catalogue_of, load_world
+from missions.inspection.diagnosis import FileKind, file_kind, findings_of
+from missions.language.expressions.scope import Scope, Symbol
+from missions.language.keys import MISSION
+from missions.language.model import Resources
 from missions.language.reading.mission import read_mission
-from robots.load import read_robot
-from stack.documents import Finding, Findings, Mark, Node, read_text
+from missions.language.reading.trees import read_trees
+from missions.language.reading.words import Draft, Word, WordRole, Words
+from robots.load import find_robot
+from stack.documents import Finding, Findings, Mark, Node, read_file, read_text
 from stack.errors import InputError
-from stack.sim.worlds.world_file import read_world
+from stack.sim.worlds.world_file import find_world
 
-
-class FileKind(StrEnum):
-    """Kind of a file."""
-
-    MISSION = "mission"
-    WORLD = "world"
-    ROBOT = "robot"
-    TREES = "trees"
-    OTHER = "other"
+CHECKED = (FileKind.MISSION, FileKind.WORLD, FileKind.ROBOT, FileKind.TREES)
+"""Kinds of files that are checked; editors open any YAML file."""
 
 
 @dataclass(frozen=True)
 class Reading:
-    """A parsed file with the names and behaviours it refers to."""
+    """A file as the readers see it.
 
-    names: Names
-    catalogue: Catalogue
-    items: list[Item]
+    Attributes:
+        top: its document.
+        words: its words, and those of the files that it includes.
+        findings: what `treepilot check` reports for it.
+    """
 
-    def at(self, line: int, column: int) -> Item | None:
-        """Return the item at a position, counted from 1."""
-        return item_at(self.items, line, column)
+    path: Path
+    top: Node
+    words: Words
+    findings: tuple[Finding, ...] = ()
+
+    def at(self, line: int, column: int) -> Word | None:
+        """Return the word at a position, counted from 1.
+
+        A value of several lines is found in its first line.
+        """
+        before = [
+            word for word in self.words.of_file(str(self.path))
+            if word.node.mark.line == line and word.node.mark.column <= column
+        ]  # fmt: skip
+        # A word that was read twice counts as it was read first: with all names.
+        return max(before, key=lambda word: word.node.mark.column, default=None)
+
+    def scope(self, word: Word) -> Scope:
+        """Return the names that are visible at a word."""
+        return self.words.scope if word.scope is None else word.scope
+
+    def known(self, word: Word) -> dict[str, Symbol]:
+        """Return the visible names, the outermost first; hidden ones are left out."""
+        layers = reversed(self.scope(word).layers)
+        return {name: symbol for layer in layers for name, symbol in layer.items()}
+
+    def mark_of(self, symbol: Symbol) -> Mark:
+        """Return the position of a declaration; a place of the world is declared in its file."""
+        file = self._world_of(symbol)
+        places = (_read(file) or self.top).get("places") if file is not None else None
+        keys = [key for key, _ in places.entries if key.value == symbol.name] if places else []
+        return keys[0].mark if keys else symbol.mark
+
+    def is_of_world(self, symbol: Symbol) -> bool:
+        """Return whether a symbol is a place of the world."""
+        return self._world_of(symbol) is not None
+
+    def _world_of(self, symbol: Symbol) -> Path | None:
+        world = self.top.get("world")
+        if world is None or symbol.mark != world.mark:
+            return None
+        return self.file_of("world", str(world.value))
+
+    def file_of(self, key: str, value: str) -> Path | None:
+        """Return the file that the value of a top-level key names; None if there is none."""
+        folder = self.path.parent
+        try:
+            if key == "world":
+                return find_world(value, folder, WORLDS)
+            if key == "robot":
+                return find_robot(value, folder)
+        except InputError:
+            return None
+        file = folder / value
+        return file if file.is_file() else None
 
 
-def file_kind(text: str) -> FileKind:
-    """Return the kind of a YAML file by its top-level keys; editors send any YAML file."""
-    keys = set(re.findall(r"^([a-z_]+)\s*:", text, re.MULTILINE))
-    if "mission" in keys or {"run", "robot"} <= keys or {"run", "world"} <= keys:
-        return FileKind.MISSION
-    if "world" in keys and keys & {"walls", "boxes", "places", "bounds", "format"}:
-        return FileKind.WORLD
-    if "robot" in keys and keys & {"wheels", "urdf", "footprint"}:
-        return FileKind.ROBOT
-    return FileKind.TREES if keys & {"trees", "places"} else FileKind.OTHER
-
-
-def findings_in(text: str, path: Path) -> tuple[Finding, ...]:
-    """Return the findings of a text with the path of its file, which need not exist."""
-    kind = file_kind(text)
+def diagnosed(text: str, path: Path) -> tuple[Reading | None, tuple[Finding, ...]]:
+    """Return the reading of a text, None if it is not valid YAML, and its findings."""
+    if file_kind(path, text) not in CHECKED:
+        return None, ()
+    draft = Draft(text)
+    findings = findings_of(path, draft)
     try:
-        if kind is FileKind.MISSION:
-            return read_mission(path, catalogue_of, resources(), text=text).warnings
-        if kind is FileKind.WORLD:
-            read_world(path, text)
-        elif kind is FileKind.ROBOT:
-            read_robot(path, text)
-        elif kind is FileKind.TREES:
-            read_text(text, str(path))
-    except InputError as error:
-        return error.findings or (Finding(Mark(str(path)), "E110", str(error)),)
-    return ()
+        top = read_text(text, str(path))
+    except InputError:
+        return None, findings
+    return Reading(path, top, draft.words, findings), findings
 
 
-def read(text: str, path: Path) -> Reading | None:
-    """Parse a text; None if it is not valid YAML."""
+def read_words(text: str, path: Path) -> Reading | None:
+    """Read the words of a text without its findings; None if it is not valid YAML."""
     try:
         top = read_text(text, str(path))
     except InputError:
         return None
-    return _reading(top, path)
+    draft = Draft(text)
+    with suppress(InputError):
+        if file_kind(path, text) is FileKind.TREES:
+            read_trees(path, catalogue_of([], path.parent, Findings()), draft)
+        else:
+            read_mission(path, catalogue_of, _NAMES_ONLY, {}, draft)
+    return Reading(path, top, draft.words)
 
 
-def _reading(top: Node, path: Path) -> Reading:
-    names = Names(top, path)
-    plugins = top.get("plugins")
-    texts = [item for item in (plugins.items if plugins else []) if isinstance(item.value, str)]
-    catalogue = catalogue_of(texts, path.parent, Findings())
-    signatures = {name: tree.signature for name, tree in names.trees.items()}
-    return Reading(names, catalogue, outline(top, catalogue, signatures))
-
+_NAMES_ONLY = Resources(world_places=lambda name, folder: load_world(name, folder).places)
+"""What the words depend on; robots, maps and components are not read for them."""
 
 CURSOR = "cursor__here"
 """Placeholder for the word that is being typed."""
@@ -97,20 +132,20 @@ _CLOSING = {"{": "}", "[": "]"}
 
 @dataclass(frozen=True)
 class CursorReading:
-    """A parsed file with a placeholder for the word that is being typed.
+    """A file with a placeholder for the word that is being typed.
 
     Attributes:
-        item: the placeholder.
+        word: the placeholder.
         cut: whether the lines after it were dropped to parse the file.
     """
 
     reading: Reading
-    item: Item
+    word: Word
     cut: bool
 
 
 def read_at_cursor(text: str, path: Path, line: int, column: int) -> CursorReading | None:
-    """Parse a file in which a word is being typed; None if every attempt fails.
+    """Read a file in which a word is being typed; None if every attempt fails.
 
     The word is replaced by a placeholder, as a value, as a key, with open brackets closed, and
     finally without the lines after it. The first text that can be parsed is used.
@@ -130,15 +165,23 @@ def read_at_cursor(text: str, path: Path, line: int, column: int) -> CursorReadi
     attempts = [f"{head}{CURSOR}{tail}", f"{head}{CURSOR}:{tail}", f"{head}{CURSOR}{closed}",
                 f"{head}{CURSOR}: {closed}"]  # fmt: skip
     for rest, attempt in [(rest, attempt) for rest in (after, []) for attempt in attempts]:
-        found = read("\n".join([*before, attempt, *rest]), path)
-        item = _placeholder(found.items) if found else None
-        if found and item:
-            return CursorReading(found, item, rest is not after)
+        found = read_words("\n".join([*before, attempt, *rest]), path)
+        word = _placeholder(found.words.of_file(str(path))) if found else None
+        if found and word:
+            return CursorReading(found, word, rest is not after)
     return None
 
 
-def _placeholder(items: Sequence[Item]) -> Item | None:
-    return next((item for item in items if CURSOR in str(item.node.value)), None)
+def is_new(text: str) -> bool:
+    """Return whether a file has no content yet, or only keys that a mission has too."""
+    keys = re.findall(r"^([A-Za-z_]\w*)[ \t]*:", text, re.MULTILINE)
+    return set(keys) <= MISSION.keys()
+
+
+def _placeholder(words: Iterable[Word]) -> Word | None:
+    found = [word for word in words if CURSOR in str(word.node.value)]
+    # A bare value can also become a port or key of the section that it stands for.
+    return min(found, key=lambda word: word.role is WordRole.DECLARED, default=None)
 
 
 def _closing(head: str) -> str:
@@ -150,3 +193,20 @@ def _closing(head: str) -> str:
         elif stack and letter == stack[-1]:
             stack.pop()
     return "".join(reversed(stack))
+
+
+def _read(path: Path) -> Node | None:
+    """Read a file that this one refers to; None if that fails."""
+    try:
+        return _read_once(path, path.stat().st_mtime_ns)
+    except OSError:
+        return None
+
+
+@lru_cache(maxsize=64)
+def _read_once(path: Path, changed: int) -> Node | None:
+    """Read a file once per modification time: worlds are long and needed often."""
+    try:
+        return read_file(path)
+    except InputError:
+        return None

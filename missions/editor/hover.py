@@ -3,52 +3,61 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
+from behaviours.catalogue import BehaviourKind
 from missions.editor.document import Reading
-from missions.editor.markdown import (
-    behaviour_text,
-    declaration_text,
-    word_text,
-)
-from missions.editor.names import Name, TreeName
-from missions.editor.outline import Item, Use
+from missions.editor.markdown import behaviour_text, declaration_text, word_text
 from missions.inspection.listing import description_of, installed
 from missions.language.expressions.robot_values import ROBOT_VALUES
+from missions.language.expressions.scope import UNSET, Symbol
+from missions.language.expressions.terms import shown
+from missions.language.expressions.texts import formatter
 from missions.language.expressions.value_types import NAMED, ValueType
-from missions.language.keys import CASE, EVENT, EXPECTATION, MISSION, TREE, docs
+from missions.language.keys import SECTIONS
+from missions.language.kinds import NODES
+from missions.language.model import Tree
+from missions.language.reading.words import Word, WordRole
 from stack.components import available, component
 from stack.documents import Mark
 from stack.errors import InputError
 from stack.parameters import Declaration, declarations
 
 
-def explanation(reading: Reading, item: Item, word: str) -> str:
-    """Return documentation of a word as markdown; empty if there is none."""
-    if word.startswith("$"):
-        return _name_text(reading.names.known(item.scope).get(word[1:]))
-    explain = _EXPLAIN.get(item.use)
-    return explain(reading, item, word) if explain else ""
+def explanation(reading: Reading, word: Word, text: str) -> str:
+    """Return documentation of a word as markdown; empty if there is none.
+
+    Args:
+        reading: the file.
+        word: the key or value at the position.
+        text: the part of it at the position: `$dock` of `$dock is set`.
+    """
+    if text.startswith("$"):
+        return _name_text(reading, word, text[1:].partition(".")[0])
+    explain = _EXPLAIN.get(word.role)
+    return explain(reading, word, text) if explain else ""
 
 
-def definition(reading: Reading, item: Item, word: str) -> Mark | None:
+def definition(reading: Reading, word: Word, text: str) -> Mark | None:
     """Return the position of a word's definition, in this file or another."""
-    names = reading.names
-    if word.startswith("$") or item.use in (Use.KEY, Use.PLACE, Use.DECLARED):
-        found = names.known(item.scope).get(word.lstrip("$"))
+    named = (WordRole.KEY, WordRole.PLACE, WordRole.DECLARED, WordRole.EXPECTATION)
+    if text.startswith("$") or word.role in named:
+        found = reading.known(word).get(text.lstrip("$").partition(".")[0])
         if found is not None:
-            return found.mark
-    if item.use is Use.TREE:
-        tree = names.trees.get(str(item.node.value))
-        return tree.mark if tree else None
-    if item.use is Use.INPUT and item.owner in names.trees:
-        return names.trees[item.owner].mark
-    if item.use in (Use.WORLD, Use.ROBOT, Use.FILE):
-        file = names.file_of(item.owner, str(item.node.value))
+            return reading.mark_of(found)
+    value, trees = str(word.node.value), reading.words.trees
+    if word.role in (WordRole.TREE, WordRole.NODE_NAME):
+        return trees[value].mark if value in trees else None
+    if word.role in (WordRole.INPUT, WordRole.OUTPUT) and word.owner in trees:
+        tree = trees[word.owner]
+        declared = {**tree.inputs, **tree.outputs}.get(text)
+        return declared.mark if declared else tree.mark
+    if word.role in (WordRole.WORLD, WordRole.ROBOT, WordRole.FILE):
+        file = reading.file_of(word.owner, value)
         return Mark(str(file)) if file else None
-    if item.use in (Use.KIND, Use.PORT, Use.OUTPUT):
-        return _source(reading, item)
+    if word.role in (WordRole.KIND, WordRole.PORT, WordRole.OUTPUT):
+        return _source(reading, word)
     return None
 
 
@@ -68,10 +77,25 @@ def parameters_of(owner: str) -> dict[str, Declaration]:
     return declarations(cls.Parameters)  # type: ignore[attr-defined]
 
 
-def _source(reading: Reading, item: Item) -> Mark | None:
+def signature_of_kind(
+    reading: Reading, word: str
+) -> tuple[Mapping[str, Declaration], Mapping[str, Declaration]]:
+    """Return the ports and outputs of a node type; empty if it has none."""
+    if word in NODES:
+        return NODES[word].ports, NODES[word].outputs
+    kind = _behaviour(reading, word)
+    return (kind.ports, kind.outputs) if kind else ({}, {})
+
+
+def _behaviour(reading: Reading, word: str) -> BehaviourKind | None:
+    catalogue = reading.words.catalogue
+    return catalogue.get(word) if catalogue else None
+
+
+def _source(reading: Reading, word: Word) -> Mark | None:
     """Return the position of a behaviour's class."""
-    word = str(item.node.value) if item.use is Use.KIND else item.owner
-    kind = reading.catalogue.get(word)
+    named = str(word.node.value) if word.role is WordRole.KIND else word.owner
+    kind = _behaviour(reading, named)
     if kind is None:
         return None
     try:
@@ -81,101 +105,132 @@ def _source(reading: Reading, item: Item) -> Mark | None:
     return Mark(str(Path(kind.source).resolve()), line)
 
 
-def _name_text(name: Name | None) -> str:
-    return f"**${name.name}**: {name.role}, {name.type}\n\n`{name.text}`" if name else ""
+def symbol_text(reading: Reading, symbol: Symbol) -> str:
+    """Return markdown about a declared name: its role, type and value."""
+    role: str = symbol.role
+    if reading.is_of_world(symbol):
+        role = "place of the world"
+    for tree in reading.words.trees.values():
+        if symbol in (*tree.inputs.values(), *tree.outputs.values()):
+            role = f"{role} {tree.name}"
+    parts = [f"**${symbol.name}**: {role}, {symbol.type}"]
+    if symbol.value is not UNSET and symbol.value is not None:
+        parts.append(f"`{formatter(symbol.type, shown)(symbol.value)}`")
+    return "\n\n".join(parts)
 
 
-def _kind(reading: Reading, item: Item, word: str) -> str:
-    kind = reading.catalogue.get(str(item.node.value))
-    return behaviour_text(kind) if kind else word_text(str(item.node.value))
+def _name_text(reading: Reading, word: Word, name: str) -> str:
+    symbol = reading.known(word).get(name)
+    return symbol_text(reading, symbol) if symbol else ""
 
 
-def _declared(reading: Reading, item: Item, word: str) -> str:
-    if item.declared is None:
+def _kind(reading: Reading, word: Word, text: str) -> str:
+    kind = _behaviour(reading, str(word.node.value))
+    return behaviour_text(kind) if kind else word_text(str(word.node.value))
+
+
+def _declared(reading: Reading, word: Word, text: str) -> str:
+    if word.declared is None:
         return ""
-    return f"**{item.declared.name}**: {declaration_text(item.declared)}"
+    return f"**{word.declared.name}**: {declaration_text(word.declared)}"
 
 
-def _input(reading: Reading, item: Item, word: str) -> str:
-    tree = reading.names.trees.get(item.owner)
-    kind = tree.signature[0].get(word) if tree else None
-    return f"**{word}**: `in` of the tree {item.owner}, {kind}" if kind else ""
+def _output(reading: Reading, word: Word, text: str) -> str:
+    _, outputs = signature_of_kind(reading, word.owner)
+    declared = outputs.get(text, word.declared)
+    return f"**{declared.name}**: {declaration_text(declared)}" if declared else ""
 
 
-def _expression(reading: Reading, item: Item, word: str) -> str:
-    value = ROBOT_VALUES.get(word)
-    return f"**{word}**: {value.help}\n\n*{value.type}*" if value else ""
+def _input(reading: Reading, word: Word, text: str) -> str:
+    tree = reading.words.trees.get(word.owner)
+    symbol = tree.inputs.get(text) if tree else None
+    return f"**{text}**: `in` of the tree {word.owner}, {symbol.type}" if symbol else ""
 
 
-def _plain_name(reading: Reading, item: Item, word: str) -> str:
-    return _name_text(reading.names.known(item.scope).get(word))
+def _expression(reading: Reading, word: Word, text: str) -> str:
+    value = ROBOT_VALUES.get(text)
+    return f"**{text}**: {value.help}\n\n*{value.type}*" if value else ""
 
 
-def _tree(reading: Reading, item: Item, word: str) -> str:
-    tree = reading.names.trees.get(str(item.node.value))
+def _value(reading: Reading, word: Word, text: str) -> str:
+    return _expression(reading, word, text) or _declared(reading, word, text)
+
+
+def _plain_name(reading: Reading, word: Word, text: str) -> str:
+    return _name_text(reading, word, text)
+
+
+def _tree(reading: Reading, word: Word, text: str) -> str:
+    tree = reading.words.trees.get(str(word.node.value))
     return tree_text(tree) if tree else ""
 
 
-def tree_text(tree: TreeName) -> str:
+def tree_text(tree: Tree) -> str:
     """Return markdown about a tree, with its inputs and outputs."""
-    inputs, outputs = (_types(types) for types in tree.signature)
+    inputs, outputs = _types(tree.inputs), _types(tree.outputs)
     lines = [f"**{tree.name}**: a tree", tree.doc, inputs and f"in: {inputs}",
              outputs and f"out: {outputs}"]  # fmt: skip
     return "\n\n".join(filter(None, lines))
 
 
-def _types(types: object) -> str:
-    assert isinstance(types, dict)
-    return ", ".join(f"`{name}` ({kind})" for name, kind in types.items())
+def _types(symbols: Mapping[str, Symbol]) -> str:
+    return ", ".join(f"`{name}` ({symbol.type})" for name, symbol in symbols.items())
 
 
-def _declared_here(reading: Reading, item: Item, word: str) -> str:
-    if item.owner == "trees":
-        tree = reading.names.trees.get(word)
-        return tree_text(tree) if tree else ""
-    return _plain_name(reading, item, word)
+def _declared_here(reading: Reading, word: Word, text: str) -> str:
+    if word.owner == "trees":
+        return _tree(reading, word, text)
+    return _plain_name(reading, word, text)
 
 
-def _component(reading: Reading, item: Item, word: str) -> str:
-    name = str(item.node.value)
+def _node_name(reading: Reading, word: Word, text: str) -> str:
+    return _tree(reading, word, text) or _kind(reading, word, text)
+
+
+def _section_key(reading: Reading, word: Word, text: str) -> str:
+    key = SECTIONS.get(word.owner, {}).get(text)
+    return f"**{text}**: {key.doc}" if key else ""
+
+
+def _expectation(reading: Reading, word: Word, text: str) -> str:
+    key = SECTIONS["expectation"].get(text)
+    return f"**{text}**: {key.doc}" if key else _name_text(reading, word, text)
+
+
+def _component(reading: Reading, word: Word, text: str) -> str:
+    name = str(word.node.value)
     from missions.execution.component_choices import DEFAULTS
 
-    if item.owner not in DEFAULTS or name not in available(item.owner):
+    if word.owner not in DEFAULTS or name not in available(word.owner):
         return ""
-    return f"**{name}**: {inspect.cleandoc(component(item.owner, name).__doc__ or '')}"
+    return f"**{name}**: {inspect.cleandoc(component(word.owner, name).__doc__ or '')}"
 
 
-def _parameter(reading: Reading, item: Item, word: str) -> str:
-    declared = parameters_of(item.owner).get(word)
-    return f"**{word}**: {declaration_text(declared)}" if declared else ""
+def _parameter(reading: Reading, word: Word, text: str) -> str:
+    declared = parameters_of(word.owner).get(text)
+    return f"**{text}**: {declaration_text(declared)}" if declared else ""
 
 
-def _shipped(reading: Reading, item: Item, word: str) -> str:
+def _shipped(reading: Reading, word: Word, text: str) -> str:
     try:
-        return f"```text\n{description_of(str(item.node.value), installed())}\n```"
+        return f"```text\n{description_of(str(word.node.value), installed())}\n```"
     except InputError:
         return ""
 
 
-def _type(reading: Reading, item: Item, word: str) -> str:
-    found: ValueType | None = NAMED.get(word)
-    return f"**{word}**: {found}" if found else ""
+def _type(reading: Reading, word: Word, text: str) -> str:
+    found: ValueType | None = NAMED.get(text)
+    return f"**{text}**: {found}" if found else ""
 
 
-def _keyed(texts: dict[str, str]) -> Callable[[Reading, Item, str], str]:
-    def explain(reading: Reading, item: Item, word: str) -> str:
-        return f"**{word}**: {texts[word]}" if word in texts else ""
-
-    return explain
-
-
-_EXPLAIN: dict[Use, Callable[[Reading, Item, str], str]] = {
-    Use.TOP_KEY: _keyed(docs(MISSION)), Use.TREE_KEY: _keyed(docs(TREE)),
-    Use.EVENT_KEY: _keyed(docs(EVENT)), Use.CASE_KEY: _keyed({**docs(CASE), **docs(EXPECTATION)}),
-    Use.KIND: _kind, Use.INPUT: _input, Use.TREE: _tree,
-    Use.MODIFIER: lambda reading, item, word: word_text(word),
-    Use.PORT: _declared, Use.OUTPUT: _declared, Use.VALUE: _declared,
-    Use.EXPRESSION: _expression, Use.KEY: _plain_name, Use.PLACE: _plain_name,
-    Use.DECLARED: _declared_here, Use.TYPE: _type, Use.COMPONENT: _component,
-    Use.PARAMETER: _parameter, Use.WORLD: _shipped, Use.ROBOT: _shipped,
+_EXPLAIN: dict[WordRole, Callable[[Reading, Word, str], str]] = {
+    WordRole.SECTION_KEY: _section_key, WordRole.EXPECTATION: _expectation,
+    WordRole.KIND: _kind, WordRole.INPUT: _input, WordRole.TREE: _tree,
+    WordRole.MODIFIER: lambda reading, word, text: word_text(text),
+    WordRole.PORT: _declared, WordRole.OUTPUT: _output, WordRole.VALUE: _value,
+    WordRole.EXPRESSION: _expression, WordRole.CHANGE: _expression,
+    WordRole.KEY: _plain_name, WordRole.PLACE: _plain_name, WordRole.ARGUMENT: _plain_name,
+    WordRole.DECLARED: _declared_here, WordRole.TYPE: _type, WordRole.COMPONENT: _component,
+    WordRole.PARAMETER: _parameter, WordRole.WORLD: _shipped, WordRole.ROBOT: _shipped,
+    WordRole.NODE_NAME: _node_name,
 }  # fmt: skip

@@ -12,8 +12,8 @@ _QUOTED = re.compile(r"'(?:[^']|'')*'|\"(?:[^\"\\]|\\.)*\"")
 
 
 @dataclass(frozen=True)
-class Word:
-    """A word and its first column."""
+class TextWord:
+    """A word of a line and its first column."""
 
     text: str
     column: int
@@ -24,21 +24,21 @@ class Word:
         return self.column + len(self.text)
 
 
-def word_at(line: str, column: int) -> Word | None:
+def word_at(line: str, column: int) -> TextWord | None:
     """Return the word at a column, with its `$`; None in a comment or between words."""
     if re.search(r"(^|\s)#", line[: column - 1]):
         return None
     for found in _WORD.finditer(line):
         if found.start() < column <= found.end() + 1:
-            return Word(found[0], found.start() + 1)
+            return TextWord(found[0], found.start() + 1)
     return None
 
 
-def typed_word(line: str, column: int) -> Word:
+def typed_word(line: str, column: int) -> TextWord:
     """Return the part of a word before a column; may be empty."""
     found = _TYPED.search(line[: column - 1])
     text = found[0] if found else ""
-    return Word(text, column - len(text))
+    return TextWord(text, column - len(text))
 
 
 def end_of_value(line: str, column: int) -> int:

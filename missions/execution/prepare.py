@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from math import ceil
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -22,9 +22,10 @@ from missions.execution.route_graphs import located_planner
 from missions.language.model import Mission
 from missions.language.reading.header import LOCALISATION
 from missions.language.reading.mission import read_mission
+from missions.language.reading.words import Draft
 from stack.components import Choice, Component, Estimator
 from stack.costmap.parameters import CostmapParameters
-from stack.documents import Finding, Mark, read_file, value_of
+from stack.documents import Finding, Findings, Mark, Node, read_text, value_of
 from stack.documents.files import decoded, read_input
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError, ParameterError
@@ -38,7 +39,7 @@ from stack.sim.worlds.world import World
 from stack.telemetry.records import Command
 from stack.types import Pose2D
 
-__all__ = ["PreparedMission", "RunOptions", "prepare"]
+__all__ = ["Diagnosis", "PreparedMission", "RunOptions", "diagnose", "prepare"]
 
 
 MAP_ORIGIN = Pose2D(0.0, 0.0)
@@ -125,70 +126,144 @@ class PreparedMission:
         return self.mission.map != "none"
 
 
+@dataclass(frozen=True)
+class Diagnosis:
+    """What is wrong with a mission.
+
+    Attributes:
+        findings: the errors; or, if there are none, the warnings. In the order of discovery: the
+            mission, its world, its components and files, the behaviours.
+        plan: the prepared mission; None if there are errors.
+    """
+
+    findings: tuple[Finding, ...]
+    plan: PreparedMission | None
+
+
+def diagnose(
+    path: Path, options: RunOptions | None = None, draft: Draft | None = None
+) -> Diagnosis:
+    """Read a mission and the files it names, and check that it can start. Nothing is started.
+
+    `check`, the language server, `show`, `run` and its reload all call this: a mission without
+    errors starts.
+
+    Args:
+        path: the mission file, which need not exist if there is a text.
+        options: as for a run.
+        draft: text to read instead of the file's, and a recorder of its words.
+
+    Raises:
+        InputError: an option is wrong, or a file cannot be read; not for errors in files.
+    """
+    found = Findings()
+    try:
+        plan = _planned(path, options or RunOptions(), draft or Draft(), found)
+    except InputError as error:
+        errors = tuple(error.findings) or tuple(found.errors)
+        if not errors:
+            raise
+        return Diagnosis(errors, None)
+    warnings = (*plan.mission.warnings, *plan.world.warnings, *plan.warnings)
+    return Diagnosis(warnings, plan)
+
+
 def prepare(name: str | Path, options: RunOptions) -> PreparedMission:
     """Read and check a mission and the files it names.
 
     Raises:
         InputError: the files have errors; it carries every finding. Nothing was started.
     """
-    path = find_mission(name)
-    mission = read_mission(path, catalogue_of, resources(options.world), options.arguments or {})
+    diagnosis = diagnose(find_mission(name), options)
+    if diagnosis.plan is None:
+        raise InputError(diagnosis.findings)
+    return diagnosis.plan
+
+
+def _planned(path: Path, options: RunOptions, draft: Draft, found: Findings) -> PreparedMission:
+    """Return the prepared mission; collect the errors of one check before the next in `found`.
+
+    Raises:
+        InputError: all errors, or those without which the others cannot be checked.
+    """
+    arguments = options.arguments or {}
+    mission = read_mission(path, catalogue_of, resources(options.world), arguments, draft)
+    text = draft.text
+    if text is None:
+        text = decoded(read_input(path, "mission"), path)
     folder = path.parent
     robot = load_robot(options.robot or mission.robot, _base_folder(options.robot, folder))
     world = load_world(options.world or mission.world, _base_folder(options.world, folder))
     if options.camera == "off":
         robot = replace(robot, camera=None)
+    marks = _Marks(mission, read_text(text, str(path), "mission"))
     start = _start_pose(options.start, mission, world)
-    _check_start(start, options, mission, world, robot)
+    _gather(found, lambda: _check_start(start, options, marks, world, robot))
     belief = _belief(mission, start)
+    choices = _choices(mission, robot, options)
+    _gather(found, lambda: _check_fit(choices, marks, robot))
+    _gather(found, lambda: _check_estimator(choices[LOCALISATION], marks, belief))
+    if options.replay is None and (options.body or robot.body) == "simulated":
+        _gather(found, lambda: _check_rate(choices["loop"].parameters, marks))
+    _gather(found, lambda: _check_map_size(marks, world, choices["costmap"].parameters))
+    layers = tuple(layer.located(folder) for layer in choices["costmap"].parts)
+    choices["costmap"] = replace(choices["costmap"], parts=layers)
+    limits = choices["speed_limits"]
+    choices["speed_limits"] = replace(limits, parameters=limits.parameters.located(folder))
+    planner = choices["planner"]
+    located = _gather(found, lambda: located_planner(planner, mission, robot, world))
+    choices["planner"], warnings = located or (planner, ())
+    plan = PreparedMission(mission, robot, world, start, belief, choices, text, warnings)
+    _gather(found, lambda: _check_nodes(plan, options))
+    found.raise_errors()
+    return plan
+
+
+T = TypeVar("T")
+
+
+def _gather(found: Findings, check: Callable[[], T]) -> T | None:
+    """Return the result of a check, or None after findings in files, which are collected."""
+    try:
+        return check()
+    except InputError as error:
+        if not error.findings:
+            raise
+        found.items += error.findings
+        return None
+
+
+def _choices(mission: Mission, robot: RobotDescription, options: RunOptions) -> dict[str, Choice]:
+    """Return the chosen components with the parameters of the command line."""
     wanted = {kind: (part.use, part.values) for kind, part in mission.components.items()}
     wanted = _with_parameters(wanted, options.parameters or {})
     try:
-        choices = all_chosen(robot, wanted, mapped=mission.map != "none")
+        return all_chosen(robot, wanted, mapped=mission.map != "none")
     except ParameterError as error:  # not from the mission: its values were checked on reading
         names = list(options.parameters or {})
         given = [name for name in names if name.endswith(f".{error.name}")] or names
         hint = f"; {error.hint}" if error.hint else ""
         source = f"--parameter {', '.join(given)}" if given else f"robot {robot.name}: {error.name}"
         raise InputError(f"{source}: {error.sentence}{hint}") from None
-    _check_fit(choices, mission, robot)
-    _check_estimator(choices[LOCALISATION], mission, belief)
-    if options.replay is None and (options.body or robot.body) == "simulated":
-        _check_rate(choices["loop"].parameters, mission)
-    _check_map_size(mission, world, choices["costmap"].parameters)
-    layers = tuple(layer.located(folder) for layer in choices["costmap"].parts)
-    choices["costmap"] = replace(choices["costmap"], parts=layers)
-    limits = choices["speed_limits"]
-    choices["speed_limits"] = replace(limits, parameters=limits.parameters.located(folder))
-    choices["planner"], warnings = located_planner(choices["planner"], mission, robot, world)
-    plan = PreparedMission(
-        mission=mission,
-        robot=robot,
-        world=world,
-        start=start,
-        belief=belief,
-        choices=choices,
-        text=decoded(read_input(path, "mission"), path),
-        warnings=warnings,
-    )
-    if options.breakpoints or options.forced:
-        _check_nodes(plan, options)
-    return plan
 
 
 def _check_nodes(plan: PreparedMission, options: RunOptions) -> None:
-    """Raise InputError for breakpoints and forced outcomes of unknown nodes."""
+    """Raise InputError for behaviours that cannot be built, and for unknown nodes of options."""
     from missions.trees.compiler import compile_mission
+
+    tree = compile_mission(plan.mission)
+    if not options.breakpoints and not options.forced:
+        return
     from missions.trees.debugging import TreeDebugger
 
-    debugger = TreeDebugger(compile_mission(plan.mission))
+    debugger = TreeDebugger(tree)
     for node in options.breakpoints:
         debugger.set_breakpoint(node)
     for node, outcome in (options.forced or {}).items():
         debugger.force(node, outcome)
 
 
-def _check_fit(choices: dict[str, Choice], mission: Mission, robot: RobotDescription) -> None:
+def _check_fit(choices: dict[str, Choice], marks: _Marks, robot: RobotDescription) -> None:
     """Raise InputError for components whose settings do not fit the robot."""
     for choice in choices.values():
         if not issubclass(choice.component, Component):
@@ -196,34 +271,34 @@ def _check_fit(choices: dict[str, Choice], mission: Mission, robot: RobotDescrip
         try:
             choice.component.check(choice.parameters, robot)
         except InputError as error:
-            mark = _mark_of_component(mission, choice.kind)
+            mark = marks.of_component(choice.kind)
             raise InputError([Finding(mark, "E111", str(error))]) from None
 
 
-def _check_estimator(choice: Choice, mission: Mission, belief: Pose2D | None) -> None:
+def _check_estimator(choice: Choice, marks: _Marks, belief: Pose2D | None) -> None:
     """Raise InputError for an unknown initial pose on a map that the estimator cannot find."""
     estimator: type[Estimator] = choice.component
-    if mission.map != "none" and belief is None and estimator.needs_initial_pose:
+    if marks.mission.map != "none" and belief is None and estimator.needs_initial_pose:
         sentence = f"the estimator {choice.name!r} cannot find an unknown initial pose"
-        mark = _mark_of(mission.source, "initial_pose")
+        mark = marks.of("initial_pose")
         raise InputError([Finding(mark, "E111", sentence, "use `localisation: mcl`, or give one")])
 
 
-def _check_rate(loop: LoopParameters, mission: Mission) -> None:
+def _check_rate(loop: LoopParameters, marks: _Marks) -> None:
     """Raise InputError for a control rate that the simulation cannot step."""
     try:
         SimulationSettings().steps("control period", loop.period)
     except ParameterError as error:
-        mark = _mark_of_component(mission, "loop", "control_rate")
+        mark = marks.of_component("loop", "control_rate")
         raise InputError([Finding(mark, "E111", error.sentence, error.hint)]) from None
 
 
 Wanted = dict[str, tuple[str | None, Mapping[str, Any]]]
 
 
-def _check_map_size(mission: Mission, world: World, costs: CostmapParameters) -> None:
+def _check_map_size(marks: _Marks, world: World, costs: CostmapParameters) -> None:
     """Raise InputError for a world of which no map can be drawn in cells of this size."""
-    if mission.map != "from_world":
+    if marks.mission.map != "from_world":
         return
     for resolution in (RESOLUTION, costs.map_resolution):
         sentence = map_problem(world, resolution)
@@ -234,7 +309,7 @@ def _check_map_size(mission: Mission, world: World, costs: CostmapParameters) ->
             rows, columns = map_shape(world, resolution)
             least = ceil(100.0 * resolution * (rows * columns / MAX_CELLS) ** 0.5) / 100.0
             hint = f"set `navigation: {{costmap: {{map_resolution: {least:g}}}}}`"
-        raise InputError([Finding(_mark_of(mission.source, "world"), "E413", sentence, hint)])
+        raise InputError([Finding(marks.of("world"), "E413", sentence, hint)])
 
 
 def _with_parameters(wanted: Wanted, given: Mapping[str, str]) -> Wanted:
@@ -281,7 +356,7 @@ def _start_pose(given: str | None, mission: Mission, world: World) -> Pose2D:
 
 
 def _check_start(
-    start: Pose2D, options: RunOptions, mission: Mission, world: World, robot: RobotDescription
+    start: Pose2D, options: RunOptions, marks: _Marks, world: World, robot: RobotDescription
 ) -> None:
     """Raise InputError for a start outside the world or inside an obstacle."""
     x_min, y_min, x_max, y_max = world.bounds
@@ -301,21 +376,27 @@ def _check_start(
         hint = f"start at one of its places: {places}" if places else "choose another start"
         if options.start is not None or options.world is not None:
             raise InputError(f"{sentence}; {hint}")
-        raise InputError([Finding(_mark_of(mission.source, "start"), "E412", sentence, hint)])
+        raise InputError([Finding(marks.of("start"), "E412", sentence, hint)])
 
 
-def _mark_of(path: Path, key: str) -> Mark:
-    """Return the position of a top-level key's value, or the start of the file."""
-    node = read_file(path, "mission").get(key)
-    return node.mark if node is not None else Mark(str(path))
+@dataclass(frozen=True)
+class _Marks:
+    """A mission with the document it was read from, for the positions of findings."""
 
+    mission: Mission
+    document: Node
 
-def _mark_of_component(mission: Mission, kind: str, parameter: str = "") -> Mark:
-    """Return the position of a component or its parameter; of its section if it is a default."""
-    named = mission.components.get(kind)
-    if named is None:
-        return _mark_of(mission.source, "navigation")
-    return named.marks.get(parameter, named.mark)
+    def of(self, key: str) -> Mark:
+        """Return the position of a top-level key's value, or the start of the file."""
+        node = self.document.get(key)
+        return node.mark if node is not None else Mark(str(self.mission.source))
+
+    def of_component(self, kind: str, parameter: str = "") -> Mark:
+        """Return the position of a component or its parameter; of its section if a default."""
+        named = self.mission.components.get(kind)
+        if named is None:
+            return self.of("navigation")
+        return named.marks.get(parameter, named.mark)
 
 
 def _belief(mission: Mission, start: Pose2D) -> Pose2D | None:

@@ -10,15 +10,14 @@ from importlib.metadata import packages_distributions
 from pathlib import Path
 
 from missions.execution.prepare import RunOptions, prepare
-from missions.execution.resources import catalogue_of, find_mission, resources
-from missions.language.reading.mission import read_mission
+from missions.execution.resources import find_mission
+from missions.inspection.diagnosis import findings_of
 from missions.language.rendering import render_each
 from missions.trees import show
 from missions.trees.compiler import compile_mission
-from stack.documents import Finding, Mark, read_file
+from stack.documents import Finding, Mark
 from stack.documents.files import XML_BYTES, read_bytes
 from stack.errors import InputError
-from stack.sim.import_world import GAZEBO, read_any_world
 from stack.types.printable import printable
 
 OUR_PACKAGES = ("missions", "behaviours", "stack", "tui", "robots")
@@ -41,26 +40,9 @@ def check_files(names: list[str]) -> list[CheckLine]:
 def _check(name: str) -> list[CheckLine]:
     try:
         path = find_mission(name)
-        if _is_world(path):
-            return _lines(read_any_world(path).warnings)
-        plan = prepare(path, RunOptions())
+        return _lines(findings_of(path))
     except InputError as error:
-        if not error.findings:
-            return [CheckLine(f"{name}: {error}", True)]
-        return _lines(error.findings)
-    return _lines([*plan.mission.warnings, *plan.world.warnings, *plan.warnings])
-
-
-def _is_world(path: Path) -> bool:
-    """Return whether the file is a world, by its suffix or its keys."""
-    if path.suffix in GAZEBO:
-        return True
-    if _MISSION.search(_text(path)):
-        return False
-    keys = [key.value for key, _ in read_file(path, "mission").entries]
-    if "image" in keys and "world" not in keys:
-        return True  # a ROS map
-    return "world" in keys and "mission" not in keys and "run" not in keys
+        return _lines(error.findings) if error.findings else [CheckLine(f"{name}: {error}", True)]
 
 
 _OURS = re.compile(
@@ -69,9 +51,6 @@ _OURS = re.compile(
     re.MULTILINE,
 )
 """Finds what files of treepilot contain; lines of other files are not shown."""
-
-_MISSION = re.compile(r"^mission\s*:", re.MULTILINE)
-"""Finds the key `mission` without parsing: parsing a large mission twice is slow."""
 
 
 def _lines(findings: Iterable[Finding]) -> list[CheckLine]:
@@ -123,7 +102,10 @@ def check_install() -> list[CheckLine]:
 
 
 def drawing(name: str, style: str, *, colours: bool) -> str:
-    """Return the compiled tree of a mission as text, Graphviz or Mermaid."""
-    mission = read_mission(find_mission(name), catalogue_of, resources(), {})
+    """Return the compiled tree of a mission as text, Graphviz or Mermaid.
+
+    Raises:
+        InputError: the mission has errors.
+    """
     draw = {"text": show.text, "dot": show.dot, "mermaid": show.mermaid}[style]
-    return draw(compile_mission(mission), colour=colours)
+    return draw(compile_mission(prepare(name, RunOptions()).mission), colour=colours)

@@ -306,6 +306,7 @@ class Tree:
     """One entry of `trees` of the mission or of an included file.
 
     Attributes:
+        doc: its description.
         events: alive while the tree is running.
     """
 
@@ -314,6 +315,7 @@ class Tree:
     inputs: Mapping[str, Symbol]
     outputs: Mapping[str, Symbol]
     root: Step | None = None
+    doc: str = ""
     events: tuple[Event, ...] = ()
 
     @property

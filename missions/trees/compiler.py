@@ -12,6 +12,7 @@ from dataclasses import replace
 from typing import Any
 
 from py_trees.behaviour import Behaviour
+from py_trees.behaviours import Failure
 
 from behaviours.base import RobotBehaviour
 from behaviours.catalogue import build
@@ -46,8 +47,7 @@ from missions.trees.mission_tree import MissionTree
 from missions.trees.node import Node
 from missions.trees.outputs import Outputs
 from missions.trees.slots import Frame, Slot, Write
-from stack.documents import Finding, Mark
-from stack.errors import InputError
+from stack.documents import Finding, Findings, Mark
 from stack.types import Assignments
 
 _FACTORIES: dict[str, Any] = {
@@ -79,6 +79,7 @@ def compile_mission(mission: Mission, stand_in: StandIn = lambda step: None) -> 
 class _Compiler:
     def __init__(self, mission: Mission, stand_in: StandIn) -> None:
         self.mission, self.execution, self.stand_in = mission, Execution(), stand_in
+        self.findings = Findings()
         self.execution.place_names = {pose: name for name, pose in mission.places.items()}
         self.slots = {name: Slot(symbol) for name, symbol in mission.blackboard.items()}
         symbols = mission.blackboard
@@ -90,9 +91,11 @@ class _Compiler:
         }
 
     def tree(self) -> MissionTree:
+        """Compile the mission; report every behaviour that cannot be built."""
         frame = Frame(self.execution, self.readers, self.writers)
         root = self.step(self.mission.root, frame)
         root = self._events(self.mission.events, root, frame)
+        self.findings.raise_errors()
         return MissionTree(self.mission.name, root, self.execution, self.slots)
 
     def _events(self, events: tuple[EventModel, ...], root: Node, frame: Frame) -> Node:
@@ -339,12 +342,17 @@ class _Compiler:
         try:
             node = build(step.behaviour, label, arguments)
         except Exception as error:
-            sentence = f"{step.kind} cannot be built: {type(error).__name__}: {error}"
-            raise InputError([Finding(step.mark, "E127", sentence)]) from error
+            return self._unbuilt(step, f"cannot be built: {type(error).__name__}: {error}")
         if node.children:
-            sentence = f"{step.kind} has children; a mission can only use leaves"
-            raise InputError([Finding(step.mark, "E127", sentence)])
+            return self._unbuilt(step, "has children; a mission can only use leaves")
         return node
+
+    def _unbuilt(self, step: Leaf, reason: str) -> Behaviour:
+        """Report a leaf that cannot be built, once for its place in the file; stand in for it."""
+        finding = Finding(step.mark, "E127", f"{step.kind} {reason}")
+        if finding not in self.findings.items:
+            self.findings.items.append(finding)
+        return Failure(step.kind)
 
     def _record(self, node: Node, kind: str, mark: Mark, label: str = "", detail: str = "") -> Node:
         self.execution.records[id(node)] = Record(node, kind, label, detail, mark)

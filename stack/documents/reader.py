@@ -44,7 +44,7 @@ def read_document(
     """
     if text is None:
         return read_file(path, what, like)
-    return read_text(text, str(path), what)
+    return _of_kind(read_text(text, str(path), what), what, like)
 
 
 def _of_kind(node: Node, what: str, like: Sequence[str]) -> Node:

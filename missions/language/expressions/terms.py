@@ -212,7 +212,7 @@ class Distance:
         yield self.end, self
 
 
-_FIELDS = {
+POSE_FIELDS = {
     "x": ValueType(float, "m"),
     "y": ValueType(float, "m"),
     "heading": ValueType(float, "rad"),
@@ -230,11 +230,11 @@ class Field:
 
     def check(self, check: Check) -> ValueType:
         found = self.target.check(check)
-        if self.name not in _FIELDS or not POSE.accepts(found):
+        if self.name not in POSE_FIELDS or not POSE.accepts(found):
             return check.problem(
                 "E152", self.at, f"{found} has no {self.name!r}", "a Pose has x, y and heading"
             )
-        return _FIELDS[self.name]
+        return POSE_FIELDS[self.name]
 
     def bind(self, names: Names) -> Evaluate:
         target, read = self.target.bind(names), operator.attrgetter(self.name)

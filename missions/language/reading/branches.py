@@ -46,6 +46,7 @@ def read_switch(
         sentence = f"switch must be {{value: …, cases: {{…}}, default: …}}, got {got}"
         reader.findings.error("E170", body.mark if body else start.mark, sentence)
         return None
+    reader.values.words.keys(body, "switch", context.scope)
     for key, _ in body.entries:
         if key.value not in SWITCH:
             hint = suggestion(str(key.value), SWITCH)

@@ -25,12 +25,13 @@ from missions.language.keys import CASE, EXPECTATION, MOCK, STATUS_WORDS, TAKES,
 from missions.language.model import Constant, Event, Leaf, Step, Tree, Unset, Use
 from missions.language.reading.declarations import Layer
 from missions.language.reading.values import ValueReader
+from missions.language.reading.words import WordRole, Words
 from stack.documents import Findings, Mark, Node
 from stack.errors import ParameterError
 from stack.parameters import Declaration, suggestion
 from stack.types import FailureCode
 
-_FIXED = ("time", "error", "attempt")
+FIXED_VALUES = ("time", "error", "attempt")
 _CHANGE_TIME = Declaration("at", float, unit="s", at_least=0.0)
 _COUNT = Declaration("ran", int, at_least=0)
 
@@ -55,11 +56,12 @@ class MissionNames:
 class CaseReader:
     """Reads the section `tests`."""
 
-    def __init__(self, known: MissionNames, findings: Findings) -> None:
-        self.known, self.findings = known, findings
+    def __init__(self, known: MissionNames, findings: Findings, words: Words) -> None:
+        self.known, self.findings, self.words = known, findings, words
         self.context = NameContext(Scope((known.places,)))
         self.outputs = _outputs_by_name(known)
         self.names = [*self.outputs, *_unmockable_names(known)]
+        words.names = tuple(self.names)
 
     def cases(self, node: Node | None) -> tuple[Case, ...]:
         """Return the cases; report all errors in them."""
@@ -70,6 +72,7 @@ class CaseReader:
         return tuple(self._case(number, item) for number, item in enumerate(node.items, 1))
 
     def _case(self, number: int, node: Node) -> Case:
+        self.words.keys(node, "case")
         self._only(node, CASE, "a case")
         title = node.get("name")
         name = str(title.value) if title is not None else f"case {number}"
@@ -80,7 +83,10 @@ class CaseReader:
 
     def _arguments(self, node: Node | None) -> dict[str, Node]:
         found = {}
+        if node is not None and not node.is_mapping:
+            self.words.add(node, WordRole.ARGUMENT)
         for key, value in self._entries(node, "arguments"):
+            self.words.add(key, WordRole.ARGUMENT)
             declared = self.known.arguments.get(str(key.value))
             if declared is None:
                 self._unknown(key, "argument", self.known.arguments)
@@ -93,8 +99,12 @@ class CaseReader:
 
     def _mocks(self, node: Node | None) -> dict[str, Mock]:
         found = {}
+        if node is not None and not node.is_mapping:
+            self.words.choice(node, self.outputs, WordRole.NODE_NAME)
         for key, value in self._entries(node, "mock"):
             name = str(key.value)
+            self.words.choice(key, self.outputs, WordRole.NODE_NAME)
+            self.words.keys(value, "mock")
             if name not in self.outputs:
                 self._unknown(key, "behaviour, tree or named leaf", self.outputs)
                 continue
@@ -110,6 +120,7 @@ class CaseReader:
         returns, takes = node.get("returns"), node.get("takes")
         sets = {}
         for key, value in self._entries(node.get("sets"), "sets"):
+            self.words.choice(key, outputs)
             if str(key.value) not in outputs:
                 self._unknown(key, "output", outputs)
             else:
@@ -123,6 +134,7 @@ class CaseReader:
     def _outcomes(self, node: Node) -> tuple[str, ...]:
         words = (*STATUS_WORDS, *FailureCode.__members__)
         for item in _items(node):
+            self.words.choice(item, words)
             if item.value not in words and not _is_own_code(item):
                 hint = suggestion(str(item.value), words)
                 if str(item.value).isupper():
@@ -135,6 +147,8 @@ class CaseReader:
     def _changes(self, node: Node | None) -> list[Change]:
         changes = []
         for key, body in self._entries(node, "at"):
+            if not body.is_mapping:
+                self.words.add(body, WordRole.CHANGE)
             time = self._value(_CHANGE_TIME, key) or 0.0
             for name, value in self._entries(body, "changes"):
                 changes += self._change(time, name, value)
@@ -142,8 +156,10 @@ class CaseReader:
 
     def _change(self, at: float, key: Node, node: Node) -> list[Change]:
         name = str(key.value)
+        self.words.add(key, WordRole.CHANGE)
         if name == "event":
             names = [event.name for event in self.known.all_events]
+            self.words.choice(node, names, WordRole.NODE_NAME)
             if node.value not in names:
                 self._unknown(node, "event", names)
             return [Change(at, "event", str(node.value))]
@@ -154,7 +170,7 @@ class CaseReader:
                 return []
             value = self._value(symbol.type.declaration(symbol.name), node)
             return [Change(at, "key", symbol.name, value)]
-        values = {one: item for one, item in ROBOT_VALUES.items() if one not in _FIXED}
+        values = {one: item for one, item in ROBOT_VALUES.items() if one not in FIXED_VALUES}
         if name not in values:
             self._unknown(key, "robot value", values)
             return []
@@ -172,12 +188,15 @@ class CaseReader:
     def _expect(self, node: Node | None) -> Expectation:
         if node is None:
             return Expectation(status=SUCCESS)
+        if not node.is_mapping:
+            self.words.add(node, WordRole.EXPECTATION)
         found: dict[str, Any] = {
             "status": None, "failure": None, "order": (), "keys": {}, "ran": {}, "within_each": {},
             "marks": {},
         }  # fmt: skip
         for key, value in self._entries(node, "expect"):
             word = str(key.value)
+            self.words.add(key, WordRole.EXPECTATION)
             found["marks"][word] = value.mark
             if word in ("status", "failure"):
                 found[word] = self._word(word, value)
@@ -212,8 +231,9 @@ class CaseReader:
         words = STATUS_WORDS
         if word == "failure":
             words = tuple(FailureCode.__members__)
-            if _is_own_code(node):
-                return str(node.value)
+        self.words.choice(node, words)
+        if word == "failure" and _is_own_code(node):
+            return str(node.value)
         if node.value not in words:
             hint = suggestion(str(node.value), words)
             if word == "failure" and str(node.value).isupper():
@@ -260,6 +280,7 @@ class CaseReader:
     # Findings
 
     def _name(self, node: Node) -> str:
+        self.words.choice(node, self.names, WordRole.NODE_NAME)
         if str(node.value) not in self.names:
             self._unknown(node, "node, behaviour, tree or event", self.names)
         return str(node.value)
@@ -272,7 +293,7 @@ class CaseReader:
             self._error(node, str(error), error.hint)
             return None
         found = Findings()
-        value = ValueReader(found).value(declared, node, self.context)
+        value = ValueReader(found, self.words).value(declared, node, self.context)
         for item in found.items:
             self.findings.error("E115", item.mark, item.sentence, item.hint)
         return value.value if isinstance(value, Constant) else None

@@ -19,6 +19,7 @@ from missions.language.expressions.value_types import (
 from missions.language.keys import ARGUMENT, BLACKBOARD_KEY, INPUT, OPTIONAL, TREE
 from missions.language.model import Constant, Tree
 from missions.language.reading.values import IDENTIFIER, ValueReader
+from missions.language.reading.words import WordRole
 from stack.documents import Findings, Mark, Node, Section, read_text
 from stack.errors import InputError, ParameterError
 from stack.parameters import Declaration, suggestion, units
@@ -37,7 +38,7 @@ class DeclarationReader:
     """
 
     def __init__(self, values: ValueReader) -> None:
-        self.values, self.findings = values, values.findings
+        self.values, self.findings, self.words = values, values.findings, values.words
         self.declared: dict[str, Declaration] = {}
 
     def places(self, node: Node | None, world: Mapping[str, Pose2D], where: Mark) -> Layer:
@@ -45,6 +46,7 @@ class DeclarationReader:
         layer = {name: Symbol(name, Role.PLACE, POSE, where, pose) for name, pose in world.items()}
         for key, entry in self._entries(node, "places"):
             name = str(key.value)
+            self.words.add(key, WordRole.DECLARED, owner="places")
             try:
                 pose = Declaration(name, Pose2D).read(entry.plain())
             except ParameterError as error:
@@ -57,6 +59,7 @@ class DeclarationReader:
         """Read blackboard keys: `visited: {type: int, initial: 0}`."""
         layer: Layer = {}
         for key, entry in self._entries(node, "blackboard"):
+            self._named(key, entry, "blackboard", "blackboard key")
             section = Section(
                 entry, self.findings, f"the key {key.value!r}", "E101", [*BLACKBOARD_KEY]
             )
@@ -76,6 +79,7 @@ class DeclarationReader:
         layer: Layer = {}
         for key, entry in self._entries(node, "arguments"):
             name = str(key.value)
+            self._named(key, entry, "arguments", "argument")
             section = Section(entry, self.findings, f"the argument {name!r}", "E101", [*ARGUMENT])
             declared = self.declared[name] = self._argument(name, section)
             default = section.node_of("default")
@@ -100,10 +104,11 @@ class DeclarationReader:
 
         Defaults of `in` can refer to names in `scope`.
         """
+        self._named(key, node, "trees", "tree")
         section = Section(node, self.findings, f"the tree {key.value!r}", "E101", [*TREE])
         inputs = self._inputs(section.node_of("in"), scope)
         outputs = self._outputs(section.node_of("out"))
-        section.node_of("doc")
+        doc = section.node_of("doc")
         section.node_of("events")
         section.node_of("do", required=True)
         section.done()
@@ -113,14 +118,16 @@ class DeclarationReader:
                 self.findings.error(
                     "E144", mark, f"{name!r} is in both `in` and `out`; rename one of them"
                 )
-        return Tree(str(key.value), key.mark, inputs, outputs)
+        return Tree(str(key.value), key.mark, inputs, outputs, doc=str(doc.value) if doc else "")
 
     def _inputs(self, node: Node | None, scope: Scope) -> Layer:
         """Read inputs: a type, or `{type: duration, default: 3 s}`."""
         layer: Layer = {}
         for key, entry in self._entries(node, "`in`"):
             name, value = str(key.value), UNSET
+            self.words.add(key, WordRole.DECLARED, owner="in")
             if entry.is_mapping:
+                self.words.keys(entry, "input")
                 section = Section(entry, self.findings, f"the input {name!r}", "E101", [*INPUT])
                 kind, default = self._type(section), section.node_of("default")
                 section.value(Declaration("doc", str, default=""))
@@ -135,6 +142,8 @@ class DeclarationReader:
         return layer
 
     def _outputs(self, node: Node | None) -> Layer:
+        for key, _ in node.entries if node else []:
+            self.words.add(key, WordRole.DECLARED, owner="out")
         return {
             str(key.value): Symbol(str(key.value), Role.OUTPUT, self._type_word(entry), key.mark)
             for key, entry in self._entries(node, "`out`")
@@ -174,7 +183,13 @@ class DeclarationReader:
             else replace(kind, unit=dimension)
         )
 
+    def _named(self, key: Node, body: Node, owner: str, section: str) -> None:
+        """Record the name of a declaration and the keys of its section."""
+        self.words.add(key, WordRole.DECLARED, owner=owner)
+        self.words.keys(body, section)
+
     def _type_word(self, node: Node) -> ValueType:
+        self.words.add(node, WordRole.TYPE)
         kind = named_type(node.value) if isinstance(node.value, str) else "write a type's name"
         if isinstance(kind, str):
             self.findings.error("E107", node.mark, f"there is no type {node.words()}", kind)
@@ -184,7 +199,7 @@ class DeclarationReader:
     def _literal(self, declared: Declaration, node: Node, scope: Scope) -> Any:
         """Return the constant value of a node; UNSET after a finding."""
         found = Findings()
-        reader = ValueReader(found)
+        reader = ValueReader(found, self.words)
         value = reader.value(declared, node, NameContext(scope))
         self.values.used.update(reader.used)
         for item in found.items:

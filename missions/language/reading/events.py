@@ -7,6 +7,7 @@ from missions.language.keys import AGAIN, EVENT, HOLD, THEN_WORDS, required
 from missions.language.model import Constant, Event, Value
 from missions.language.reading.nodes import NodeReader
 from missions.language.reading.values import IDENTIFIER
+from missions.language.reading.words import WordRole
 from stack.documents import Node
 from stack.parameters import suggestion
 
@@ -36,6 +37,7 @@ class EventReader:
                 continue
             key, body = named
             name = str(key.value)
+            self.values.words.add(key, WordRole.DECLARED, owner="events")
             if name in found:
                 self.findings.error(
                     "E112", key.mark, f"there are two events {name!r}; rename one of them"
@@ -54,6 +56,8 @@ class EventReader:
             hint = "use letters, digits and _; start with a letter"
             self.findings.error("E144", entries[0][0].mark, sentence, hint)
             return None
+        for _, body in entries:
+            self.values.words.keys(body, "event")
         hint = "indent the keys of an event below its name" if len(entries) > 1 else ""
         sentence = f"an event is {{name: {{when: …, do: …}}}}, got {item.words()}"
         self.findings.error("E112", item.mark, sentence, hint)
@@ -61,6 +65,7 @@ class EventReader:
 
     def _event(self, key: Node, body: Node, context: NameContext) -> Event | None:
         name = str(key.value)
+        self.values.words.keys(body, "event", context.scope)
         for word, _ in body.entries:
             if word.value not in EVENT:
                 hint = suggestion(str(word.value), EVENT)
@@ -83,6 +88,7 @@ class EventReader:
     def _then(self, node: Node | None) -> str:
         if node is None:
             return THEN_WORDS[0]
+        self.values.words.choice(node, THEN_WORDS)
         if node.value not in THEN_WORDS:
             hint = suggestion(str(node.value), THEN_WORDS)
             sentence = f"then must be one of {', '.join(THEN_WORDS)}, got {node.words()}"

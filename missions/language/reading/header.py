@@ -11,6 +11,7 @@ from missions.language.expressions.scope import Symbol
 from missions.language.keys import MISSION, RESERVED
 from missions.language.model import Component, Resources
 from missions.language.reading.port_expressions import reference_name
+from missions.language.reading.words import WordRole, Words
 from stack.documents import Findings, Mark, Node, Section, read_file
 from stack.errors import InputError, ParameterError
 from stack.parameters import Declaration, suggestion
@@ -26,8 +27,8 @@ T = TypeVar("T")
 class HeaderReader:
     """Reads single top-level keys of a mission."""
 
-    def __init__(self, top: Section, folder: Path, resources: Resources) -> None:
-        self.top, self.folder, self.resources = top, folder, resources
+    def __init__(self, top: Section, folder: Path, resources: Resources, words: Words) -> None:
+        self.top, self.folder, self.resources, self.words = top, folder, resources, words
         self.findings: Findings = top.findings
 
     def text(self, key: str, default: str | None = None) -> str:
@@ -138,11 +139,18 @@ class HeaderReader:
     def _localisation(self) -> dict[str, Component]:
         """Return the estimator that the mission itself chooses, if it does."""
         node = self.top.node_of(LOCALISATION)
+        if node is not None:
+            self._component_words(LOCALISATION, node)
         component = self._component(LOCALISATION, node) if node is not None else None
         return {} if component is None else {LOCALISATION: component}
 
     def _navigation(self, node: Node | None) -> dict[str, Component]:
         """Return the components under `navigation`; `localisation` is refused there."""
+        if node is not None and not node.is_mapping:
+            self.words.add(node, WordRole.COMPONENT_KIND)
+        for key, value in node.entries if node is not None else []:
+            self.words.add(key, WordRole.COMPONENT_KIND)
+            self._component_words(str(key.value), value)
         found = self._all(node)
         misplaced = found.pop(LOCALISATION, None)
         if misplaced is not None:
@@ -150,6 +158,16 @@ class HeaderReader:
             hint = "write it beside `navigation`, at the top of the mission"
             self.findings.error("E111", misplaced.mark, sentence, hint)
         return found
+
+    def _component_words(self, kind: str, node: Node) -> None:
+        if not node.is_mapping:
+            self.words.add(node, WordRole.COMPONENT, owner=kind)
+        use = node.get("use")
+        chosen = f"{kind} {use.value if use else ''}".strip()
+        for name, given in node.entries:
+            self.words.add(name, WordRole.PARAMETER, owner=chosen)
+            if name.value == "use":
+                self.words.add(given, WordRole.COMPONENT, owner=kind)
 
     def _all(self, node: Node | None) -> dict[str, Component]:
         """Return the components of a section or of a parameter file."""

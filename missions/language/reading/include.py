@@ -92,11 +92,18 @@ class IncludeReader:
             except InputError as error:
                 self._add_findings(error.findings, item.mark)
                 return None
-            self.files[key] = TreeFile([], {}, {})
-            self.files[key] = self._read(top, path, above)
+            self.read(top, path, above)
+        return self.files[key]
+
+    def read(self, top: Node, path: Path, above: tuple[Path, ...] = ()) -> TreeFile:
+        """Read a file of trees, and the files that it includes."""
+        key = path.resolve()
+        self.files[key] = TreeFile([], {}, {})
+        self.files[key] = self._read(top, path, above)
         return self.files[key]
 
     def _read(self, top: Node, path: Path, above: tuple[Path, ...]) -> TreeFile:
+        self.declarations.words.top(top, "tree file")
         section = Section(top, self.findings, "an included file", "E101", [*TREE_FILE])
         for word in ("doc", "format"):
             section.node_of(word)

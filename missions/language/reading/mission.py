@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 from missions.language.analysis.data_flow import (
@@ -13,7 +12,6 @@ from missions.language.analysis.data_flow import (
     warn_of_other_meaning,
 )
 from missions.language.analysis.outcomes import OutcomeCheck
-from missions.language.case_model import Case
 from missions.language.expressions.expression import NameContext
 from missions.language.expressions.scope import Role, Scope, Symbol
 from missions.language.keys import MISSION, RESERVED
@@ -24,7 +22,9 @@ from missions.language.reading.events import EventReader
 from missions.language.reading.header import HeaderReader
 from missions.language.reading.include import IncludeReader, TreeFile, tree_entries
 from missions.language.reading.nodes import NodeReader
+from missions.language.reading.trees import read_bodies
 from missions.language.reading.values import ValueReader
+from missions.language.reading.words import Draft, Words
 from stack.documents import Findings, Node, Section, read_document
 from stack.errors import InputError
 from stack.types import Pose2D
@@ -35,7 +35,7 @@ CatalogueFor = Callable[[list[Node], Path, Findings], Catalogue]
 
 def read_mission(
     path: Path, catalogue_for: CatalogueFor, resources: Resources | None = None,
-    overrides: Overrides | None = None, text: str | None = None,
+    overrides: Overrides | None = None, draft: Draft | None = None,
 ) -> Mission:  # fmt: skip
     """Read a mission file and check it against the installed behaviours and resources.
 
@@ -44,22 +44,25 @@ def read_mission(
         catalogue_for: returns the catalogue, plugins included.
         resources: worlds, robots, maps and components; by default they are not checked.
         overrides: argument -> value: a text from `--set`, or a node from a test case.
-        text: text to read instead of the file's, for unsaved changes in an editor.
+        draft: text to read instead of the file's, and a recorder of its words.
 
     Raises:
         InputError: with all errors found.
     """
     keys = (*MISSION, *RESERVED)
-    document = read_document(path, "mission", text, keys)
+    draft = draft or Draft()
+    document = read_document(path, "mission", draft.text, keys)
     top = Section(document, Findings(), "the mission", "E101", keys)
-    return _Reading(top, path, resources or Resources()).mission(catalogue_for, overrides or {})
+    draft.words.top(document, "mission")
+    reading = _Reading(top, path, resources or Resources(), draft.words)
+    return reading.mission(catalogue_for, overrides or {})
 
 
 class _Reading:
-    def __init__(self, top: Section, path: Path, resources: Resources) -> None:
-        self.top, self.path, self.findings = top, path, top.findings
-        self.header = HeaderReader(top, path.parent, resources)
-        self.values = ValueReader(self.findings)
+    def __init__(self, top: Section, path: Path, resources: Resources, words: Words) -> None:
+        self.top, self.path, self.findings, self.words = top, path, top.findings, words
+        self.header = HeaderReader(top, path.parent, resources, words)
+        self.values = ValueReader(self.findings, words)
         self.declarations = DeclarationReader(self.values)
         self.includes = IncludeReader(self.declarations)
 
@@ -76,8 +79,8 @@ class _Reading:
         files, plugins = header.texts("parameters"), header.texts("plugins")
         map_name = header.map()
         components = header.components(files, mapped=map_name != "none")
-        scope = Scope((places, keys, arguments))
-        catalogue = self._catalogue(catalogue_for, plugins)
+        self.words.scope = scope = Scope((places, keys, arguments))
+        self.words.catalogue = catalogue = self._catalogue(catalogue_for, plugins)
         trees = self._trees(catalogue, scope, included)
         nodes = NodeReader(self.values, catalogue, trees)
         run = top.node_of("run", required=True)
@@ -86,11 +89,11 @@ class _Reading:
         tests = top.node_of("tests")
         top.done()
         self._analyse(root, events, trees, scope)
-        cases: tuple[Case, ...] = ()
-        if root is not None and not self.findings.errors:
-            roots = (*_starts(root, events), *_roots_of(trees))
-            names = MissionNames(self.declarations.declared, places, keys, events, trees, roots)
-            cases = CaseReader(names, self.findings).cases(tests)
+        roots = (*(_starts(root, events) if root else ()), *_roots_of(trees))
+        names = MissionNames(self.declarations.declared, places, keys, events, trees, roots)
+        # After errors in the mission, cases are read for their words only.
+        found = Findings() if self.findings.errors else self.findings
+        cases = CaseReader(names, found, self.words).cases(tests)
         self.findings.raise_errors()
         assert root is not None
         warnings = sorted(
@@ -154,24 +157,12 @@ class _Reading:
         trees = {str(key.value): self.declarations.tree(key, node, scope) for key, node in own}
         self.includes.merge_trees(dict(included.trees), trees)
         trees = {**trees, **included.trees, **trees}
-        self._bodies(own, NodeReader(self.values, catalogue, trees), scope, trees)
+        self.words.trees = trees
+        read_bodies(own, NodeReader(self.values, catalogue, trees), scope, trees)
         for file in self.includes.files.values():
             reader = NodeReader(self.values, catalogue, file.trees)
-            self._bodies(file.bodies, reader, Scope((file.places,)), trees)
+            read_bodies(file.bodies, reader, Scope((file.places,)), trees)
         return trees
-
-    def _bodies(
-        self, entries: list[tuple[Node, Node]], reader: NodeReader, scope: Scope,
-        trees: dict[str, Tree],
-    ) -> None:  # fmt: skip
-        for key, node in entries:
-            tree, body = trees[str(key.value)], node.get("do")
-            if body is None or tree.mark != key.mark:
-                continue
-            layer = {**tree.inputs, **tree.outputs}
-            context = NameContext(scope.inside(layer))
-            events = EventReader(reader).events(node.get("events"), context)
-            trees[tree.name] = replace(tree, root=reader.read(body, context), events=events)
 
     def _analyse(
         self, root: Step | None, events: tuple[Event, ...], trees: dict[str, Tree], scope: Scope

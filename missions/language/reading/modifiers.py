@@ -10,6 +10,7 @@ from missions.language.keys import (
     ATTEMPTS,
     DELAY,
     LIMIT,
+    MODIFIERS,
     ON_FAILURE_WORDS,
     PERIOD,
     RECOVER,
@@ -21,6 +22,7 @@ from missions.language.keys import (
 from missions.language.kinds import LOOPS
 from missions.language.model import Constant, Modifiers, Recover, Retry, Step, Value
 from missions.language.reading.values import ValueReader
+from missions.language.reading.words import WordRole
 from stack.documents import Mark, Node
 from stack.parameters import Declaration, suggestion
 
@@ -39,6 +41,8 @@ class ModifierReader:
 
     def read(self, kind: str, raw: RawModifiers, context: NameContext) -> Modifiers:
         """Return the modifiers; report and skip invalid ones."""
+        for key, _ in raw.values():
+            self.values.words.add(key, WordRole.MODIFIER, context.scope, kind)
         inside = replace(context, knows_attempt=True)
         return Modifiers(
             when=self._condition(raw, "when", context),
@@ -70,6 +74,7 @@ class ModifierReader:
         if "on_failure" not in raw:
             return False
         node = raw["on_failure"][1]
+        self.values.words.choice(node, ON_FAILURE_WORDS)
         if node.value not in ON_FAILURE_WORDS:
             hint = suggestion(str(node.value), ON_FAILURE_WORDS)
             sentence = f"on_failure must be `continue` or `fail`, got {node.words()}"
@@ -79,8 +84,9 @@ class ModifierReader:
     def _repeat(self, raw: RawModifiers, context: NameContext) -> Value | None:
         if "repeat" not in raw:
             return None
-        node = raw["repeat"][1]
-        if node.value == "forever":
+        node, forever = raw["repeat"][1], MODIFIERS["repeat"].words
+        if node.value in forever:
+            self.values.words.choice(node, forever)
             return Constant(None, "forever")
         if node.is_mapping and (until := node.get("until")):
             return Constant(None, f"until {until.value}")
@@ -91,6 +97,7 @@ class ModifierReader:
         until = node.get("until") if node is not None and node.is_mapping else None
         if node is None or until is None:
             return None
+        self.values.words.keys(node, "repeat", context.scope)
         self._only("repeat", node, REPEAT)
         return self.values.expression(until, context)
 
@@ -98,6 +105,7 @@ class ModifierReader:
         if "invert" not in raw:
             return False
         node = raw["invert"][1]
+        self.values.words.choice(node, ("true", "false"))
         if not isinstance(node.value, bool):
             self.findings.error("E123", node.mark, f"invert is `true`, got {node.words()}")
         return node.value is True
@@ -109,6 +117,7 @@ class ModifierReader:
         if not node.is_mapping:
             attempts = self.values.value(ATTEMPTS, node, context)
             return Retry(attempts, Constant(0.0)) if attempts else None
+        self.values.words.keys(node, "retry", context.scope)
         self._only("retry", node, RETRY)
         attempts = self._needed("retry", node, context)
         given = node.get("delay")
@@ -119,6 +128,7 @@ class ModifierReader:
         if "recover" not in raw:
             return None
         node, key = raw["recover"][1], raw["recover"][0]
+        self.values.words.keys(node, "recover", inside.scope)
         if not node.is_mapping:
             sentence = f"recover must be {{attempts: N, round_robin: […]}}, got {node.words()}"
             self.findings.error("E123", node.mark, sentence)

@@ -41,6 +41,7 @@ from missions.language.reading.waypoints import (
     waypoint_loop,
     waypoint_symbols,
 )
+from missions.language.reading.words import WordRole
 from stack.documents import Findings, Mark, Node, is_one_line
 from stack.parameters import REQUIRED, suggestion
 
@@ -65,26 +66,41 @@ class NodeReader:
             hint = "write a list under `sequence:`" if node.is_sequence else ""
             sentence = f"a node must be one key that names its type, got {node.words()}"
             self.findings.error("E120", node.mark, sentence, hint)
+            for item in node.items:
+                self.skim(item, context)
             return None
-        head = self._head(node)
+        head = self._head(node, context)
         if head is None:
             return None
         raw = {str(key.value): (key, value) for key, value in node.entries if key is not head[0]}
         return self._step(head[0], head[1], raw, context)
 
-    def _head(self, node: Node) -> tuple[Node, Node] | None:
+    def skim(self, node: Node | None, context: NameContext) -> None:
+        """Read a node for its words only: it stands where it has no effect."""
+        if node is not None:
+            kept = len(self.findings.items)
+            self.read(node, context)
+            del self.findings.items[kept:]
+
+    def _head(self, node: Node, context: NameContext) -> tuple[Node, Node] | None:
         """Return the entry with the node's type; report keys that are neither type nor modifier."""
         types = [entry for entry in node.entries if str(entry[0].value) not in MODIFIERS]
         if not types:
             names = ", ".join(str(key.value) for key, _ in node.entries)
             sentence = f"the node has no type; its keys are modifiers: {names}"
             self.findings.error("E120", node.mark, sentence, "add a behaviour, e.g. `wait: 1 s`")
+            raw = {str(key.value): (key, value) for key, value in node.entries}
+            kept = len(self.findings.items)
+            self.modifiers.read("", raw, context)
+            del self.findings.items[kept:]
+            self.skim(node.get("do"), context)
             return None
         known = [entry for entry in types if str(entry[0].value) in self.known]
         head = (known or types)[0]
         for key, _ in types:
             if key is head[0]:
                 continue
+            self.values.words.add(key, WordRole.MODIFIER, context.scope, str(head[0].value))
             if str(key.value) in self.known:
                 sentence = f"a node has one type, got {head[0].value!r} and {key.value!r}"
                 hint = "write each as a list item, with `- ` in front"
@@ -107,7 +123,10 @@ class NodeReader:
         context: NameContext,
     ) -> Step | None:  # fmt: skip
         kind = str(head.value)
+        self.values.words.add(head, WordRole.KIND, context.scope)
         self._misplaced(kind, raw)
+        if kind not in ONLY_FOR["do"]:
+            self.skim(_value(raw, "do"), context)
         modifiers = self.modifiers.read(kind, raw, context)
         name = self._label(raw)
         within = context
@@ -165,6 +184,8 @@ class NodeReader:
                 got = "an empty list"
             place = node.mark if node is not None and node.value is not None else mark
             self.findings.error("E124", place, f"{kind} needs a list of nodes, got {got}")
+            if node is not None and node.value is not None and not node.is_sequence:
+                self.skim(node, context)
             return []
         handles_failure = NODES[kind].handles_failure
         steps: list[Step] = []
@@ -178,6 +199,7 @@ class NodeReader:
         succeed_on: Node | None = None
         if body is not None and start.kind == "parallel" and body.is_mapping:
             given, succeed_on = body.get("do"), body.get("succeed_on")
+            self.values.words.keys(body, "parallel", context.scope)
             for key, _ in body.entries:
                 if key.value not in PARALLEL:
                     hint = suggestion(str(key.value), PARALLEL)
@@ -192,7 +214,7 @@ class NodeReader:
     def _needed(self, node: Node | None, children: int, context: NameContext) -> int:
         if node is None or node.value in SUCCEED_WORDS:
             return children if node is None or node.value == SUCCEED_WORDS[0] else 1
-        value = self.values.value(SUCCEED_ON, node, context)
+        value = self.values.value(SUCCEED_ON, node, context, options=SUCCEED_WORDS)
         if value is not None and not isinstance(value, Constant):
             sentence = "succeed_on must be known before the mission runs"
             self.findings.error("E132", node.mark, sentence, "write a number or an argument")
@@ -211,8 +233,10 @@ class NodeReader:
             mark = body.mark if body else start.mark
             sentence = "for_each needs one variable and its list: {shelf: $shelves}"
             self.findings.error("E124", mark, sentence)
+            self.skim(_value(raw, "do"), context)
             return None
         key, node = entries[0]
+        self.values.words.add(key, WordRole.DECLARED, context.scope, "for_each")
         items, kind = self.values.items(str(key.value), node, context)
         symbol = Symbol(str(key.value), Role.VARIABLE, kind, key.mark)
         self.warn_of_hiding(symbol, context)
@@ -271,12 +295,15 @@ class NodeReader:
     ) -> Use | None:  # fmt: skip
         word = body.value if body is not None else None
         tree = self.trees.get(word) if isinstance(word, str) else None
+        if body is not None:
+            self.values.words.add(body, WordRole.TREE, context.scope)
         if body is None or tree is None:
             mark = body.mark if body is not None and body.value is not None else start.mark
             hint = suggestion(str(word), self.trees) if self.trees else "declare it under `trees`"
             if word in self.known:
                 hint = f"{word} is a behaviour: write `{word}:`"
             self.findings.error("E122", mark, f"there is no tree {word!r}", hint)
+            self._skim_passed(raw, context)
             return None
         defaults = {
             name: symbol.value for name, symbol in tree.inputs.items() if symbol.value is not UNSET
@@ -286,7 +313,7 @@ class NodeReader:
             for name, symbol in tree.inputs.items()
         }
         owner = Owner(tree.name, body.mark)
-        inputs = self.ports.by_name(declared, _value(raw, "with"), owner, context)
+        inputs = self.ports.by_name(declared, _value(raw, "with"), owner, context, WordRole.INPUT)
         for name, value in defaults.items():
             text = formatter(tree.inputs[name].type, shown)(value)
             inputs.setdefault(name, Constant(value, text))
@@ -295,6 +322,13 @@ class NodeReader:
         return Use(
             start.kind, start.mark, start.name, start.modifiers, tree.name, inputs, outputs
         )  # fmt: skip
+
+    def _skim_passed(self, raw: RawModifiers, context: NameContext) -> None:
+        """Record the words under `with` and `out` of an unknown tree."""
+        for word, role in (("with", WordRole.VALUE), ("out", WordRole.TARGET)):
+            given = _value(raw, word)
+            for _, value in given.entries if given else []:
+                self.values.words.add(value, role, context.scope)
 
     def _leaf(
         self, start: Step, head: Node, body: Node | None, out: Node | None,

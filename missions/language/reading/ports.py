@@ -10,6 +10,7 @@ from missions.language.expressions.scope import Symbol
 from missions.language.expressions.value_types import ASSIGNMENTS, EXPRESSION, ValueType, type_of
 from missions.language.model import Value
 from missions.language.reading.values import ValueReader
+from missions.language.reading.words import WordRole
 from stack.documents import Mark, Node
 from stack.parameters import Declaration, suggestion
 
@@ -36,6 +37,8 @@ class PortReader:
         if body is None or (body.kind == "scalar" and body.value is None):
             return self.by_name(ports, None, owner, context)
         bare = bare_port(ports)
+        if not body.is_mapping and bare is None:
+            self.values.words.add(body, WordRole.PORT, context.scope, owner.name)
         takes_keys = bare is not None and type_of(ports[bare]) == ASSIGNMENTS
         if body.is_mapping and not takes_keys:
             return self.by_name(ports, body, owner, context)
@@ -44,27 +47,31 @@ class PortReader:
             hint = f"name the port: {', '.join(ports)}" if ports else "it has no ports"
             self.findings.error("E133", body.mark, sentence, hint)
             return {}
-        value = self.values.value(ports[bare], body, context)
+        value = self.values.value(ports[bare], body, context, owner.name)
         self._missing(ports, (bare,), owner)
         return {bare: value} if value else {}
 
     def by_name(
         self, ports: Mapping[str, Declaration], body: Node | None, owner: Owner,
-        context: NameContext,
+        context: NameContext, role: WordRole = WordRole.PORT,
     ) -> dict[str, Value]:  # fmt: skip
-        """Read ports from a mapping of names."""
+        """Read ports from a mapping of names; `role` is that of the names."""
         values: dict[str, Value] = {}
+        words = self.values.words
+        if body is not None and not body.is_mapping:
+            words.add(body, role, context.scope, owner.name)
         if body is not None and not body.is_mapping and body.value is not None:
             self.findings.error("E132", body.mark, f"`with` must be a mapping, got {body.words()}")
             return values
         given = [] if body is None else body.entries
         for key, node in given:
             word = str(key.value)
+            words.add(key, role, context.scope, owner.name, ports.get(word))
             if word not in ports:
                 sentence = f"{owner.name} has no port {word!r}"
                 self.findings.error("E130", key.mark, sentence, suggestion(word, ports))
                 continue
-            value = self.values.value(ports[word], node, context)
+            value = self.values.value(ports[word], node, context, owner.name)
             if value is not None:
                 values[word] = value
         self._missing(ports, [str(key.value) for key, _ in given], owner)
@@ -78,11 +85,15 @@ class PortReader:
         targets: dict[str, Symbol] = {}
         if node is None:
             return targets
+        words = self.values.words
         if not node.is_mapping:
+            words.add(node, WordRole.OUTPUT, context.scope, owner.name)
             sentence = f"`out` must be a mapping {{output: $key}}, got {node.words()}"
             self.findings.error("E135", node.mark, sentence)
         for key, target in node.entries:
             word = str(key.value)
+            declared = results[word].declaration(word) if word in results else None
+            words.add(key, WordRole.OUTPUT, context.scope, owner.name, declared)
             if word not in results:
                 sentence = f"{owner.name} has no output {word!r}"
                 self.findings.error("E134", key.mark, sentence, suggestion(word, results))

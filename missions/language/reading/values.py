@@ -47,6 +47,7 @@ from missions.language.reading.port_expressions import (
     reference_name,
     text_of,
 )
+from missions.language.reading.words import WordRole, Words
 from stack.documents import Findings, Mark, Node, iter_scalars
 from stack.errors import EvaluationError, ParameterError
 from stack.parameters import Declaration
@@ -61,18 +62,34 @@ class ValueReader:
     Attributes:
         used: symbols that are read or written, in the order of their first use.
         written: symbols that are written.
+        words: the words of the values.
     """
 
-    def __init__(self, findings: Findings) -> None:
+    def __init__(self, findings: Findings, words: Words | None = None) -> None:
         self.findings = findings
+        self.words = Words() if words is None else words
         self.used: dict[Symbol, None] = {}
         self.written: dict[Symbol, None] = {}
 
-    def value(self, declared: Declaration, node: Node, context: NameContext) -> Value | None:
-        """Return the checked value of a port; None after a finding."""
+    def value(
+        self, declared: Declaration, node: Node, context: NameContext, owner: str = "",
+        options: tuple[str, ...] = (),
+    ) -> Value | None:  # fmt: skip
+        """Return the checked value of a port; None after a finding.
+
+        Args:
+            declared: the port.
+            node: its value.
+            context: the visible names.
+            owner: behaviour of the port, for the words of the file.
+            options: words that are allowed besides, already treated.
+        """
         kind = type_of(declared)
+        if node.kind == "scalar" and kind not in (EXPRESSION, ASSIGNMENTS):
+            shown = replace(declared, one_of=(*declared.one_of, *options)) if options else declared
+            self.words.add(node, WordRole.VALUE, context.scope, owner, shown)
         if kind == EXPRESSION:
-            expression = self.expression(node, context)
+            expression = self.expression(node, context, owner=owner)
             return ExpressionValue(expression) if expression else None
         if kind == ASSIGNMENTS:
             return self._assignments(node, context)
@@ -89,9 +106,10 @@ class ValueReader:
         return self._literal(declared, node, context)
 
     def expression(
-        self, node: Node, context: NameContext, wanted: ValueType = BOOL
+        self, node: Node, context: NameContext, wanted: ValueType = BOOL, owner: str = ""
     ) -> CheckedExpression | None:
         """Return a checked expression; None after findings."""
+        self.words.add(node, WordRole.EXPRESSION, context.scope, owner)
         source = _source(node)
         if source is None:
             sentence = f"expected an expression, got {node.words()}"
@@ -184,6 +202,7 @@ class ValueReader:
 
     def target(self, node: Node, context: NameContext, found: ValueType) -> Symbol | None:
         """Return the key that receives an output of this type."""
+        self.words.add(node, WordRole.TARGET, context.scope, declared=found.declaration("out"))
         name = reference_name(node)
         if name is None:
             hint = f"write ${node.value}" if isinstance(node.value, str) else "write $key"
@@ -274,11 +293,13 @@ class ValueReader:
 
     def _assignments(self, node: Node, context: NameContext) -> AssignmentList | None:
         if not node.is_mapping or not node.entries:
+            self.words.add(node, WordRole.KEY, context.scope)
             sentence = f"expected keys with expressions, got {node.words()}"
             self.findings.error("E132", node.mark, sentence, "write {key: expression}")
             return None
         pairs: list[tuple[Symbol, CheckedExpression]] = []
         for key, entry in node.entries:
+            self.words.add(key, WordRole.KEY, context.scope)
             symbol = self.writable(str(key.value), key.mark, context)
             wanted = symbol.type if symbol else ValueType(object)
             expression = self._assigned(entry, context, wanted)

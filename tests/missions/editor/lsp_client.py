@@ -15,7 +15,7 @@ PATIENCE = 60.0
 class Client:
     """One server with one file open."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, delay: float = 0.0) -> None:
         self.process = subprocess.Popen(
             [sys.executable, "-m", "missions.cli.app", "lsp"], stdin=subprocess.PIPE,
             stdout=subprocess.PIPE, stderr=subprocess.PIPE, cwd=folder,
@@ -27,7 +27,8 @@ class Client:
         self.notes = []
         general = {"positionEncodings": ["utf-16"]}
         answer = self.ask("initialize", processId=None, rootUri=None,
-                          capabilities={"general": general})  # fmt: skip
+                          capabilities={"general": general},
+                          initializationOptions={"delay": delay})  # fmt: skip
         self.capabilities = answer["capabilities"]
         self.tell("initialized")
 

@@ -9,11 +9,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from missions.editor.completion import candidates
-from missions.editor.document import findings_in, read, read_at_cursor
+from missions.editor.document import read_at_cursor, read_words
 from missions.editor.hover import definition, explanation
 from missions.editor.serving import serve
+from missions.editor.symbols import outline
 from missions.execution.resources import mission_files
+from missions.inspection.diagnosis import findings_of
 from missions.language.codes import CODES
+from missions.language.reading.words import Draft
 from stack.errors import InputError
 from tests.missions.editor.lsp_client import ROOT, Client
 
@@ -184,7 +187,7 @@ def test_a_world_file_has_its_own_findings(client, folder):
         ("$du".replace("du", "dw") + "|ell", ["argument", "duration", "3 s"]),
         ("{goal: $tar|get", ["`in` of the tree inspect", "Pose"]),
         ("target: $st|op}", ["loop variable", "Pose"]),
-        ("$do|ck", ["place of the world", "Pose", "[0.6, 2.5, 180 deg]"]),
+        ("$do|ck", ["place of the world", "Pose", "[0.60, 2.50, 180 deg]"]),
         ("start: do|ck", ["place of the world"]),
         ("{picture: $ph|oto", ["blackboard key", "text"]),
         ("battery.ch|arge", ["state of charge"]),
@@ -340,14 +343,16 @@ def test_no_state_of_a_text_makes_it_stumble(at, until, letter):
     before = text[: at + 1]
     line, column = before.count("\n") + 1, len(before) - before.rfind("\n")
     path = Path("patrol.yaml")
-    assert all(finding.code in {*CODES, *YAML} for finding in findings_in(text, path))
+    assert all(finding.code in {*CODES, *YAML} for finding in findings_of(path, Draft(text)))
     found = read_at_cursor(text, path, line, column)
     if found:
-        list(candidates(found.reading, found.item, alone=True))
-    reading = read(text, path)
-    for item in reading.items if reading else ():
-        explanation(reading, item, str(item.node.value))
-        definition(reading, item, str(item.node.value))
+        list(candidates(found.reading, found.word, alone=True))
+    reading = read_words(text, path)
+    for word in reading.words.items if reading else ():
+        explanation(reading, word, str(word.node.value))
+        definition(reading, word, str(word.node.value))
+    if reading:
+        outline(reading)
 
 
 def test_without_pygls_it_says_what_to_install(monkeypatch):
