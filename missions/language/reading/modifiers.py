@@ -88,8 +88,13 @@ class ModifierReader:
         if node.value in forever:
             self.values.words.choice(node, forever)
             return Constant(None, "forever")
-        if node.is_mapping and (until := node.get("until")):
-            return Constant(None, f"until {until.value}")
+        if node.is_mapping:
+            until = node.get("until")
+            self.values.words.keys(node, "repeat", context.scope)
+            self._only("repeat", node, REPEAT)
+            if until is None:
+                self.findings.error("E123", node.mark, "repeat needs `until`")
+            return Constant(None, f"until {until.value if until else '?'}")
         return self._scalar(TIMES, raw, context)
 
     def _until(self, raw: RawModifiers, context: NameContext) -> CheckedExpression | None:
@@ -97,8 +102,6 @@ class ModifierReader:
         until = node.get("until") if node is not None and node.is_mapping else None
         if node is None or until is None:
             return None
-        self.values.words.keys(node, "repeat", context.scope)
-        self._only("repeat", node, REPEAT)
         return self.values.expression(until, context)
 
     def _inverts(self, raw: RawModifiers) -> bool:

@@ -336,6 +336,7 @@ FILES = [
     ("run: {act: a, invert: 3}", "E123 1:23"),
     ("run: {act: a, repeat: {until: $n > 3}}", "E140 1:31"),
     ("run: {act: a, repeat: {until: time > 3, time: 3}}", "E123 1:41"),
+    ("run: {act: a, repeat: {}}", "E123 1:23"),
     ("run: {sequence: [{fail: because}, {act: a}]}", "E160 1:36"),
 ]  # fmt: skip
 
