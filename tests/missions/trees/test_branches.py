@@ -224,6 +224,10 @@ def test_a_pipeline_of_planner_and_controller_replans_at_its_rate(run):
     assert it.robot.calls_of("follow_path") == [{"path": first}]
     drive = it.robot.motion
     it.ticks(11)
+    it.robot.task.fail("NO_VALID_PATH", "no way")
+    it.ticks(2)
+    assert it.tree.blackboard()["path"] == "not set"
+    assert drive.failure is None, "it stays on the last path"
     it.robot.task.succeed(second)
     it.ticks(2)
     assert [call["path"] for call in it.robot.calls_of("follow_path")] == [first, second]
