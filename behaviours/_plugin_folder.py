@@ -9,7 +9,7 @@ from __future__ import annotations
 import importlib
 import sys
 import traceback
-from contextlib import chdir
+from contextlib import chdir, redirect_stdout
 from hashlib import sha256
 from importlib.machinery import ModuleSpec
 from importlib.util import module_from_spec
@@ -55,7 +55,17 @@ class FolderLoader:
             Exception: any exception that the file raises.
         """
         with chdir("."):  # relative paths of the mission are read afterwards
-            return importlib.import_module(f"{self._package}.{file.stem}")
+            return import_quietly(f"{self._package}.{file.stem}")
+
+
+def import_quietly(name: str) -> ModuleType:
+    """Import a module of a plugin; what it prints goes to stderr, away from a command's output.
+
+    Raises:
+        Exception: any exception that the module raises.
+    """
+    with redirect_stdout(sys.stderr):
+        return importlib.import_module(name)
 
 
 def sentence_for(error: BaseException) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from py_trees.common import Status
 
-from behaviours.base import RobotBehaviour, port
+from behaviours.base import DRIVE_FAILURES, RobotBehaviour, port
 
 
 class BackUp(RobotBehaviour):
@@ -14,6 +14,7 @@ class BackUp(RobotBehaviour):
     speed: float | None = port("speed; default: the robot's", unit="m/s", default=None, above=0.0)
 
     uses_wheels = True
+    fails_with = DRIVE_FAILURES
 
     def initialise(self) -> None:
         """Start the task."""

@@ -91,6 +91,14 @@ def output(help: str, *, unit: str = "", init: typing.Literal[False] = False) ->
     return Port(Declaration("", None, help, unit, None), writes=True)
 
 
+DRIVE_FAILURES = (
+    FailureCode.NO_VALID_PATH, FailureCode.START_OCCUPIED, FailureCode.GOAL_OCCUPIED,
+    FailureCode.START_OUTSIDE_MAP, FailureCode.GOAL_OUTSIDE_MAP, FailureCode.NO_PROGRESS,
+    FailureCode.COLLISION_AHEAD, FailureCode.LOST, FailureCode.TIMED_OUT, FailureCode.UNSUPPORTED,
+)  # fmt: skip
+"""Codes of the robot's motion tasks, for `fails_with`."""
+
+
 @dataclass_transform(kw_only_default=True, field_specifiers=(port, output))
 class RobotBehaviour(Behaviour):
     """A leaf of the tree that can command the robot.
@@ -107,6 +115,14 @@ class RobotBehaviour(Behaviour):
     """Whether it never succeeds in its first tick. Not needed when `uses_wheels` is set."""
     can_fail: typing.ClassVar[bool] = True
     """Whether it can fail. `check` warns about retries of a behaviour that cannot."""
+    fails_with: typing.ClassVar[tuple[str, ...] | None] = None
+    """The codes that it can fail with, besides EXCEPTION, FAILED and CANCELLED; None: not known.
+    `check` warns about comparisons with other codes."""
+    ends_by: typing.ClassVar[tuple[str, ...]] = ()
+    """Ports of which one must be set, or it never succeeds."""
+    goal_ports: typing.ClassVar[tuple[str, ...]] = ()
+    """Ports with poses that the robot must be able to stand at; `check` compares them with the
+    world."""
 
     def __init__(self, name: str = "", **ports: Any) -> None:
         super().__init__(name or type(self).__name__)

@@ -14,7 +14,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cache, partial
-from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from types import ModuleType
@@ -25,6 +24,7 @@ from py_trees.composites import Composite
 from py_trees.decorators import Decorator
 
 from behaviours import _plain_leaf, _plugin_folder
+from behaviours._plugin_folder import import_quietly
 from behaviours._port_types import check_ports
 from behaviours.base import RobotBehaviour
 from stack.errors import ParameterError
@@ -43,6 +43,10 @@ MISSION_WORDS = frozenset({
 """Words of the mission language; no behaviour can have one of these names."""
 
 
+OWN_MODULES = ("py_trees", "behaviours")
+"""Modules of which missions can use leaves by dotted names without listing them."""
+
+
 @dataclass(frozen=True)
 class BehaviourKind:
     """A behaviour that missions can use.
@@ -57,6 +61,9 @@ class BehaviourKind:
         uses_wheels: whether it moves the robot.
         takes_time: whether it never succeeds in its first tick.
         can_fail: whether it can fail.
+        fails_with: the codes that it can fail with; None if they are not known.
+        ends_by: ports of which one must be set, or it never succeeds.
+        goal_ports: ports with poses that the robot must be able to stand at.
     """
 
     name: str
@@ -69,6 +76,14 @@ class BehaviourKind:
     uses_wheels: bool
     takes_time: bool
     can_fail: bool
+    fails_with: tuple[str, ...] | None = None
+    ends_by: tuple[str, ...] = ()
+    goal_ports: tuple[str, ...] = ()
+
+    @property
+    def is_built_in(self) -> bool:
+        """Whether its class is part of treepilot."""
+        return self.cls.__module__.partition(".")[0] == __name__.partition(".")[0]
 
     @property
     def bindable(self) -> bool:
@@ -97,10 +112,12 @@ class Catalogue:
     Attributes:
         kinds: behaviours by name, built-in ones first.
         problems: plugins that cannot be used.
+        modules: modules whose leaves, also in modules below, can be used by their dotted names.
     """
 
     kinds: Mapping[str, BehaviourKind]
     problems: tuple[Problem, ...] = ()
+    modules: tuple[str, ...] = OWN_MODULES
 
     def names(self) -> list[str]:
         """Return the names that missions can use, sorted; dotted names are not included."""
@@ -122,7 +139,7 @@ class Catalogue:
         if "." not in name:
             return f"there is no behaviour {name!r}; {suggestion(name, self.kinds)}"
         try:
-            return _kind_of(name, _class_named(name))
+            return _kind_of(name, _class_named(name, self.modules))
         except _Unusable as error:
             return f"{name!r} cannot be used: {error}"
 
@@ -144,7 +161,8 @@ def find_behaviours(plugins: Sequence[str] = (), folder: Path | None = None) -> 
             search.add_path(path)
         else:
             search.attempt(plugin, partial(search.add_dotted, plugin))
-    return Catalogue(search.kinds, tuple(search.problems))
+    dotted = [plugin for plugin in plugins if not _plugin_folder.is_path(plugin)]
+    return Catalogue(search.kinds, tuple(search.problems), (*OWN_MODULES, *dotted))
 
 
 @cache
@@ -171,7 +189,7 @@ def plugin_modules(plugins: Sequence[str], folder: Path | None = None) -> Iterat
             files = _plugin_folder.plugin_files(path) if path.exists() else []
             loads = [partial(loader.load, file) for file in files]
         else:
-            loads = [partial(import_module, plugin)]
+            loads = [partial(import_quietly, plugin)]
         for load in loads:
             with suppress(Exception, SystemExit):
                 yield load()
@@ -273,7 +291,7 @@ class _Search:
             self.attempt(module, partial(self._add_dotted_module, module))
 
     def _add_dotted_module(self, name: str) -> None:
-        self.add_module(import_module(name))
+        self.add_module(import_quietly(name))
 
     def add_entry(self, entry: EntryPoint) -> None:
         if entry.attr:
@@ -341,13 +359,23 @@ def _kind_of(name: str, cls: type) -> BehaviourKind:
         uses_wheels=declared.uses_wheels,
         takes_time=declared.uses_wheels or declared.takes_time,
         can_fail=declared.can_fail,
+        fails_with=declared.fails_with,
+        ends_by=declared.ends_by,
+        goal_ports=declared.goal_ports,
     )
 
 
-def _class_named(dotted: str) -> type:
+def _class_named(dotted: str, modules: Sequence[str]) -> type:
+    """Return a class; only listed modules and those below are imported.
+
+    Raises:
+        _Unusable: the module is not listed or cannot be imported, or has no such name.
+    """
     module, _, attribute = dotted.rpartition(".")
+    if not any(f"{module}.".startswith(f"{listed}.") for listed in modules):
+        raise _Unusable(f"add its module to the mission: `plugins: [{module}]`")
     try:
-        found: type = getattr(import_module(module), attribute)
+        found: type = getattr(import_quietly(module), attribute)
     except AttributeError:
         raise _Unusable(f"the module {module} has no {attribute!r}") from None
     except (Exception, SystemExit) as error:
@@ -357,7 +385,7 @@ def _class_named(dotted: str) -> type:
 
 def _module_names(name: str) -> list[str]:
     """Return the module; for a package, also its public modules."""
-    package = import_module(name)
+    package = import_quietly(name)
     inside = pkgutil.iter_modules(getattr(package, "__path__", ()), f"{name}.")
     names = sorted(info.name for info in inside)
     return [name, *(n for n in names if not n.rpartition(".")[2].startswith(("_", "test_")))]

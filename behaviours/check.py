@@ -11,6 +11,8 @@ from stack.types import Expression, FailureCode
 class Check(RobotBehaviour):
     """Succeed if a condition is true now; otherwise fail with CHECK_FAILED and its values."""
 
+    fails_with = (FailureCode.CHECK_FAILED,)
+
     condition: Expression = port("condition that must be true")
 
     def update(self) -> Status:

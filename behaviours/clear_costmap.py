@@ -11,6 +11,7 @@ class ClearCostmap(RobotBehaviour):
     """Remove sensed obstacles from the costmaps; obstacles of the map remain."""
 
     can_fail = False
+    fails_with = ()
 
     which: str = port("costmap to clear", default="both", one_of=("local", "global", "both"))
 

@@ -10,6 +10,8 @@ from behaviours.base import RobotBehaviour, port
 class ClearCostmapAroundRobot(RobotBehaviour):
     """Remove sensed obstacles near the robot, from one layer or from all layers."""
 
+    fails_with = ()
+
     radius: float = port("clear within this distance of the robot", unit="m", above=0.0)
     which: str = port("costmap to clear", default="both", one_of=("local", "global", "both"))
     layer: str = port("layer to clear; empty: all layers", default="")

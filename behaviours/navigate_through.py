@@ -5,7 +5,7 @@ from __future__ import annotations
 from py_trees.common import Status
 
 from behaviours._odometry_trail import OdometryTrail
-from behaviours.base import RobotBehaviour, output, port
+from behaviours.base import DRIVE_FAILURES, RobotBehaviour, output, port
 from stack.types import FailureCode, Pose2D
 
 
@@ -27,6 +27,8 @@ class NavigateThrough(RobotBehaviour):
     time_taken: float = output("duration of the drive", unit="s")
 
     uses_wheels = True
+    fails_with = DRIVE_FAILURES
+    goal_ports = ("goals",)
 
     def initialise(self) -> None:
         """Start the drive, unless the list is empty."""

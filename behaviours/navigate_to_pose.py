@@ -5,7 +5,7 @@ from __future__ import annotations
 from py_trees.common import Status
 
 from behaviours._odometry_trail import OdometryTrail
-from behaviours.base import RobotBehaviour, output, port
+from behaviours.base import DRIVE_FAILURES, RobotBehaviour, output, port
 from stack.types import Pose2D
 
 GOAL_PERIOD = 1.0
@@ -38,6 +38,8 @@ class NavigateToPose(RobotBehaviour):
     time_taken: float = output("duration of the drive", unit="s")
 
     uses_wheels = True
+    fails_with = DRIVE_FAILURES
+    goal_ports = ("goal",)
 
     def initialise(self) -> None:
         """Start the drive."""

@@ -11,7 +11,7 @@ from py_trees.common import Status
 from behaviours._marker_pose import Hypothesis, hypotheses, merged
 from behaviours._odometry_trail import OdometryTrail
 from behaviours._wall_geometry import room_ahead
-from behaviours.base import RobotBehaviour, output, port
+from behaviours.base import DRIVE_FAILURES, RobotBehaviour, output, port
 from stack.robot import Task
 from stack.types import GOOD_HEALTH, STANDSTILL, FailureCode, Image, Twist, wrap_angle
 
@@ -61,6 +61,7 @@ class Relocalise(RobotBehaviour):
     method: str = output("source of the pose: marker, lidar, or kept if it was good")
 
     uses_wheels = True
+    fails_with = (*DRIVE_FAILURES, FailureCode.AMBIGUOUS)
 
     def initialise(self) -> None:
         """Prepare the search; it begins with the first tick."""

@@ -11,6 +11,7 @@ class Say(RobotBehaviour):
     """Write a message to the event log."""
 
     can_fail = False
+    fails_with = ()
 
     text: str = port("message")
 

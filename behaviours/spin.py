@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from py_trees.common import Status
 
-from behaviours.base import RobotBehaviour, port
+from behaviours.base import DRIVE_FAILURES, RobotBehaviour, port
 
 
 class Spin(RobotBehaviour):
@@ -16,6 +16,7 @@ class Spin(RobotBehaviour):
     )
 
     uses_wheels = True
+    fails_with = DRIVE_FAILURES
 
     def initialise(self) -> None:
         """Start the task."""

@@ -14,6 +14,7 @@ class TakePhoto(RobotBehaviour):
     """Save a new picture of the camera; fails with NO_IMAGE if none arrives in time."""
 
     takes_time = True
+    fails_with = (FailureCode.NO_IMAGE,)
 
     label: str = port("prefix of the file name", default="photo")
     patience: float = port("time limit for a new picture", unit="s", default=2.0, above=0.0)

@@ -11,6 +11,7 @@ class Wait(RobotBehaviour):
     """Succeed after a time on the robot's clock."""
 
     takes_time = True
+    fails_with = ()
     can_fail = False
 
     time: float = port("duration", unit="s", at_least=0.0)

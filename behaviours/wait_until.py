@@ -12,6 +12,7 @@ class WaitUntil(RobotBehaviour):
     """Succeed as soon as a condition is true; add the modifier `timeout` to limit the wait."""
 
     can_fail = False
+    fails_with = ()
 
     condition: Expression = port("condition to wait for, evaluated on every tick")
 

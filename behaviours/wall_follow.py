@@ -10,7 +10,7 @@ from py_trees.common import Status
 
 from behaviours import _wall_geometry as geometry
 from behaviours._odometry_trail import OdometryTrail
-from behaviours.base import RobotBehaviour, output, port
+from behaviours.base import DRIVE_FAILURES, RobotBehaviour, output, port
 from behaviours.timer import Timer
 from stack.types import STANDSTILL, FailureCode, FloatArray, Pose2D, Twist, wrap_angle
 
@@ -83,6 +83,8 @@ class WallFollow(RobotBehaviour):
     distance_error_rms: float = output("RMS distance error on straight walls", unit="m")
 
     uses_wheels = True
+    fails_with = (*DRIVE_FAILURES, FailureCode.NO_WALL)
+    ends_by = ("until_travelled", "until_time", "until_place", "until_loop")
 
     def initialise(self) -> None:
         """Start to search for the wall."""

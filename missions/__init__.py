@@ -12,11 +12,15 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from missions.shadowing import refuse_shadows
+
 if TYPE_CHECKING:
     from missions.execution.report import Report
     from robots.bodies import MakeBody
 
 __all__ = ["run", "run_together"]
+
+refuse_shadows()  # before another module is imported from the wrong file
 
 
 def run(  # noqa: PLR0913 - the settings of a run, all by keyword

@@ -10,6 +10,8 @@ stack/costmap/layer.py.
 
 from __future__ import annotations
 
+import sys
+from contextlib import redirect_stdout
 from dataclasses import dataclass
 from importlib import import_module
 from importlib.metadata import entry_points
@@ -91,6 +93,11 @@ BASES: dict[str, type[Component]] = {
 }
 """The class that components of a kind inherit."""
 
+_OWN_MODULES = {
+    where.partition(":")[0] for classes in BUILT_IN.values() for where in classes.values()
+}
+"""Imported for `module:Class`; other modules must be installed plugins or already imported."""
+
 _NOUNS = {"localisation": "estimator"}
 """What a component is called if not as its key in missions."""
 
@@ -166,8 +173,12 @@ def component(kind: str, name: str) -> type:
         raise InputError(f"there is no {noun(kind)} {name!r}; {suggestion(name, known)}")
     where = known.get(name, name)
     module, _, attribute = where.partition(":")
+    if name not in known and module not in sys.modules and module not in _OWN_MODULES:
+        hint = f"add its module to the mission: `plugins: [{module}]`"
+        raise InputError(f"the {noun(kind)} {name!r} cannot be used: {hint}")
     try:
-        found: type = getattr(import_module(module), attribute)
+        with redirect_stdout(sys.stderr):
+            found: type = getattr(import_module(module), attribute)
     except Exception as error:  # a plugin's module may raise any exception
         raise InputError(f"the {noun(kind)} {name!r} in {where} cannot be used: {error}") from error
     reason = _unusable(kind, found)

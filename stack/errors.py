@@ -1,4 +1,4 @@
-"""Exceptions of treepilot. Their texts contain no control characters.
+"""Exceptions of treepilot, and sentences for those of plugins. Texts have no control characters.
 
 TreepilotError
 ├── InputError          a file or an option is wrong: has findings, each with its position
@@ -12,8 +12,11 @@ TreepilotError
 
 from __future__ import annotations
 
+import sysconfig
+import traceback
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -123,3 +126,40 @@ class BodyError(TreepilotError):
 
 class TelemetryError(TreepilotError):
     """No engine responds, or it has another version."""
+
+
+_LIBRARIES = tuple(sysconfig.get_path(name) for name in ("stdlib", "purelib", "platlib"))
+_OWN = tuple(
+    str(Path(__file__).parents[1] / package)
+    for package in ("stack", "behaviours", "missions/execution", "missions/trees")
+)
+
+
+def exception_sentence(error: BaseException) -> str:
+    """Describe an exception with the line that caused it: `KeyError: 'x' (my_planner.py:12)`.
+
+    The line is the innermost one of the plugin, not of a library or of treepilot that it calls.
+    Only the name of the file is given: the sentence is part of the hashed event log.
+    """
+    text = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
+    line = plugin_line(error) or _line_of(error, _LIBRARIES)
+    return f"{text} ({line})" if line else text
+
+
+def plugin_line(error: BaseException) -> str:
+    """Innermost line of a plugin in the traceback, `my_planner.py:12`; empty if there is none."""
+    return _line_of(error, (*_LIBRARIES, *_OWN))
+
+
+def _line_of(error: BaseException, without: tuple[str, ...]) -> str:
+    frames = [
+        frame
+        for frame in traceback.extract_tb(error.__traceback__)
+        if not frame.filename.startswith(("<", *without))
+    ]
+    return f"{Path(frames[-1].filename).name}:{frames[-1].lineno}" if frames else ""
+
+
+def traceback_text(what: str, error: BaseException) -> str:
+    """The traceback of an exception below a line that says what raised it, for a run's log."""
+    return f"{what}\n{''.join(traceback.format_exception(error))}"

@@ -58,6 +58,17 @@ _UNITS: dict[str, tuple[str, float]] = {
     "g": ("kg", 0.001), "V": ("V", 1.0), "W": ("W", 1.0), "Wh": ("Wh", 1.0),
     "px": ("px", 1.0), "N": ("N", 1.0),
 }  # fmt: skip
+_ELSEWHERE = {
+    **dict.fromkeys(("sec", "secs", "second", "seconds", "sek", "sekunden"), "s"),
+    **dict.fromkeys(("mins", "minute", "minutes", "minuten"), "min"),
+    **dict.fromkeys(("hour", "hours", "hr", "std", "stunden"), "h"),
+    **dict.fromkeys(("meter", "meters", "metre", "metres"), "m"),
+    **dict.fromkeys(("°", "degree", "degrees", "grad"), "deg"),
+    **dict.fromkeys(("kmh", "kph", "km/hr"), "km/h"),
+    **dict.fromkeys(("mps", "m/sec"), "m/s"),
+    **dict.fromkeys(("radian", "radians"), "rad"),
+}
+"""Other spellings of units, in lower case -> the unit."""
 _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\d\s].*?)?\s*")
 
 
@@ -248,7 +259,13 @@ def read_quantity(text: str, unit: str) -> float:
         value = number
     else:
         if written not in _UNITS:
-            raise ParameterError("", f"unknown unit {written!r} in {text!r}", _units_hint(unit))
+            hint = _units_hint(unit)
+            comma = re.fullmatch(r",(\d+)\s*(.*)", written)
+            if comma:
+                hint = f"write a decimal point: {match[1]}.{comma[1]} {comma[2]}".rstrip()
+            elif _ELSEWHERE.get(written.lower()):
+                hint = f"write {match[1]} {_ELSEWHERE[written.lower()]}"
+            raise ParameterError("", f"unknown unit {written!r} in {text!r}", hint)
         dimension, factor = _UNITS[written]
         if dimension != unit:
             raise ParameterError(
@@ -407,7 +424,8 @@ def _path(raw: list[Any] | tuple[Any, ...]) -> Path:
 
 def _pose(raw: list[Any] | tuple[Any, ...]) -> Pose2D:
     if len(raw) not in (2, 3):
-        raise ParameterError("", f"a pose is [x, y] or [x, y, heading], got {_shown(raw)}")
+        hint = "write decimals with a point: 2.5" if len(raw) in (4, 6) else ""
+        raise ParameterError("", f"a pose is [x, y] or [x, y, heading], got {_shown(raw)}", hint)
     x, y = (_converted(float, "m", item) for item in raw[:2])
     heading = _converted(float, "rad", raw[2]) if len(raw) == 3 else 0.0
     if max(abs(x), abs(y)) > FARTHEST:

@@ -357,7 +357,11 @@ def every_option(command=COMMAND) -> Iterator[str]:
 
 @pytest.mark.parametrize(
     "page",
-    [pytest.param(page, marks=[pytest.mark.slow] * (page.stem in LONG)) for page in PAGES],
+    [
+        pytest.param(page, marks=[pytest.mark.slow] * (page.stem in LONG))
+        for page in PAGES
+        if page.stem != "tutorial"  # tests/test_tutorial.py
+    ],
     ids=lambda page: page.stem,
 )
 def test_every_block_of_the_page_works(page, tmp_path, monkeypatch):

@@ -69,6 +69,7 @@ MAY_IMPORT = {
         "stack.body", "stack.robot", "stack.components", "stack.costmap", "stack.localisation",
         "stack.navigation", "stack.perception", "stack.safety", "stack.telemetry", *FOUNDATION,
     },
+    "missions.shadowing": set(),
     "missions.language": {"behaviours", "stack.documents", *PLUGIN_API},
     "missions.trees": {
         "missions.language", "behaviours", "stack.documents", "stack.telemetry", *PLUGIN_API,

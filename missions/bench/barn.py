@@ -7,7 +7,7 @@ from pathlib import Path
 
 from missions.bench.barn_score import per_world, summary
 from missions.bench.barn_worlds import find_worlds
-from missions.bench.runs import Case, Entry, Run, Setup
+from missions.bench.runs import Case, Entry, Setup, TrialRow
 from stack.errors import InputError
 
 
@@ -31,7 +31,7 @@ def barn_entries(
     ]
 
 
-def report(runs: Sequence[Run]) -> list[str]:
+def report(runs: Sequence[TrialRow]) -> list[str]:
     """Return the table of worlds and the summary of each setup, as lines."""
     lines: list[str] = []
     for label in dict.fromkeys(run.setup for run in runs):

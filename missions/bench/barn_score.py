@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from statistics import mean, median
 
-from missions.bench.runs import Rules, Run
+from missions.bench.runs import Rules, TrialRow
 
 RULES = Rules(goal_radius=1.0, time_limit=100.0)
 
@@ -32,12 +32,12 @@ def score(success: bool, seconds: float, path_length: float, k: float) -> float:
     return success * optimal / min(max(seconds, k * optimal), 8.0 * optimal)
 
 
-def score_of(run: Run, k: float) -> float:
+def score_of(run: TrialRow, k: float) -> float:
     """Return the score of a run."""
     return score(run.success, run.time, run.path_length, k)
 
 
-def summary(runs: Sequence[Run]) -> list[str]:
+def summary(runs: Sequence[TrialRow]) -> list[str]:
     """Return lines with success rate, scores, times and each failure."""
     if not runs:
         return ["no runs yet"]
@@ -60,7 +60,7 @@ def summary(runs: Sequence[Run]) -> list[str]:
     return [line for line in lines if line]
 
 
-def per_world(runs: Sequence[Run]) -> list[str]:
+def per_world(runs: Sequence[TrialRow]) -> list[str]:
     """Return a line per world: successes, mean scores, mean time."""
     lines = [f"{'world':>12}  success  k=2     k=4     time s"]
     for name in dict.fromkeys(item.world for item in runs):

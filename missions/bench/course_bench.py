@@ -9,7 +9,7 @@ from pathlib import Path
 from missions.bench.courses import COURSES, Course
 from missions.bench.layout import write_world
 from missions.bench.reporting import FIGURES, failures, figures
-from missions.bench.runs import Entry, Rules, Run, Setup
+from missions.bench.runs import Entry, Rules, Setup, TrialRow
 from missions.execution.resources import MISSIONS, load_robot
 from stack.errors import InputError
 from stack.parameters import suggestion
@@ -53,7 +53,7 @@ def course_entries(options: CourseOptions) -> list[Entry]:
     ]
 
 
-def report(runs: Sequence[Run]) -> list[str]:
+def report(runs: Sequence[TrialRow]) -> list[str]:
     """Return a line per setup and course, and one per failure."""
     lines = [f"{'setup':<36}{'course':<10}  passed{FIGURES}"]
     for setup, world in dict.fromkeys((run.setup, run.world) for run in runs):

@@ -10,7 +10,7 @@ from types import MappingProxyType
 from missions.bench.dyna_worlds import WORLDS, dyna_text
 from missions.bench.layout import write_world
 from missions.bench.reporting import FIGURES, failures, figures, short
-from missions.bench.runs import Entry, Rules, Run, Setup
+from missions.bench.runs import Entry, Rules, Setup, TrialRow
 from missions.execution.resources import MISSIONS
 from stack.errors import InputError
 
@@ -74,7 +74,7 @@ def dyna_entries(setups: Sequence[Setup], worlds: int, trials: int, folder: Path
     ]
 
 
-def report(runs: Sequence[Run]) -> list[str]:
+def report(runs: Sequence[TrialRow]) -> list[str]:
     """Return a line per setup, and one per failure."""
     lines = [f"{'setup':<24}  reached  collided  was struck  timeout  gave up{FIGURES}"]
     for setup in dict.fromkeys(run.setup for run in runs):

@@ -13,6 +13,7 @@ from typing import Any
 
 from missions.bench.drive_recorder import DriveRecorder
 from missions.bench.resumable import Key, Work
+from missions.bench.runs import CRASHED
 from missions.bench.shortest import shortest_path_lengths
 from missions.execution.prepare import PreparedMission, RunOptions, prepare
 from missions.execution.report import Report
@@ -212,4 +213,15 @@ def _read(values: dict[str, Any]) -> MissionRun:
     return MissionRun(**{**values, "localisation_error": (mean_error, largest)})
 
 
-MISSION_WORK: Work[MissionEntry, MissionRun] = Work(run_entry, _read, line_of)
+def _crashed(entry: MissionEntry, sentence: str) -> MissionRun:
+    """Return the row of a run that ended with an exception."""
+    name, settings, seed = entry.key
+    return MissionRun(
+        mission=name, settings=settings, seed=seed, status=CRASHED, cause=sentence, time=0.0,
+        driven=0.0, shortest=None, clearance=0.0, turning=0.0, jerk=0.0, goal_error=None,
+        collisions=0, pushed_into=0, recoveries=0, replans=0, localisation_error=(0.0, 0.0),
+        real_time_factor=0.0, wall_seconds=0.0,
+    )  # fmt: skip
+
+
+MISSION_WORK: Work[MissionEntry, MissionRun] = Work(run_entry, _read, line_of, _crashed)

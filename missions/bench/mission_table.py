@@ -9,6 +9,7 @@ from typing import Any
 
 from missions.bench.mission_runs import MISSION_WORK, MissionEntry, MissionRun, conditions
 from missions.bench.resumable import TableOptions, fill, record_settings
+from missions.bench.runs import CRASHED
 from missions.execution.prepare import prepare
 from missions.execution.resources import mission_files
 from stack.errors import InputError
@@ -81,18 +82,19 @@ def table_lines(runs: Sequence[MissionRun]) -> Iterator[str]:
 
 
 def _row(name: str, runs: Sequence[MissionRun]) -> dict[str, Any]:
+    driven = [run for run in runs if run.status != CRASHED] or runs
     return {
         "mission": name,
         "success": f"{sum(run.success for run in runs)}/{len(runs)}",
-        "collisions": sum(run.collisions for run in runs),
-        "pushed into": sum(run.pushed_into for run in runs),
-        "time s": median(run.time for run in runs),
-        "distance m": median(run.driven for run in runs),
-        "clearance m": min(run.clearance for run in runs),
-        "error mean m": mean(run.localisation_error[0] for run in runs),
-        "error max m": max(run.localisation_error[1] for run in runs),
-        "recoveries": sum(run.recoveries for run in runs),
-        "x real time": median(run.real_time_factor for run in runs),
+        "collisions": sum(run.collisions for run in driven),
+        "pushed into": sum(run.pushed_into for run in driven),
+        "time s": median(run.time for run in driven),
+        "distance m": median(run.driven for run in driven),
+        "clearance m": min(run.clearance for run in driven),
+        "error mean m": mean(run.localisation_error[0] for run in driven),
+        "error max m": max(run.localisation_error[1] for run in driven),
+        "recoveries": sum(run.recoveries for run in driven),
+        "x real time": median(run.real_time_factor for run in driven),
         FAILED: "; ".join(f"{run.seed}: {run.cause}" for run in runs if not run.success),
     }
 

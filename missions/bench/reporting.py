@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from statistics import median
 
-from missions.bench.runs import Run
+from missions.bench.runs import TrialRow
 
 FIGURES = "  time s  driven / shortest  min clearance m"
 """Heading of `figures`."""
 
 
-def figures(runs: Sequence[Run]) -> str:
+def figures(runs: Sequence[TrialRow]) -> str:
     """Return medians over the successful runs and their smallest clearance; "" without any."""
     good = [run for run in runs if run.success]
     if not good:
@@ -28,7 +28,7 @@ def short(setup: str) -> str:
     return " ".join(word for word in setup.split() if "=" not in word)
 
 
-def failures(runs: Sequence[Run]) -> list[str]:
+def failures(runs: Sequence[TrialRow]) -> list[str]:
     """Return a line per failed run."""
     return [
         f"  {short(run.setup)}, {run.world} trial {run.trial}: {run.status}: {run.cause}"

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import signal
+import sys
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from multiprocessing import get_context
@@ -17,7 +18,7 @@ from typing import Any, Generic, Protocol, TypeVar
 
 from stack.documents import Finding, Mark
 from stack.documents.files import JSON_BYTES, decoded, read_bytes, read_input
-from stack.errors import InputError
+from stack.errors import InputError, exception_sentence, traceback_text
 
 TABLE, SETTINGS = "runs.jsonl", "settings.json"
 
@@ -67,11 +68,30 @@ class Work(Generic[E, R]):
         read: returns a row from the values of its JSON; raises KeyError, TypeError or ValueError
             if they are not a row.
         line: returns a row as one line of progress.
+        crashed: returns the row of an entry whose run raised an exception, from the entry and a
+            sentence; None ends the table with the exception. Wrong input always ends it.
     """
 
     make: Callable[[E], R]
     read: Callable[[dict[str, Any]], R]
     line: Callable[[R], str]
+    crashed: Callable[[E, str], R] | None = None
+
+    def row(self, entry: E) -> R:
+        """Run an entry; a crash is a row, so that the other runs go on.
+
+        Raises:
+            InputError: the mission or a file has errors, which all runs would have.
+        """
+        try:
+            return self.make(entry)
+        except InputError:
+            raise
+        except Exception as error:
+            if self.crashed is None:
+                raise
+            print(traceback_text(f"the run {entry.key} crashed", error), file=sys.stderr)
+            return self.crashed(entry, exception_sentence(error))
 
 
 def record_settings(out: Path, settings: dict[str, Any]) -> None:
@@ -105,7 +125,7 @@ def fill(entries: Sequence[E], options: TableOptions, work: Work[E, R], log: Log
     missing = [entry for key, entry in wanted.items() if key not in done]
     seconds: list[float] = []
     with (options.out / TABLE).open("a", encoding="utf-8") as table:
-        for row in _rows(missing, options.jobs, work.make):
+        for row in _rows(missing, options.jobs, work.row):
             table.write(json.dumps(asdict(row)) + "\n")  # type: ignore[call-overload]
             table.flush()
             done[row.key] = row

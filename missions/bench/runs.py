@@ -10,6 +10,9 @@ from stack.errors import InputError
 from stack.sim.worlds.world import World
 from stack.types import Pose2D
 
+CRASHED = "crashed"
+"""Status of a run that ended with an exception."""
+
 GOAL = "goal"
 """Name of the goal in a benchmark's mission: an argument, or a place of its world."""
 
@@ -122,12 +125,12 @@ class Entry:
 
 
 @dataclass(frozen=True, slots=True)
-class Run:
+class TrialRow:
     """One row of the table: a run.
 
     Attributes:
         setup: label of its setup.
-        status: success | contact | struck (while it stood still) | timeout | gave_up.
+        status: success | contact | struck (while it stood still) | timeout | gave_up | crashed.
         cause: why it failed, in a sentence; empty after a success.
         time: seconds on the run's clock. path_length: length of the optimal path, metres.
         driven: metres. clearance: smallest true distance to any obstacle, metres.

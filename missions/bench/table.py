@@ -13,7 +13,7 @@ from typing import Any
 from missions.bench.picture import draw_trial
 from missions.bench.reporting import short
 from missions.bench.resumable import TableOptions, Work, fill, record_settings
-from missions.bench.runs import Entry, Run, Setup
+from missions.bench.runs import CRASHED, Entry, Setup, TrialRow
 from missions.bench.trial import run_trial
 
 __all__ = ["TableOptions", "fill_table", "line_of"]
@@ -23,7 +23,7 @@ PICTURES = "failures"
 
 def fill_table(
     entries: Sequence[Entry], options: TableOptions, log: Callable[[str], None]
-) -> list[Run]:
+) -> list[TrialRow]:
     """Make the runs that are missing in the table; return all, in the order of the entries.
 
     Args:
@@ -35,11 +35,11 @@ def fill_table(
         InputError: a mission has errors, or the folder has results of other settings.
     """
     _record_settings({entry.setup.label: entry for entry in entries}, options.out, log)
-    work = Work(partial(_run_and_draw, out=options.out), _row, line_of)
+    work = Work(partial(_run_and_draw, out=options.out), _row, line_of, _crashed)
     return fill(entries, options, work, log)
 
 
-def line_of(run: Run) -> str:
+def line_of(run: TrialRow) -> str:
     """Return a run as one line."""
     figures = f"{run.time:.1f} s, {run.driven:.1f} m, clearance {run.clearance:.2f} m"
     outcome = figures if run.success else f"{run.status.upper()}: {run.cause}"
@@ -75,11 +75,21 @@ def _settings(setup: Setup, entry: Entry) -> tuple[dict[str, Any], str]:
     return settings, sentence
 
 
-def _row(values: dict[str, Any]) -> Run:
-    return Run(**{**values, "end": tuple(values["end"])})
+def _row(values: dict[str, Any]) -> TrialRow:
+    return TrialRow(**{**values, "end": tuple(values["end"])})
 
 
-def _run_and_draw(entry: Entry, out: Path) -> Run:
+def _crashed(entry: Entry, sentence: str) -> TrialRow:
+    """Return the row of a run that ended with an exception."""
+    label, world, trial = entry.key
+    return TrialRow(
+        setup=label, world=world, trial=trial, status=CRASHED, cause=sentence, time=0.0,
+        path_length=0.0, driven=0.0, clearance=0.0, recoveries=0, replans=0, end=(0.0, 0.0, 0.0),
+        wall_seconds=0.0,
+    )  # fmt: skip
+
+
+def _run_and_draw(entry: Entry, out: Path) -> TrialRow:
     trial = run_trial(entry)
     if not trial.run.success:
         folder = out / PICTURES

@@ -7,11 +7,11 @@ from dataclasses import dataclass, field, replace
 from time import perf_counter
 from typing import Any
 
-from missions.bench.runs import Entry, Rules, Run, goal_of
+from missions.bench.runs import Entry, Rules, TrialRow, goal_of
 from missions.bench.shortest import shortest_path_length
-from missions.execution.build import Engine, build, run_info
+from missions.execution.build import Engine
+from missions.execution.run import Run
 from stack.body import SimulatedWorld
-from stack.telemetry.hub import Telemetry
 from stack.telemetry.records import Event, MissionState, RunInfo, Snapshot
 from stack.types import FloatArray, Pose2D
 
@@ -119,7 +119,7 @@ class Trial:
         walkers: moving obstacles at the end, (n, 3): x, y, radius in metres.
     """
 
-    run: Run
+    run: TrialRow
     goal: Pose2D
     trace: list[Pose2D]
     walkers: FloatArray
@@ -135,24 +135,21 @@ def run_trial(entry: Entry) -> Trial:
     plan, options = entry.setup.plan(entry.case, entry.trial)
     goal = goal_of(plan)
     notes, monitor = FailureNotes(), GoalMonitor(goal, entry.setup.rules)
-    telemetry = Telemetry(run_info(plan, f"bench-{entry.case.name}", entry.trial), [notes])
-    engine = build(plan, options, telemetry, None)
+    run = Run(plan, options, [notes])
     try:
         while not monitor.status:
-            engine.runtime.step()
-            monitor.update(_trial_state(engine, has_people=bool(plan.world.people)))
-        run = _row(entry, monitor, engine, notes)
-        walkers = _simulation(engine).people
+            run.step()
+            monitor.update(_trial_state(run.engine, has_people=bool(plan.world.people)))
+        row = _row(entry, monitor, run.engine, notes)
+        walkers = _simulation(run.engine).people
     finally:
-        engine.runtime.parts.navigator.close()
-        engine.telemetry.close(None)
-        engine.body.close()
+        run.close()
     length = entry.case.path_length
     if not length:
         length = shortest_path_length(plan.world, plan.robot, plan.start, goal)
     seconds = round(perf_counter() - began, 2)
-    run = replace(run, path_length=length, wall_seconds=seconds)
-    return Trial(run, goal, monitor.trace, walkers)
+    row = replace(row, path_length=length, wall_seconds=seconds)
+    return Trial(row, goal, monitor.trace, walkers)
 
 
 def _trial_state(engine: Engine, *, has_people: bool) -> TrialState:
@@ -166,9 +163,9 @@ def _trial_state(engine: Engine, *, has_people: bool) -> TrialState:
     )  # fmt: skip
 
 
-def _row(entry: Entry, monitor: GoalMonitor, engine: Engine, notes: FailureNotes) -> Run:
+def _row(entry: Entry, monitor: GoalMonitor, engine: Engine, notes: FailureNotes) -> TrialRow:
     end, counters = monitor.trace[-1], engine.runtime.counters()
-    return Run(
+    return TrialRow(
         setup=entry.setup.label,
         world=entry.case.name,
         trial=entry.trial,

@@ -19,6 +19,17 @@ PluginsOf = Annotated[
 ]
 
 
+Settings = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="NAME=VALUE", help="set a mission argument; repeatable"),
+]
+
+
+def counted(number: int, noun: str) -> str:
+    """Return a number with its noun: `1 file`, `6 errors`."""
+    return f"{number or 'no'} {noun}{'' if number == 1 else 's'}"
+
+
 def assignments(
     pairs: list[str], option: str = "--set", example: str = "dwell=5s"
 ) -> dict[str, str]:

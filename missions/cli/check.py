@@ -4,6 +4,8 @@ from typing import Annotated
 
 import typer
 
+from missions.cli.arguments import Settings, assignments, counted
+
 
 def check(
     missions: Annotated[list[str], typer.Argument(help="mission or world files")],
@@ -14,6 +16,7 @@ def check(
             "--install", help="also check that no other package hides treepilot's modules"
         ),
     ] = False,
+    set_: Settings = None,
     json: Annotated[bool, typer.Option("--json", help="print findings as JSON")] = False,
 ) -> None:
     """Check mission and world files; report every finding.
@@ -23,21 +26,20 @@ def check(
     from missions.inspection.check import as_json, check_files, check_install
 
     findings = check_install() if install else []
-    findings += check_files(missions)
+    findings += check_files(missions, assignments(set_ or []))
     errors = sum(finding.is_error or strict for finding in findings)
     if json:
         typer.echo(as_json(findings))
         raise typer.Exit(2 if errors else 0)
     for finding in findings:
         typer.echo(finding.text, err=finding.is_error)
-    typer.echo(_summary(len(missions), errors), err=True)
+    warnings = len(findings) - sum(finding.is_error for finding in findings)
+    typer.echo(_summary(len(missions), errors, 0 if strict else warnings), err=True)
     raise typer.Exit(2 if errors else 0)
 
 
-def _summary(files: int, errors: int) -> str:
-    checked = f"{files} file{'' if files == 1 else 's'} checked"
-    return (
-        f"{checked}: {errors} error{'' if errors == 1 else 's'}"
-        if errors
-        else f"{checked}: no errors"
-    )
+def _summary(files: int, errors: int, warnings: int) -> str:
+    parts = [counted(files, "file") + " checked", counted(errors, "error")]
+    if warnings:
+        parts.append(counted(warnings, "warning"))
+    return ", ".join(parts)

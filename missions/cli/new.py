@@ -1,15 +1,47 @@
-"""`treepilot new`: writes a plugin and its test from a template."""
+"""`treepilot new`: writes a mission, a world, or a plugin with its test, from a template."""
 
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-new_app = typer.Typer(no_args_is_help=True, help="Create a plugin with its test from a template.")
+new_app = typer.Typer(
+    no_args_is_help=True, help="Create a mission, a world or a plugin from a template."
+)
 
 
 NewName = Annotated[str, typer.Argument(help="name as used in missions, e.g. ring_bell")]
 PluginFolder = Annotated[Path, typer.Option("--in", help="plugin folder; created if missing")]
+
+
+FileName = Annotated[str, typer.Argument(help="name of the file, without .yaml")]
+FileFolder = Annotated[Path, typer.Option("--in", help="folder; created if missing")]
+
+
+@new_app.command("mission")
+def new_mission(
+    name: FileName,
+    world: Annotated[str, typer.Option(help="world: a name or a file")] = "office",
+    robot: Annotated[str, typer.Option(help="robot: a name or a robot.yaml")] = "scout",
+    folder: FileFolder = Path(),
+) -> None:
+    """Create a mission file with comments that runs."""
+    from missions.inspection.file_scaffold import new_mission as write
+
+    file = write(name, folder, world, robot)
+    typer.echo(f"wrote {file}\n\nRun it:  treepilot run {file}")
+
+
+@new_app.command("world")
+def new_world(name: FileName, folder: FileFolder = Path()) -> None:
+    """Create a world file with comments: two rooms with furniture."""
+    from missions.inspection.file_scaffold import new_world as write
+
+    file = write(name, folder)
+    path = file if file.is_absolute() else f"./{file}"
+    typer.echo(f"wrote {file}\n\nUse it in a mission beside it:  world: ./{file.name}")
+    typer.echo(f"See it:  treepilot show world {path} --png {file.stem}.png")
 
 
 @new_app.command("behaviour")
@@ -59,12 +91,15 @@ def _report(files: list[Path], folder: Path, setting: str) -> None:
     plugin = folder if folder.is_absolute() else f"./{folder}"
     for file in files:
         typer.echo(f"wrote {file}")
-    typer.echo(
-        f"\nRun the test:  python -m pytest {files[-1]}\nUse it in a mission next to the folder:\n"
-    )
+    # pytest is not among the dependencies.
+    test = f"python -m pytest {files[-1]}"
+    with_pytest = f"Run the test:  {test}"
+    without = f"To run the test, install pytest (pip install pytest), then:  {test}"
+    typer.echo(f"\n{with_pytest if find_spec('pytest') else without}")
+    typer.echo("Use it in a mission next to the folder:\n")
     typer.echo("\n".join(f"    {line}" for line in [f"plugins: [{plugin}]", *setting.splitlines()]))
 
 
 @new_app.callback()
 def _new() -> None:
-    """Create a plugin with its test from a template."""
+    """Create a mission, a world or a plugin from a template."""

@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from missions.cli.arguments import MissionArgument, assignments
+from missions.cli.arguments import MissionArgument, Settings, assignments
 
 
 def parameters(
@@ -16,8 +16,9 @@ def parameters(
         list[str] | None,
         typer.Option(metavar="NAME=VALUE", help="override a parameter, as in `treepilot run`"),
     ] = None,
+    set_: Settings = None,
     changed: Annotated[
-        bool, typer.Option("--set", help="show only parameters that a file or option sets")
+        bool, typer.Option("--changed", help="show only parameters that a file or option sets")
     ] = False,
 ) -> None:
     """Show the parameters of a mission and the file that sets each."""
@@ -26,7 +27,11 @@ def parameters(
 
     found = parameters_of(
         mission,
-        RunOptions(robot=robot, parameters=assignments(parameter or [], "--parameter")),
+        RunOptions(
+            robot=robot,
+            arguments=assignments(set_ or []),
+            parameters=assignments(parameter or [], "--parameter"),
+        ),
     )
     for line in lines_of([item for item in found if item.is_set or not changed]):
         typer.echo(line)

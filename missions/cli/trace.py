@@ -8,7 +8,7 @@ import typer
 
 
 def trace(
-    run: Annotated[Path, typer.Argument(help="run folder")],
+    run: Annotated[str, typer.Argument(help="run folder, name of a run in ./runs, or `newest`")],
     node: Annotated[
         str,
         typer.Option(help="show only this node and its children: name, kind, path or file:line"),
@@ -17,15 +17,18 @@ def trace(
     until: Annotated[
         float, typer.Option(help="last time shown, seconds", show_default="the end")
     ] = inf,
-    summary: Annotated[bool, typer.Option("--summary", help="print one line per node")] = False,
+    summary: Annotated[
+        bool, typer.Option("--summary", help="print one line per node: times and states")
+    ] = False,
 ) -> None:
     """Show the history of a finished run, node by node.
 
     For a node that never started, the reason is printed.
     """
     from missions.inspection import trace as tracing
+    from missions.inspection.runs import find_run
 
-    told = tracing.read_trace(run)
+    told = tracing.read_trace(find_run(run, Path("runs")))
     lines = tracing.summary(told, node) if summary else tracing.story(told, node, since, until)
     for line in lines:
         typer.echo(line)

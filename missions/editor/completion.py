@@ -6,16 +6,25 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from missions.editor.document import Reading
+from missions.editor.document import CURSOR, Reading
 from missions.editor.hover import parameters_of, signature_of_kind, symbol_text, tree_text
 from missions.editor.markdown import behaviour_text, declaration_text, word_text
 from missions.editor.node_schemas import allowed_modifiers
 from missions.execution.component_choices import DEFAULTS, NAVIGATION_KINDS
 from missions.execution.resources import world_files
-from missions.language.expressions.robot_values import ROBOT_VALUES
+from missions.language.expressions.functions import FUNCTIONS
+from missions.language.expressions.robot_values import DISTANCE, ROBOT_VALUES
 from missions.language.expressions.scope import Role, Symbol
 from missions.language.expressions.terms import POSE_FIELDS
-from missions.language.expressions.value_types import ANYTHING, BOOL, NAMED, POSE, type_of
+from missions.language.expressions.value_types import (
+    ANYTHING,
+    BOOL,
+    INT,
+    NAMED,
+    POSE,
+    TEXT,
+    type_of,
+)
 from missions.language.keys import ANY_KEY, MISSION, SECTIONS, Keys
 from missions.language.kinds import NODES
 from missions.language.reading.cases import FIXED_VALUES
@@ -31,11 +40,12 @@ class Candidate:
 
     Attributes:
         label: text to show and insert.
-        kind: "keyword", "behaviour", "port", "value", "name", "tree" or "file".
+        kind: "keyword", "behaviour", "port", "value", "name", "function", "tree" or "file".
         detail: short text next to the label.
         text: documentation as markdown.
         key: whether a `:` follows the label.
         value: text to insert after the `:`.
+        after: text to insert after the label.
     """
 
     label: str
@@ -44,6 +54,7 @@ class Candidate:
     text: str = ""
     key: bool = False
     value: str = ""
+    after: str = ""
 
 
 def candidates(
@@ -59,8 +70,9 @@ def candidates(
         inside_text: whether the word stands in a `${…}`.
     """
     if inside_text:
-        return list(_expressions(reading, word, typed))
-    if word.role is WordRole.EXPRESSION:
+        names = () if typed.startswith("$") else reading.known(word).values()
+        return [*map(_plain_name, names), *_expressions(reading, word, typed)]
+    if word.role is WordRole.EXPRESSION or _in_expression(word, typed):
         found = list(_expressions(reading, word, typed))
     else:
         provider = _PROVIDERS.get(word.role)
@@ -147,12 +159,32 @@ def _values(reading: Reading, word: Word) -> Iterator[Candidate]:
         fits = wanted.accepts(symbol.type) or (wanted.item and wanted.item.accepts(symbol.type))
         if fits:
             yield _reference(reading, symbol)
+    if wanted.of is float or wanted in (INT, POSE):
+        yield from _functions()
 
 
 def _reference(reading: Reading, symbol: Symbol) -> Candidate:
     return Candidate(
         f"${symbol.name}", "name", f"{symbol.role}, {symbol.type}", symbol_text(reading, symbol)
     )
+
+
+def _plain_name(symbol: Symbol) -> Candidate:
+    return Candidate(symbol.name, "name", f"{symbol.role}, {symbol.type}")
+
+
+def _in_expression(word: Word, typed: str) -> bool:
+    """Return whether the value of a port already has the beginning of an expression."""
+    kind = type_of(word.declared) if word.declared else ANYTHING
+    if word.role is not WordRole.VALUE or kind in (TEXT, ANYTHING):
+        return False
+    return "." in typed or bool(str(word.node.value).partition(CURSOR)[0].strip(" -("))
+
+
+def _functions() -> Iterator[Candidate]:
+    for name, function in FUNCTIONS.items():
+        yield Candidate(name, "function", function.signature, function.help, after="(")
+    yield Candidate(DISTANCE, "function", f"{DISTANCE}(place)", "distance to a pose", after="(")
 
 
 def _expressions(reading: Reading, word: Word, typed: str) -> Iterator[Candidate]:
@@ -168,6 +200,7 @@ def _expressions(reading: Reading, word: Word, typed: str) -> Iterator[Candidate
     yield from (_reference(reading, symbol) for symbol in known.values())
     for value, item in ROBOT_VALUES.items():
         yield Candidate(value, "value", str(item.type), item.help)
+    yield from _functions()
     yield from (Candidate(operator, "keyword") for operator in ("and", "or", "not", "is set"))
 
 

@@ -18,7 +18,7 @@ from missions.language.reading.mission import read_mission
 from missions.language.reading.trees import read_trees
 from missions.language.reading.words import Draft, Word, WordRole, Words
 from robots.load import find_robot
-from stack.documents import Finding, Findings, Mark, Node, read_file, read_text
+from stack.documents import Finding, Findings, Mark, Node, read_file
 from stack.errors import InputError
 from stack.sim.worlds.world_file import find_world
 
@@ -99,26 +99,20 @@ def diagnosed(text: str, path: Path) -> tuple[Reading | None, tuple[Finding, ...
         return None, ()
     draft = Draft(text)
     findings = findings_of(path, draft)
-    try:
-        top = read_text(text, str(path))
-    except InputError:
-        return None, findings
-    return Reading(path, top, draft.words, findings), findings
+    top = draft.words.document
+    return (Reading(path, top, draft.words, findings) if top else None), findings
 
 
 def read_words(text: str, path: Path) -> Reading | None:
     """Read the words of a text without its findings; None if it is not valid YAML."""
-    try:
-        top = read_text(text, str(path))
-    except InputError:
-        return None
     draft = Draft(text)
     with suppress(InputError):
         if file_kind(path, text) is FileKind.TREES:
             read_trees(path, catalogue_of([], path.parent, Findings()), draft)
         else:
             read_mission(path, catalogue_of, _NAMES_ONLY, {}, draft)
-    return Reading(path, top, draft.words)
+    top = draft.words.document
+    return Reading(path, top, draft.words) if top else None
 
 
 _NAMES_ONLY = Resources(world_places=lambda name, folder: load_world(name, folder).places)

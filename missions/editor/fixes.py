@@ -27,7 +27,7 @@ class Fix:
 
 def fix_of(finding: Finding, lines: Sequence[str]) -> Fix | None:
     """Return the fix that a finding suggests; None if it suggests no word."""
-    found = _SUGGESTED.search(finding.hint)
+    found = _SUGGESTED.search(finding.hint) or _SUGGESTED.search(finding.sentence)
     text = (found[2] or found[4]) if found else ""
     if not text:
         written = _WRITE.search(finding.hint)

@@ -10,11 +10,12 @@ from behaviours.catalogue import BehaviourKind
 from missions.editor.document import Reading
 from missions.editor.markdown import behaviour_text, declaration_text, word_text
 from missions.inspection.listing import description_of, installed
-from missions.language.expressions.robot_values import ROBOT_VALUES
+from missions.language.expressions.functions import FUNCTIONS
+from missions.language.expressions.robot_values import DISTANCE, ROBOT_VALUES
 from missions.language.expressions.scope import UNSET, Symbol
-from missions.language.expressions.terms import shown
-from missions.language.expressions.texts import formatter
-from missions.language.expressions.value_types import NAMED, ValueType
+from missions.language.expressions.terms import POSE_FIELDS, shown
+from missions.language.expressions.texts import formatter, has_placeholders
+from missions.language.expressions.value_types import LENGTH, NAMED, ValueType
 from missions.language.keys import SECTIONS
 from missions.language.kinds import NODES
 from missions.language.model import Tree
@@ -34,7 +35,10 @@ def explanation(reading: Reading, word: Word, text: str) -> str:
         text: the part of it at the position: `$dock` of `$dock is set`.
     """
     if text.startswith("$"):
-        return _name_text(reading, word, text[1:].partition(".")[0])
+        name, _, field = text[1:].partition(".")
+        if field in POSE_FIELDS and name in reading.known(word):
+            return f"**{text}**: {field} of ${name}, map frame\n\n*{POSE_FIELDS[field]}*"
+        return _name_text(reading, word, name)
     explain = _EXPLAIN.get(word.role)
     return explain(reading, word, text) if explain else ""
 
@@ -42,7 +46,8 @@ def explanation(reading: Reading, word: Word, text: str) -> str:
 def definition(reading: Reading, word: Word, text: str) -> Mark | None:
     """Return the position of a word's definition, in this file or another."""
     named = (WordRole.KEY, WordRole.PLACE, WordRole.DECLARED, WordRole.EXPECTATION)
-    if text.startswith("$") or word.role in named:
+    unnamed = word.role is WordRole.DECLARED and word.owner in ("trees", "events")
+    if text.startswith("$") or (word.role in named and not unnamed):
         found = reading.known(word).get(text.lstrip("$").partition(".")[0])
         if found is not None:
             return reading.mark_of(found)
@@ -148,12 +153,17 @@ def _input(reading: Reading, word: Word, text: str) -> str:
 
 
 def _expression(reading: Reading, word: Word, text: str) -> str:
-    value = ROBOT_VALUES.get(text)
+    value, function = ROBOT_VALUES.get(text), FUNCTIONS.get(text)
+    if function is not None and (value is None or f"{text}(" in str(word.node.value)):
+        return f"**{function.signature}**: {function.help}\n\n*{function.result}*"
+    if text == DISTANCE:
+        return f"**{DISTANCE}(place)**: straight-line distance from the robot\n\n*{LENGTH}*"
     return f"**{text}**: {value.help}\n\n*{value.type}*" if value else ""
 
 
 def _value(reading: Reading, word: Word, text: str) -> str:
-    return _expression(reading, word, text) or _declared(reading, word, text)
+    named = _plain_name(reading, word, text) if has_placeholders(str(word.node.value)) else ""
+    return named or _expression(reading, word, text) or _declared(reading, word, text)
 
 
 def _plain_name(reading: Reading, word: Word, text: str) -> str:
@@ -180,7 +190,7 @@ def _types(symbols: Mapping[str, Symbol]) -> str:
 def _declared_here(reading: Reading, word: Word, text: str) -> str:
     if word.owner == "trees":
         return _tree(reading, word, text)
-    return _plain_name(reading, word, text)
+    return "" if word.owner == "events" else _plain_name(reading, word, text)
 
 
 def _node_name(reading: Reading, word: Word, text: str) -> str:

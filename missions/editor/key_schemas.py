@@ -7,6 +7,7 @@ from typing import Any
 
 from missions.editor.component_schemas import component_schema, navigation
 from missions.editor.value_schemas import (
+    COMPUTED,
     REFERENCE,
     SCALARS,
     Schema,
@@ -69,7 +70,7 @@ def _value(key: Key, *, references: bool = True) -> Schema:
     schema = of_declaration(key.declared, references=references)
     if not key.words:
         return schema
-    pattern = (REFERENCE,) if references else ()
+    pattern = (COMPUTED,) if references else ()
     return {**schema, **words(list(key.words), *pattern), "type": [*_types(schema), "string"]}
 
 

@@ -9,8 +9,8 @@ from behaviours.catalogue import BehaviourKind, Catalogue
 from missions.editor.key_schemas import CHILDREN, TARGET, of_keys, of_section
 from missions.editor.markdown import behaviour_text, word_text
 from missions.editor.value_schemas import (
+    COMPUTED,
     IDENTIFIER,
-    REFERENCE,
     Schema,
     documented,
     of_declaration,
@@ -118,7 +118,7 @@ _LOOP: Schema = {
     "type": "object", "minProperties": 1, "maxProperties": 1,
     "propertyNames": {"pattern": IDENTIFIER},
     "additionalProperties": {
-        "type": ["array", "string"], "pattern": f"^{REFERENCE}$",
-        "patternErrorMessage": "for_each takes a list or a $name",
+        "type": ["array", "string"], "pattern": f"^{COMPUTED}$",
+        "patternErrorMessage": "for_each takes a list or an expression",
     },
 }  # fmt: skip

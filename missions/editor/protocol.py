@@ -23,7 +23,7 @@ _COMPLETION_KINDS = {
     "keyword": lsp.CompletionItemKind.Keyword, "behaviour": lsp.CompletionItemKind.Function,
     "port": lsp.CompletionItemKind.Field, "value": lsp.CompletionItemKind.Value,
     "name": lsp.CompletionItemKind.Variable, "tree": lsp.CompletionItemKind.Module,
-    "file": lsp.CompletionItemKind.File,
+    "file": lsp.CompletionItemKind.File, "function": lsp.CompletionItemKind.Function,
 }  # fmt: skip
 
 
@@ -40,6 +40,8 @@ def line_of(document: TextDocument, line: int) -> str:
 
 def position_in(document: TextDocument, position: lsp.Position) -> tuple[int, int]:
     """Return line and column, counted from 1 in characters."""
+    if position.line >= len(document.lines):  # the empty line after the last line break
+        return position.line + 1, 1
     found = document.position_codec.position_from_client_units(document.lines, position)
     return found.line + 1, found.character + 1
 
@@ -47,6 +49,8 @@ def position_in(document: TextDocument, position: lsp.Position) -> tuple[int, in
 def range_in(document: TextDocument, line: int, first: int, end: int) -> lsp.Range:
     """Convert columns of a line, counted from 1 in characters, to the client's units."""
     start, stop = (lsp.Position(line - 1, column - 1) for column in (first, end))
+    if line > len(document.lines):
+        return lsp.Range(start, stop)
     codec = document.position_codec
     return codec.range_to_client_units(document.lines, lsp.Range(start, stop))
 
@@ -92,6 +96,7 @@ def completion_of(candidate: Candidate, replaced: lsp.Range, has_colon: bool) ->
     text = candidate.label
     if candidate.key and not has_colon:
         text += f": {candidate.value}"
+    text += candidate.after
     return lsp.CompletionItem(
         label=candidate.label, kind=_COMPLETION_KINDS[candidate.kind],
         detail=candidate.detail or None,

@@ -28,7 +28,7 @@ from missions.editor.protocol import (
 )
 from missions.editor.rename import renamed
 from missions.editor.symbols import outline
-from missions.editor.words import TextWord, typed_word, word_at
+from missions.editor.words import TextWord, in_placeholder, typed_word, word_at
 from missions.execution.resources import load_robot, load_world
 from missions.inspection.diagnosis import FileKind, file_kind
 from missions.language.reading.words import Word
@@ -153,7 +153,7 @@ class MissionServer(LanguageServer):
         before = text[: typed.column - 1]
         given = candidates(
             reading, found.word, alone=before.strip(" -") == "", typed=typed.text,
-            inside_text=before.rfind("${") > before.rfind("}"),
+            inside_text=in_placeholder(before),
         )  # fmt: skip
         return [completion_of(candidate, replaced, has_colon) for candidate in given]
 

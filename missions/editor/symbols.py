@@ -54,14 +54,11 @@ def _inside(word: str, form: Form, value: Node, heads: set[int]) -> Iterator[Ent
         for key, body in value.entries:
             below: list[Entry] = []
             if kind == "tree":
-                events = body.get("events")
-                below += _inside("events", Form.NAMED_LIST, events, heads) if events else []
+                below += _events(body.get("events"), heads)
                 below += _nodes(body.get("do"), heads)
             yield Entry(str(key.value), kind, key, _last(body), children=below)
     elif form is Form.NAMED_LIST:
-        for key, body in (entry for item in value.items for entry in item.entries):
-            below = list(_nodes(body.get("do"), heads))
-            yield Entry(str(key.value), "event", key, _last(body), children=below)
+        yield from _events(value, heads)
     elif form is Form.LIST:
         for number, item in enumerate(value.items, 1):
             name = item.get("name")
@@ -69,6 +66,13 @@ def _inside(word: str, form: Form, value: Node, heads: set[int]) -> Iterator[Ent
             yield Entry(title, "test", name or item, _last(item))
     elif form is Form.NODE:
         yield from _nodes(value, heads)
+
+
+def _events(section: Node | None, heads: set[int]) -> Iterator[Entry]:
+    for item in section.items if section else ():
+        for key, body in item.entries:
+            below = list(_nodes(body.get("do"), heads))
+            yield Entry(str(key.value), "event", key, _last(body), children=below)
 
 
 def _nodes(node: Node | None, heads: set[int]) -> Iterator[Entry]:

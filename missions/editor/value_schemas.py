@@ -14,6 +14,8 @@ from re import escape
 from typing import Any
 
 from missions.editor.markdown import declaration_text
+from missions.language.expressions.functions import FUNCTIONS
+from missions.language.expressions.robot_values import DISTANCE, ROBOT_VALUES
 from stack.parameters import REQUIRED, Declaration, declarations, has_fields, units
 from stack.types import Assignments, Expression, Path, Pose2D
 
@@ -21,6 +23,9 @@ Schema = dict[str, Any]
 
 IDENTIFIER = "^[A-Za-z_][A-Za-z0-9_]*$"
 REFERENCE = r"\$[A-Za-z_][A-Za-z0-9_]*"
+_NAMES = [*map(escape, (*ROBOT_VALUES, DISTANCE)), *(rf"{word}\(" for word in FUNCTIONS)]
+COMPUTED = rf".*(\$[A-Za-z_]|{'|'.join(_NAMES)}).*"
+"""A text with a `$name`, a value of the robot or a function."""
 SCALARS = ["string", "number", "boolean"]
 _NUMBER = r"\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*"
 
@@ -70,7 +75,7 @@ def assignments() -> Schema:
     """Return the schema of keys with expressions, as in `set`."""
     return {
         "type": "object", "minProperties": 1, "propertyNames": {"pattern": IDENTIFIER},
-        "additionalProperties": {"type": list(SCALARS)},
+        "additionalProperties": {"type": [*SCALARS, "array"]},
     }  # fmt: skip
 
 
@@ -100,12 +105,14 @@ def named(schema: Schema) -> Schema:
     }
 
 
-def parts(declared: Sequence[Declaration], least: int | None = None) -> Schema:
+def parts(
+    declared: Sequence[Declaration], least: int | None = None, *, references: bool = False
+) -> Schema:
     """Return the schema of a list, one item per declaration; those after `least` are optional."""
     return {
         "type": "array", "minItems": len(declared) if least is None else least,
         "maxItems": len(declared),
-        "prefixItems": [of_declaration(part, references=False) for part in declared],
+        "prefixItems": [of_declaration(part, references=references) for part in declared],
     }  # fmt: skip
 
 
@@ -116,9 +123,9 @@ POSE_PARTS = (
 )
 
 
-def pose() -> Schema:
-    """Return the schema of `[x, y]` or `[x, y, heading]`."""
-    return parts(POSE_PARTS, least=2)
+def pose(*, references: bool = False) -> Schema:
+    """Return the schema of `[x, y]` or `[x, y, heading]`; with `references`, of expressions."""
+    return parts(POSE_PARTS, least=2, references=references)
 
 
 def _scalar(kind: Any, declared: Declaration, references: bool) -> Schema:
@@ -131,7 +138,9 @@ def _scalar(kind: Any, declared: Declaration, references: bool) -> Schema:
     if kind is bool:
         return _with_strings({"type": ["boolean"]}, [], references, declared)
     if kind is Pose2D:
-        return _with_strings({**pose(), "type": ["array"]}, [], references, declared)
+        return _with_strings(
+            {**pose(references=references), "type": ["array"]}, [], references, declared
+        )
     if kind is Path:
         poses = {"type": ["array"], "items": pose(), "minItems": 2}
         return _with_strings(poses, [], references, declared)
@@ -148,13 +157,14 @@ def _with_strings(
     schema: Schema, accepted: Sequence[str], references: bool, declared: Declaration
 ) -> Schema:
     """Return the schema extended by texts that match one of the patterns, or a `$name`."""
-    patterns = [*accepted, *([REFERENCE] if references else [])]
+    words = REFERENCE if declared.one_of else COMPUTED
+    patterns = [*accepted, *([words] if references else [])]
     if not patterns:
         return schema
     wanted = " ".join(filter(None, [declared.type_name(), declared.range_text()]))
     return {
         **schema, "type": [*schema["type"], "string"], "pattern": f"^({'|'.join(patterns)})$",
-        "patternErrorMessage": f"expected {wanted}" + (" or a $name" if references else ""),
+        "patternErrorMessage": f"expected {wanted}" + (" or an expression" if references else ""),
     }  # fmt: skip
 
 

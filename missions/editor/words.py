@@ -47,3 +47,9 @@ def end_of_value(line: str, column: int) -> int:
     found = _QUOTED.match(text) or _PLAIN.match(text)
     length = len(found[0].rstrip()) if found else 0
     return column + max(1, length)
+
+
+def in_placeholder(before: str) -> bool:
+    """Return whether a text ends inside a `${…}` that is not closed; `$${` opens none."""
+    opened = before.rfind("${")
+    return opened > before.rfind("}") and before[max(0, opened - 1) : opened] != "$"

@@ -116,7 +116,7 @@ def build(
     local_costmap, global_costmap = world_model.local_costmap, world_model.global_costmap
     safety_choice = plan.choices["safety"]
     safety = Safety(robot, safety_choice.parameters, period, safety_choice.parts)
-    navigator = _navigator(plan, period, local_costmap, global_costmap, telemetry)
+    navigator = _navigator(plan, period, (local_costmap, global_costmap), telemetry, log)
     if body.is_real_time:
         navigator.configure(replace(navigator.parameters, wait_for_plan=False))
     estimator = _estimator(plan, grid, seed)
@@ -309,9 +309,9 @@ def tree_emitter(telemetry: Telemetry) -> Callable[..., None]:
 def _navigator(
     plan: PreparedMission,
     period: float,
-    local_costmap: Costmap,
-    global_costmap: Costmap,
+    costmaps: tuple[Costmap, Costmap],
     telemetry: Telemetry,
+    log: Callable[[str], None],
 ) -> Navigator:
     choices, robot = plan.choices, plan.robot
     controller = choices["controller"]
@@ -322,10 +322,11 @@ def _navigator(
         goal_checker=choices["goal_checker"].create(robot),
         progress_checker=choices["progress_checker"].create(robot),
         parameters=plan.choices["navigator"].parameters,
-        local_costmap=local_costmap,
-        global_costmap=global_costmap,
+        local_costmap=costmaps[0],
+        global_costmap=costmaps[1],
         emit=_emitter(telemetry, "navigation"),
         period=period,
+        log=log,
     )
 
 

@@ -8,9 +8,8 @@ from math import ceil
 from pathlib import Path
 from typing import Any, TypeVar
 
-import numpy as np
-
 from missions.execution.component_choices import DEFAULTS, SETTINGS, all_chosen
+from missions.execution.fit import fit_findings, start_problem
 from missions.execution.resources import (
     catalogue_of,
     find_mission,
@@ -18,7 +17,7 @@ from missions.execution.resources import (
     load_world,
     resources,
 )
-from missions.execution.route_graphs import located_planner
+from missions.execution.route_graphs import leaves_of, located_planner
 from missions.language.model import Mission
 from missions.language.reading.header import LOCALISATION
 from missions.language.reading.mission import read_mission
@@ -33,7 +32,6 @@ from stack.mapping.limits import MAX_CELLS
 from stack.parameters import read_quantity, suggestion
 from stack.runtime.parameters import LoopParameters
 from stack.sim.physics.settings import SimulationSettings
-from stack.sim.worlds.outlines import outlines
 from stack.sim.worlds.rasterise import RESOLUTION, map_problem, map_shape
 from stack.sim.worlds.world import World
 from stack.telemetry.records import Command
@@ -199,6 +197,8 @@ def _planned(path: Path, options: RunOptions, draft: Draft, found: Findings) -> 
     marks = _Marks(mission, read_text(text, str(path), "mission"))
     start = _start_pose(options.start, mission, world)
     _gather(found, lambda: _check_start(start, options, marks, world, robot))
+    misfits = [] if options.replay else fit_findings(mission, world, robot)
+    found.items += [item for item in misfits if item.severity == "error"]
     belief = _belief(mission, start)
     choices = _choices(mission, robot, options)
     _gather(found, lambda: _check_fit(choices, marks, robot))
@@ -213,6 +213,7 @@ def _planned(path: Path, options: RunOptions, draft: Draft, found: Findings) -> 
     planner = choices["planner"]
     located = _gather(found, lambda: located_planner(planner, mission, robot, world))
     choices["planner"], warnings = located or (planner, ())
+    warnings = (*misfits, *warnings)
     plan = PreparedMission(mission, robot, world, start, belief, choices, text, warnings)
     _gather(found, lambda: _check_nodes(plan, options))
     found.raise_errors()
@@ -249,10 +250,14 @@ def _choices(mission: Mission, robot: RobotDescription, options: RunOptions) -> 
 
 def _check_nodes(plan: PreparedMission, options: RunOptions) -> None:
     """Raise InputError for behaviours that cannot be built, and for unknown nodes of options."""
+    debugged = bool(options.breakpoints or options.forced)
+    plugged = any(not leaf.behaviour.is_built_in for leaf in leaves_of(plan.mission))
+    if not debugged and not plugged:
+        return  # the built-in behaviours can be built with any valid ports
     from missions.trees.compiler import compile_mission
 
     tree = compile_mission(plan.mission)
-    if not options.breakpoints and not options.forced:
+    if not debugged:
         return
     from missions.trees.debugging import TreeDebugger
 
@@ -359,18 +364,7 @@ def _check_start(
     start: Pose2D, options: RunOptions, marks: _Marks, world: World, robot: RobotDescription
 ) -> None:
     """Raise InputError for a start outside the world or inside an obstacle."""
-    x_min, y_min, x_max, y_max = world.bounds
-    where = f"the start ({start.x:g}, {start.y:g})"
-    sentence = ""
-    if not (x_min <= start.x <= x_max and y_min <= start.y <= y_max):
-        covered = f"x {x_min:g} to {x_max:g} m and y {y_min:g} to {y_max:g} m"
-        sentence = f"{where} is outside {world.name}, which covers {covered}"
-    point = np.array([[start.x, start.y]])
-    for outline in outlines(world):
-        depth = float(outline.depth_at(point)[0])
-        if depth > -robot.footprint.inscribed_radius:
-            thing = outline.name or "a wall"
-            sentence = sentence or f"{where} collides with {thing} of {world.name}"
+    sentence = start_problem(start, world, robot.footprint)
     if sentence:
         places = ", ".join(world.places)
         hint = f"start at one of its places: {places}" if places else "choose another start"

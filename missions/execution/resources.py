@@ -54,8 +54,10 @@ def find_mission(name_or_path: str | Path) -> Path:
     stem = path.name.removesuffix(".yaml")
     if stem in shipped and path.parent.name in ("", "missions"):
         return shipped[stem]
-    hint = _near(path, shipped)
-    raise InputError([Finding(Mark(str(path)), "E001", "no such mission file", hint)])
+    hint, sentence = _near(path, shipped), "no such mission file"
+    if path.is_symlink():
+        sentence = f"this is a broken link: there is no {str(path.readlink())!r}"
+    raise InputError([Finding(Mark(str(path)), "E001", sentence, hint)])
 
 
 def _near(path: Path, shipped: Mapping[str, Path]) -> str:
@@ -66,7 +68,7 @@ def _near(path: Path, shipped: Mapping[str, Path]) -> str:
     if not path.parent.is_dir():
         return f"there is no folder {str(path.parent)!r}"
     known = {name: name for name in shipped} | {
-        file.stem: str(file) for file in sorted(path.parent.glob("*.yaml"))
+        file.stem: str(file) for file in sorted(path.parent.glob("*.yaml")) if file.is_file()
     }
     close = nearest(path.stem, list(known))
     if close is not None:

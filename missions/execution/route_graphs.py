@@ -97,12 +97,17 @@ def _unknown_edges(mission: Mission, graph: RouteGraph) -> Iterator[Finding]:
 
 def _edge_setters(mission: Mission) -> Iterator[Leaf]:
     """Yield every set_edge of a mission once."""
+    return (leaf for leaf in leaves_of(mission) if leaf.kind == "set_edge")
+
+
+def leaves_of(mission: Mission) -> Iterator[Leaf]:
+    """Yield every leaf of a mission once, also those of trees that nothing uses."""
     roots = [mission.root, *(event.step for event in mission.events)]
     roots += [root for tree in mission.trees.values() for root in tree.roots]
     waiting: list[Step] = roots[::-1]
     while waiting:
         step = waiting.pop()
-        if isinstance(step, Leaf) and step.kind == "set_edge":
+        if isinstance(step, Leaf):
             yield step
         waiting += reversed(children_of(step))
 

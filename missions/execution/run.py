@@ -23,7 +23,14 @@ from missions.execution.report_builder import Milestones, compose_report
 from missions.execution.warm_up import warm_up
 from robots.bodies import MakeBody
 from stack.body import SimulatedWorld
-from stack.errors import BodyError, InputError
+from stack.errors import (
+    BodyError,
+    InputError,
+    TreepilotError,
+    exception_sentence,
+    plugin_line,
+    traceback_text,
+)
 from stack.runtime.snapshots import compose_snapshot
 from stack.telemetry.hub import Telemetry, reason_of
 from stack.telemetry.recorder import Recorder, RunFolder
@@ -117,8 +124,9 @@ class Run:
         self._is_reported = False
         try:
             self.engine: Engine = build(plan, options, self._telemetry, folder, make_body)
-        except BaseException:
+        except BaseException as error:
             self._telemetry.close(None)
+            self._refuse_plugin(error)
             raise
         self._steps_to_stop = round(STOPPING_TIME / self.engine.runtime.period)
         if options.watch:
@@ -271,7 +279,16 @@ class Run:
         except Exception as error:
             self._log(traceback.format_exc())
             self._steps_to_stop = 0 if stopping else self._steps_to_stop
-            runtime.end(MissionState.ERROR, f"{type(error).__name__}: {error}")
+            runtime.end(MissionState.ERROR, exception_sentence(error))
+
+    def _refuse_plugin(self, error: BaseException) -> None:
+        """Raise InputError for an exception of a plugin before the first step."""
+        if isinstance(error, TreepilotError) or not plugin_line(error):
+            return
+        what = "a plugin failed at the start"
+        self._log(traceback_text(what, error))
+        log = f"; traceback: {self._folder.path / 'log.txt'}" if self._folder else ""
+        raise InputError(f"{what}: {exception_sentence(error)}{log}") from error
 
     def _show(self, line: str) -> None:
         """Write a line to the run's log and to stderr, where also a caller's notebook shows it."""

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterable
+import sys
+from collections.abc import Iterable, Mapping
+from contextlib import redirect_stdout
 from dataclasses import dataclass
 from importlib.metadata import packages_distributions
 from pathlib import Path
@@ -32,15 +34,21 @@ class CheckLine:
     finding: Finding | None = None
 
 
-def check_files(names: list[str]) -> list[CheckLine]:
-    """Return the errors and warnings of mission and world files."""
-    return [line for name in names for line in _check(name)]
+def check_files(names: list[str], arguments: Mapping[str, str] | None = None) -> list[CheckLine]:
+    """Return the errors and warnings of mission and world files.
+
+    Args:
+        names: files, or names of shipped missions.
+        arguments: values of the missions' arguments, as text.
+    """
+    with redirect_stdout(sys.stderr):  # plugins may print
+        return [line for name in names for line in _check(name, dict(arguments or {}))]
 
 
-def _check(name: str) -> list[CheckLine]:
+def _check(name: str, arguments: dict[str, str]) -> list[CheckLine]:
     try:
         path = find_mission(name)
-        return _lines(findings_of(path))
+        return _lines(findings_of(path, arguments=arguments))
     except InputError as error:
         return _lines(error.findings) if error.findings else [CheckLine(f"{name}: {error}", True)]
 
@@ -101,11 +109,14 @@ def check_install() -> list[CheckLine]:
     ]
 
 
-def drawing(name: str, style: str, *, colours: bool) -> str:
+def drawing(
+    name: str, style: str, *, colours: bool, arguments: Mapping[str, str] | None = None
+) -> str:
     """Return the compiled tree of a mission as text, Graphviz or Mermaid.
 
     Raises:
         InputError: the mission has errors.
     """
+    options = RunOptions(arguments=dict(arguments or {}))
     draw = {"text": show.text, "dot": show.dot, "mermaid": show.mermaid}[style]
-    return draw(compile_mission(prepare(name, RunOptions()).mission), colour=colours)
+    return draw(compile_mission(prepare(name, options).mission), colour=colours)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from enum import StrEnum
 from pathlib import Path
 
-from missions.execution.prepare import diagnose
+from missions.execution.prepare import RunOptions, diagnose
 from missions.execution.resources import catalogue_of
 from missions.language.keys import TREE_FILE
 from missions.language.reading.trees import read_trees
@@ -49,12 +50,15 @@ def file_kind(path: Path, text: str) -> FileKind:
     return FileKind.TREES if of_trees else FileKind.OTHER
 
 
-def findings_of(path: Path, draft: Draft | None = None) -> tuple[Finding, ...]:
+def findings_of(
+    path: Path, draft: Draft | None = None, arguments: Mapping[str, str] | None = None
+) -> tuple[Finding, ...]:
     """Return the findings of a file; a file of no known kind is read as a mission.
 
     Args:
         path: the file, which need not exist if there is a text.
         draft: text to read instead of the file's, and a recorder of its words.
+        arguments: values of a mission's arguments, as text.
     """
     draft = draft or Draft()
     text = draft.text
@@ -69,7 +73,7 @@ def findings_of(path: Path, draft: Draft | None = None) -> tuple[Finding, ...]:
             return ()
         if kind is FileKind.TREES:
             return read_trees(path, catalogue_of([], path.parent, Findings()), draft)
-        return diagnose(path, draft=draft).findings
+        return diagnose(path, RunOptions(arguments=dict(arguments or {})), draft).findings
     except InputError as error:
         return tuple(error.findings) or (Finding(Mark(str(path)), "E110", str(error)),)
 

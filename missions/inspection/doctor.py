@@ -68,10 +68,12 @@ def diagnose(name: str, robot_name: str, picture: Path | None) -> Diagnosis:
     for sentence, is_closed in _place_lines(place, clearance, robot):
         lines.append(sentence)
         closed += is_closed
+    lines.append(_result(lines[1:], len(passages), len(place.places), robot))
     if picture is not None:
         from missions.inspection.doctor_picture import draw
 
-        draw(picture, place.grid, clearance, passages, place.places, robot)
+        title = f"{place.name}, {robot.name} ({_needed(robot):.2f} m wide)"
+        draw(picture, place.grid, clearance, passages, place.places, robot, title)
         lines.append(f"picture: {picture}")
     return Diagnosis(tuple(lines), closed)
 
@@ -89,6 +91,41 @@ def _read(name: str) -> Place:
         raise InputError([Finding(Mark(str(file)), "E413", problem, hint)])
     grid = rasterise(world, resolution)
     return Place(world.name, grid, dict(world.places), world.start)
+
+
+def _result(lines: list[str], passages: int, places: int, robot: RobotDescription) -> str:
+    """Return the last line: whether the robot can go everywhere."""
+    closed = sum(line.startswith("✘") for line in lines)
+    tight = sum(line.startswith("!") for line in lines)
+    if closed:
+        return (
+            f"{counted(closed, 'passage or place', 'passages and places')} closed to {robot.name}"
+        )
+    found = f"{counted(passages, 'passage')} and {counted(places, 'place')}"
+    if tight:
+        return f"no obstruction: {robot.name} can use {found}; {tight} with little room"
+    return f"clean: {robot.name} can use {found} without difficulty"
+
+
+def counted(number: int, one: str, more: str = "") -> str:
+    """Return a number with its noun: `1 place`, `3 places`."""
+    return f"{number} {one if number == 1 else more or f'{one}s'}"
+
+
+def show_world(name: str, picture: Path) -> str:
+    """Draw a world or ROS map with its places; return a line about it.
+
+    Raises:
+        InputError: the world cannot be read, or the picture cannot be written.
+    """
+    from missions.inspection.map_picture import draw_world
+
+    place = _read(name)
+    rows, columns = place.grid.cells.shape
+    side = place.grid.resolution
+    size = f"{columns * side:.1f} x {rows * side:.1f} m"
+    draw_world(picture, place.grid, place.places, f"{place.name}, {size}")
+    return f"wrote {picture}: {place.name}, {size}, {counted(len(place.places), 'place')}"
 
 
 def _head(place: Place, robot: RobotDescription) -> Iterator[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 import subprocess
+from collections.abc import Mapping
 from pathlib import Path
 
 from missions.inspection.check import drawing
@@ -13,7 +14,7 @@ LAYOUT_TIMEOUT = 60.0
 """Wall seconds; the layout of a thousand nodes takes about one second."""
 
 
-def svg(mission: str) -> str:
+def svg(mission: str, arguments: Mapping[str, str] | None = None) -> str:
     """Return the compiled tree of a mission as an SVG drawing.
 
     Raises:
@@ -25,7 +26,7 @@ def svg(mission: str) -> str:
             "--svg needs `dot` of Graphviz (apt install graphviz, brew install graphviz); "
             "`show`, `show --mermaid` and `show --dot` do not need it"
         )
-    graph = drawing(mission, "dot", colours=False)
+    graph = drawing(mission, "dot", colours=False, arguments=arguments)
     try:
         done = subprocess.run(
             [dot, "-Tsvg"], input=graph, capture_output=True, text=True, check=False,
@@ -38,13 +39,13 @@ def svg(mission: str) -> str:
     return done.stdout
 
 
-def save_svg(mission: str, file: str) -> None:
+def save_svg(mission: str, file: str, arguments: Mapping[str, str] | None = None) -> None:
     """Write the tree of a mission as SVG to a file.
 
     Raises:
         InputError: see `svg`; or the file cannot be written.
     """
-    text = svg(mission)
+    text = svg(mission, arguments)
     try:
         Path(file).write_text(text, "utf-8")
     except OSError as error:

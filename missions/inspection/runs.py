@@ -71,6 +71,23 @@ def find_runs(parent: Path) -> list[RunFolderEntry]:
     return sorted(entries, key=lambda run: (run.started, run.name), reverse=True)
 
 
+NEWEST = "newest"
+
+
+def find_run(name: str, parent: Path) -> Path:
+    """Return a run folder by path, by its name in a folder of runs, or the newest one of it.
+
+    Raises:
+        InputError: there is no run in the folder, or `name` is neither its name nor a path.
+    """
+    if name != NEWEST:
+        return Path(name) if Path(name).exists() else parent / name
+    runs = find_runs(parent)
+    if not runs:
+        raise InputError(f"there is no run in {parent.absolute()}; give the path of a run folder")
+    return parent / runs[0].name
+
+
 def is_run_folder(folder: Path) -> bool:
     """Whether a path is a folder, no link, with the files that every run has."""
     return _is_kind(folder, stat.S_ISDIR) and all(

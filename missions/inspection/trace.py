@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from itertools import groupby
+from math import inf
+
 from missions.inspection.trace_model import Node, Trace, Tree, is_reset, read_trace
 from missions.language.kinds import CONTROLS, NODES
 from stack.errors import InputError
@@ -29,7 +33,7 @@ def story(trace: Trace, only: str = "", since: float = 0.0, until: float = 1e18)
     """
     chosen = _chosen(trace, only)
     lines = []
-    for event, tree, number in trace.with_trees():
+    for event, tree, number in _in_order_of_ticks(trace):
         if not since <= event.time <= until:
             continue
         selected = chosen[number]
@@ -45,7 +49,9 @@ def story(trace: Trace, only: str = "", since: float = 0.0, until: float = 1e18)
 
 
 def summary(trace: Trace, only: str = "") -> list[str]:
-    """Return one line per node: run time, outcomes, or the reason why it was never reached.
+    """Return one line per node: run time, outcomes, first and last state, or why it never ran.
+
+    Nodes with one parent stand in the order of their first ticks.
 
     Args:
         trace: the run.
@@ -56,7 +62,7 @@ def summary(trace: Trace, only: str = "") -> list[str]:
         if len(trace.trees) > 1:
             end = f", until {tree.end}" if tree.end else ""
             lines.append(f"── tree {number}, from {tree.began:.2f} s{end} ──")
-        shown = [node for node in tree.nodes.values() if chosen is None or node.id in chosen]
+        shown = [node for node in _by_first_tick(tree) if chosen is None or node.id in chosen]
         width = max((2 * tree.depth(node) + len(node.name) for node in shown), default=0)
         for node in shown:
             label = "  " * tree.depth(node) + node.name
@@ -64,6 +70,51 @@ def summary(trace: Trace, only: str = "") -> list[str]:
             explained = parent is not None and not parent.reached and parent in shown
             lines.append(f"{label:<{width}}  {_outcome(tree, node, explained)}")
     return lines
+
+
+def _in_order_of_ticks(trace: Trace) -> Iterator[tuple[Event, Tree, int]]:
+    """Yield the events; a node that starts in a tick stands before its children of this tick.
+
+    The log has it after them: its status is known when they have been ticked.
+    """
+    for _, group in groupby(
+        trace.with_trees(), key=lambda item: (item[0].step, item[0].time, item[2])
+    ):
+        ordered: list[tuple[Event, Tree, int]] = []
+        for event, tree, number in group:
+            at = len(ordered)
+            if event.kind == "node_status" and event.fields["to"] == "running":
+                parent = int(event.fields["node"])
+                at = next(
+                    (
+                        place
+                        for place, (other, _, _) in enumerate(ordered)
+                        if other.kind == "node_status"
+                        and tree.is_below(int(other.fields["node"]), parent)
+                    ),
+                    at,
+                )
+            ordered.insert(at, (event, tree, number))
+        yield from ordered
+
+
+def _by_first_tick(tree: Tree) -> list[Node]:
+    """Return the nodes, parents first, children in the order of their first ticks."""
+    found: list[Node] = []
+
+    def add(node: Node) -> None:
+        found.append(node)
+        for child in sorted(tree.children(node), key=_first_time):
+            add(child)
+
+    roots = [node for node in tree.nodes.values() if node.parent not in tree.nodes]
+    for root in sorted(roots, key=_first_time):
+        add(root)
+    return found
+
+
+def _first_time(node: Node) -> float:
+    return node.first[0] if node.first is not None else inf
 
 
 def _chosen(trace: Trace, only: str) -> list[set[int] | None]:
@@ -137,7 +188,14 @@ def _outcome(tree: Tree, node: Node, explained: bool) -> str:
     parts += [f"{names[word]} {count}" for word, count in counts.items() if count]
     if node.running_since is not None:
         parts.append("still running")
+    if node.first is not None and node.now is not None:
+        parts.append(" … ".join(dict.fromkeys(map(_state, (node.first, node.now)))))
     return "  ".join([*parts, node.last if counts["failure"] else ""]).rstrip()
+
+
+def _state(state: tuple[float, str]) -> str:
+    time, word = state
+    return f"{time:.2f} s {'halted' if word == 'idle' else word}"
 
 
 def _why_not(tree: Tree, node: Node) -> str:

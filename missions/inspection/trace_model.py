@@ -23,6 +23,8 @@ class Node:
         ended: outcomes in order: success, failure or idle (halted).
         last: message of the last outcome.
         held: whether it is stopped at a breakpoint.
+        first: robot time of its first tick, seconds, and the state after it.
+        now: robot time of its last change, seconds, and its state since.
     """
 
     id: int
@@ -36,6 +38,8 @@ class Node:
     ended: list[str] = field(default_factory=list)
     last: str = ""
     held: bool = False
+    first: tuple[float, str] | None = None
+    now: tuple[float, str] | None = None
 
     @property
     def reached(self) -> bool:
@@ -48,6 +52,8 @@ class Node:
         self.held = False
         if is_reset(event):
             return
+        self.now = event.time, to
+        self.first = self.first or self.now
         if to == "running":
             self.running_since = event.time
             self.starts += 1
@@ -76,6 +82,13 @@ class Tree:
     def depth(self, node: Node) -> int:
         """Distance from the root."""
         return 0 if node.parent not in self.nodes else 1 + self.depth(self.nodes[node.parent])
+
+    def is_below(self, number: int, above: int) -> bool:
+        """Return whether a node is in the subtree of another one, by their ids."""
+        node = self.nodes.get(number)
+        while node is not None and node.id != above:
+            node = self.nodes.get(node.parent)
+        return node is not None and number != above
 
     def children(self, node: Node) -> list[Node]:
         """Return the children of a node, in order."""

@@ -331,9 +331,46 @@ SECTIONS: Mapping[str, Keys] = {
 }  # fmt: skip
 
 
-def docs(keys: Keys) -> dict[str, str]:
-    """Return the meaning of each key."""
-    return {word: key.doc for word, key in keys.items()}
+PLACES: Mapping[str, str] = {
+    "mission": "top of a mission", "tree file": "top of an included file",
+    "argument": "entry of `arguments`", "blackboard key": "entry of `blackboard`",
+    "tree": "entry of `trees`", "input": "entry of `in`", "event": "entry of `events`",
+    "node": "node", "retry": "`retry`", "recover": "`recover`", "parallel": "`parallel`",
+    "repeat": "`repeat`", "switch": "`switch`",
+    "case": "entry of `tests`", "mock": "entry of `mock`", "expectation": "`expect`",
+}  # fmt: skip
+"""Where each section stands."""
+
+_SHOWN = {
+    Form.TEXT: "text", Form.NAME: "one line of text", Form.TEXTS: "list of texts",
+    Form.NUMBER: "1", Form.ANY: "value of its type", Form.RANGE: "`[least, most]`",
+    Form.TYPE: "type", Form.TYPES: "names with types", Form.INPUTS: "names with types or keys",
+    Form.EXPRESSION: "expression", Form.NODE: "node", Form.NODES: "list of nodes",
+    Form.PLACE: "place or pose", Form.POSES: "names with poses", Form.FILE: "file",
+    Form.FILES: "list of files", Form.ROBOT: "name or file", Form.WORLD: "name or file",
+    Form.COMPONENT: "component", Form.COMPONENTS: "components by kind", Form.SECTION: "keys",
+    Form.NAMED: "names with keys", Form.NAMED_LIST: "list of names with keys",
+    Form.LIST: "list of entries", Form.OUTCOMES: "outcome or list of outcomes",
+    Form.DURATIONS: "duration or list of durations",
+    Form.DURATION_OF: "duration, or names with durations",
+    Form.COUNTS: "names with numbers", Form.NODE_NAMES: "list of names",
+    Form.MOCKS: "names with mocks", Form.ARGUMENTS: "names with values",
+    Form.CHANGES: "times with changes", Form.INPUT_VALUES: "names with values",
+    Form.TARGETS: "outputs with keys", Form.OUTPUT_VALUES: "outputs with values",
+    Form.CODE: "failure code", Form.CASES: "texts with nodes",
+}  # fmt: skip
+
+
+def value_words(key: Key) -> str:
+    """Return how the value of a key is written, in words for the documentation."""
+    words = ", ".join(f"`{word}`" for word in key.words)
+    if key.form is Form.WORD:
+        return words
+    shown = "" if key.declared is None else key.declared.type_name()
+    text = _SHOWN.get(key.form, shown)
+    if key.form is Form.SECTION and shown:
+        text = f"{shown}, or keys"
+    return f"{text}, {words}" if words and key.form is not Form.OUTCOMES else text
 
 
 def required(keys: Keys) -> list[str]:

@@ -85,10 +85,23 @@ class Component:
 
 @dataclass(frozen=True, slots=True)
 class Constant:
-    """A value known before the mission runs; `text` is the value as written."""
+    """A value known before the mission runs.
+
+    Attributes:
+        text: the value as written.
+        mark: its position; None for a default.
+        items: positions of the items of a list.
+    """
 
     value: Any
     text: str = ""
+    mark: Mark | None = field(default=None, compare=False)
+    items: tuple[Mark, ...] = field(default=(), compare=False)
+
+    @property
+    def is_written(self) -> bool:
+        """Whether it is a literal at this position: neither a default nor a `$name`."""
+        return self.mark is not None and not self.text.startswith("$")
 
 
 @dataclass(frozen=True, slots=True)

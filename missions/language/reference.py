@@ -9,7 +9,17 @@ from missions.language.codes import CODES
 from missions.language.expressions.functions import FUNCTIONS
 from missions.language.expressions.robot_values import DISTANCE, ROBOT_VALUES
 from missions.language.expressions.value_types import NAMED
-from missions.language.keys import CASE, EVENT, EXPECTATION, MODIFIERS, Keys
+from missions.language.keys import (
+    CASE,
+    EVENT,
+    EXPECTATION,
+    MODIFIERS,
+    PLACES,
+    SECTIONS,
+    TREE_FILE,
+    Keys,
+    value_words,
+)
 from missions.language.kinds import NODES
 from stack.parameters import units
 from stack.types import FailureCode
@@ -34,6 +44,7 @@ def _tables() -> dict[str, str]:
             ("word", "meaning"), ((f"`{word}`", kind.doc) for word, kind in NODES.items())
         ),
         "modifiers": _keys("word", MODIFIERS),
+        "keys": _table(("where", "key", "value", "meaning"), _key_rows()),
         "events": _keys("key", EVENT),
         "cases": _keys("key", CASE),
         "expectations": _keys("key", EXPECTATION),
@@ -52,6 +63,14 @@ def _tables() -> dict[str, str]:
              for code, item in CODES.items()),
         ),
     }  # fmt: skip
+
+
+def _key_rows() -> Iterable[tuple[str, ...]]:
+    """Return a row for each key of a section that has no table of its own."""
+    for section, keys in SECTIONS.items():
+        for word, key in keys.items() if keys not in (MODIFIERS, TREE_FILE) else ():
+            needed = " (required)" if key.required else ""
+            yield PLACES[section], f"`{word}`{needed}", value_words(key), key.doc
 
 
 def _keys(head: str, keys: Keys) -> str:

@@ -19,7 +19,8 @@ from missions.nav2.sheet import (
     Section,
     class_name,
 )
-from stack.documents import Finding, Findings, read_document
+from stack.documents import Finding, Findings, read_document, require_kind
+from stack.documents.file_kinds import NAV2
 from stack.errors import InputError
 
 
@@ -44,7 +45,7 @@ def read_nav2(path: Path, text: str | None = None) -> Nav2Settings:
     Raises:
         InputError: the file cannot be read, is not a Nav2 parameter file, or has invalid values.
     """
-    top = read_document(path, "Nav2 parameter file", text)
+    top = require_kind(read_document(path, NAV2, text), NAV2)
     findings = Findings()
     importer = Importer(top, findings)
     if not importer.servers:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from time import perf_counter
@@ -12,6 +12,7 @@ from missions.language.model import Mission, Resources
 from missions.language.reading.mission import CatalogueFor, read_mission
 from missions.testing.running import CaseResult, Place, place_of, run_case
 from missions.trees.compiler import compile_mission
+from stack.documents import Node
 
 WIDTH = 78
 
@@ -23,12 +24,14 @@ class Options:
     Attributes:
         keyword: run only cases whose name contains it.
         coverage: list the nodes that no case ticked.
+        arguments: values of the missions' arguments, as text; those of a case take precedence.
         catalogue_for: returns the catalogue.
         resources: worlds, robots, maps and components; None for the installed ones.
     """
 
     keyword: str = ""
     coverage: bool = False
+    arguments: Mapping[str, str] = field(default_factory=dict)
     catalogue_for: CatalogueFor = catalogue_of
     resources: Resources | None = None
 
@@ -80,14 +83,16 @@ def run_files(names: list[str], options: Options | None = None) -> Session:
 def run_file(path: Path, options: Options) -> FileResult:
     """Run the cases of one file."""
     found_resources = options.resources or resources()
-    found = FileResult(read_mission(path, options.catalogue_for, found_resources))
+    given: dict[str, str | Node] = dict(options.arguments)
+    found = FileResult(read_mission(path, options.catalogue_for, found_resources, given))
     began = perf_counter()
     for case in found.mission.cases:
         if options.keyword.lower() not in case.name.lower():
             continue
         mission = found.mission
         if case.arguments:
-            mission = read_mission(path, options.catalogue_for, found_resources, case.arguments)
+            both = {**given, **case.arguments}
+            mission = read_mission(path, options.catalogue_for, found_resources, both)
         found.results.append(run_case(mission, case))
     found.seconds = perf_counter() - began
     return found

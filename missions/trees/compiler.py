@@ -48,6 +48,7 @@ from missions.trees.node import Node
 from missions.trees.outputs import Outputs
 from missions.trees.slots import Frame, Slot, Write
 from stack.documents import Finding, Findings, Mark
+from stack.errors import exception_sentence
 from stack.types import Assignments
 
 _FACTORIES: dict[str, Any] = {
@@ -342,7 +343,7 @@ class _Compiler:
         try:
             node = build(step.behaviour, label, arguments)
         except Exception as error:
-            return self._unbuilt(step, f"cannot be built: {type(error).__name__}: {error}")
+            return self._unbuilt(step, f"cannot be built: {exception_sentence(error)}")
         if node.children:
             return self._unbuilt(step, "has children; a mission can only use leaves")
         return node

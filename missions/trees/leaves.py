@@ -13,7 +13,7 @@ from behaviours.base import RobotBehaviour
 from missions.trees.context import Execution
 from missions.trees.node import Node
 from missions.trees.outputs import Outputs
-from stack.errors import EvaluationError
+from stack.errors import EvaluationError, exception_sentence
 from stack.types import STANDSTILL, Failure, FailureCode
 
 STOP_TIME = 0.3
@@ -230,7 +230,7 @@ class LeafNode(Node):
         if isinstance(error, EvaluationError):
             self._fail(error.code, error.sentence)
             return
-        sentence = f"{type(error).__name__}: {error}"
+        sentence = exception_sentence(error)
         self.execution.log(f"{self.name}\n{format_exc()}")
         self._fail(FailureCode.EXCEPTION, sentence)
         self._emit(sentence)

@@ -13,7 +13,7 @@ from missions.trees.events import Event
 from missions.trees.node import Node, run
 from missions.trees.slots import Slot
 from stack.documents import Finding
-from stack.errors import InputError
+from stack.errors import InputError, exception_sentence
 from stack.robot import Robot
 from stack.telemetry.records import TreeRow
 from stack.types import Failure
@@ -72,7 +72,7 @@ class MissionTree:
             try:
                 record.node.setup(robot=robot)
             except Exception as error:
-                sentence = f"{record.kind}: setup failed: {type(error).__name__}: {error}"
+                sentence = f"{record.kind}: setup failed: {exception_sentence(error)}"
                 findings.append(Finding(record.mark, "E127", sentence))
             execution.mark_stale(record)
         if findings:

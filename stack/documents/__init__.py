@@ -6,6 +6,7 @@ Codes: E001..E019 files, YAML and texts · E1xx missions · E2xx worlds · E3xx 
 components.
 """
 
+from stack.documents.file_kinds import require_kind
 from stack.documents.findings import Finding, Findings, Mark
 from stack.documents.reader import (
     Section,
@@ -19,5 +20,6 @@ from stack.documents.yaml_nodes import MAX_DEPTH, MAX_NODES, Node, as_yaml, iter
 
 __all__ = [
     "MAX_DEPTH", "MAX_NODES", "Finding", "Findings", "Mark", "Node", "Section",
-    "as_yaml", "is_one_line", "iter_scalars", "read_document", "read_file", "read_text", "value_of",
+    "as_yaml", "is_one_line", "iter_scalars", "read_document", "read_file", "read_text",
+    "require_kind", "value_of",
 ]  # fmt: skip

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from stack.errors import Finding, InputError, Mark
-from stack.parameters import suggestion
+from stack.parameters import nearest
 
 YAML_BYTES = 1_000_000
 """Of a mission, world, robot, map or parameter file, and of a route graph."""
@@ -103,9 +103,9 @@ def read_input(path: Path, what: str, limit: int = YAML_BYTES) -> bytes:
     try:
         return read_bytes(path, limit)
     except FileNotFoundError:
-        near = path.parent.glob(f"*{path.suffix}") if path.parent.is_dir() else iter(())
-        hint = suggestion(path.name, [item.name for item in near])
-        sentence = f"there is no such {what}"
+        hint, sentence = near_file(path), f"there is no such {what}"
+        if path.is_symlink():
+            sentence = f"this is a broken link: there is no {str(path.readlink())!r}"
     except IsADirectoryError:
         sentence = f"this is a folder, not a {what}"
     except TooLargeError as error:
@@ -113,6 +113,16 @@ def read_input(path: Path, what: str, limit: int = YAML_BYTES) -> bytes:
     except OSError as error:
         sentence = f"cannot be read: {error.strerror}"
     raise InputError([Finding(Mark(str(path)), code, sentence, hint)])
+
+
+def near_file(path: Path) -> str:
+    """Hint with the most similar file of the same folder; empty if none is similar."""
+    if not path.parent.is_dir():
+        return f"there is no folder {str(path.parent)!r}"
+    beside = [item for item in path.parent.glob(f"*{path.suffix}") if item.is_file()]
+    stems = {item.stem: item.name for item in beside}  # equal suffixes are no similarity
+    close = nearest(path.stem, sorted(stems))
+    return "" if close is None else f"did you mean {stems[close]!r}?"
 
 
 def decoded(raw: bytes, path: Path) -> str:

@@ -9,6 +9,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeVar
 
+from stack.documents.file_kinds import require_kind
 from stack.documents.files import decoded, read_input
 from stack.documents.findings import Finding, Findings, Mark
 from stack.documents.yaml_nodes import Node, compose
@@ -51,10 +52,13 @@ def _of_kind(node: Node, what: str, like: Sequence[str]) -> Node:
     """The node, if one of its keys is or resembles a known one.
 
     Raises:
-        InputError: none does.
+        InputError: none does, or they are those of another kind of file.
     """
+    if not like:
+        return node
+    require_kind(node, what)
     written = [str(key.value)[:60] for key, _ in node.entries]
-    if like and not any(get_close_matches(word, like, 1, cutoff=0.75) for word in written):
+    if not any(get_close_matches(word, like, 1, cutoff=0.75) for word in written):
         sentence = f"not a {what}: it has none of the keys {', '.join(like[:4])}…"
         raise InputError([Finding(Mark(node.mark.file), "E007", sentence)])
     return node

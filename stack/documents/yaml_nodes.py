@@ -21,10 +21,13 @@ from stack.documents.yaml_problems import Problem, explain
 from stack.errors import InputError
 from stack.types.printable import printable
 
-MAX_NODES, MAX_DEPTH, MAX_DIGITS = 50_000, 60, 24
+MAX_NODES, MAX_DEPTH, MAX_DIGITS = 200_000, 60, 24
 EXACT = 2**53
 """Every whole number up to this one has an exact floating-point value."""
 _LIMITS = "whole numbers have 64 bits; numbers with a decimal point are exact up to 2^53"
+
+LONGEST_EXPLAINED = 200_000
+"""Characters before an error up to which the text is parsed again for a better explanation."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,6 +117,11 @@ _Parser: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 def _refusal(text: str, name: str, error: yaml.YAMLError) -> Finding:
     """The finding for a syntax error, from PyYAML's own parser: it tells more than libyaml."""
+    if isinstance(error, yaml.MarkedYAMLError) and _is_far(error):
+        problem = explain(error, text)
+        return Finding(
+            Mark(name, problem.line, problem.column), "E004", problem.sentence, problem.hint
+        )
     try:
         # libyaml stopped at the same place. PyYAML's scanner takes quadratic time in the depth.
         depth = 0
@@ -135,6 +143,10 @@ def _refusal(text: str, name: str, error: yaml.YAMLError) -> Finding:
         problem = Problem(1, 1, f"not YAML: {error}".splitlines()[0])
     mark = Mark(name, problem.line, problem.column)
     return Finding(mark, "E004", problem.sentence, problem.hint)
+
+
+def _is_far(error: yaml.MarkedYAMLError) -> bool:
+    return error.problem_mark is not None and error.problem_mark.index > LONGEST_EXPLAINED
 
 
 _INT = re.compile(r"[-+]?[0-9]+")

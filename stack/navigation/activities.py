@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from stack.errors import NavigationError
+from stack.errors import NavigationError, exception_sentence, traceback_text
 from stack.navigation.tasks import Emit, MotionExecutor, NavigationState
 from stack.types import STANDSTILL, FailureCode, Twist
 
@@ -21,8 +21,8 @@ class Activities:
         paused: whether the motion of the mission is held.
     """
 
-    def __init__(self, emit: Emit) -> None:
-        self._emit = emit
+    def __init__(self, emit: Emit, log: Callable[[str], None] = lambda _: None) -> None:
+        self._emit, self._log = emit, log
         self._mission: MotionExecutor | None = None
         self._detour: MotionExecutor | None = None
         self._started: list[MotionExecutor] = []
@@ -99,7 +99,9 @@ class Activities:
             try:
                 executor.stop(now)
             except Exception as error:  # a controller may be a plugin
-                text = f"{executor.task.what} raised an exception when it stopped: {error!r}"
+                what = f"{executor.task.what} raised an exception when it stopped"
+                text = f"{what}: {exception_sentence(error)}"
+                self._log(traceback_text(what, error))
                 self._emit("task", text, "warning")
 
     def _guarded(self, executor: MotionExecutor, call: Callable[[], Twist | None]) -> Twist | None:
@@ -109,7 +111,8 @@ class Activities:
         except NavigationError as error:
             executor.task.fail(error.failure.code, error.failure.sentence)
         except Exception as error:  # a controller may be a plugin
-            executor.task.fail(
-                FailureCode.EXCEPTION, f"{executor.task.what} raised an exception: {error!r}"
-            )
+            what = f"{executor.task.what} raised an exception"
+            self._log(traceback_text(what, error))
+            sentence = f"{what}: {exception_sentence(error)}"
+            executor.task.fail(FailureCode.EXCEPTION, sentence)
         return None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from math import degrees
 
 from stack.compilation import KernelTypes
@@ -49,6 +49,7 @@ class Navigator:
         global_costmap: for planning.
         emit: called with (kind, text, level="info", **fields) for each event.
         period: seconds between control steps.
+        log: receives the tracebacks of planners and controllers.
     """
 
     @staticmethod
@@ -63,12 +64,12 @@ class Navigator:
         self, robot: RobotDescription, planner: Planner, path_follower: PathFollower,
         goal_checker: GoalChecker, progress_checker: ProgressChecker,
         parameters: NavigationParameters, local_costmap: CostmapLike, global_costmap: CostmapLike,
-        emit: Emit, period: float,
+        emit: Emit, period: float, log: Callable[[str], None] = lambda _: None,
     ) -> None:  # fmt: skip
         self._robot, self._period, self._emit = robot, period, emit
         self._monitor = CollisionMonitor(robot)
         self._tools = Tools(
-            path_follower, goal_checker, progress_checker, PlannerWorker(planner), parameters,
+            path_follower, goal_checker, progress_checker, PlannerWorker(planner, log), parameters,
             local_costmap, global_costmap, emit,
             clear_of=robot.footprint.inscribed_radius,
             deceleration=robot.limits.linear_deceleration,
@@ -76,7 +77,7 @@ class Navigator:
             counters={"plans": 0.0, "replans": 0.0, "recoveries": 0.0, "distance": 0.0},
         )  # fmt: skip
         self._surroundings = Surroundings()
-        self._activities = Activities(emit)
+        self._activities = Activities(emit, log)
         self._queries = PlanQueries(self._tools)
         self._state: NavigationState | None = None
 

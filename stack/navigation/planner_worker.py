@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stack.components import CancelToken, Planner, PlanOptions
-from stack.errors import NavigationError
+from stack.errors import NavigationError, exception_sentence, traceback_text
 from stack.types import CostGrid, Failure, FailureCode, FloatArray, Path, Pose2D
 
 
@@ -51,15 +51,16 @@ class PlanRequest:
 class PlanFuture:
     """Handle of a requested plan."""
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 - called once
         self,
         request: PlanRequest,
         future: Future[Plan],
         cancel: CancelToken,
         due: float,
         wait: bool,
+        log: Callable[[str], None],
     ) -> None:
-        self.request = request
+        self.request, self._log = request, log
         self._future, self._cancel, self._due, self._wait = future, cancel, due, wait
         self._dropped = False
 
@@ -94,7 +95,9 @@ class PlanFuture:
         except NavigationError as error:
             return error.failure
         except Exception as error:  # a planner may be a plugin
-            return Failure(FailureCode.EXCEPTION, f"the planner raised an exception: {error!r}")
+            what = "the planner raised an exception"
+            self._log(traceback_text(what, error))
+            return Failure(FailureCode.EXCEPTION, f"{what}: {exception_sentence(error)}")
 
 
 class PlannerWorker:
@@ -104,8 +107,8 @@ class PlannerWorker:
         planner: may be replaced; open requests keep their planner.
     """
 
-    def __init__(self, planner: Planner) -> None:
-        self.planner = planner
+    def __init__(self, planner: Planner, log: Callable[[str], None] = lambda _: None) -> None:
+        self.planner, self._log = planner, log
         self._worker = ThreadPoolExecutor(max_workers=1, thread_name_prefix="planner")
         self._open: list[PlanFuture] = []
 
@@ -124,7 +127,7 @@ class PlannerWorker:
         cancel = CancelToken()
         future = self._worker.submit(plan_through, self.planner, request, cancel)
         future.add_done_callback(lambda _: over())
-        queued = PlanFuture(request, future, cancel, due, wait)
+        queued = PlanFuture(request, future, cancel, due, wait, self._log)
         self._open = [item for item in self._open if not item.over] + [queued]
         return queued
 

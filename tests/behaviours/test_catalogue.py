@@ -258,8 +258,8 @@ def test_a_plain_py_trees_leaf_by_its_dotted_name():
         ("py_trees.decorators.Inverter", "only leaves"),
         ("py_trees.timers.Timer", "wall time; use `wait`"),
         ("py_trees.behaviours.Sucess", "has no 'Sucess'"),
-        ("collections.OrderedDict", "not a py_trees Behaviour"),
-        ("no_such_module.Thing", "No module named 'no_such_module'"),
+        ("collections.OrderedDict", "`plugins: [collections]`"),
+        ("no_such_module.Thing", "`plugins: [no_such_module]`"),
     ],
 )
 def test_invalid_dotted_names(name, sentence):

@@ -12,7 +12,7 @@ from missions.bench.barn import barn_entries
 from missions.bench.barn_score import K_BEFORE, K_SINCE_2024, RULES, score_of
 from missions.bench.course_bench import CourseOptions, course_entries
 from missions.bench.dyna_bench import dyna_entries, dyna_setups
-from missions.bench.runs import Entry, Run, Setup
+from missions.bench.runs import Entry, Setup, TrialRow
 from missions.bench.table import TableOptions, fill_table
 from missions.execution.resources import MISSIONS
 from tests.benchmarks.table import Rows
@@ -23,7 +23,7 @@ FAILURES = ("contact", "struck", "timeout", "gave_up")
 def course_table(trials: int, options: TableOptions) -> Rows:
     """A row for each robot and passage."""
     entries = course_entries(CourseOptions(options.out / "worlds", trials=trials))
-    groups: dict[tuple[str, str, str], list[Run]] = {}
+    groups: dict[tuple[str, str, str], list[TrialRow]] = {}
     for entry, run in _driven(entries, options):
         key = (entry.setup.robot or "", controller_of(entry), run.world)
         groups.setdefault(key, []).append(run)
@@ -51,12 +51,12 @@ def controller_of(entry: Entry) -> str:
     return plan.choices["controller"].name
 
 
-def _driven(entries: list[Entry], options: TableOptions) -> list[tuple[Entry, Run]]:
+def _driven(entries: list[Entry], options: TableOptions) -> list[tuple[Entry, TrialRow]]:
     runs = fill_table(entries, options, lambda line: print(line, file=sys.stderr))
     return list(zip(entries, runs, strict=True))
 
 
-def _by_controller(driven: Sequence[tuple[Entry, Run]]) -> Rows:
+def _by_controller(driven: Sequence[tuple[Entry, TrialRow]]) -> Rows:
     rows = []
     for setup in dict.fromkeys(run.setup for _, run in driven):
         runs = [run for _, run in driven if run.setup == setup]
@@ -71,7 +71,7 @@ def _by_controller(driven: Sequence[tuple[Entry, Run]]) -> Rows:
     return rows
 
 
-def _row(runs: Sequence[Run]) -> dict[str, object]:
+def _row(runs: Sequence[TrialRow]) -> dict[str, object]:
     """Successes, medians over them, their least clearance, and what became of the others."""
     good = [run for run in runs if run.success]
     count = Counter(run.status for run in runs)
@@ -89,5 +89,5 @@ def _row(runs: Sequence[Run]) -> dict[str, object]:
     }
 
 
-def _which(run: Run) -> str:
+def _which(run: TrialRow) -> str:
     return f"world {run.world}" if run.world.isdecimal() else f"trial {run.trial}"

@@ -14,6 +14,7 @@ from time import perf_counter
 from typing import Any
 
 from missions.inspection.check import check_files
+from tests.benchmarks.editing import edit_series
 from tests.benchmarks.large_mission import large_mission
 from tests.benchmarks.table import Rows
 
@@ -72,8 +73,8 @@ def timed_report(mission: str, seed: int, *options: str) -> dict[str, Any]:
 def command_times() -> Rows:
     """Wall and processor time of commands that should answer at once.
 
-    The last row is the check alone, of a mission of 1001 nodes in a process that has checked one
-    before; an editor that goes on asking waits for that.
+    The last rows are the check alone, of a mission of 1001 nodes in a process that has checked one
+    before, and all work of the language server after 20 edits of it.
     """
     with tempfile.TemporaryDirectory() as folder:
         large = Path(folder) / "large.yaml"
@@ -89,6 +90,9 @@ def command_times() -> Rows:
         return [*rows, *_first_tick_rows(Path(folder)), {
             "command": "check, 1001 nodes, warm", "median s": _warm_check(large),
             "best s": None, "processor s": None,
+        }, {
+            "command": "lsp, 20 edits in a row, 1001 nodes", "median s": None, "best s": None,
+            "processor s": edit_series(large_mission(1001), 20)["processor s"],
         }]  # fmt: skip
 
 

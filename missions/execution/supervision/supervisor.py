@@ -18,6 +18,7 @@ from threading import Event, Thread
 from time import monotonic, sleep  # noqa: TID251 - waiting for another process
 from typing import IO, Any
 
+from missions.execution.supervision.child_process import command_of
 from missions.execution.supervision.heartbeat import Beat, Heartbeat, Phase, Request
 from missions.execution.supervision.messages import Inbox
 
@@ -317,7 +318,7 @@ class OutputCopier(Thread):
 def _spawn(message: Mapping[str, Any], output: IO[bytes], shared: Sequence[int]) -> Engine:
     """Start the engine in a session of its own; its standard input is the message."""
     engine = subprocess.Popen(
-        [sys.executable, "-m", "missions.execution.supervision.engine"],
+        command_of("missions.execution.supervision.engine"),
         stdin=subprocess.PIPE, stdout=output, stderr=output, pass_fds=shared,
         start_new_session=True, env={**os.environ, "PYTHONUNBUFFERED": "1"},
     )  # fmt: skip

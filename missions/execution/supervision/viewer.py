@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 from typing import Any
 
+from missions.execution.supervision.child_process import command_of
 from tui.terminal.restore import RESTORE
 
 CLOSE_WITHIN = 2.0
@@ -35,15 +36,13 @@ class Viewer:
         self._settings = _terminal_settings()
         self._outcome, theirs = os.pipe()
         self._process = subprocess.Popen(
-            [
-                sys.executable,
-                "-m",
+            command_of(
                 "tui",
                 handle["address"],
                 handle["identity"],
                 str(theirs),
                 "owner" if owns_run else "",
-            ],
+            ),
             pass_fds=(theirs,),
         )
         os.close(theirs)

@@ -3,34 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields
 from functools import wraps
 from typing import Any, Protocol, TypeVar
 
-from missions.language.expressions.expression import CheckedExpression
-from missions.language.expressions.scope import UNSET, Role, Scope, Symbol
+from missions.language.expressions.scope import Scope, Symbol
 from missions.language.model import (
-    AssignmentList,
     Composite,
-    Computed,
     Constant,
-    Event,
-    ExpressionValue,
-    FollowWaypoints,
     ForEach,
-    Leaf,
-    ListValue,
     Reference,
     Step,
     Switch,
-    Template,
     Tree,
     Use,
-    Value,
 )
-from stack.documents import Findings, Mark
+from stack.documents import Findings
 
-MAX_STEPS = 3000
+MAX_STEPS = 10_000
 """Nodes of a mission with every used tree expanded."""
+
+MAX_LEVELS = 100
+"""Depth of a mission with every used tree expanded; modifiers count as levels."""
+
 Written = dict[Symbol, None]
 
 
@@ -90,180 +85,81 @@ def check_recursion(
     Returns:
         The names of the used trees, in the order of their first use.
     """
-    order: dict[str, None] = {}
-    sizes: dict[str, int] = {}
-
-    def size(step: Step, path: tuple[str, ...]) -> int:
-        total = 1 + sum(size(child, path) for child in children_of(step))
-        return total + (tree_size(step, path) if isinstance(step, Use) else 0)
-
-    def tree_size(use: Use, path: tuple[str, ...]) -> int:
-        name = use.tree
-        if name in path:
-            chain = " > ".join((*path[path.index(name) :], name))
-            findings.error("E125", use.mark, f"the tree uses itself: {chain}")
-            return 0
-        order[name] = None
-        if name not in sizes:
-            sizes[name] = sum(size(step, (*path, name)) for step in trees[name].roots)
-        return sizes[name]
-
-    total = sum(size(root, ()) for root in roots)
+    sizes = _Sizes(trees, findings)
+    total = sum(sizes.of(root, (), 0).nodes for root in roots)
     if total > MAX_STEPS:
         sentence = f"the mission has {total} nodes with all trees expanded; at most {MAX_STEPS}"
         findings.error("E126", roots[0].mark, sentence)
+    order = list(sizes.order)
     for name, tree in trees.items():
-        if name not in sizes:
+        if name not in sizes.known:
             for step in tree.roots:
-                size(step, (name,))
-    return list(order)
+                sizes.of(step, (name,), 0)
+    return order
 
 
-class OrderCheck:
-    """Walks the tree in the order of its first tick; reports reads of keys without a value.
+@dataclass(frozen=True, slots=True)
+class _Size:
+    """Nodes of a step with its trees expanded, and levels that it is high, modifiers included."""
 
-    `written` collects the keys that may have been written so far. After an expression has tested a
-    key with `is set`, reads of this key are not reported.
-    """
+    nodes: int
+    levels: int
+
+
+class _Sizes:
+    """Sizes of steps; each tree is measured once. Reports recursive and too deep ones."""
 
     def __init__(self, trees: Mapping[str, Tree], findings: Findings) -> None:
         self.trees, self.findings = trees, findings
-        self.memory: dict[tuple[str, int], Any] = {}
+        self.order: dict[str, None] = {}
+        self.known: dict[str, _Size] = {}
+        self._is_too_deep = False
 
-    def mission(self, root: Step, events: Sequence[Event]) -> None:
-        """Check the mission and its events; an event can run at any time, after any write."""
-        self._below_events(root, events, {})
+    def of(self, step: Step, path: tuple[str, ...], above: int) -> _Size:
+        """Measure a step inside the trees of `path`, with so many levels above it."""
+        own = _levels(step)
+        if self._is_deep(step, above + own):
+            return _Size(1, own)
+        below = [self.of(child, path, above + own) for child in children_of(step)]
+        if isinstance(step, Use):
+            below.append(self._tree(step, path, above + own))
+        return _Size(
+            1 + sum(size.nodes for size in below),
+            own + max((size.levels for size in below), default=0),
+        )
 
-    def _below_events(self, root: Step, events: Sequence[Event], written: Written) -> None:
-        """Check a node with the events above it; an event can run at any time."""
-        for event in events:
-            written.update(self.writes(event.step))
-        everything = {**written, **self.writes(root)} if events else {}
-        self.step(root, written)
-        for event in events:
-            found = dict(everything)
-            self.expression(event.when, event.mark, found)
-            for value in (event.hold, event.again):
-                self.value(value, event.mark, found)
-            self.step(event.step, found)
+    def _tree(self, use: Use, path: tuple[str, ...], above: int) -> _Size:
+        name = use.tree
+        if name in path:
+            chain = " > ".join((*path[path.index(name) :], name))
+            self.findings.error("E125", use.mark, f"the tree uses itself: {chain}")
+            return _Size(0, 0)
+        self.order[name] = None
+        if name not in self.known:
+            sizes = [self.of(root, (*path, name), above) for root in self.trees[name].roots]
+            self.known[name] = _Size(
+                sum(size.nodes for size in sizes), max((size.levels for size in sizes), default=0)
+            )
+        self._is_deep(use, above + self.known[name].levels)
+        return self.known[name]
 
-    def step(self, step: Step, written: Written) -> None:
-        """Check a step with its modifiers."""
-        modifiers = step.modifiers
-        for condition in (modifiers.when, modifiers.while_):
-            self.expression(condition, step.mark, written)
-        attempts = modifiers.retry.attempts if modifiers.retry else None
-        for value in (modifiers.repeat, modifiers.timeout, modifiers.every, attempts):
-            self.value(value, step.mark, written)
-        self.body(step, written)
-        self.expression(modifiers.until, step.mark, written)
-        if modifiers.recover:
-            self.expression(modifiers.recover.unless, step.mark, written)
-            for recovery in modifiers.recover.recoveries:
-                self.step(recovery, written)
-        if modifiers.finally_:
-            self.step(modifiers.finally_, written)
-
-    def body(self, step: Step, written: Written) -> None:
-        """Check a step without its modifiers."""
-        if isinstance(step, Leaf):
-            for value in step.ports.values():
-                self.value(value, step.mark, written)
-            written.update(dict.fromkeys(step.outputs.values()))
-        elif isinstance(step, Use):
-            self.use(step, written)
-        elif isinstance(step, ForEach):
-            self.value(step.items, step.mark, written)
-            if isinstance(step, FollowWaypoints):
-                written.update(dict.fromkeys(step.outputs.values()))
-            self.step(step.child, written)
-        elif isinstance(step, Composite):
-            self.composite(step, written)
-        elif isinstance(step, Switch):
-            self.expression(step.value, step.mark, written)
-            for child in step.children:
-                self.step(child, written)
-
-    def composite(self, step: Composite, written: Written) -> None:
-        """Check the children in order; in a parallel each may read what any other writes."""
-        if step.kind == "parallel":
-            for child in step.children:
-                written.update(self.writes(child))
-        for child in step.children:
-            self.step(child, written)
-
-    def use(self, step: Use, written: Written) -> None:
-        """Check a used tree in place of the `use`; its outputs are the keys they are bound to."""
-        for value in step.inputs.values():
-            self.value(value, step.mark, written)
-        tree = self.trees[step.tree]
-        inside = dict(written)
-        for name, symbol in tree.outputs.items():
-            target = step.outputs.get(name)
-            inside.pop(symbol, None)
-            if target is not None and _has_value(target, written):
-                inside[symbol] = None
-        if tree.root:
-            self._below_events(tree.root, tree.events, inside)
-        for name, symbol in tree.outputs.items():
-            if inside.pop(symbol, symbol) is None and name in step.outputs:
-                inside[step.outputs[name]] = None
-        written.update(inside)
-
-    @once_per_step
-    def writes(self, step: Step) -> Written:
-        """Return every key that a step may write."""
-        found: Written = {}
-        if isinstance(step, Leaf | Use | FollowWaypoints):
-            found.update(dict.fromkeys(step.outputs.values()))
-        if isinstance(step, Leaf):
-            for value in step.ports.values():
-                if isinstance(value, AssignmentList):
-                    found.update((symbol, None) for symbol, _ in value.assignments)
-        used = self.trees[step.tree].roots if isinstance(step, Use) else ()
-        for child in (*children_of(step), *used):
-            found.update(self.writes(child))
-        return found
-
-    def value(self, value: Value | None, mark: Mark, written: Written) -> None:
-        """Check the reads of a port value, and record the writes of `set`."""
-        if isinstance(value, Reference):
-            self.read(value.symbol, mark, written)
-        elif isinstance(value, ListValue):
-            for item in value.items:
-                self.value(item, mark, written)
-        elif isinstance(value, ExpressionValue | Computed):
-            self.expression(value.expression, mark, written)
-        elif isinstance(value, Template):
-            for expression in value.expressions:
-                self.expression(expression, mark, written)
-        elif isinstance(value, AssignmentList):
-            for symbol, expression in value.assignments:
-                self.expression(expression, mark, written)
-                written[symbol] = None
-
-    def expression(
-        self, expression: CheckedExpression | None, mark: Mark, written: Written
-    ) -> None:
-        """Check the reads of an expression; a key tested with `is set` needs no value."""
-        if expression is None:
-            return
-        written.update(dict.fromkeys(expression.tested.values()))
-        for symbol in expression.read.values():
-            self.read(symbol, mark, written)
-
-    def read(self, symbol: Symbol, mark: Mark, written: Written) -> None:
-        """Check the read of a symbol."""
-        if not _has_value(symbol, written):
-            sentence = f"${symbol.name} is read here, but nothing can have written it before"
-            hint = "give it an initial value, or test `is set` first"
-            self.findings.error("E143", mark, sentence, hint)
+    def _is_deep(self, step: Step, levels: int) -> bool:
+        if levels > MAX_LEVELS and not self._is_too_deep:
+            self._is_too_deep = True
+            sentence = (
+                f"nodes are nested more than {MAX_LEVELS} levels deep with all trees expanded"
+            )
+            hint = "each composite, `use` and modifier is a level; use fewer trees in each other"
+            self.findings.error("E126", step.mark, sentence, hint)
+        return levels > MAX_LEVELS
 
 
-def _has_value(symbol: Symbol, written: Written) -> bool:
-    if symbol.role is Role.KEY:
-        return symbol.value is not UNSET or symbol in written
-    return symbol.role is not Role.OUTPUT or symbol in written
+def _levels(step: Step) -> int:
+    """Levels of a step without its children: itself and its modifiers."""
+    modifiers = step.modifiers
+    return 1 + sum(
+        getattr(modifiers, item.name) not in (None, item.default) for item in fields(modifiers)
+    )
 
 
 def warn_of_other_meaning(use: Use, tree: Tree, scope: Scope, findings: Findings) -> None:

@@ -5,9 +5,12 @@ An argument or a blackboard key can have any value of its type; a robot value is
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+import re
+import typing
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from math import inf
+from typing import Any
 
 from missions.language.expressions.robot_values import ROBOT_VALUES
 from missions.language.expressions.terms import (
@@ -19,9 +22,14 @@ from missions.language.expressions.terms import (
     Term,
     Unary,
 )
+from stack.types import FailureCode
 
 TruthValues = frozenset[bool]
 EITHER: TruthValues = frozenset((True, False))
+Known = Mapping[str, Any]
+NOTHING: Known = {}
+_POSITION = re.compile(r"\b(at|end)=\d+,? ?")
+_OPPOSITE = {"<": ">=", "<=": ">", ">": "<=", ">=": "<", "==": "!=", "!=": "=="}
 _MIRRORED = {"<": ">", "<=": ">=", ">": "<", ">=": "<=", "==": "=="}
 
 
@@ -47,52 +55,69 @@ class Interval:
         return Interval(low[0], high[0], low[1], not high[1])
 
 
-def truth_values(term: Term) -> TruthValues:
-    """Return the possible values of a condition."""
+def truth_values(term: Term, known: Known = NOTHING) -> TruthValues:
+    """Return the possible values of a condition.
+
+    Args:
+        term: the condition.
+        known: `$name` -> its value, and name of a robot value -> its interval, where known.
+    """
     if isinstance(term, Literal):
         return frozenset((bool(term.value),))
+    if isinstance(term, Reference) and isinstance(known.get(f"${term.name}"), bool):
+        return frozenset((bool(known[f"${term.name}"]),))
     if isinstance(term, Unary) and term.word == "not":
-        return frozenset(not value for value in truth_values(term.operand))
+        return frozenset(not value for value in truth_values(term.operand, known))
     if isinstance(term, Binary):
         if term.word in ("and", "or"):
-            return _logical(term)
+            return _logical(term, known)
         if term.word in ("==", "!=", "<", "<=", ">", ">="):
-            return _comparison(term)
+            return _comparison(term, known)
     return EITHER
 
 
-def numbers(term: Term) -> Interval:
+def numbers(term: Term, known: Known = NOTHING) -> Interval:
     """Return the possible values of a numeric term."""
     if isinstance(term, Literal) and isinstance(term.value, int | float):
         return Interval(term.value, term.value)
+    if isinstance(term, Reference):
+        value = known.get(f"${term.name}")
+        if isinstance(value, int | float) and not isinstance(value, bool):
+            return Interval(value, value)
+        return Interval()
+    if isinstance(term, Named) and isinstance(known.get(term.name), Interval):
+        return typing.cast("Interval", known[term.name])
     if isinstance(term, Named) and term.name in ROBOT_VALUES:
-        known = ROBOT_VALUES[term.name]
-        return Interval(known.least, known.most)
+        of_robot = ROBOT_VALUES[term.name]
+        return Interval(of_robot.least, of_robot.most)
     if isinstance(term, Distance):
         return Interval(0.0, inf)
     if isinstance(term, Unary):
-        inner = numbers(term.operand)
+        inner = numbers(term.operand, known)
         return Interval(-inner.most, -inner.least)
     if isinstance(term, Binary) and term.word in ("+", "-"):
-        left, right = numbers(term.left), numbers(term.right)
+        left, right = numbers(term.left, known), numbers(term.right, known)
         if term.word == "+":
             return Interval(left.least + right.least, left.most + right.most)
         return Interval(left.least - right.most, left.most - right.least)
     return Interval()
 
 
-def _logical(term: Binary) -> TruthValues:
-    left, right = truth_values(term.left), truth_values(term.right)
+def _logical(term: Binary, known: Known) -> TruthValues:
+    left, right = truth_values(term.left, known), truth_values(term.right, known)
     if term.word == "or":
-        return frozenset(a or b for a in left for b in right)
+        found = frozenset(a or b for a in left for b in right)
+        return found - {False} if exclude_each_other(denied(term)) else found
     found = frozenset(a and b for a in left for b in right)
-    return found - {True} if _contradicts_itself(term) else found
+    return found - {True} if exclude_each_other(conjuncts(term)) else found
 
 
-def _comparison(term: Binary) -> TruthValues:
+def _comparison(term: Binary, known: Known) -> TruthValues:
+    if text_of(term.left) == text_of(term.right) and not isinstance(term.left, Literal):
+        return frozenset(("=" in term.word and term.word != "!=",))
     if isinstance(term.left, Literal) and isinstance(term.right, Literal):
         return _of_literals(term.word, term.left, term.right)
-    left, right = numbers(term.left), numbers(term.right)
+    left, right = numbers(term.left, known), numbers(term.right, known)
     if term.word in (">", ">="):
         left, right = right, left
     if term.word in ("==", "!="):
@@ -112,21 +137,63 @@ def _of_literals(word: str, left: Literal, right: Literal) -> TruthValues:
     return frozenset((low.value <= high.value if "=" in word else low.value < high.value,))
 
 
-def _contradicts_itself(term: Binary) -> bool:
-    """Return whether the bounds of one value exclude each other: `$n > 3 and $n < 2`."""
+def exclude_each_other(parts: Iterable[Term]) -> bool:
+    """Return whether conditions cannot be true together: `$n > 3` and `$n < 2`, `a` and `not a`."""
     allowed: dict[str, Interval] = {}
-    for part in _conjuncts(term):
+    texts: dict[str, bool] = {}
+    equal: dict[str, str] = {}
+    for part in parts:
         for key, interval in _bounds(part):
             allowed[key] = allowed.get(key, Interval()).intersection(interval)
-    return any(interval.is_empty for interval in allowed.values())
+            if allowed[key].is_empty:
+                return True
+        wanted, inner = True, part
+        while isinstance(inner, Unary) and inner.word == "not":
+            wanted, inner = not wanted, inner.operand
+        if texts.setdefault(text_of(inner), wanted) is not wanted:
+            return True
+        if isinstance(inner, Binary) and inner.word == "==" and wanted:
+            for one, other in ((inner.left, inner.right), (inner.right, inner.left)):
+                text = _word(other)
+                if text is not None and equal.setdefault(text_of(one), text) != text:
+                    return True
+    return False
 
 
-def _conjuncts(term: Term) -> Iterator[Term]:
+def _word(term: Term) -> str | None:
+    """Return a constant text or failure code."""
+    if isinstance(term, Named) and term.name in FailureCode.__members__:
+        return term.name
+    return term.value if isinstance(term, Literal) and isinstance(term.value, str) else None
+
+
+def conjuncts(term: Term) -> Iterator[Term]:
+    """Yield the conditions that must all be true."""
     if isinstance(term, Binary) and term.word == "and":
-        yield from _conjuncts(term.left)
-        yield from _conjuncts(term.right)
+        yield from conjuncts(term.left)
+        yield from conjuncts(term.right)
+    elif isinstance(term, Unary) and term.word == "not":
+        yield from denied(term.operand)
     else:
         yield term
+
+
+def denied(term: Term) -> Iterator[Term]:
+    """Yield the conditions that must all be true for this one to be false."""
+    if isinstance(term, Binary) and term.word == "or":
+        yield from denied(term.left)
+        yield from denied(term.right)
+    elif isinstance(term, Unary) and term.word == "not":
+        yield from conjuncts(term.operand)
+    elif isinstance(term, Binary) and term.word in _OPPOSITE:
+        yield replace(term, word=_OPPOSITE[term.word])
+    else:
+        yield Unary(term.at, "not", term)
+
+
+def text_of(term: Term) -> str:
+    """Return a text that is equal for equal terms, wherever they stand."""
+    return _POSITION.sub("", repr(term))
 
 
 def _bounds(term: Term) -> Iterator[tuple[str, Interval]]:

@@ -5,14 +5,14 @@ The analysis is conservative: a finding is reported only if it is certain.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from py_trees import behaviours as py_trees_behaviours
 
 from missions.language.analysis.data_flow import children_of, once_per_step
-from missions.language.analysis.intervals import truth_values
+from missions.language.analysis.intervals import conjuncts, exclude_each_other, truth_values
 from missions.language.expressions.expression import CheckedExpression
 from missions.language.expressions.scope import UNSET, Symbol
 from missions.language.kinds import CONDITIONS, NODES
@@ -20,7 +20,6 @@ from missions.language.model import (
     Composite,
     Computed,
     Constant,
-    Event,
     ExpressionValue,
     ForEach,
     Leaf,
@@ -60,14 +59,15 @@ _PLAIN: dict[type, Outcomes] = {
 class OutcomeCheck:
     """Reports nodes, retries and events that have no effect."""
 
-    def __init__(self, trees: Mapping[str, Tree], findings: Findings) -> None:
-        self.trees, self.findings = trees, findings
+    def __init__(
+        self, trees: Mapping[str, Tree], findings: Findings, dead: Collection[int] = ()
+    ) -> None:
+        self.trees, self.findings, self.dead = trees, findings, dead
         self.known: dict[int, Outcomes] = {}
         self.memory: dict[tuple[str, int], Any] = {}
 
     def step(self, step: Step) -> None:
         """Check a step and its children; used trees are checked separately."""
-        self._conditions(step)
         self._retries(step)
         if isinstance(step, Composite) and NODES[step.kind].goes_on_after:
             self._reached(step, NODES[step.kind].goes_on_after)
@@ -77,15 +77,6 @@ class OutcomeCheck:
             self._wheels(step)
         for child in children_of(step):
             self.step(child)
-
-    def events(self, events: Sequence[Event]) -> None:
-        """Report events that can never fire."""
-        for event in events:
-            if truth_values(event.when.term) == {False}:
-                sentence = (
-                    f"the event {event.name!r} never fires: {event.when.source} is always false"
-                )
-                self.findings.error("E161", event.when.mark or event.mark, sentence)
 
     # Possible outcomes
 
@@ -130,7 +121,7 @@ class OutcomeCheck:
 
     def _body(self, step: Step) -> Outcomes:
         if isinstance(step, Leaf):
-            return _leaf_outcomes(step)
+            return Outcomes(False, False) if self._waits_forever(step) else _leaf_outcomes(step)
         if isinstance(step, Use):
             return self._tree(self.trees[step.tree])
         if isinstance(step, ForEach):
@@ -154,6 +145,10 @@ class OutcomeCheck:
                   for event in tree.events]  # fmt: skip
         return Outcomes(ends.success, ends.failure or any(events), ends.skip)
 
+    def _waits_forever(self, step: Leaf) -> bool:
+        ports = step.ports.values()
+        return any(isinstance(v, ExpressionValue) and id(v.expression) in self.dead for v in ports)
+
     def _composite(self, step: Composite) -> Outcomes:
         ends = [self.outcomes(child) for child in step.children]
         succeed, fail = any(item.success for item in ends), any(item.failure for item in ends)
@@ -176,8 +171,13 @@ class OutcomeCheck:
                 if not ends.success and not ends.failure:
                     word = "ends"
                 sentence = f"never reached: {_name(before)} (line {before.mark.line}) never {word}"
-                self.findings.error("E160", after.mark, sentence)
+                hint = self._ways_to_end(before) or "change the order, or remove it"
+                self.findings.error("E160", after.mark, sentence, hint)
                 return
+
+    def _ways_to_end(self, step: Step) -> str:
+        ports = step.behaviour.ends_by if isinstance(step, Leaf) else ()
+        return f"set {', '.join(ports[:-1])} or {ports[-1]}" if ports else ""
 
     def _retries(self, step: Step) -> None:
         modifiers = step.modifiers
@@ -185,10 +185,10 @@ class OutcomeCheck:
         for word, modifier in (("retry", modifiers.retry), ("recover", modifiers.recover)):
             if modifier and not attempt.failure:
                 sentence = f"`{word}` has no effect: {_name(step)} cannot fail"
-                self.findings.warning("W108", step.mark, sentence)
+                self.findings.warning("W108", step.mark, sentence, f"remove `{word}`")
         if modifiers.keep_going and not self._before_on_failure(step).failure:
             sentence = f"`on_failure` has no effect: {_name(step)} cannot fail"
-            self.findings.warning("W108", step.mark, sentence)
+            self.findings.warning("W108", step.mark, sentence, "remove `on_failure`")
         if modifiers.every is None:
             return
         counted = modifiers.repeat is not None and not self._is_endless(step)
@@ -204,23 +204,6 @@ class OutcomeCheck:
         if not isinstance(repeat, Constant) or repeat.value is not None:
             return False
         return until is None or truth_values(until.term) == {False}
-
-    def _conditions(self, step: Step) -> None:
-        conditions = [step.modifiers.when, step.modifiers.while_, step.modifiers.until]
-        if step.modifiers.recover:
-            conditions.append(step.modifiers.recover.unless)
-        if isinstance(step, Leaf):
-            conditions += [
-                item.expression for item in step.ports.values() if isinstance(item, ExpressionValue)
-            ]
-        for condition in conditions:
-            outcome = (
-                truth_values(condition.term) if condition and condition.type.of is bool else ()
-            )
-            if condition and len(outcome) == 1:
-                word = "true" if True in outcome else "false"
-                mark = condition.mark or step.mark
-                self.findings.warning("W107", mark, f"{condition.source} is always {word}")
 
     def _restarted(self, step: Composite) -> None:
         for child in step.children[:-1]:
@@ -259,11 +242,18 @@ class OutcomeCheck:
         if len(at_once) > 1:
             first, second = at_once[:2]
             sentence = f"{_name(second)} moves the robot at the same time as {_name(first)}"
-            self.findings.error("E162", second.mark, f"{sentence} (line {first.mark.line})")
-        elif len(drivers) > 1:
-            first, second = drivers[:2]
-            sentence = f"{_name(second)} may move the robot at the same time as {_name(first)}"
-            self.findings.warning("W105", second.mark, f"{sentence} (line {first.mark.line})")
+            hint = "use a sequence"
+            self.findings.error("E162", second.mark, f"{sentence} (line {first.mark.line})", hint)
+            return
+        for number, second in enumerate(drivers):
+            first_or_none = next((item for item in drivers[:number] if _both(item, second)), None)
+            if first_or_none is not None:
+                line = first_or_none.mark.line
+                sentence = f"{_name(second)} may move the robot at the same time as "
+                sentence += f"{_name(first_or_none)} (line {line})"
+                hint = "use a sequence, or conditions that exclude each other"
+                self.findings.warning("W105", second.mark, sentence, hint)
+                return
 
     @once_per_step
     def moves(self, step: Step) -> bool:
@@ -292,6 +282,17 @@ class OutcomeCheck:
         return any(self.begins_to_move(child) for child in children_of(step)[:1])
 
 
+def _both(first: Step, second: Step) -> bool:
+    """Return whether the conditions of two nodes that start together can both be true."""
+    one, other = first.modifiers.when, second.modifiers.when
+    if one is None or other is None:
+        return True
+    shared = one.read.keys() & other.read.keys()
+    if any(one.read[name] is not other.read[name] for name in shared):
+        return True
+    return not exclude_each_other([*conjuncts(one.term), *conjuncts(other.term)])
+
+
 def _leaf_outcomes(step: Leaf) -> Outcomes:
     if step.kind == "fail":
         return Outcomes(success=False)
@@ -310,7 +311,19 @@ def _leaf_outcomes(step: Leaf) -> Outcomes:
         )
     never_true = step.kind in CONDITIONS and {False} in outcomes
     always_true = step.kind == "check" and {True} in outcomes
-    return Outcomes(not never_true, can_fail and not always_true)
+    return Outcomes(not never_true and has_end(step), can_fail and not always_true)
+
+
+def has_end(step: Leaf) -> bool:
+    """Return whether a behaviour that needs one of several ports to succeed has one of them."""
+    ends = step.behaviour.ends_by
+    return not ends or any(_is_given(step.ports.get(name)) for name in ends)
+
+
+def _is_given(value: Value | None) -> bool:
+    if isinstance(value, Constant):
+        return value.value is not None and value.value is not False
+    return value is not None
 
 
 def _expressions(value: Value) -> tuple[CheckedExpression, ...]:

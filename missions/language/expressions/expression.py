@@ -10,7 +10,7 @@ from missions.language.expressions.robot_values import EvaluationContext
 from missions.language.expressions.scope import UNSET, NotSet, Scope, Symbol
 from missions.language.expressions.terms import Check, Evaluate, Term, shown
 from missions.language.expressions.tokens import ExpressionError
-from missions.language.expressions.value_types import ANYTHING, BOOL, ValueType
+from missions.language.expressions.value_types import ANYTHING, BOOL, INT, ValueType
 from stack.documents import Mark
 from stack.errors import EvaluationError
 
@@ -126,7 +126,8 @@ class BoundExpression:
         """Return the source with the values of its names: `battery.charge (0.18) > 0.3`."""
         parts, done = [], 0
         for end, read in self._shows:
-            parts += [self.source[done:end], f" ({_now(read)})"]
+            now = _now(read)
+            parts += [self.source[done:end], f" ({now})" if now else ""]
             done = end
         return "".join([*parts, self.source[done:]])
 
@@ -180,7 +181,9 @@ def check_expression(
     check = Check(context.scope, context.knows_error, context.knows_attempt)
     found = term.check(check)
     if not check.problems and not wanted.accepts(found) and wanted is not ANYTHING:
-        check.problem("E153", 0, f"expected {wanted}, got {found}")
+        hint = "`/` always gives a number: use a key of the type float" if wanted == INT else ""
+        hint = hint if found.of is float and "/" in source else ""
+        check.problem("E153", 0, f"expected {wanted}, got {found}", hint)
     if check.problems:
         return None, check.problems
     return checked_term(source, term, found, check), []
@@ -203,6 +206,6 @@ def _now(read: Evaluate) -> str:
         text = shown(read(), SHOWN // 4)
     except NotSet:
         return "not set"
-    except EvaluationError as error:
-        return error.sentence
+    except EvaluationError:
+        return ""  # the sentence of the failure says why
     return text if len(text) <= SHOWN else f"{text[: SHOWN - 1]}…"

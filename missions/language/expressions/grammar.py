@@ -12,7 +12,7 @@ from typing import Any
 from missions.language.expressions.arithmetic import GREATEST_INT
 from missions.language.expressions.compound_terms import Call, Index, ListTerm
 from missions.language.expressions.functions import FUNCTIONS
-from missions.language.expressions.robot_values import DISTANCE
+from missions.language.expressions.robot_values import DISTANCE, ROBOT_VALUES
 from missions.language.expressions.terms import (
     Binary,
     Distance,
@@ -154,6 +154,9 @@ class _Parser:
             raise ExpressionError(token.at, f"expected a value, got {token.text!r}")
         if self.next.text == "(" and self.next.kind == "operator":
             return self.call(token)
+        if token.text in FUNCTIONS and token.text not in ROBOT_VALUES:
+            sentence, hint = f"{token.text} is a function", FUNCTIONS[token.text].signature
+            raise ExpressionError(token.at, sentence, f"write {hint}", "E155")
         return Named(token.at, token.end, token.text)
 
     def call(self, token: Token) -> Term:
@@ -175,10 +178,20 @@ class _Parser:
         """Read terms separated by commas, and the closing bracket."""
         terms: list[Term] = []
         while not (self.next.kind == "operator" and self.next.text == closing):
-            if terms:
-                self.expect(",", f"separate by commas, and close with {closing!r}")
+            if terms or self.next.kind == "end":
+                self.separator(closing)
             terms.append(self.expression(0))
         return tuple(terms), self.take()
+
+    def separator(self, closing: str) -> None:
+        """Read a comma; in a YAML mapping in braces an unquoted expression ends at its comma."""
+        token = self.take()
+        if token.text == "," and token.kind == "operator":
+            return
+        found = repr(token.text) if token.kind != "end" else "the end"
+        hint = "put an expression with commas in quotes: YAML ends it at a comma inside {…} and […]"
+        sentence = f"expected ',' or {closing!r}, got {found}"
+        raise ExpressionError(token.at, sentence, hint if token.kind == "end" else "")
 
 
 def _number(token: Token) -> tuple[Any, ValueType]:

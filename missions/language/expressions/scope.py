@@ -50,6 +50,7 @@ class Symbol:
     Attributes:
         value: value of a place or argument; initial value of a key, or UNSET.
         one_of: the only texts that an argument may have; empty if any.
+        doc: what a key is for; "" without `doc`.
     """
 
     name: str
@@ -57,6 +58,7 @@ class Symbol:
     type: ValueType
     mark: Mark
     value: Any = UNSET
+    doc: str = ""
     one_of: tuple[str, ...] = ()
 
     @property

@@ -171,6 +171,8 @@ class Named:
             return suggestion(self.name, FailureCode.__members__) + "; write other codes in quotes"
         if self.name == DISTANCE:
             return f"write {DISTANCE}($place)"
+        if self.name.upper() in FailureCode.__members__:
+            return f"failure codes are in capitals: {self.name.upper()}"
         return suggestion(self.name, ROBOT_VALUES)
 
     def bind(self, names: Names) -> Evaluate:
@@ -334,6 +336,8 @@ class Binary:
             common_number(check, self.at, left, right, "compare")
             return BOOL
         check.may_fail = True
+        if self.word in ("/", "%") and isinstance(self.right, Literal) and self.right.value == 0:
+            return check.problem("E157", self.right.at, "division by zero")
         if self.word in ("*", "/"):
             return self._product(left, right)
         verb = "divide" if self.word == "%" else "add"

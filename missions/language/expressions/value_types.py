@@ -105,6 +105,8 @@ NAMED: dict[str, ValueType] = {
     "length": LENGTH,
     "angle": ANGLE,
     "speed": ValueType(float, "m/s"),
+    "angular_speed": ValueType(float, "rad/s"),
+    "acceleration": ValueType(float, "m/s²"),
     "Pose": POSE,
     "Path": ValueType(Path),
 }

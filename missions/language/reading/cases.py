@@ -69,7 +69,14 @@ class CaseReader:
             return ()
         if not node.is_sequence:
             self._error(node, f"tests must be a list of cases, got {node.words()}")
-        return tuple(self._case(number, item) for number, item in enumerate(node.items, 1))
+        cases = tuple(self._case(number, item) for number, item in enumerate(node.items, 1))
+        first: dict[str, Case] = {}
+        for case in cases:
+            other = first.setdefault(case.name, case)
+            if other is not case:
+                sentence = f"there are two tests {case.name!r} (line {other.mark.line})"
+                self.findings.error("E115", case.mark, sentence, "rename one of them")
+        return cases
 
     def _case(self, number: int, node: Node) -> Case:
         self.words.keys(node, "case")

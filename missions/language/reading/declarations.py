@@ -16,6 +16,7 @@ from missions.language.expressions.value_types import (
     named_type,
     type_of,
 )
+from missions.language.foreign_words import TYPES
 from missions.language.keys import ARGUMENT, BLACKBOARD_KEY, INPUT, OPTIONAL, TREE
 from missions.language.model import Constant, Tree
 from missions.language.reading.values import IDENTIFIER, ValueReader
@@ -66,12 +67,12 @@ class DeclarationReader:
             kind = self._type(section)
             initial = section.node_of("initial")
             section.value(OPTIONAL)
-            section.value(Declaration("doc", str, default=""))
+            doc = section.value(Declaration("doc", str, default=""))
             section.done()
             value = UNSET
             if initial is not None:
                 value = self._literal(kind.declaration(str(key.value)), initial, scope)
-            layer[str(key.value)] = Symbol(str(key.value), Role.KEY, kind, key.mark, value)
+            layer[str(key.value)] = Symbol(str(key.value), Role.KEY, kind, key.mark, value, doc)
         return layer
 
     def arguments(self, node: Node | None, scope: Scope, overrides: Overrides) -> Layer:
@@ -92,7 +93,7 @@ class DeclarationReader:
                 hint = f"use --set {name}=… or add a default"
                 self.findings.error("E108", key.mark, f"the argument {name!r} has no value", hint)
             kind = ANYTHING if value is UNSET else type_of(declared)
-            layer[name] = Symbol(name, Role.ARGUMENT, kind, key.mark, value, declared.one_of)
+            layer[name] = Symbol(name, Role.ARGUMENT, kind, key.mark, value, one_of=declared.one_of)
         for name in overrides:
             if name not in layer:
                 sentence = f"the mission has no argument {name!r}"
@@ -192,7 +193,9 @@ class DeclarationReader:
         self.words.add(node, WordRole.TYPE)
         kind = named_type(node.value) if isinstance(node.value, str) else "write a type's name"
         if isinstance(kind, str):
-            self.findings.error("E107", node.mark, f"there is no type {node.words()}", kind)
+            meant = TYPES.get(str(node.value).lower())
+            hint = f"did you mean {meant!r}?" if meant else kind
+            self.findings.error("E107", node.mark, f"there is no type {node.words()}", hint)
             return ANYTHING
         return kind
 

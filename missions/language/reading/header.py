@@ -12,7 +12,8 @@ from missions.language.keys import MISSION, RESERVED
 from missions.language.model import Component, Resources
 from missions.language.reading.port_expressions import reference_name
 from missions.language.reading.words import WordRole, Words
-from stack.documents import Findings, Mark, Node, Section, read_file
+from stack.documents import Findings, Mark, Node, Section, read_file, require_kind
+from stack.documents.file_kinds import PARAMETERS
 from stack.errors import InputError, ParameterError
 from stack.parameters import Declaration, suggestion
 from stack.types import Pose2D
@@ -131,7 +132,7 @@ class HeaderReader:
 
     def _parameter_file(self, item: Node) -> Node | None:
         try:
-            return read_file(self.folder / item.value, "parameter file")
+            return require_kind(read_file(self.folder / item.value, PARAMETERS), PARAMETERS)
         except InputError as error:
             self._add(error, item.mark, "E110")
             return None

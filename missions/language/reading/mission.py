@@ -6,12 +6,17 @@ from collections.abc import Callable
 from pathlib import Path
 
 from missions.language.analysis.data_flow import (
-    OrderCheck,
     check_recursion,
     uses_of,
     warn_of_other_meaning,
 )
+from missions.language.analysis.failures import FailureCheck
+from missions.language.analysis.key_flow import KeyFlowCheck
+from missions.language.analysis.order import OrderCheck
 from missions.language.analysis.outcomes import OutcomeCheck
+from missions.language.analysis.repetition import RepetitionCheck
+from missions.language.analysis.structure import StructureCheck
+from missions.language.analysis.time_limits import TimeLimitCheck
 from missions.language.expressions.expression import NameContext
 from missions.language.expressions.scope import Role, Scope, Symbol
 from missions.language.keys import MISSION, RESERVED
@@ -88,12 +93,14 @@ class _Reading:
         events = EventReader(nodes).events(top.node_of("events"), NameContext(scope))
         tests = top.node_of("tests")
         top.done()
-        self._analyse(root, events, trees, scope)
+        key_flow = self._analyse(root, events, trees, scope)
         roots = (*(_starts(root, events) if root else ()), *_roots_of(trees))
         names = MissionNames(self.declarations.declared, places, keys, events, trees, roots)
         # After errors in the mission, cases are read for their words only.
         found = Findings() if self.findings.errors else self.findings
         cases = CaseReader(names, found, self.words).cases(tests)
+        if key_flow is not None:
+            key_flow.keys(keys, cases)
         self.findings.raise_errors()
         assert root is not None
         warnings = sorted(
@@ -166,10 +173,10 @@ class _Reading:
 
     def _analyse(
         self, root: Step | None, events: tuple[Event, ...], trees: dict[str, Tree], scope: Scope
-    ) -> None:
-        """Run the analyses that need a mission without errors."""
+    ) -> KeyFlowCheck | None:
+        """Run the analyses that need a mission without errors; return who reads which key."""
         if root is None or self.findings.errors:
-            return
+            return None
         starts = _starts(root, events)
         reached = set(check_recursion(trees, starts, self.findings))
         file = self.top.node.mark.file
@@ -178,19 +185,24 @@ class _Reading:
             if tree.name not in reached:
                 self.findings.warning("W103", tree.mark, f"the tree {tree.name!r} is never used")
         if self.findings.errors:
-            return
-        OrderCheck(trees, self.findings).mission(root, events)
+            return None
+        order = OrderCheck(trees, self.findings)
+        order.mission(root, events)
         roots = [*starts, *_roots_of(trees)]
         for use in (use for step in roots for use in uses_of(step)):
             if use.tree in own:
                 warn_of_other_meaning(use, own[use.tree], scope, self.findings)
-        outcomes = OutcomeCheck(trees, self.findings)
+        outcomes = OutcomeCheck(trees, self.findings, order.verdicts.dead_waits())
         for step in roots:
             outcomes.step(step)
-        outcomes.events(events)
-        for tree in trees.values():
-            outcomes.events(tree.events)
+        TimeLimitCheck(trees, self.findings).mission(root, events)
+        RepetitionCheck(trees, self.findings, outcomes).mission(root, events, roots)
+        StructureCheck(trees, self.findings).mission(root, events, roots)
+        FailureCheck(trees, self.findings).mission(root, events)
+        key_flow = KeyFlowCheck(self.findings, order)
+        key_flow.mission(roots, events)
         self._unused(trees, scope)
+        return key_flow
 
     def _unused(self, trees: dict[str, Tree], scope: Scope) -> None:
         declared: list[Symbol] = [

@@ -13,6 +13,7 @@ from missions.language.expressions.texts import formatter
 from missions.language.expressions.value_types import (
     type_of,
 )
+from missions.language.foreign_words import modifier_hint, node_hint
 from missions.language.keys import (
     MODIFIERS,
     ONLY_FOR,
@@ -111,7 +112,9 @@ class NodeReader:
 
     def _unknown_modifier(self, head: Node, key: Node) -> None:
         word = str(key.value)
-        hint = suggestion(word, MODIFIERS)
+        hint = modifier_hint(word, MODIFIERS)
+        if str(head.value) == "use":
+            hint = f"inputs of a tree stand below `with:`; {hint}"
         if str(head.value) not in NODES and str(head.value) in self.known:
             kind = self.catalogue.get(str(head.value))
             if kind is not None and word in kind.ports:
@@ -183,7 +186,9 @@ class NodeReader:
             if node is not None and node.is_sequence:
                 got = "an empty list"
             place = node.mark if node is not None and node.value is not None else mark
-            self.findings.error("E124", place, f"{kind} needs a list of nodes, got {got}")
+            is_mapping = node is not None and node.is_mapping
+            hint = "write `- ` in front of each node" if is_mapping else ""
+            self.findings.error("E124", place, f"{kind} needs a list of nodes, got {got}", hint)
             if node is not None and node.value is not None and not node.is_sequence:
                 self.skim(node, context)
             return []
@@ -220,7 +225,8 @@ class NodeReader:
             self.findings.error("E132", node.mark, sentence, "write a number or an argument")
         needed = value.value if isinstance(value, Constant) else children
         if children and needed > children:
-            sentence = f"succeed_on is {needed}, but there are only {children} children"
+            amount = "1 child" if children == 1 else f"{children} children"
+            sentence = f"succeed_on is {needed}, but the parallel has {amount}"
             self.findings.error("E132", node.mark, sentence)
         return int(needed)
 
@@ -355,7 +361,7 @@ class NodeReader:
     def _behaviour(self, head: Node) -> BehaviourKind | None:
         word = str(head.value)
         if word not in self.known and "." not in word:
-            hint = suggestion(word, self.known)
+            hint = node_hint(word, self.known)
             if word in self.trees:
                 hint = f"{word} is a tree: write `use: {word}`"
             self.findings.error("E121", head.mark, f"there is no behaviour {word!r}", hint)

@@ -63,6 +63,15 @@ def pose_source(node: Node) -> str:
     return f"pose({', '.join(text_of(item) for item in node.items)})"
 
 
+def list_source(node: Node, kind: ValueType) -> str:
+    """Return the expression of a value of this type that is written as a list."""
+    if not node.is_sequence:
+        return text_of(node)
+    if kind == POSE and len(node.items) in (2, 3):
+        return pose_source(node)
+    return f"[{', '.join(list_source(item, kind.item or kind) for item in node.items)}]"
+
+
 def mentions_a_name(text: str) -> bool:
     """Return whether a text contains a `$name`, a value of the robot or a function."""
     try:

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from missions.language.expressions.expression import NameContext
 from missions.language.expressions.scope import Symbol
 from missions.language.expressions.value_types import ASSIGNMENTS, EXPRESSION, ValueType, type_of
+from missions.language.foreign_words import port_hint
+from missions.language.keys import MODIFIERS
 from missions.language.model import Value
 from missions.language.reading.values import ValueReader
 from missions.language.reading.words import WordRole
@@ -69,7 +71,10 @@ class PortReader:
             words.add(key, role, context.scope, owner.name, ports.get(word))
             if word not in ports:
                 sentence = f"{owner.name} has no port {word!r}"
-                self.findings.error("E130", key.mark, sentence, suggestion(word, ports))
+                hint = port_hint(word, ports)
+                if word in MODIFIERS and word not in ("name", "do", "out"):
+                    hint = f"{word} is a modifier: write it beside `{owner.name}:`"
+                self.findings.error("E130", key.mark, sentence, hint)
                 continue
             value = self.values.value(ports[word], node, context, owner.name)
             if value is not None:

@@ -29,7 +29,8 @@ def read_bodies(
         if body is None or tree.mark != key.mark:
             continue
         layer = {**tree.inputs, **tree.outputs}
-        context = NameContext(scope.inside(layer))
+        # whether `error` and `attempt` are defined depends on where the tree is used
+        context = NameContext(scope.inside(layer), True, True)
         events = EventReader(reader).events(node.get("events"), context)
         trees[tree.name] = replace(tree, root=reader.read(body, context), events=events)
 

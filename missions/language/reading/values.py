@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from math import pi
 from typing import Any
 
+from missions.language.expressions.arithmetic import MAX_TEXT
 from missions.language.expressions.expression import (
     CheckedExpression,
     NameContext,
@@ -43,7 +45,7 @@ from missions.language.reading.item_types import Mismatch, item_type
 from missions.language.reading.port_expressions import (
     computed_source,
     is_text_with_placeholders,
-    pose_source,
+    list_source,
     reference_name,
     text_of,
 )
@@ -85,22 +87,25 @@ class ValueReader:
             options: words that are allowed besides, already treated.
         """
         kind = type_of(declared)
-        if node.kind == "scalar" and kind not in (EXPRESSION, ASSIGNMENTS):
-            shown = replace(declared, one_of=(*declared.one_of, *options)) if options else declared
-            self.words.add(node, WordRole.VALUE, context.scope, owner, shown)
         if kind == EXPRESSION:
             expression = self.expression(node, context, owner=owner)
             return ExpressionValue(expression) if expression else None
         if kind == ASSIGNMENTS:
             return self._assignments(node, context)
         name = reference_name(node)
+        source = None if name is not None else computed_source(node, kind)
+        if source is not None:
+            written = node if node.kind == "scalar" else Node(source, "scalar", node.mark)
+            self.words.add(written, WordRole.EXPRESSION, context.scope, owner, declared)
+        elif node.kind == "scalar":
+            shown = replace(declared, one_of=(*declared.one_of, *options)) if options else declared
+            self.words.add(node, WordRole.VALUE, context.scope, owner, shown)
         if name is not None:
             return self._reference(declared, node, name, context)
         if kind.item and node.is_sequence and not _is_single_pose(kind, node):
             return self._listing(declared, kind.item, node, context)
         if kind == TEXT and not declared.one_of and has_placeholders(str(node.value)):
             return self._template(node, context)
-        source = computed_source(node, kind)
         if source is not None:
             return self._computed(declared, node, source, context)
         return self._literal(declared, node, context)
@@ -131,6 +136,8 @@ class ValueReader:
             if isinstance(kind, Mismatch):
                 sentence = f"the items have one type, got {kind.expected} and {kind.found}"
                 self.findings.error("E156", kind.item.mark, sentence)
+                for item in node.items:
+                    self.words.add(item, WordRole.VALUE, context.scope, declared=declared)
                 return None, ANYTHING
             declared = ValueType(list, item=kind).declaration(name)
             return self.value(declared, node, context), kind
@@ -180,6 +187,10 @@ class ValueReader:
     def _template(self, node: Node, context: NameContext) -> Template | None:
         """Read a text with placeholders."""
         text, parts, wrong = str(node.value), list[str | CheckedExpression](), False
+        if len(text) > MAX_TEXT:
+            sentence = f"the text with values has {len(text)} characters; at most {MAX_TEXT}"
+            self.findings.error("E150", node.mark, sentence)
+            return None
         try:
             for piece in pieces(text):
                 if not piece.is_expression:
@@ -223,7 +234,8 @@ class ValueReader:
         if symbol is None:
             return None
         if not symbol.is_writable:
-            self.findings.error("E142", mark, f"${name} is a {symbol.role} and cannot be written")
+            sentence = f"${name} cannot be written: it is the {symbol.role} {name!r}"
+            self.findings.error("E142", mark, sentence, "write a blackboard key")
             return None
         self.written[symbol] = None
         return symbol
@@ -252,7 +264,7 @@ class ValueReader:
         if symbol.value is UNSET:
             return None  # already reported at the declaration
         try:
-            return Constant(declared.read(symbol.value), f"${name}")
+            return Constant(declared.read(symbol.value), f"${name}", node.mark)
         except ParameterError as error:
             sentence = f"{declared.name} = ${name}: {error.sentence}"
             self.findings.error("E132", node.mark, sentence, error.hint)
@@ -268,17 +280,18 @@ class ValueReader:
             return None
         if all(isinstance(value, Constant) for value in known):
             plain = [value.value for value in known if isinstance(value, Constant)]
-            return Constant(plain, text_of(node))
+            return Constant(plain, text_of(node), node.mark, _marks_of(node))
         return ListValue(tuple(known))
 
     def _literal(self, declared: Declaration, node: Node, context: NameContext) -> Constant | None:
         for scalar in iter_scalars(node):
             self._warn_of_reference_in_text(scalar, context)
         try:
-            return Constant(declared.read(node.plain()), text_of(node))
+            value = declared.read(node.plain())
+            _refuse_degrees(declared, node)
+            return Constant(value, text_of(node), node.mark, _marks_of(node))
         except ParameterError as error:
-            word = str(node.value).lstrip("$")
-            hint = error.hint or (f"write ${word}" if context.scope.lookup(word) else "")
+            hint = error.hint or _reference_hint(node, context)
             self.findings.error("E132", node.mark, f"{declared.name}: {error.sentence}", hint)
             return None
 
@@ -312,13 +325,35 @@ class ValueReader:
     ) -> CheckedExpression | None:
         """Read the value of an assignment: an expression, a list of them, or a text with `${}`."""
         if wanted in (TEXT, ANYTHING) and is_text_with_placeholders(node):
+            self.words.add(node, WordRole.VALUE, context.scope, declared=wanted.declaration("text"))
             template = self._template(node, context)
             return text_expression(template.parts, template.text, node.mark) if template else None
         if node.is_sequence:
-            as_pose = wanted == POSE and len(node.items) in (2, 3)
-            source = pose_source(node) if as_pose else text_of(node)
+            source = list_source(node, wanted)
             node = Node(source, "scalar", node.mark, quoted="\n" in source)
         return self.expression(node, context, wanted)
+
+
+def _marks_of(node: Node) -> tuple[Mark, ...]:
+    return tuple(item.mark for item in node.items)
+
+
+def _refuse_degrees(declared: Declaration, node: Node) -> None:
+    """Raise ParameterError for a bare angle of more than a full turn: almost certainly degrees."""
+    if declared.unit != "rad":
+        return
+    for item in node.items or (node,):
+        angle = item.value
+        is_bare = isinstance(angle, int | float) and not isinstance(angle, bool)
+        if is_bare and abs(angle) > 2.0 * pi + 1e-9:
+            sentence = f"an angle of {angle:g} rad is more than a full turn"
+            raise ParameterError(declared.name, sentence, f"write {angle:g} deg, or {angle:g} rad")
+
+
+def _reference_hint(node: Node, context: NameContext) -> str:
+    """Return a hint if a value contains a name without its `$`."""
+    words = IDENTIFIER.findall(node.value) if isinstance(node.value, str) else []
+    return next((f"write ${word}" for word in words if context.scope.lookup(word)), "")
 
 
 def _is_single_pose(kind: ValueType, node: Node) -> bool:

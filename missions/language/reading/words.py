@@ -82,6 +82,7 @@ class Words:
         trees: by name, with those of included files.
         catalogue: the behaviours; None before it is known.
         names: everything that a test can name.
+        document: of the file; None if it is not valid YAML.
     """
 
     items: list[Word] = field(default_factory=list)
@@ -89,6 +90,7 @@ class Words:
     trees: dict[str, Tree] = field(default_factory=dict)
     catalogue: Catalogue | None = None
     names: tuple[str, ...] = ()
+    document: Node | None = None
 
     def add(
         self, node: Node, role: WordRole, scope: Scope | None = None, owner: str = "",
@@ -113,6 +115,7 @@ class Words:
 
     def top(self, top: Node, section: str) -> None:
         """Record the top-level keys of a file, and the files that they name."""
+        self.document = self.document or top
         self.keys(top, section)
         for key, value in top.entries:
             word = str(key.value)

@@ -31,6 +31,14 @@ class Rectangle:
         depth: FloatArray = np.min(reach - np.abs(local), axis=1)
         return depth
 
+    def distance_to(self, points: FloatArray) -> FloatArray:
+        """Return the distance of points (n, 2) to the rim: (n,) metres, negative inside."""
+        local = np.abs(self.pose.inverse().transform(points))
+        beyond = local - (self.half_length, self.half_width)
+        outside = np.linalg.norm(np.maximum(beyond, 0.0), axis=1)
+        distance: FloatArray = outside + np.minimum(beyond.max(axis=1), 0.0)
+        return distance
+
     @property
     def extent(self) -> tuple[float, float, float, float]:
         """Bounding box x_min, y_min, x_max, y_max, metres."""
@@ -53,6 +61,10 @@ class Disc:
         """Return the depth of points (n, 2): (n,) metres to the rim, negative outside."""
         depth: FloatArray = self.radius - np.linalg.norm(points - (self.x, self.y), axis=1)
         return depth
+
+    def distance_to(self, points: FloatArray) -> FloatArray:
+        """Return the distance of points (n, 2) to the rim: (n,) metres, negative inside."""
+        return -self.depth_at(points)
 
     @property
     def extent(self) -> tuple[float, float, float, float]:

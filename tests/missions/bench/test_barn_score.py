@@ -9,11 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from missions.bench.barn_score import RULES, per_world, score, summary
-from missions.bench.runs import Run
+from missions.bench.runs import TrialRow
 from missions.bench.trial import GoalMonitor, TrialState
 from stack.types import Pose2D
 
-RUN = Run(
+RUN = TrialRow(
     setup="barn", world="7", trial=0, status="success", cause="", time=12.0,
     path_length=12.0, driven=11.0, clearance=0.1, recoveries=0, replans=1, end=(0.0, 9.0, 1.5),
     wall_seconds=1.0,

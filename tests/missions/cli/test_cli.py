@@ -192,6 +192,89 @@ def test_new_says_what_it_wrote_and_how_to_use_it(tmp_path):
     assert "plugins: [./mine]" in done.stdout and (tmp_path / "mine" / "ring_bell.py").is_file()
 
 
+@pytest.mark.parametrize("world", ["office", "small_room", "./flat.yaml"])
+def test_new_missions_and_worlds_have_no_findings_and_their_tests_pass(world, tmp_path):
+    if world.startswith("."):
+        done = treepilot("new", "world", "flat", cwd=tmp_path)
+        assert done.stdout.startswith("wrote flat.yaml\n") and done.returncode == 0
+        assert treepilot("doctor", "./flat.yaml", cwd=tmp_path).stdout.splitlines()[-1] == (
+            "clean: scout can use 0 passages and 3 places without difficulty"
+        )
+    done = treepilot("new", "mission", "patrol", "--world", world, cwd=tmp_path)
+    assert (
+        "wrote patrol.yaml" in done.stdout and "Run it:  treepilot run patrol.yaml" in done.stdout
+    )
+    checked = treepilot("check", "--strict", "patrol.yaml", cwd=tmp_path)
+    assert checked.stderr == "1 file checked, no errors\n"
+    assert "1 passed" in treepilot("test", "patrol.yaml", cwd=tmp_path).stdout
+    again = treepilot("new", "mission", "patrol", cwd=tmp_path)
+    assert again.returncode == 2 and "patrol.yaml already exists" in again.stderr
+
+
+def test_new_missions_need_a_free_name_and_a_world(tmp_path):
+    for words, said in (
+        (("mission", "02_office_patrol"), "is the name of a shipped mission"),
+        (("mission", "Patrol.yaml"), "without .yaml"),
+        (("mission", "a", "--world", "ofice"), "did you mean 'office'?"),
+    ):
+        done = treepilot("new", *words, cwd=tmp_path)
+        assert done.returncode == 2 and said in done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_new_names_pytest_only_where_it_is_installed(tmp_path):
+    with patch("missions.cli.new.find_spec", return_value=None):
+        done = treepilot("new", "planner", "beeline", cwd=tmp_path)
+    assert "install pytest (pip install pytest), then:  python -m pytest" in done.stdout
+
+
+NEEDS_A_GOAL = """mission: a
+robot: scout
+world: office
+arguments: {goal: {type: Pose}}
+run: {navigate_to_pose: $goal}
+tests: [{name: a, mock: {navigate_to_pose: {returns: success}}, expect: {status: success}}]
+"""
+
+
+@pytest.mark.parametrize("command", ["check", "show", "test", "parameters"])
+def test_required_arguments_can_be_set_everywhere(command, tmp_path):
+    file = tmp_path / "a.yaml"
+    file.write_text(NEEDS_A_GOAL)
+    without = treepilot(command, str(file))
+    assert without.returncode == 2
+    done = treepilot(command, str(file), "--set", "goal=[1, 5, 0]")
+    assert done.returncode == 0, done.stderr
+
+
+def test_check_counts_files_errors_and_warnings(tmp_path):
+    file = tmp_path / "a.yaml"
+    file.write_text("mission: a\nrobot: scot\nworld: ofice\nrun: {sey: a}\n")
+    assert treepilot("check", str(file)).stderr.endswith("\n1 file checked, 3 errors\n")
+    unused = "mission: a\nrobot: scout\nworld: office\nplaces: {p: [1, 5]}\nrun: {say: a}\n"
+    file.write_text(unused + "trees: {t: {do: {say: a}}}\n")
+    done = treepilot("check", str(file), str(file))
+    assert done.stderr.endswith("2 files checked, no errors, 2 warnings\n")
+
+
+def test_parameters_changed_shows_what_a_file_or_option_sets():
+    words = ("parameters", "01_drive_to_a_point", "--changed")
+    assert treepilot(*words).stdout == ""
+    done = treepilot(*words, "--parameter", "controller.cruise_speed=0.4")
+    (line,) = done.stdout.splitlines()
+    assert line.split()[:2] == ["controller.cruise_speed", "0.4"]
+
+
+def test_show_refuses_what_it_cannot_draw(tmp_path):
+    for words, said in (
+        (("a", "b"), "for a world: show world W"),
+        (("world", "office"), "needs --png FILE"),
+        (("02_office_patrol", "--png", "a.png"), "show world WORLD --png FILE"),
+    ):
+        done = treepilot("show", *words, cwd=tmp_path)
+        assert done.returncode == 2 and said in done.stderr
+
+
 def test_check_gives_findings_as_json_for_editors(tmp_path):
     file = tmp_path / "m.yaml"
     file.write_text("mission: a\nrobot: scout\nworld: office\nrun: {wait: 2 m}\n")

@@ -66,11 +66,14 @@ class Client:
 
     def change(self, text):
         """Change the whole text; what is wrong with it now."""
+        self.tell_change(text)
+        return self.diagnostics()
+
+    def tell_change(self, text):
         self.version, self.text = self.version + 1, text
         document = {"uri": self.uri, "version": self.version}
         changes = [{"text": text}]
         self.tell("textDocument/didChange", textDocument=document, contentChanges=changes)
-        return self.diagnostics()
 
     def diagnostics(self):
         """The next findings: `code line:column-end severity message`, counted from 0."""
@@ -110,6 +113,42 @@ class Client:
                           position=self.at(marked))  # fmt: skip
         return {item["label"]: item["textEdit"]["newText"] for item in answer}
 
+    def symbols(self):
+        """The outline: (name, kind, first line, children), lines from 1."""
+        answer = self.ask("textDocument/documentSymbol", textDocument={"uri": self.uri})
+        return [self._symbol(item) for item in answer]
+
+    def _symbol(self, item):
+        assert item["range"]["start"] == item["selectionRange"]["start"]
+        below = [self._symbol(inner) for inner in item.get("children") or ()]
+        return (item["name"], item["range"]["start"]["line"] + 1, below)
+
+    def rename(self, marked, new):
+        """The files after a rename: file name -> text; or the error message."""
+        params = {"textDocument": {"uri": self.uri}, "position": self.at(marked)}
+        self.number += 1
+        self.send(id=self.number, method="textDocument/rename", params={**params, "newName": new})
+        while (message := self.receive()).get("id") != self.number:
+            self.notes.append(message)
+        if "error" in message:
+            return message["error"]["message"]
+        files = {}
+        for uri, edits in ((message["result"] or {}).get("changes") or {}).items():
+            path = Path(uri.removeprefix("file://"))
+            text = self.text if uri == self.uri else path.read_text("utf-8")
+            files[path.name] = edited(text, edits)
+        return files
+
+    def fixes(self, marked):
+        """The quick fixes at `|`: title -> the text after it."""
+        place = self.at(marked)
+        answer = self.ask("textDocument/codeAction", textDocument={"uri": self.uri},
+                          range={"start": place, "end": place},
+                          context={"diagnostics": []})  # fmt: skip
+        return {
+            item["title"]: edited(self.text, item["edit"]["changes"][self.uri]) for item in answer
+        }
+
     def close(self):
         self.ask("shutdown")
         self.tell("exit")
@@ -119,3 +158,18 @@ class Client:
             self.watchdog.cancel()
             for pipe in (self.process.stdin, self.process.stdout, self.process.stderr):
                 pipe.close()
+
+
+def edited(text, edits):
+    """The text after edits, whose columns count UTF-16 units."""
+    lines = text.split("\n")
+    order = sorted(edits, key=lambda edit: (edit["range"]["start"]["line"],
+                                            edit["range"]["start"]["character"]))  # fmt: skip
+    for edit in reversed(order):
+        start, end = edit["range"]["start"], edit["range"]["end"]
+        assert start["line"] == end["line"]
+        row = lines[start["line"]].encode("utf-16-le")
+        new = edit["newText"].encode("utf-16-le")
+        row = row[: 2 * start["character"]] + new + row[2 * end["character"] :]
+        lines[start["line"]] = row.decode("utf-16-le")
+    return "\n".join(lines)

@@ -191,6 +191,7 @@ def test_a_world_file_has_its_own_findings(client, folder):
         ("start: do|ck", ["place of the world"]),
         ("{picture: $ph|oto", ["blackboard key", "text"]),
         ("battery.ch|arge", ["state of charge"]),
+        ("vis|ited: $visited", ["blackboard key", "whole number"]),
         ("use: ins|pect", ["Drive there and look.", "`target` (Pose)", "`picture` (text)"]),
         ("im|age: $p", ["**image**"]),
         ("plugi|ns", ["your own behaviours and components of navigation"]),
@@ -203,6 +204,25 @@ def test_a_world_file_has_its_own_findings(client, folder):
 def test_hover(opened, marked, words):
     text = opened.hover(marked)
     assert all(word in text for word in words), text
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("wait: ma|x($dwell, 2 s)", ["max(a, b, …)", "greatest"]),
+        ("wait: battery.cha|rge * 2 s", ["state of charge"]),
+        ("wait: $dwe|ll * 2", ["argument", "duration"]),
+        ("wa|it: $dwell * 2", ["`time`"]),
+        ('say: "${dwe|ll} left"', ["argument", "duration"]),
+        ('say: "${$target.hea|ding}"', ["heading of $target", "number in rad"]),
+        ("check: dist|ance($target, pose) > 1 m", ["straight-line distance between two poses"]),
+    ],
+)
+def test_hover_in_expressions(opened, line, words):
+    opened.change(MISSION.replace("wait: $dwell", line.replace("|", "")))
+    text = opened.hover(line)
+    assert all(word in text for word in words), text
+    assert opened.definition("$target.he|ading" if ".hea" in line else "$do|ck") is not None
 
 
 def test_hover_goes_on_while_the_file_is_broken(opened):
@@ -240,7 +260,7 @@ world: small_room
 include: [common.yaml]
 events:
   - low: {when: battery.charge < 0.2, hold: 2 s, do: {use: to_the, with: {goal: $shop}}}
-run: {wait: 1 s, every: 3 s}
+run: {wait: 1 s, every: 3 s, repeat: forever}
 tests:
   - name: nothing happens
     expect: {status: success}
@@ -296,6 +316,17 @@ def test_included_trees_and_places_events_and_cases(client, folder):
         ("use: inspect", "use: |", {"inspect": "inspect"}, ["wave"]),
         ("set: {visited: $visited + 1}", "set: {|}", {"visited": "visited: "}, ["dwell"]),
         ("battery.charge > 0.3", "battery.|", {"battery.charge": "battery.charge"}, []),
+        # expressions at ports, placeholders, fields of poses, functions
+        ("wait: $dwell", "wait: 2 * |", {"$dwell": "$dwell", "battery.charge": "battery.charge",
+                                         "max": "max("}, ["timeout"]),
+        ("wait: $dwell", "wait: |", {"$dwell": "$dwell", "min": "min("}, ["$dock"]),
+        ("wait: $dwell", 'say: "at ${|"', {"dwell": "dwell", "$target": "$target",
+                                           "pose.x": "pose.x", "distance": "distance("}, []),
+        ("wait: $dwell", 'say: "$${|"', {}, ["pose.x"]),
+        ("wait: $dwell", 'say: "${$target.|"', {"$target.x": "$target.x"}, ["$target", "dwell"]),
+        ("wait: $dwell", "check: $target.h|", {"$target.heading": "$target.heading"}, ["$dwell"]),
+        ("wait: $dwell", "check: $dwell.|", {}, ["$dwell.x", "$target"]),
+        ("battery.charge > 0.3", "le|", {"length": "length("}, ["timeout"]),
         # the top
         ("start: dock", "localisation: |", {"mcl": "mcl", "dead_reckoning": "dead_reckoning"},
          ["astar"]),
@@ -310,6 +341,36 @@ def test_included_trees_and_places_events_and_cases(client, folder):
         ("{use: astar, allow_unknown: true}", "|", {"astar": "astar"}, ["pure_pursuit"]),
         ("allow_unknown: true", "|", {"allow_unknown": "allow_unknown: "}, ["cruise_speed"]),
         ("optional: true", "|", {"optional": "optional: ", "initial": "initial: "}, ["default"]),
+        # inside texts and expressions
+        ("- wave: {times: 2}", '- say: "seen ${|}"',
+         {"$visited": "$visited", "battery.charge": "battery.charge"}, ["wave"]),
+        ("battery.charge > 0.3", "$dock.|", {"$dock.x": "$dock.x",
+                                             "$dock.heading": "$dock.heading"}, ["battery.charge"]),
+        ("wait: $dwell", "wait: $visited * mi|", {"$visited": "$visited", "min": "min"}, ["wave"]),
+        ("wait: $dwell", "wait: $visited * |", {"battery.charge": "battery.charge"}, ["wave"]),
+        # sections below a node
+        ("timeout: 90 s", "recover: {|}", {"attempts": "attempts: ", "unless": "unless: ",
+                                           "round_robin": "round_robin: "}, ["delay"]),
+        ("timeout: 90 s", "recover:\n        un|", {"unless": "unless: "}, ["timeout"]),
+        ("timeout: 90 s", "retry: {|}", {"delay": "delay: "}, ["unless"]),
+        ("timeout: 90 s", "on_failure: |", {"continue": "continue", "fail": "fail"}, []),
+        # tests
+        ("trees:\n", "tests:\n  - {|}\ntrees:\n", {"mock": "mock: ", "expect": "expect: "},
+         ["returns"]),
+        ("trees:\n", "tests:\n  - mock: {|}\ntrees:\n",
+         {"inspect": "inspect", "take_photo": "take_photo"}, ["sequence"]),
+        ("trees:\n", "tests:\n  - mock: {take_photo: {|}}\ntrees:\n",
+         {"returns": "returns: ", "takes": "takes: ", "sets": "sets: "}, ["expect"]),
+        ("trees:\n", "tests:\n  - mock: {take_photo: {returns: |}}\ntrees:\n",
+         {"success": "success", "NO_IMAGE": "NO_IMAGE"}, []),
+        ("trees:\n", "tests:\n  - at: {1 s: {|}}\ntrees:\n",
+         {"battery.charge": "battery.charge: ", "$visited": "$visited: ", "event": "event: "},
+         ["time"]),
+        ("trees:\n", "tests:\n  - expect: {|}\ntrees:\n",
+         {"status": "status: ", "ran": "ran: ", "visited": "visited: "}, ["$key"]),
+        ("trees:\n", "tests:\n  - expect: {failure: |}\ntrees:\n", {"LOST": "LOST"}, []),
+        ("trees:\n", "tests:\n  - expect: {ran: {|}}\ntrees:\n", {"inspect": "inspect"}, []),
+        ("trees:\n", "tests:\n  - arguments: {|}\ntrees:\n", {"dwell": "dwell: "}, ["visited"]),
     ],
 )  # fmt: skip
 def test_completion_of_a_text_that_is_being_typed(opened, old, marked, wanted, unwanted):
@@ -325,6 +386,17 @@ def test_completion_of_a_text_that_is_being_typed(opened, old, marked, wanted, u
         del opened.at
     assert {label: found.get(label) for label in wanted} == wanted
     assert not found.keys() & set(unwanted)
+
+
+@pytest.mark.parametrize("text", ["", "# a new mission\n", "mis"])
+def test_an_empty_file_offers_the_keys_of_a_mission(client, folder, text):
+    client.open(folder / "new.yaml", text)
+    client.at = lambda _: position(text, len(text))
+    try:
+        found = client.complete("|")
+    finally:
+        del client.at
+    assert {"mission": "mission: ", "run": "run: "}.items() <= found.items()
 
 
 def position(text, offset):

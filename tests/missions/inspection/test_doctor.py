@@ -1,9 +1,12 @@
 """`treepilot doctor` on worlds that close or open by known widths."""
 
+import cv2
+import numpy as np
 import pytest
 
 from missions.execution.resources import MISSIONS
-from missions.inspection.doctor import diagnose
+from missions.inspection.doctor import diagnose, show_world
+from missions.inspection.map_picture import FOOTER, TEXT
 from stack.errors import InputError
 
 WORLD = """\
@@ -60,6 +63,29 @@ def test_a_wide_gap_is_open_and_the_picture_is_drawn(tmp_path):
     found = diagnose(world_with_a_gap(tmp_path, 0.9), "scout", picture)
     assert found.closed == 1  # the corner stays too small
     assert picture.read_bytes().startswith(b"\x89PNG")
+    assert found.lines[-2] == "1 passage or place closed to scout"
+
+
+def test_a_clean_world_says_so():
+    found = diagnose("small_room", "scout", None)
+    assert found.closed == 0
+    assert found.lines[-1] == "clean: scout can use 0 passages and 5 places without difficulty"
+
+
+def test_pictures_show_names_and_a_scale(tmp_path):
+    """7 x 6 m at 120 pixels a metre; the bar is the longest of at most a quarter: 1 m."""
+    line = show_world("small_room", tmp_path / "room.png")
+    assert line.endswith("room.png: small room, 7.0 x 6.0 m, 5 places")
+    image = cv2.imread(str(tmp_path / "room.png"))
+    assert image.shape == (round(6.0 * 120) + FOOTER, round(7.0 * 120), 3)
+    row = image[-FOOTER // 2 + 8]
+    bar = np.flatnonzero((row == TEXT).all(axis=1))
+    assert (bar[0], bar[-1]) == pytest.approx((840 - 16 - 120, 840 - 16), abs=2)
+    # `home` stands right above (1, 1) m, and the map begins at (-0.5, -0.5) m.
+    label = image[720 - 180 - 24 : 720 - 180 - 4, 180 + 8 : 180 + 48]
+    assert (label.min(axis=2) > 120).sum() > 40
+    with pytest.raises(InputError, match=r"must end in \.png"):
+        show_world("small_room", tmp_path / "room.jpg")
 
 
 def test_a_door_askew_to_the_cells_is_open_to_whom_it_lets_through():

@@ -40,15 +40,19 @@ def test_an_unknown_code_names_the_nearest():
         explanation("E1600")
 
 
-OUTSIDE = {"E109", "E110", "E111", "E114", "E116", "E126", "E127", "W110"}
-"""Codes that need options, other files or an installation to provoke."""
+OUTSIDE = {
+    "E109", "E110", "E111", "E114", "E116", "E126", "E127", "E180", "E181", "W110", "W140", "W141",
+}  # fmt: skip
+"""Codes that need options, other files, a world, a robot or an installation to provoke."""
 NEEDS = {
     "E141": "arguments: {dwell: {type: duration, default: 3 s}}",
     "E134": "blackboard: {photo: {type: path, initial: a}}",
     "E135": "blackboard: {photo: {type: path, initial: a}}",
     "E142": "places: {dock: [1, 2]}",
     "E143": "blackboard: {photo: {type: path, optional: true}}",
+    "E168": "places: {dock: [1, 2]}\nblackboard: {n: {type: float, optional: true}}",
     "W104": "places: {dock: [1, 2]}",
+    "W134": "places: {dock: [1, 2]}",
     "E150": "blackboard: {n: {type: int, initial: 0}}",
 }
 

@@ -1,10 +1,12 @@
 """A trace shows from the event log alone what ran, for how long, and what was never reached."""
 
+import json
 from pathlib import Path
 
 import pytest
 
 from missions.inspection import trace as tracing
+from missions.inspection.runs import find_run, find_runs
 from stack.errors import InputError
 from stack.telemetry.event_log import event_line
 from stack.telemetry.records import Event
@@ -69,7 +71,21 @@ def test_the_summary_says_how_long_and_why_not(run):
     text = "\n".join(lines.values())
     assert "12.5 s  ✔ 1" in text
     assert "never reached: previous node 'enough charge' ended with success" in text
-    assert "1.0 s  halted 1" in text
+    assert "1.0 s  halted 1  12.60 s running … 13.60 s halted" in text
+
+
+def test_newest_and_names_find_runs_in_the_folder_of_runs(run, tmp_path):
+    parent = tmp_path / "runs"
+    for name, started in (("b", "2026-01-02T00:00:00"), ("a", "2026-01-03T00:00:00")):
+        (parent / name).mkdir(parents=True)
+        (parent / name / "events.jsonl").write_bytes((run / "events.jsonl").read_bytes())
+        (parent / name / "mission.yaml").write_text("mission: a\n")
+        (parent / name / "report.json").write_text(json.dumps({"started": started}))
+    assert find_run("b", parent) == parent / "b"
+    assert find_run(str(run), parent) == run
+    assert find_run("newest", parent).name == find_runs(parent)[0].name
+    with pytest.raises(InputError, match=r"there is no run in .*/empty"):
+        find_run("newest", tmp_path / "empty")
 
 
 def test_what_is_not_a_run_is_refused(tmp_path):
@@ -128,9 +144,9 @@ def test_a_reloaded_mission_is_shown_tree_by_tree(reloaded):
         "   14.00 s    mission: tree 2 starts from its root",
         "   14.00 s  ── tree 2, 8 nodes ──",
         "   14.00 s    mission: force: 'forced one': success",
-        "   14.00 s      ✔ forced one: success (forced by the operator)",
-        "   14.00 s    ▶ patrol: running",
         "   14.00 s  ▶ events: running",
+        "   14.00 s    ▶ patrol: running",
+        "   14.00 s      ✔ forced one: success (forced by the operator)",
         "   14.00 s    tree: stopped before the start of 'rest'",
         "   20.00 s    · patrol: halted",
         "   20.00 s  · events: halted",

@@ -77,7 +77,7 @@ FAULTY = [
     ({"a": "places: {p: [1, 1]}"}, "include: [a.yaml]\nplaces: {p: [1, 2]}\nrun: {say: a}",
      "mission.yaml:2:10 E114"),
     # Their content.
-    ({"a": "run: {say: a}"}, "include: [a.yaml]\nrun: {say: a}", "a.yaml:1:1 E101"),
+    ({"a": "run: {say: a}"}, "include: [a.yaml]\nrun: {say: a}", "a.yaml:1:1 E007"),
     ({"a": "places: {p: [1]}"}, "include: [a.yaml]\nrun: {say: a}", "a.yaml:1:13 E106"),
     ({"a": "trees: {t: {do: {sey: a}}}"}, "include: [a.yaml]\nrun: {say: a}", "a.yaml:1:18 E121"),
     ({"a": "trees: [\n"}, "include: [a.yaml]\nrun: {say: a}", "a.yaml:1:8 E004"),

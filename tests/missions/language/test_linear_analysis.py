@@ -77,3 +77,37 @@ def test_events_are_compared_with_each_other_in_linear_time(tmp_path):
     small = calls_of_analysis(lambda: read_text(tmp_path, mission(20)))
     large = calls_of_analysis(lambda: read_text(tmp_path, mission(40)))
     assert large <= 2.1 * small
+
+
+BLOCK = """
+    - sequence:
+        - navigate_to_pose: [1.0, 5.0, 0]
+          timeout: 60 s
+          recover: {attempts: 4, round_robin: [{clear_costmap: local}, {spin: 90 deg}]}
+        - {wait: 1 s, when: battery.charge > 0.2}
+        - fallback:
+            - {take_photo: {}, retry: 3}
+            - {check: error == NO_IMAGE}
+        - {use: count, repeat: 2}
+        - {say: '${n}'}
+"""
+"""Twelve nodes, with those of the used tree."""
+
+
+def patrol(blocks):
+    """A mission of that many blocks."""
+    head = "blackboard: {n: {type: int, initial: 0}}\nrun:\n  sequence:"
+    tail = "trees:\n  count: {do: {sequence: [{set: {n: $n + 1}}, {wait: 1 s, when: $n > 3}]}}\n"
+    return head + BLOCK * blocks + tail
+
+
+def test_a_large_mission_costs_as_much_per_node_as_a_small_one(tmp_path):
+    read_text(tmp_path, patrol(1))
+    small = calls_of_analysis(lambda: read_text(tmp_path, patrol(40)))
+    large = calls_of_analysis(lambda: read_text(tmp_path, patrol(80)))
+    assert large <= 2.1 * small
+
+
+def test_ten_thousand_nodes_are_allowed(tmp_path):
+    leaves = ", ".join(["{say: a}"] * 9_990)
+    assert read_text(tmp_path, f"run: {{sequence: [{leaves}]}}").warnings == ()

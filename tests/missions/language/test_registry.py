@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import jsonschema
 import pytest
 from rich.cells import cell_len
 
@@ -9,11 +10,23 @@ from behaviours.catalogue import MISSION_WORDS, find_behaviours
 from missions.editor.key_schemas import of_keys
 from missions.editor.markdown import word_text
 from missions.editor.mission_schema import mission_schema
+from missions.inspection.diagnosis import findings_of
 from missions.inspection.listing import description_of, installed, rows_of
-from missions.language.keys import ANY_KEY, MODIFIERS, SECTIONS, Form, mission_words
+from missions.language.keys import (
+    ANY_KEY,
+    MODIFIERS,
+    PLACES,
+    SECTIONS,
+    Form,
+    mission_words,
+    required,
+    value_words,
+)
 from missions.language.kinds import CONDITIONS, CONTROLS, NODES, Shape, glyph_of, outline_of
+from missions.language.reading.words import Draft, WordRole
 from missions.trees.compiler import compile_mission
 from missions.trees.show import dot
+from stack.documents import read_text as read_yaml
 from tests.missions.mission_fakes import read_text
 from tui.terminal.ascii_glyphs import GLYPHS
 
@@ -106,14 +119,133 @@ def test_every_modifier_that_adds_a_node_is_a_kind():
 def test_every_key_has_a_form_a_sentence_and_a_schema(section):
     keys = SECTIONS[section]
     schemas = of_keys(keys)
+    assert PLACES[section]
     for word, key in keys.items():
         assert key.word == word
-        assert key.doc
+        assert key.doc and value_words(key)
         assert word == ANY_KEY or schemas[word]["markdownDescription"] == key.doc
         if key.form in (Form.NAMED, Form.NAMED_LIST, Form.LIST, Form.SECTION, Form.MOCKS):
             assert key.section in SECTIONS
         if key.form is Form.VALUE:
             assert key.declared is not None
+
+
+FULL = """\
+mission: m
+format: 1
+doc: All keys.
+robot: scout
+world: small_room
+start: dock
+initial_pose: start
+map: from_world
+places: {shelf: [1.0, 1.0]}
+parameters: []
+navigation: {planner: astar}
+localisation: mcl
+plugins: []
+include: []
+arguments:
+  dwell: {type: float, unit: s, default: 3, range: [1, 9], doc: How long.}
+  word: {type: text, default: a, one_of: [a, b]}
+blackboard:
+  count: {type: int, initial: 0, optional: true, doc: How often.}
+  far: {type: float, unit: m, initial: 2}
+events:
+  - low: {when: battery.charge < 0.2, hold: 2 s, again: 9 s, do: {say: low}, then: resume}
+run:
+  sequence:
+    - parallel: {succeed_on: one, do: [{say: a}, {wait: $dwell}]}
+    - spin: 90 deg
+      retry: {attempts: 2, delay: 1 s}
+    - switch: {value: $word, cases: {a: {say: b}}, default: {say: c}}
+      repeat: {until: time > 9 s}
+    - navigate_to_pose: $shelf
+      recover: {attempts: 2, unless: error == LOST, round_robin: [{wait: 1 s}]}
+    - use: look
+      with: {angle: 90 deg}
+      out: {seen: $count}
+trees:
+  look:
+    in: {angle: {type: float, unit: rad, default: 0, doc: To the left.}}
+    out: {seen: int}
+    doc: Look there.
+    events:
+      - hot: {when: battery.charge > 0.9, do: {say: hot}}
+    do: {sequence: [{spin: $angle}, {set: {seen: 1}}, {say: "${word} ${far}"}]}
+tests:
+  - name: a
+    arguments: {dwell: 2 s}
+    mock: {spin: {returns: [failure, success], takes: 2 s, sets: {}}}
+    at: {1 s: {battery.charge: 0.5}}
+    expect: {status: success, ran: {spin: 3}, order: [spin], within: 10 min, count: 1}
+"""
+"""Every key of every section but `failure`, which contradicts `status`."""
+
+
+def words_of(path, text):
+    """The findings and the keys of sections: (section, word) -> position of the word."""
+    draft = Draft(text)
+    findings = findings_of(path, draft)
+    roles = (WordRole.SECTION_KEY, WordRole.EXPECTATION, WordRole.MODIFIER)
+    return findings, [word for word in draft.words.items if word.role in roles]
+
+
+def section_of(word):
+    return {WordRole.EXPECTATION: "expectation", WordRole.MODIFIER: "node"}.get(
+        word.role, word.owner
+    )
+
+
+def test_readers_know_every_key_of_the_table_and_report_others(tmp_path):
+    path = tmp_path / "full.yaml"
+    findings, words = words_of(path, FULL)
+    assert [str(item) for item in findings if item.severity == "error"] == []
+    met = {(section_of(word), str(word.node.value)) for word in words}
+    wanted = {(name, key) for name, keys in SECTIONS.items() for key in keys}
+    modifiers = {("node", word) for word in MODIFIERS}
+    of_file = {("tree file", word) for word in SECTIONS["tree file"]}
+    unmet = wanted - met - modifiers - of_file
+    assert unmet == {("expectation", "failure"), ("expectation", ANY_KEY)}
+    lines = FULL.splitlines()
+    for word in words:  # one letter too many is a finding at this place
+        section, key = section_of(word), str(word.node.value)
+        if section not in SECTIONS or (section == "expectation" and key not in SECTIONS[section]):
+            continue
+        line, column = word.node.mark.line, word.node.mark.column
+        wrong = list(lines)
+        row = wrong[line - 1]
+        wrong[line - 1] = f"{row[: column - 1]}{key}x{row[column - 1 + len(key) :]}"
+        codes = {item.code for item in findings_of(path, Draft("\n".join(wrong) + "\n"))}
+        assert codes & {"E101", "E112", "E115", "E123", "E130", "E170"}, (section, key, codes)
+
+
+def test_every_key_of_the_table_is_valid_under_the_schema():
+    schema = mission_schema(find_behaviours())
+    jsonschema.validate(read_yaml(FULL, "full.yaml").plain(), schema)
+
+
+@pytest.mark.parametrize(
+    ("section", "word"),
+    [(name, key) for name, keys in SECTIONS.items() for key in required(keys)],
+)
+def test_readers_report_a_missing_required_key(tmp_path, section, word):
+    path = tmp_path / "full.yaml"
+    _, words = words_of(path, FULL)
+    places = [item.node.mark for item in words
+              if section_of(item) == section and item.node.value == word]  # fmt: skip
+    assert places
+    lines = FULL.splitlines()
+    # `doc` takes any text, so its value replaces the missing key's without another finding.
+    mark = places[0]
+    row = lines[mark.line - 1]
+    lines[mark.line - 1] = f"{row[: mark.column - 1]}qqqqqq{row[mark.column - 1 + len(word) :]}"
+    findings = findings_of(path, Draft("\n".join(lines) + "\n"))
+    sentences = " ".join(item.sentence for item in findings)
+    assert f"needs the key {word!r}" in sentences or f"needs `{word}`" in sentences or (
+        f"{section} needs a list of nodes" in sentences
+        or "round_robin needs a list of nodes" in sentences
+    ), sentences  # fmt: skip
 
 
 @pytest.mark.parametrize("kind", [*NODES, *CONTROLS, *CONDITIONS, "say"])

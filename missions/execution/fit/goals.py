@@ -1,0 +1,207 @@
+"""Start and goals of a mission, compared with its world and robot."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from missions.execution.fit.steps import every_step
+from missions.language.expressions.scope import UNSET, Role, Symbol
+from missions.language.model import (
+    Constant,
+    ForEach,
+    Leaf,
+    ListValue,
+    Mission,
+    Reference,
+    Use,
+    Value,
+)
+from stack.documents import Finding, Mark
+from stack.sim.worlds.outlines import Outline, outlines
+from stack.sim.worlds.world import World
+from stack.types import FloatArray, Footprint, Pose2D
+
+CLEARANCE = 0.05
+"""Metres to the nearest obstacle below which a goal is a tight fit."""
+_SPACING = 0.02
+"""Metres between the points of the robot's outline that are compared with obstacles."""
+
+
+@dataclass(frozen=True)
+class _Goal:
+    """A goal: its pose, where it is written, and whether being near to it is enough."""
+
+    pose: Pose2D
+    mark: Mark
+    name: str
+    is_partial: bool
+
+    def words(self) -> str:
+        at = f"({self.pose.x:g}, {self.pose.y:g})"
+        return f"the goal {self.name} {at}" if self.name else f"the goal {at}"
+
+
+def goal_findings(mission: Mission, world: World, footprint: Footprint) -> list[Finding]:
+    """Return errors and warnings about goals at which the robot cannot stand."""
+    return list(_goal_findings(_Goals(mission).all(), world, footprint))
+
+
+def start_problem(start: Pose2D, world: World, footprint: Footprint) -> str:
+    """Return why the robot cannot start at a pose; "" if it can."""
+    where = f"the start ({start.x:g}, {start.y:g})"
+    if not _covers(world, start):
+        return f"{where} is outside {world.name}, which covers {_area(world)}"
+    point = np.array([[start.x, start.y]])
+    for outline in outlines(world):
+        if outline.distance_to(point)[0] < footprint.inscribed_radius:
+            return f"{where} collides with {_thing(outline)} of {world.name}"
+    return ""
+
+
+def _covers(world: World, pose: Pose2D) -> bool:
+    x_min, y_min, x_max, y_max = world.bounds
+    return x_min <= pose.x <= x_max and y_min <= pose.y <= y_max
+
+
+def _area(world: World) -> str:
+    x_min, y_min, x_max, y_max = world.bounds
+    return f"x {x_min:g} to {x_max:g} m and y {y_min:g} to {y_max:g} m"
+
+
+class _Goals:
+    """Follows goals from the ports of drives to the poses in the file."""
+
+    def __init__(self, mission: Mission) -> None:
+        self.mission = mission
+        self.sources: dict[Symbol, list[tuple[Value, Mark]]] = {}
+        for step in every_step(mission):
+            if isinstance(step, Use):
+                inputs = mission.trees[step.tree].inputs
+                for name, value in step.inputs.items():
+                    self.sources.setdefault(inputs[name], []).append((value, step.mark))
+            elif isinstance(step, ForEach):
+                self.sources.setdefault(step.variable, []).append((step.items, step.mark))
+
+    def all(self) -> list[_Goal]:
+        """Return every goal that is known before the mission runs, each position once."""
+        found: dict[tuple[Mark, Pose2D, bool], _Goal] = {}
+        for step in every_step(self.mission):
+            if not isinstance(step, Leaf):
+                continue
+            partial = step.ports.get("partial")
+            is_partial = isinstance(partial, Constant) and partial.value is True
+            for port in step.behaviour.goal_ports:
+                for pose, mark, name in self._poses(step.ports.get(port), step.mark, ()):
+                    goal = _Goal(pose, mark, name, is_partial)
+                    found.setdefault((mark, pose, is_partial), goal)
+        return list(found.values())
+
+    def _poses(
+        self, value: Value | None, mark: Mark, through: tuple[Symbol, ...]
+    ) -> Iterator[tuple[Pose2D, Mark, str]]:
+        """Yield the poses that a value can have, with position and name."""
+        if isinstance(value, Constant):
+            yield from _constants(value, mark)
+        elif isinstance(value, ListValue):
+            for item in value.items:
+                yield from self._poses(item, mark, through)
+        elif isinstance(value, Reference) and value.symbol not in through:
+            symbol = value.symbol
+            for source, where in self.sources.get(symbol, ()):
+                yield from self._poses(source, where, (*through, symbol))
+            initial = symbol.value if symbol.role is Role.KEY else UNSET
+            if isinstance(initial, Pose2D):
+                yield initial, symbol.mark, f"${symbol.name}"
+
+
+def _constants(value: Constant, mark: Mark) -> Iterator[tuple[Pose2D, Mark, str]]:
+    name = value.text if value.text.startswith("$") else ""
+    where = value.mark or mark
+    if isinstance(value.value, Pose2D):
+        yield value.value, where, name
+    elif isinstance(value.value, list | tuple):
+        for number, pose in enumerate(value.value):
+            if isinstance(pose, Pose2D):
+                at = value.items[number] if number < len(value.items) else where
+                yield pose, at, f"{number + 1} of {name}" if name else ""
+
+
+def _goal_findings(goals: Sequence[_Goal], world: World, footprint: Footprint) -> Iterator[Finding]:
+    if not goals:
+        return
+    inside: list[_Goal] = []
+    for goal in goals:
+        if _covers(world, goal.pose):
+            inside.append(goal)
+            continue
+        sentence = f"{goal.words()} is outside {world.name}, which covers {_area(world)}"
+        yield Finding(goal.mark, "E180", sentence, _hint(goal, world))
+    shapes = outlines(world)
+    points = np.array([[goal.pose.x, goal.pose.y] for goal in inside])
+    if not shapes or not inside:
+        return
+    gaps = np.array([shape.distance_to(points) for shape in shapes])
+    nearest = gaps.argmin(axis=0)
+    for number, goal in enumerate(inside):
+        if goal.is_partial:
+            continue
+        shape = shapes[nearest[number]]
+        if gaps[nearest[number], number] < footprint.inscribed_radius:
+            sentence = f"{goal.words()} is in {_thing(shape)} of {world.name}"
+            if gaps[nearest[number], number] > 0.0:
+                sentence = f"{goal.words()} is too near to {_thing(shape)} of {world.name}: "
+                sentence += f"{gaps[nearest[number], number]:.2f} m, the robot needs "
+                sentence += f"{footprint.inscribed_radius:.2f} m"
+            yield Finding(goal.mark, "E181", sentence, "move the goal, or use `partial: true`")
+            continue
+        near = [shapes[row] for row in np.flatnonzero(
+            gaps[:, number] < footprint.circumscribed_radius + CLEARANCE)]  # fmt: skip
+        yield from _tight(goal, near, world, footprint)
+
+
+def _tight(
+    goal: _Goal, near: Sequence[Outline], world: World, footprint: Footprint
+) -> Iterator[Finding]:
+    """Report a goal at which the robot's outline, at its heading, touches an obstacle."""
+    if not near:
+        return
+    rim = goal.pose.transform(_rim(footprint))
+    gaps = [float(shape.distance_to(rim).min()) for shape in near]
+    least = min(gaps)
+    if least >= CLEARANCE:
+        return
+    thing = _thing(near[gaps.index(least)])
+    heading = np.degrees(goal.pose.heading)
+    state = f"leaves {100.0 * least:.0f} cm to" if least > 0.0 else "overlaps"
+    sentence = f"{goal.words()} is a tight fit: at {heading:.0f} deg the robot {state} {thing} "
+    sentence += f"of {world.name}"
+    yield Finding(goal.mark, "W140", sentence, "move the goal, or turn it", "warning")
+
+
+def _rim(footprint: Footprint) -> FloatArray:
+    """Return points along the outline of the robot, (n, 2) metres in the base frame."""
+    corners = footprint.points
+    sides = zip(corners, np.roll(corners, -1, axis=0), strict=True)
+    parts = []
+    for start, end in sides:
+        count = max(2, int(np.ceil(np.linalg.norm(end - start) / _SPACING)))
+        share = np.linspace(0.0, 1.0, count, endpoint=False)[:, None]
+        parts.append(start + share * (end - start))
+    return np.concatenate(parts)
+
+
+def _thing(shape: Outline) -> str:
+    return shape.name or "a wall"
+
+
+def _hint(goal: _Goal, world: World) -> str:
+    for unit, factor in (("cm", 0.01), ("mm", 0.001)):
+        x, y = goal.pose.x * factor, goal.pose.y * factor
+        if _covers(world, Pose2D(x, y)) and max(abs(x), abs(y)) > 1.0:
+            return f"poses are in metres; for {unit} write [{x:g}, {y:g}]"
+    if world.places:
+        return f"use another goal; places of {world.name}: {', '.join(world.places)}"
+    return "use another goal"

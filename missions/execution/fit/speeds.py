@@ -1,0 +1,47 @@
+"""Speeds of a mission, compared with the limits of its robot."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from missions.execution.fit.steps import every_step
+from missions.language.analysis.claims import is_literal, mark_of, number_of
+from missions.language.model import Constant, Leaf, Mission, Step, Value
+from stack.documents import Finding
+from stack.drivetrain.description import RobotDescription
+
+
+def speed_findings(mission: Mission, robot: RobotDescription) -> list[Finding]:
+    """Return warnings about speeds that the robot cannot reach."""
+    return [item for step in every_step(mission) for item in _speeds(step, robot)]
+
+
+def _speeds(step: Step, robot: RobotDescription) -> Iterator[Finding]:
+    """Report speeds that the robot cannot reach."""
+    if not isinstance(step, Leaf) or not step.behaviour.uses_wheels:
+        return
+    limits = robot.limits
+    for name, value in step.ports.items():
+        declared, speed = step.behaviour.ports[name], number_of(value)
+        if speed is None or declared.unit not in ("m/s", "rad/s"):
+            continue
+        most, what = limits.angular_speed, "turns"
+        if declared.unit == "m/s":
+            backward = speed < 0.0 or step.kind == "back_up"
+            most = limits.reverse_speed if backward else limits.linear_speed
+            what = "drives backward" if backward else "drives"
+        if abs(speed) <= most + 1e-9:
+            continue
+        unit = declared.unit
+        sentence = f"{name}: {speed:g} {unit} is too fast for {robot.name}, which {what} "
+        sentence += f"at most at {most:g} {unit}"
+        hint = f"use at most {most:g} {unit}"
+        is_bare = is_literal(value) and _is_number(value)
+        if unit == "rad/s" and speed > 6.3 and is_bare:
+            hint = f"write {speed:g} deg/s, or at most {most:g} rad/s"
+        yield Finding(mark_of(value, step.mark), "W141", sentence, hint, "warning")
+
+
+def _is_number(value: Value) -> bool:
+    """Return whether the value is written without a unit."""
+    return isinstance(value, Constant) and value.text.strip("+-.0123456789") == ""

@@ -1,0 +1,130 @@
+"""Pictures of maps with scale, places and labels: `doctor --png` and `show world --png`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stack.errors import InputError
+from stack.types import OccupancyGrid, Pose2D
+
+PIXELS_PER_METRE = 120
+"""Approximate scale of small maps; a cell is a whole number of pixels."""
+
+LARGEST = 4000
+"""Pixels of the longer side; larger maps have a smaller scale."""
+
+FOOTER = 44
+"""Pixels below the map, for the title and the scale."""
+
+Colour = tuple[int, int, int]
+OUTSIDE: Colour = (10, 10, 10)
+GROUND: Colour = (34, 21, 13)
+WALL: Colour = (193, 165, 147)
+TEXT: Colour = (234, 214, 201)
+"""Colours: blue, green, red."""
+
+
+class MapPicture:
+    """A map as an image, to which markers and labels are added."""
+
+    def __init__(self, grid: OccupancyGrid) -> None:
+        import cv2
+
+        self._cv2, self._grid = cv2, grid
+        most = max(1, LARGEST // max(grid.cells.shape))
+        self._scale = min(max(1, round(PIXELS_PER_METRE * grid.resolution)), most)
+        self._cells = np.full((*grid.cells.shape, 3), OUTSIDE, dtype=np.uint8)
+        self.fill(grid.free, GROUND)
+        self.fill(grid.occupied, WALL)
+        self._image = self._cells
+
+    def fill(self, cells: NDArray[np.bool_], colour: Colour) -> None:
+        """Colour cells; only before `begin`."""
+        self._cells[cells] = colour
+
+    def begin(self) -> None:
+        """Enlarge the cells to pixels; markers and labels can be drawn from now on."""
+        cells = np.ascontiguousarray(np.flipud(self._cells))
+        self._image = self._cv2.resize(
+            cells, None, fx=self._scale, fy=self._scale, interpolation=self._cv2.INTER_NEAREST
+        )
+
+    def pixel(self, x: float, y: float) -> tuple[int, int]:
+        """Column and row of a point in the world frame, metres."""
+        column = (x - self._grid.origin[0]) / self._grid.resolution
+        row = self._grid.cells.shape[0] - (y - self._grid.origin[1]) / self._grid.resolution
+        return round(column * self._scale), round(row * self._scale)
+
+    def pixels(self, metres: float) -> int:
+        """Length in pixels."""
+        pixels: float = metres / self._grid.resolution * self._scale
+        return round(pixels)
+
+    def circle(self, x: float, y: float, radius: float, colour: Colour) -> None:
+        """Draw a circle; radius in metres."""
+        cv2 = self._cv2
+        least = max(4, self.pixels(radius))
+        cv2.circle(self._image, self.pixel(x, y), least, colour, 2, cv2.LINE_AA)
+
+    def place(self, name: str, pose: Pose2D, colour: Colour = TEXT) -> None:
+        """Draw a named pose: a cross, a line in its heading, and its name."""
+        cv2, at = self._cv2, self.pixel(pose.x, pose.y)
+        tip = self.pixel(pose.x + 0.3 * np.cos(pose.heading), pose.y + 0.3 * np.sin(pose.heading))
+        cv2.drawMarker(self._image, at, colour, cv2.MARKER_CROSS, 12, 2)
+        cv2.line(self._image, at, tip, colour, 1, cv2.LINE_AA)
+        self.label(name, pose.x, pose.y, colour)
+
+    def label(self, text: str, x: float, y: float, colour: Colour = TEXT) -> None:
+        """Write beside a point, on a dark outline, inside the picture."""
+        cv2, (column, row) = self._cv2, self.pixel(x, y)
+        (width, height), _ = cv2.getTextSize(text, cv2.FONT_HERSHEY_SIMPLEX, 0.5, 1)
+        rows, columns = self._image.shape[:2]
+        column = min(max(0, column + 8), max(0, columns - width - 4))
+        self._write(text, (column, min(max(height + 4, row - 6), rows - 4)), colour)
+
+    def save(self, path: Path, title: str) -> None:
+        """Write the picture with a title and a scale bar below the map.
+
+        Raises:
+            InputError: the picture cannot be written.
+        """
+        columns = self._image.shape[1]
+        footer = np.full((FOOTER, columns, 3), OUTSIDE, dtype=np.uint8)
+        self._image = np.vstack([self._image, footer])
+        row = self._image.shape[0] - FOOTER // 2
+        metres = next(
+            (length for length in (50, 20, 10, 5, 2, 1) if self.pixels(length) <= columns / 4), 0.5
+        )
+        left, right = columns - 16 - self.pixels(metres), columns - 16
+        cv2 = self._cv2
+        cv2.line(self._image, (left, row + 8), (right, row + 8), TEXT, 2)
+        for column in (left, right):
+            cv2.line(self._image, (column, row + 3), (column, row + 13), TEXT, 2)
+        self._write(f"{metres:g} m", (left, row - 4), TEXT)
+        self._write(title, (12, row + 6), TEXT)
+        if path.suffix != ".png" or not cv2.imwrite(str(path), self._image):
+            raise InputError(f"cannot write the picture {path}; the name must end in .png")
+
+    def _write(self, text: str, at: tuple[int, int], colour: Colour) -> None:
+        cv2 = self._cv2
+        for shade, thickness in ((OUTSIDE, 4), (colour, 1)):
+            cv2.putText(
+                self._image, text, at, cv2.FONT_HERSHEY_SIMPLEX, 0.5, shade, thickness, cv2.LINE_AA
+            )
+
+
+def draw_world(path: Path, grid: OccupancyGrid, places: Mapping[str, Pose2D], title: str) -> None:
+    """Draw a map with its places.
+
+    Raises:
+        InputError: the picture cannot be written.
+    """
+    picture = MapPicture(grid)
+    picture.begin()
+    for name, pose in places.items():
+        picture.place(name, pose)
+    picture.save(path, title)

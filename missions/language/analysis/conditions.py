@@ -1,0 +1,205 @@
+"""Conditions that cannot change: over keys that nothing has written, arguments and ranges.
+
+A condition is evaluated where it stands, with the values that its names have for certain there. A
+tree can be used several times; a condition in it is reported only if it is constant in every use.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from missions.language.analysis.intervals import EITHER, Interval, TruthValues, truth_values
+from missions.language.expressions.expression import CheckedExpression
+from missions.language.expressions.scope import UNSET, NotSet, Role, Symbol
+from missions.language.model import Constant, Reference, Value
+from stack.documents import Findings, Mark
+from stack.errors import EvaluationError
+
+Evaluate = Callable[[], Any]
+
+
+class _Unknown(Exception):
+    """The value of a name is not known before the mission runs."""
+
+
+class _NoRobot:
+    """An evaluation context without values: whatever is read from it is unknown."""
+
+    @property
+    def robot(self) -> Any:
+        raise _Unknown
+
+    @property
+    def error(self) -> str:
+        raise _Unknown
+
+
+@dataclass
+class KnownValues:
+    """The values that names have for certain at one place of the mission.
+
+    Attributes:
+        written, later: keys that may have another value than their initial one.
+        inputs: `in` of the trees around the place -> what it is bound to.
+        attempts: most attempts of the innermost retry or recover; None if not known.
+        of_argument: whether a value that was read is that of an argument.
+    """
+
+    written: Mapping[Symbol, None]
+    later: Mapping[Symbol, None] = field(default_factory=dict)
+    inputs: Mapping[Symbol, Value] = field(default_factory=dict)
+    attempts: int | None = None
+    context: Any = field(default_factory=_NoRobot)
+    of_argument: bool = False
+
+    def value(self, symbol: Symbol) -> Any:
+        """Return the value of a name; UNSET for a key without one.
+
+        Raises:
+            _Unknown: it can have several values.
+        """
+        if symbol.role is Role.INPUT:
+            return self._bound(self.inputs.get(symbol))
+        if symbol.role is Role.VARIABLE or symbol in self.written or symbol in self.later:
+            raise _Unknown
+        self.of_argument |= symbol.role is Role.ARGUMENT
+        return symbol.value
+
+    def _bound(self, value: Value | None) -> Any:
+        if isinstance(value, Reference):
+            return self.value(value.symbol)
+        if isinstance(value, Constant):
+            # `with: {n: $most}`: the value of an argument, or of a place
+            self.of_argument |= value.text.startswith("$")
+            return value.value
+        raise _Unknown
+
+    def reader(self, symbol: Symbol) -> Evaluate:
+        """Return a function that reads the symbol, as bindings of a running tree do."""
+
+        def read() -> Any:
+            found = self.value(symbol)
+            if found is UNSET:
+                raise NotSet(symbol.name)
+            return found
+
+        return read
+
+    def attempt(self) -> int:
+        """Raise: the attempt is a range."""
+        raise _Unknown
+
+    def error(self) -> str:
+        """Raise: the code is not known."""
+        raise _Unknown
+
+    def truth(self, condition: CheckedExpression) -> TruthValues:
+        """Return the possible values of a condition."""
+        try:
+            return frozenset((bool(condition.bind(self)()),))
+        except EvaluationError:
+            return EITHER
+        except _Unknown:
+            pass
+        numbers: dict[str, Any] = {}
+        if self.attempts is not None:
+            numbers["attempt"] = Interval(1, self.attempts)
+        for name, symbol in condition.read.items():
+            try:
+                numbers[f"${name}"] = self.value(symbol)
+            except _Unknown:
+                continue
+        return truth_values(condition.term, numbers)
+
+
+@dataclass
+class _Verdict:
+    word: str
+    condition: CheckedExpression
+    mark: Mark
+    owner: str
+    of_argument: bool = False
+    truth: TruthValues = frozenset()
+
+
+class Verdicts:
+    """Collects the possible values of every condition over all its places, and reports them."""
+
+    def __init__(self, findings: Findings) -> None:
+        self.findings = findings
+        self.found: dict[int, _Verdict] = {}
+
+    def note(
+        self, word: str, condition: CheckedExpression, owner: str, mark: Mark, known: KnownValues
+    ) -> None:
+        """Add a place of a condition; `word` is its key or the behaviour that evaluates it."""
+        verdict = self.found.setdefault(
+            id(condition), _Verdict(word, condition, condition.mark or mark, owner)
+        )
+        if verdict.truth == EITHER:
+            return
+        known.of_argument = False
+        verdict.truth |= known.truth(condition)
+        verdict.of_argument |= known.of_argument
+
+    def dead_waits(self) -> set[int]:
+        """Return the ids of the conditions of `wait_until` that never become true."""
+        return {
+            key
+            for key, item in self.found.items()
+            if item.word == "wait_until" and item.truth == {False} and not item.of_argument
+        }
+
+    def report(self) -> None:
+        """Report every condition that has one value only."""
+        for item in self.found.values():
+            if len(item.truth) == 1:
+                self._report(item, True in item.truth)
+
+    def _report(self, item: _Verdict, value: bool) -> None:
+        source, mark, word = item.condition.source, item.mark, item.word
+        names = [f"${name}" for name in item.condition.read]
+        if word in ("wait_until", "event") and not value:
+            what = "this waits for ever" if word == "wait_until" else f"{item.owner} never fires"
+            if item.of_argument:
+                sentence = f"{what}: {source} is false, and arguments do not change"
+                hint = "wait for something that changes, or use `check`"
+                self.findings.warning("W120", mark, sentence, hint)
+                return
+            why = f"{source} is always false"
+            hint = "correct the condition"
+            if names:
+                why = f"{source} is false, and nothing that runs before or beside it writes "
+                why += " or ".join(names)
+                hint = f"write {names[0]} with `set` or `out`, or wait for another value"
+            code = "E163" if word == "wait_until" else "E161"
+            self.findings.error(code, mark, f"{what}: {why}", hint)
+            return
+        if item.of_argument:
+            return
+        if word == "while" and not value:
+            sentence = f"{item.owner} fails as soon as it starts: {source} is false there"
+            hint = f"write {names[0]} before it" if names else "correct the condition"
+            self.findings.error("E164", mark, sentence, hint)
+            return
+        state = "true" if value else "false"
+        if not names:
+            effect = _EFFECTS.get((word, value), "")
+            hint = "correct or remove the condition"
+            self.findings.warning("W107", mark, f"{source} is always {state}{effect}", hint)
+            return
+        who = " or ".join(names)
+        sentence = f"{source} is always {state} here: nothing has written {who}"
+        hint = f"write {names[0]} before with `set` or `out`, or remove the condition"
+        self.findings.warning("W107", mark, sentence, hint)
+
+
+_EFFECTS = {
+    ("when", False): ": the node never runs",
+    ("check", False): ": the check always fails",
+    ("unless", False): ": it never ends the recovery",
+    ("unless", True): ": no recovery runs",
+    ("event", True): ": the event fires once, at the start",
+}

@@ -1,0 +1,216 @@
+"""Failure codes that nothing fails with; `error` and `attempt` in trees."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from missions.language.analysis.claims import Claims, warning
+from missions.language.analysis.data_flow import children_of, once_per_step
+from missions.language.expressions.expression import CheckedExpression
+from missions.language.expressions.terms import Binary, Literal, Named, Term, Unary
+from missions.language.kinds import NODES
+from missions.language.model import (
+    AssignmentList,
+    Composite,
+    Computed,
+    Event,
+    ExpressionValue,
+    Leaf,
+    Step,
+    Template,
+    Tree,
+    Use,
+)
+from stack.documents import Finding, Findings, Mark
+from stack.parameters import nearest
+from stack.types import FailureCode
+
+Codes = frozenset[str] | None
+"""Codes that a node can fail with; None if they are not known."""
+
+_ALWAYS = frozenset((FailureCode.EXCEPTION, FailureCode.FAILED, FailureCode.CANCELLED))
+
+
+@dataclass(frozen=True)
+class _Place:
+    """What `error` and `attempt` mean at a place: the failure codes, None if there is no failure.
+
+    Attributes:
+        handled: whether a failure is being handled.
+        codes: codes that it can have; None if not known.
+        counts: whether attempts are counted.
+        tree: the `use` of the innermost tree.
+    """
+
+    handled: bool = False
+    codes: Codes = None
+    counts: bool = False
+    tree: Use | None = None
+
+
+class FailureCheck:
+    """Visits every node at every place where it runs."""
+
+    def __init__(self, trees: Mapping[str, Tree], findings: Findings) -> None:
+        self.trees, self.findings, self.claims = trees, findings, Claims(findings)
+        self.memory: dict[tuple[str, int], Any] = {}
+
+    def mission(self, root: Step, events: Sequence[Event]) -> None:
+        """Check the mission and its events."""
+        for step in (root, *(event.step for event in events)):
+            self._visit(step, _Place())
+        self.claims.report()
+
+    def _visit(self, step: Step, place: _Place) -> None:
+        modifiers = step.modifiers
+        counted = bool(modifiers.retry or modifiers.recover)
+        for condition in (modifiers.when, modifiers.while_):
+            self._expression(condition, place)
+        inside = replace(place, counts=place.counts or counted)
+        for expression in _expressions_of(step):
+            self._expression(expression, inside)
+        recoveries = modifiers.recover.recoveries if modifiers.recover else ()
+        if modifiers.recover:
+            failed = replace(inside, handled=True, codes=self.codes_of_attempt(step))
+            self._expression(modifiers.recover.unless, failed)
+            for recovery in recoveries:
+                self._visit(recovery, failed)
+        below = children_of(step)
+        codes: Codes = frozenset()
+        for number, child in enumerate(below[: len(below) - len(recoveries)]):
+            here = inside
+            if isinstance(step, Composite) and NODES[step.kind].handles_failure and number:
+                here = replace(inside, handled=True, codes=codes or None)
+            self._visit(child, here)
+            codes = _union(codes, self.codes(child))
+            if child.modifiers.when is not None and codes is not None:
+                codes |= inside.codes or frozenset()
+        if isinstance(step, Use):
+            self._visit_tree(step, replace(inside, tree=step))
+
+    def _visit_tree(self, use: Use, inside: _Place) -> None:
+        tree = self.trees[use.tree]
+        if tree.root is not None:
+            self._visit(tree.root, inside)
+        for event in tree.events:
+            self._visit(event.step, _Place(tree=use))
+
+    # Possible codes
+
+    @once_per_step
+    def codes(self, step: Step) -> Codes:
+        """Return the codes that a step with all its modifiers can fail with."""
+        if step.modifiers.keep_going and step.modifiers.while_ is None:
+            return frozenset()
+        found = self.codes_of_attempt(step)
+        if found is not None and step.modifiers.while_ is not None:
+            found |= {FailureCode.CHECK_FAILED}
+        return found
+
+    @once_per_step
+    def codes_of_attempt(self, step: Step) -> Codes:
+        """Return the codes that one attempt of a step can fail with."""
+        found = self._codes_of_body(step)
+        if found is not None and step.modifiers.timeout is not None:
+            found |= {FailureCode.TIMED_OUT}
+        return found
+
+    def _codes_of_body(self, step: Step) -> Codes:
+        if isinstance(step, Leaf):
+            known = step.behaviour.fails_with
+            return _ALWAYS | frozenset(known) if known is not None else None
+        if isinstance(step, Use):
+            tree = self.trees[step.tree]
+            ends: Codes = frozenset()
+            for root in tree.roots:
+                ends = _union(ends, self.codes(root))
+            aborts = any(event.then == "abort" for event in tree.events)
+            return ends | {FailureCode.CANCELLED} if aborts and ends is not None else ends
+        found: Codes = frozenset()
+        recoveries = step.modifiers.recover.recoveries if step.modifiers.recover else ()
+        below = children_of(step)
+        for child in below[: len(below) - len(recoveries)]:
+            found = _union(found, self.codes(child))
+        return found
+
+    # Expressions
+
+    def _expression(self, expression: CheckedExpression | None, place: _Place) -> None:
+        if expression is None or expression.mark is None:
+            return
+        named = (term for _, term in expression.term.named())
+        names = {term.name for term in named if isinstance(term, Named)}
+        if "error" in names:
+            self._defined("error", place.handled, expression, place)
+        if "attempt" in names:
+            self._defined("attempt", place.counts, expression, place)
+        for term in _terms(expression.term):
+            code = _compared(term)
+            if code is not None:
+                self._compared_with(term, code, expression.mark, place)
+
+    def _defined(
+        self, name: str, known: bool, expression: CheckedExpression, place: _Place
+    ) -> None:
+        """Report `error` or `attempt` in a tree that is used where it has no meaning."""
+        if known or place.tree is None or expression.mark is None:
+            return
+        where = f"{place.tree.tree} is used in line {place.tree.mark.line}"
+        sentence = f"`error` is not defined here: {where}, where no failure is handled"
+        hint = "use it in `unless`, in recoveries or in later children of a fallback"
+        if name == "attempt":
+            sentence = f"`attempt` is not defined here: {where}, where no attempt is counted"
+            hint = "use it inside a retry or recover, or in `unless`"
+        self.findings.error("E154", expression.mark, sentence, hint)
+
+    def _compared_with(self, term: Term, code: str, mark: Mark, place: _Place) -> None:
+        finding: Finding | None = None
+        codes = place.codes
+        if code and codes is not None and code not in codes:
+            known = sorted(str(item) for item in codes)
+            close = nearest(code, known)
+            hint = f"did you mean {close}?" if close else f"it can fail with {', '.join(known)}"
+            sentence = f"error is never {code} here: nothing that runs before it fails with {code}"
+            finding = warning("W131", mark, sentence, hint)
+        self.claims.claim(finding, "W131", term)
+
+
+def _union(first: Codes, second: Codes) -> Codes:
+    return None if first is None or second is None else first | second
+
+
+def _compared(term: Term) -> str | None:
+    """Return the code that a term compares `error` with."""
+    if not isinstance(term, Binary) or term.word not in ("==", "!="):
+        return None
+    for one, other in ((term.left, term.right), (term.right, term.left)):
+        if isinstance(one, Named) and one.name == "error":
+            if isinstance(other, Literal):
+                return str(other.value)
+            if isinstance(other, Named) and other.name in FailureCode.__members__:
+                return other.name
+    return None
+
+
+def _terms(term: Term) -> Iterator[Term]:
+    yield term
+    if isinstance(term, Binary):
+        yield from _terms(term.left)
+        yield from _terms(term.right)
+    elif isinstance(term, Unary):
+        yield from _terms(term.operand)
+
+
+def _expressions_of(step: Step) -> Iterator[CheckedExpression]:
+    """Yield the expressions in the ports of a step."""
+    ports = step.ports.values() if isinstance(step, Leaf) else ()
+    values = [*ports, *(step.inputs.values() if isinstance(step, Use) else ())]
+    for value in values:
+        if isinstance(value, ExpressionValue | Computed):
+            yield value.expression
+        elif isinstance(value, Template):
+            yield from value.expressions
+        elif isinstance(value, AssignmentList):
+            yield from (expression for _, expression in value.assignments)

@@ -1,0 +1,275 @@
+"""Order of writes and reads: keys read without a value, conditions that nothing can change."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from missions.language.analysis.conditions import KnownValues, Verdicts
+from missions.language.analysis.data_flow import Written, children_of, once_per_step
+from missions.language.expressions.expression import CheckedExpression
+from missions.language.expressions.scope import UNSET, Role, Symbol
+from missions.language.expressions.value_types import BOOL
+from missions.language.kinds import NODES
+from missions.language.model import (
+    AssignmentList,
+    Composite,
+    Computed,
+    Constant,
+    Event,
+    ExpressionValue,
+    FollowWaypoints,
+    ForEach,
+    Leaf,
+    ListValue,
+    Reference,
+    Step,
+    Switch,
+    Template,
+    Tree,
+    Use,
+    Value,
+)
+from stack.documents import Findings, Mark
+
+_AGAIN = ("reactive", "reactive_fallback")
+
+
+@dataclass(frozen=True)
+class _Place:
+    """Where the walk is.
+
+    Attributes:
+        later: keys that may be written when this node runs again, in a loop around it.
+        is_certain: a failed read here ends the loop before anything else of it can run.
+        inputs: `in` of the trees around it -> what it is bound to.
+        attempts: most attempts of the innermost retry or recover; None if not known.
+    """
+
+    later: Written = field(default_factory=dict)
+    is_certain: bool = True
+    inputs: Mapping[Symbol, Value] = field(default_factory=dict)
+    attempts: int | None = None
+
+
+class OrderCheck:
+    """Walks the tree in the order of its first tick.
+
+    `written` collects the keys that may have been written so far. After an expression has tested a
+    key with `is set`, reads of this key are not reported. A node in a loop may also read what the
+    loop writes later, unless it is certain that its first run fails and ends the loop.
+    """
+
+    def __init__(self, trees: Mapping[str, Tree], findings: Findings) -> None:
+        self.trees, self.findings = trees, findings
+        self.verdicts = Verdicts(findings)
+        self.memory: dict[tuple[str, int], Any] = {}
+        self.place = _Place()
+
+    def mission(self, root: Step, events: Sequence[Event]) -> None:
+        """Check the mission and its events; an event can run at any time, after any write."""
+        self._below_events(root, events, {})
+        self.verdicts.report()
+
+    def _below_events(self, root: Step, events: Sequence[Event], written: Written) -> None:
+        """Check a node with the events above it; an event can run at any time."""
+        for event in events:
+            written.update(self.writes(event.step))
+        everything = {**written, **self.writes(root)} if events else {}
+        again = everything if any(event.then == "restart" for event in events) else {}
+        with self._at(later={**self.place.later, **again}):
+            self.step(root, written)
+        for event in events:
+            found = dict(everything)
+            self.note("event", event.when, f"the event {event.name!r}", event.mark, found)
+            self.expression(event.when, event.mark, found)
+            for value in (event.hold, event.again):
+                self.value(value, event.mark, found)
+            self.step(event.step, found)
+
+    def step(self, step: Step, written: Written) -> None:
+        """Check a step with its modifiers."""
+        modifiers = step.modifiers
+        name = name_of(step)
+        for word, condition in (("when", modifiers.when), ("while", modifiers.while_)):
+            if condition is not None:
+                self.note(word, condition, name, step.mark, written)
+                self.expression(condition, step.mark, written)
+        attempts = modifiers.retry.attempts if modifiers.retry else None
+        for value in (modifiers.repeat, modifiers.timeout, modifiers.every, attempts):
+            self.value(value, step.mark, written)
+        certain = modifiers.when is None and not modifiers.keep_going
+        place = replace(self.place, is_certain=self.place.is_certain and certain)
+        if _runs_again(step):
+            place = replace(place, later={**place.later, **self.writes(step)})
+        if modifiers.recover or modifiers.retry:
+            most = modifiers.recover.attempts if modifiers.recover else attempts
+            place = replace(place, attempts=_most(most))
+        with self._at(**vars(place)):
+            self.body(step, written)
+            if modifiers.until:
+                self.expression(modifiers.until, step.mark, written)
+            if modifiers.recover:
+                self.recover(step, written)
+        if modifiers.finally_:
+            with self._at(is_certain=False):
+                self.step(modifiers.finally_, written)
+
+    def recover(self, step: Step, written: Written) -> None:
+        """Check `unless` and the recoveries; they run after all but the last attempt."""
+        recover = step.modifiers.recover
+        assert recover is not None
+        most = self.place.attempts
+        failed = None if most is None else max(1, most - 1)
+        with self._at(attempts=failed, is_certain=False):
+            if recover.unless:
+                self.note("unless", recover.unless, name_of(step), step.mark, written)
+                self.expression(recover.unless, step.mark, written)
+            for recovery in recover.recoveries:
+                self.step(recovery, written)
+
+    def body(self, step: Step, written: Written) -> None:
+        """Check a step without its modifiers."""
+        if isinstance(step, Leaf):
+            for value in step.ports.values():
+                if isinstance(value, ExpressionValue) and value.expression.type == BOOL:
+                    condition = value.expression
+                    self.note(step.kind, condition, name_of(step), step.mark, written)
+                self.value(value, step.mark, written)
+            written.update(dict.fromkeys(step.outputs.values()))
+        elif isinstance(step, Use):
+            self.use(step, written)
+        elif isinstance(step, ForEach):
+            self.value(step.items, step.mark, written)
+            if isinstance(step, FollowWaypoints):
+                written.update(dict.fromkeys(step.outputs.values()))
+            with self._at(is_certain=self.place.is_certain and not step.skip_failures):
+                self.step(step.child, written)
+        elif isinstance(step, Composite):
+            self.composite(step, written)
+        elif isinstance(step, Switch):
+            self.expression(step.value, step.mark, written)
+            with self._at(is_certain=False):
+                for child in step.children:
+                    self.step(child, written)
+
+    def composite(self, step: Composite, written: Written) -> None:
+        """Check the children in order; in a parallel each may read what any other writes."""
+        goes_on = NODES[step.kind].handles_failure
+        if step.kind == "parallel":
+            goes_on = step.needed < len(step.children)
+            for child in step.children:
+                written.update(self.writes(child))
+        with self._at(is_certain=self.place.is_certain and not goes_on):
+            for child in step.children:
+                self.step(child, written)
+
+    def use(self, step: Use, written: Written) -> None:
+        """Check a used tree in place of the `use`; its outputs are the keys they are bound to."""
+        for value in step.inputs.values():
+            self.value(value, step.mark, written)
+        tree = self.trees[step.tree]
+        inside = dict(written)
+        for name, symbol in tree.outputs.items():
+            target = step.outputs.get(name)
+            inside.pop(symbol, None)
+            if target is not None and has_value(target, written):
+                inside[symbol] = None
+        bound = {tree.inputs[name]: value for name, value in step.inputs.items()}
+        if tree.root:
+            with self._at(inputs={**self.place.inputs, **bound}):
+                self._below_events(tree.root, tree.events, inside)
+        for name, symbol in tree.outputs.items():
+            if inside.pop(symbol, symbol) is None and name in step.outputs:
+                inside[step.outputs[name]] = None
+        written.update(inside)
+
+    @once_per_step
+    def writes(self, step: Step) -> Written:
+        """Return every key that a step may write."""
+        found: Written = {}
+        if isinstance(step, Leaf | Use | FollowWaypoints):
+            found.update(dict.fromkeys(step.outputs.values()))
+        if isinstance(step, Leaf):
+            for value in step.ports.values():
+                if isinstance(value, AssignmentList):
+                    found.update((symbol, None) for symbol, _ in value.assignments)
+        used = self.trees[step.tree].roots if isinstance(step, Use) else ()
+        for child in (*children_of(step), *used):
+            found.update(self.writes(child))
+        return found
+
+    def value(self, value: Value | None, mark: Mark, written: Written) -> None:
+        """Check the reads of a port value, and record the writes of `set`."""
+        if isinstance(value, Reference):
+            self.read(value.symbol, mark, written)
+        elif isinstance(value, ListValue):
+            for item in value.items:
+                self.value(item, mark, written)
+        elif isinstance(value, ExpressionValue | Computed):
+            self.expression(value.expression, mark, written)
+        elif isinstance(value, Template):
+            for expression in value.expressions:
+                self.expression(expression, mark, written)
+        elif isinstance(value, AssignmentList):
+            for symbol, expression in value.assignments:
+                self.expression(expression, mark, written)
+                written[symbol] = None
+
+    def expression(self, expression: CheckedExpression, mark: Mark, written: Written) -> None:
+        """Check the reads of an expression; a key tested with `is set` needs no value."""
+        written.update(dict.fromkeys(expression.tested.values()))
+        for symbol in expression.read.values():
+            self.read(symbol, mark, written)
+
+    def read(self, symbol: Symbol, mark: Mark, written: Written) -> None:
+        """Check the read of a symbol."""
+        if has_value(symbol, written):
+            return
+        if symbol in self.place.later and not self.place.is_certain:
+            return
+        sentence = f"${symbol.name} is read here, but nothing can have written it before"
+        hint = "give it an initial value, or test `is set` first"
+        self.findings.error("E143", mark, sentence, hint)
+
+    def note(
+        self, word: str, condition: CheckedExpression, owner: str, mark: Mark, written: Written
+    ) -> None:
+        """Record the possible values of a condition at this place."""
+        place = self.place
+        known = KnownValues(written, place.later, place.inputs, place.attempts)
+        self.verdicts.note(word, condition, owner, mark, known)
+
+    @contextmanager
+    def _at(self, **changes: Any) -> Iterator[None]:
+        before, self.place = self.place, replace(self.place, **changes)
+        yield
+        self.place = before
+
+
+def _runs_again(step: Step) -> bool:
+    modifiers = step.modifiers
+    return bool(
+        modifiers.repeat or modifiers.retry or modifiers.recover
+        or isinstance(step, ForEach) or step.kind in _AGAIN
+    )  # fmt: skip
+
+
+def _most(attempts: Value | None) -> int | None:
+    if isinstance(attempts, Constant) and not attempts.text.startswith("$"):
+        return int(attempts.value)
+    return None
+
+
+def has_value(symbol: Symbol, written: Written) -> bool:
+    """Return whether a symbol may have a value after these writes."""
+    if symbol.role is Role.KEY:
+        return symbol.value is not UNSET or symbol in written
+    return symbol.role is not Role.OUTPUT or symbol in written
+
+
+def name_of(step: Step) -> str:
+    """Return the name of a step for sentences."""
+    return step.name or (step.tree if isinstance(step, Use) else step.kind)

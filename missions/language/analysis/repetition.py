@@ -1,0 +1,175 @@
+"""Repetition: attempts, recoveries, periods and rotations without effect; what never ends."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+from missions.language.analysis.claims import (
+    Claims,
+    is_literal,
+    mark_of,
+    number_of,
+    seconds,
+    steps_of,
+    warning,
+)
+from missions.language.analysis.data_flow import children_of
+from missions.language.analysis.order import name_of
+from missions.language.analysis.outcomes import OutcomeCheck, has_end
+from missions.language.analysis.time_limits import INSTANT
+from missions.language.model import Composite, Constant, Event, ForEach, Leaf, Step, Tree, Use
+from stack.documents import Findings
+
+TICK = 0.1
+"""Seconds between two ticks of the tree."""
+_AGAIN = ("reactive", "reactive_fallback")
+
+
+class RepetitionCheck:
+    """Reports modifiers that repeat nothing, and nodes that end nothing.
+
+    Nodes are visited once per use: a node can run again if a loop is anywhere around it.
+    """
+
+    def __init__(
+        self, trees: Mapping[str, Tree], findings: Findings, outcomes: OutcomeCheck
+    ) -> None:
+        self.trees, self.findings, self.outcomes = trees, findings, outcomes
+        self.claims = Claims(findings)
+
+    def mission(self, root: Step, events: Sequence[Event], roots: Sequence[Step]) -> None:
+        """Check the mission; `roots` are the nodes of run, events and trees, each once."""
+        restarts = any(event.then == "restart" for event in events)
+        self._visit(root, restarts)
+        for event in events:
+            self._visit(event.step, True)
+            self._ends(event.step, f"the event {event.name!r}")
+        self.claims.report()
+        for start in roots:
+            for step in steps_of(start):
+                self._counts(step)
+                self._recoveries(step)
+
+    def _counts(self, step: Step) -> None:
+        """Report `retry: 1` and `repeat: 1`."""
+        modifiers = step.modifiers
+        attempts = modifiers.retry.attempts if modifiers.retry else None
+        for word, value, more in (
+            ("retry", attempts, "`retry: 2` tries once more after a failure"),
+            ("repeat", modifiers.repeat, "`repeat: 2` runs it twice"),
+        ):
+            if is_literal(value) and number_of(value) == 1:
+                sentence = f"`{word}: 1` has no effect: {name_of(step)} runs once"
+                self.findings.warning("W124", mark_of(value, step.mark), sentence, more)
+
+    def _recoveries(self, step: Step) -> None:
+        """Report recoveries that never get a turn, and those that never end."""
+        recover = step.modifiers.recover
+        if recover is None or not recover.recoveries:
+            return
+        most, count = number_of(recover.attempts), len(recover.recoveries)
+        for recovery in recover.recoveries:
+            self._ends(recovery, f"the recovery {name_of(recovery)}")
+        if most is None or not is_literal(recover.attempts) or most > count:
+            return
+        mark = mark_of(recover.attempts, step.mark)
+        hint = f"use at least `attempts: {count + 1}`: the first run counts as an attempt"
+        if most == 1:
+            sentence = "no recovery ever runs: there is a single attempt"
+            self.findings.error("E166", mark, sentence, hint)
+            return
+        unused = ", ".join(name_of(item) for item in recover.recoveries[int(most) - 1 :])
+        sentence = f"with {most:g} attempts {unused} never runs: {count} recoveries"
+        self.findings.warning("W125", mark, sentence, hint)
+
+    def _ends(self, step: Step, what: str) -> None:
+        ends = self.outcomes.outcomes(step)
+        if ends.success:
+            return
+        endless = next(_endless_below(step), None)
+        if endless is not None:
+            why = "repeats forever" if _is_endless(endless) else "has no end"
+            sentence = f"{what} never ends: {name_of(endless)} {why}"
+            hint = "repeat it a number of times, or put a `timeout` around it"
+            if isinstance(endless, Leaf) and not _is_endless(endless):
+                hint = f"set {' or '.join(endless.behaviour.ends_by)}, or a `timeout`"
+            self.findings.error("E167", endless.mark, sentence, hint)
+        elif not ends.failure:
+            sentence = f"{what} never ends, so the mission never continues"
+            self.findings.error("E167", step.mark, sentence, "add a `timeout`, or let it end")
+
+    def _visit(self, step: Step, again: bool) -> None:
+        """Check a step and everything below it; `again`: it can run again after its end."""
+        modifiers = step.modifiers
+        repeated = bool(modifiers.repeat or modifiers.retry or modifiers.recover)
+        inside = again or repeated or isinstance(step, ForEach) or step.kind in _AGAIN
+        self._every(step, again=again or repeated)
+        self._too_often(step)
+        if isinstance(step, Composite) and step.kind == "round_robin":
+            self._rotation(step, again=again or repeated)
+        below = step.children if isinstance(step, Composite) else ()
+        if isinstance(step, ForEach):
+            below = (step.child,)
+        for child in below:
+            self._visit(child, inside)
+        for recovery in modifiers.recover.recoveries if modifiers.recover else ():
+            self._visit(recovery, True)
+        if isinstance(step, Use):
+            tree = self.trees[step.tree]
+            if tree.root is not None:
+                self._visit(tree.root, inside)
+            for event in tree.events:
+                self._visit(event.step, True)
+
+    def _every(self, step: Step, *, again: bool) -> None:
+        period = number_of(step.modifiers.every)
+        if period is None or not is_literal(step.modifiers.every):
+            return
+        mark = mark_of(step.modifiers.every, step.mark)
+        finding = None
+        if period <= TICK:
+            sentence = f"`every: {seconds(period)}` has no effect: the tree ticks every {TICK:g} s"
+            finding = warning("W126", mark, sentence, "use a longer period, or remove it")
+        elif not again:
+            sentence = f"`every` has no effect: {name_of(step)} runs once"
+            hint = "put it below a `reactive` or a `repeat`, or remove it"
+            finding = warning("W126", mark, sentence, hint)
+        self.claims.claim(finding, "W126", step)
+
+    def _too_often(self, step: Step) -> None:
+        endless = _is_endless(step)
+        plain = isinstance(step, Leaf) and step.kind in INSTANT and step.kind != "check"
+        if endless and plain and step.modifiers.every is None:
+            sentence = f"{name_of(step)} repeats on every tick, {1 / TICK:g} times a second"
+            hint = "add `every: 5 s`, or a `wait` in a sequence"
+            self.claims.claim(warning("W127", step.mark, sentence, hint), "W127", step)
+
+    def _rotation(self, step: Composite, *, again: bool) -> None:
+        finding = None
+        certain = next(
+            (child for child in step.children[:-1] if not self.outcomes.outcomes(child).failure),
+            None,
+        )
+        if not again and certain is not None:
+            sentence = f"the round_robin runs once, and {name_of(certain)} cannot fail: "
+            sentence += "the children after it never run"
+            hint = "put it below a `repeat`, or use a sequence"
+            finding = warning("W128", step.mark, sentence, hint)
+        self.claims.claim(finding, "W128", step)
+
+
+def _endless_below(step: Step) -> Iterator[Step]:
+    """Yield the nodes that never succeed by themselves, without those below a timeout."""
+    if _is_endless(step):
+        yield step
+    if step.modifiers.timeout is not None:
+        return
+    if isinstance(step, Leaf) and not has_end(step):
+        yield step
+    for child in children_of(step):
+        yield from _endless_below(child)
+
+
+def _is_endless(step: Step) -> bool:
+    repeat = step.modifiers.repeat
+    return isinstance(repeat, Constant) and repeat.value is None

@@ -1,0 +1,231 @@
+"""Nodes without effect: one child, nothing to do, the same drive again, conditions that exclude."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+
+from missions.language.analysis.claims import Claims, steps_of, warning
+from missions.language.analysis.intervals import conjuncts, exclude_each_other
+from missions.language.analysis.key_flow import own_writes
+from missions.language.analysis.order import name_of
+from missions.language.expressions.expression import CheckedExpression
+from missions.language.expressions.terms import Binary, Literal, Named, Term
+from missions.language.model import (
+    Composite,
+    Constant,
+    Event,
+    ExpressionValue,
+    FollowWaypoints,
+    ForEach,
+    Leaf,
+    Modifiers,
+    Step,
+    Tree,
+    Use,
+)
+from stack.documents import Findings
+
+_NEEDS_TWO = {
+    "fallback": "there is no alternative to {child}",
+    "reactive_fallback": "there is no alternative to {child}",
+    "parallel": "nothing runs beside {child}",
+    "round_robin": "there is nothing to rotate",
+    "reactive": "there is no condition that {child} depends on",
+}
+_MEASURED = ("battery.charge", "robot.speed", "robot.turning", "localisation.health",
+             "localisation.deviation", "pose.x", "pose.y", "pose.heading", "time")  # fmt: skip
+
+Around = tuple[CheckedExpression, ...]
+
+
+class StructureCheck:
+    """Reports nodes that have no effect, from their place in the tree."""
+
+    def __init__(self, trees: Mapping[str, Tree], findings: Findings) -> None:
+        self.trees, self.findings, self.claims = trees, findings, Claims(findings)
+
+    def mission(self, root: Step, events: Sequence[Event], roots: Sequence[Step]) -> None:
+        """Check the mission; `roots` are the nodes of run, events and trees, each once."""
+        for start in roots:
+            for step in steps_of(start):
+                self._one_child(step)
+                self._nothing(step)
+                self._same_drive(step)
+                for condition in _conditions(step):
+                    self._equality(condition)
+        for event in events:
+            self._equality(event.when)
+            self._restarts(event)
+        for start in (root, *(event.step for event in events)):
+            self._exclusive(start, (), ())
+        self.claims.report()
+
+    def _one_child(self, step: Step) -> None:
+        if isinstance(step, Composite) and step.kind in _NEEDS_TWO and len(step.children) == 1:
+            child = name_of(step.children[0])
+            why = _NEEDS_TWO[step.kind].format(child=child)
+            sentence = f"a {step.kind} of one child has no effect: {why}"
+            self.findings.warning(
+                "W132", step.mark, sentence, "add a child, or write the child alone"
+            )
+
+    def _nothing(self, step: Step) -> None:
+        if isinstance(step, ForEach) and isinstance(step.items, Constant):
+            if not step.items.value and step.items.is_written:
+                sentence = f"the list of {step.kind} is empty: nothing runs"
+                mark = step.items.mark or step.mark
+                self.findings.warning("W133", mark, sentence, "add items, or remove the node")
+        if isinstance(step, Leaf) and step.kind == "wait":
+            time = step.ports.get("time")
+            if isinstance(time, Constant) and time.value == 0.0 and time.is_written:
+                mark = time.mark or step.mark
+                self.findings.warning("W133", mark, "a wait of 0 s has no effect", "remove it")
+
+    def _same_drive(self, step: Step) -> None:
+        """Report a drive to the goal that the node before has just reached."""
+        if isinstance(step, Composite) and step.kind == "sequence":
+            for first, second in zip(step.children, step.children[1:], strict=False):
+                if _goal(first) is not None and _goal(first) == _goal(second):
+                    sentence = f"the robot is already there: line {first.mark.line} drives to the "
+                    sentence += "same goal"
+                    self.findings.warning(
+                        "W134", second.mark, sentence, "use another goal, or remove it"
+                    )
+        if isinstance(step, FollowWaypoints) and isinstance(step.items, Constant):
+            poses = step.items.value
+            for number, (one, other) in enumerate(pairwise(poses), 2):
+                if one == other and step.items.is_written:
+                    mark = step.items.items[number - 1] if step.items.items else step.mark
+                    sentence = f"waypoint {number} is the same as waypoint {number - 1}"
+                    self.findings.warning("W134", mark, sentence, "remove one of them")
+        recover = step.modifiers.recover
+        for recovery in recover.recoveries if recover else ():
+            if _goal(step) is not None and _goal(recovery) == _goal(step):
+                sentence = "the recovery drives to the goal that has just failed"
+                hint = "clear the costmap, turn, or back up; it tries again by itself"
+                self.findings.warning("W134", recovery.mark, sentence, hint)
+
+    def _equality(self, condition: CheckedExpression) -> None:
+        """Report `==` of a measured number, which is almost never exactly equal."""
+        for part in conjuncts(condition.term):
+            if not isinstance(part, Binary) or part.word != "==":
+                continue
+            for one, other in ((part.left, part.right), (part.right, part.left)):
+                if isinstance(one, Named) and one.name in _MEASURED and isinstance(other, Literal):
+                    sentence = f"{one.name} is measured: it is almost never exactly equal"
+                    hint = "use `<=` or `>=`"
+                    mark = condition.mark
+                    if mark is not None:
+                        self.findings.warning("W135", mark, sentence, hint)
+
+    def _restarts(self, event: Event) -> None:
+        """Report an event whose condition is still true after its restart."""
+        if event.then != "restart":
+            return
+        names = {item.name for _, item in event.when.term.named() if isinstance(item, Named)}
+        written = {symbol for step in steps_of(event.step) for symbol in own_writes(step)}
+        used = {*event.when.read.values(), *event.when.tested.values()}
+        if any(isinstance(step, Use) for step in steps_of(event.step)) or used & written:
+            return
+        if names - {"time"} or (names and not _only_grows(event.when.term)) or not (names or used):
+            return
+        sentence = f"the event {event.name!r} restarts the mission for ever: {event.when.source} "
+        sentence += "stays true after the restart"
+        hint = "make it false in `do`, for example with `set`, or use `then: resume`"
+        self.findings.error("E169", event.when.mark or event.mark, sentence, hint)
+
+    def _exclusive(self, step: Step, lasting: Around, starting: Around) -> None:
+        """Report conditions that the conditions around them exclude.
+
+        Args:
+            step: the node.
+            lasting: conditions of `while` around it, true as long as it runs.
+            starting: conditions that are true in the tick in which it starts.
+        """
+        modifiers = step.modifiers
+        for condition in (modifiers.when, modifiers.while_, *_checks(step)):
+            if condition is not None:
+                self._against(step, condition, (*lasting, *starting))
+        if modifiers.when is not None:
+            starting = (*starting, modifiers.when)
+        if modifiers.while_ is not None and not _reads_keys(modifiers.while_):
+            lasting = (*lasting, modifiers.while_)
+        if isinstance(step, Composite):
+            self._children(step, lasting, starting)
+        elif isinstance(step, ForEach):
+            self._exclusive(step.child, lasting, ())
+        elif isinstance(step, Use):
+            root = self.trees[step.tree].root
+            if root is not None:
+                self._exclusive(root, lasting, starting)
+
+    def _children(self, step: Composite, lasting: Around, starting: Around) -> None:
+        for child in step.children:
+            self._exclusive(child, lasting, starting)
+            if step.kind in ("sequence", "reactive") and _is_plain_check(child):
+                starting = (*starting, *_checks(child))
+            elif step.kind != "parallel":
+                starting = ()
+
+    def _against(self, step: Step, condition: CheckedExpression, around: Around) -> None:
+        own = list(conjuncts(condition.term))
+        outer = [
+            part for item in around if _agree(item, condition) for part in conjuncts(item.term)
+        ]
+        excluded = bool(outer) and exclude_each_other([*own, *outer])
+        if not excluded or exclude_each_other(own) or exclude_each_other(outer):
+            self.claims.claim(None, "W136", condition)
+            return
+        sentence = f"{condition.source} is never true here: the conditions around it exclude it"
+        mark = condition.mark or step.mark
+        self.claims.claim(warning("W136", mark, sentence, "correct one of them"), "W136", condition)
+
+
+def _agree(first: CheckedExpression, second: CheckedExpression) -> bool:
+    """Return whether names that both read mean the same."""
+    return all(second.read.get(name, symbol) is symbol for name, symbol in first.read.items())
+
+
+def _reads_keys(condition: CheckedExpression) -> bool:
+    return any(symbol.is_writable for symbol in condition.read.values())
+
+
+def _is_plain_check(step: Step) -> bool:
+    return step.kind == "check" and step.modifiers == Modifiers()
+
+
+def _checks(step: Step) -> tuple[CheckedExpression, ...]:
+    """Return the condition of a `check`."""
+    if not isinstance(step, Leaf) or step.kind != "check":
+        return ()
+    ports = step.ports.values()
+    return tuple(value.expression for value in ports if isinstance(value, ExpressionValue))
+
+
+def _conditions(step: Step) -> list[CheckedExpression]:
+    modifiers = step.modifiers
+    unless = modifiers.recover.unless if modifiers.recover else None
+    found = [item for item in (modifiers.when, modifiers.while_, unless) if item is not None]
+    ports = step.ports.values() if isinstance(step, Leaf) else ()
+    return found + [value.expression for value in ports if isinstance(value, ExpressionValue)]
+
+
+def _goal(step: Step) -> object:
+    """Return the constant goal of a drive."""
+    if isinstance(step, Leaf) and step.kind == "navigate_to_pose" and not step.modifiers.when:
+        value = step.ports.get("goal")
+        return value.value if isinstance(value, Constant) else None
+    return None
+
+
+def _only_grows(term: Term) -> bool:
+    """Return whether a condition over the time, once true, stays true: `time > 60 s`."""
+    for part in conjuncts(term):
+        if not isinstance(part, Binary):
+            return False
+        left = isinstance(part.left, Named) and part.word in (">", ">=")
+        right = isinstance(part.right, Named) and part.word in ("<", "<=")
+        if not (left or right):
+            return False
+    return True

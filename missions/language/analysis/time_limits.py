@@ -1,0 +1,168 @@
+"""Time limits: what can never end in time, and limits that never apply."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from missions.language.analysis.claims import (
+    Claims,
+    is_literal,
+    mark_of,
+    number_of,
+    seconds,
+    warning,
+)
+from missions.language.analysis.data_flow import children_of, once_per_step
+from missions.language.analysis.order import name_of
+from missions.language.model import (
+    Composite,
+    Constant,
+    Event,
+    ForEach,
+    Leaf,
+    Step,
+    Tree,
+    Use,
+    Value,
+)
+from stack.documents import Finding, Findings
+
+INSTANT = ("say", "set", "check")
+"""Behaviours that always end in their first tick."""
+
+
+@dataclass(frozen=True)
+class _Limit:
+    seconds: float
+    owner: str
+    line: int
+
+    def words(self) -> str:
+        return f"{self.owner} is stopped after {seconds(self.seconds)} (line {self.line})"
+
+
+class TimeLimitCheck:
+    """Walks the mission with all used trees and the innermost time limit around each node."""
+
+    def __init__(self, trees: Mapping[str, Tree], findings: Findings) -> None:
+        self.trees, self.claims = trees, Claims(findings)
+        self.memory: dict[tuple[str, int], Any] = {}
+
+    def mission(self, root: Step, events: Sequence[Event]) -> None:
+        """Check the mission and its events."""
+        self.step(root, None)
+        total = number_of(root.modifiers.timeout)
+        single = root.modifiers.retry is None and root.modifiers.recover is None
+        for event in events:
+            hold = number_of(event.hold)
+            if total is not None and hold and hold >= total and single and is_literal(event.hold):
+                limit = _Limit(total, name_of(root), root.mark.line)
+                sentence = f"the event {event.name!r} never fires: hold is {seconds(hold)}, "
+                sentence += f"but {limit.words()}"
+                mark = mark_of(event.hold, event.mark)
+                self.claims.claim(warning("W122", mark, sentence, "shorten it"), "W122", event)
+            self.step(event.step, None)
+        self.claims.report()
+
+    def step(self, step: Step, limit: _Limit | None) -> None:
+        """Check a step, its children and its tree under the limit around it."""
+        modifiers = step.modifiers
+        if modifiers.retry:
+            self._applies("the next attempt", modifiers.retry.delay, step, limit, "delay")
+        self._applies("the next run", modifiers.every, step, limit, "every")
+        self._applies("the timeout", modifiers.timeout, step, limit, "timeout")
+        self._possible(step)
+        own = number_of(modifiers.timeout)
+        inner = limit
+        if own is not None and (limit is None or own < limit.seconds):
+            inner = _Limit(own, name_of(step), mark_of(modifiers.timeout, step.mark).line)
+        if isinstance(step, Leaf) and step.kind != "wait":
+            for name, declared in step.behaviour.ports.items():
+                if declared.unit == "s" and name in step.ports:
+                    self._applies(f"{name} of", step.ports[name], step, inner, name)
+        below = children_of(step)
+        recoveries = modifiers.recover.recoveries if modifiers.recover else ()
+        for child in below[: len(below) - len(recoveries)]:
+            self.step(child, inner)
+        for recovery in recoveries:
+            self.step(recovery, limit)
+        if isinstance(step, Use):
+            self._tree(self.trees[step.tree], inner)
+
+    def _tree(self, tree: Tree, limit: _Limit | None) -> None:
+        if tree.root is not None:
+            self.step(tree.root, limit)
+        for event in tree.events:  # limits are suspended while one runs
+            self.step(event.step, None)
+
+    def _applies(
+        self, what: str, value: Value | None, step: Step, limit: _Limit | None, word: str
+    ) -> None:
+        """Report a duration that the limit around it cuts off."""
+        length = number_of(value)
+        if length is None or not is_literal(value):
+            return
+        finding: Finding | None = None
+        if limit is not None and length >= limit.seconds:
+            amount = seconds(length)
+            ends = {"delay": f"{what} after {amount} never starts",
+                    "every": f"{what} after {amount} never starts"}  # fmt: skip
+            sentence = ends.get(word, f"{what.removesuffix(' of')} of {amount} never applies")
+            mark = mark_of(value, step.mark)
+            hint = f"use less than {seconds(limit.seconds)}, or a longer limit around it"
+            finding = warning("W122", mark, f"{sentence}: {limit.words()}", hint)
+        self.claims.claim(finding, "W122", value)
+
+    def _possible(self, step: Step) -> None:
+        """Report a timeout that is shorter than what it limits, or limits nothing."""
+        timeout = step.modifiers.timeout
+        limit = number_of(timeout)
+        if limit is None:
+            return
+        mark = mark_of(timeout, step.mark)
+        if isinstance(step, Leaf) and step.kind in INSTANT:
+            sentence = f"the timeout has no effect: {step.kind} ends at once"
+            self.claims.claim(warning("W123", mark, sentence, "remove it"), "W123", step)
+        needed = self.least(step)
+        if needed <= limit:
+            return
+        name = name_of(step)
+        sentence = f"{name} always times out: it takes at least {seconds(needed)}, "
+        sentence += f"but its timeout is {seconds(limit)}"
+        hint = f"use a timeout above {seconds(needed)}"
+        self.claims.claim(warning("W121", mark, sentence, hint), "W121", step)
+
+    @once_per_step
+    def least(self, step: Step) -> float:
+        """Return the shortest time in which one attempt of a step can succeed, seconds."""
+        if isinstance(step, Leaf):
+            return (number_of(step.ports.get("time")) or 0.0) if step.kind == "wait" else 0.0
+        if isinstance(step, Use):
+            root = self.trees[step.tree].root
+            return self.total(root) if root is not None else 0.0
+        if isinstance(step, ForEach):
+            items = step.items.value if isinstance(step.items, Constant) else ()
+            return 0.0 if step.skip_failures else len(items) * self.total(step.child)
+        if isinstance(step, Composite):
+            return self._of_children(step)
+        return 0.0
+
+    def total(self, step: Step) -> float:
+        """Return the shortest time in which a step with its modifiers can succeed, seconds."""
+        modifiers = step.modifiers
+        if modifiers.when is not None or modifiers.keep_going or modifiers.every is not None:
+            return 0.0
+        times = 1.0
+        if modifiers.repeat is not None:
+            times = number_of(modifiers.repeat) or 1.0
+        return times * self.least(step)
+
+    def _of_children(self, step: Composite) -> float:
+        times: Iterable[float] = [self.total(child) for child in step.children]
+        if step.kind in ("sequence", "reactive"):
+            return sum(times) if step.kind == "sequence" else max(times, default=0.0)
+        if step.kind == "parallel":
+            return sorted(times)[step.needed - 1] if step.needed else 0.0
+        return min(times, default=0.0)
