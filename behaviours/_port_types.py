@@ -9,9 +9,9 @@ from typing import Any
 
 from stack.errors import ParameterError
 from stack.parameters import REQUIRED, Declaration, has_fields
-from stack.types import Assignments, Expression, Pose2D
+from stack.types import Assignments, Expression, Path, Pose2D
 
-SCALARS = (float, int, bool, str, Pose2D)
+SCALARS = (float, int, bool, str, Pose2D, Path)
 
 
 def check_ports(ports: Mapping[str, Declaration]) -> None:
@@ -22,8 +22,8 @@ def check_ports(ports: Mapping[str, Declaration]) -> None:
             raise ParameterError(
                 f"port {declared.name}",
                 f"a mission file cannot write a value of type {kind}; use float, int, bool, str, "
-                "Pose2D, Expression, a dataclass of parameter() fields, a list of those, or one of "
-                "those | None",
+                "Pose2D, Path, Expression, a dataclass of parameter() fields, a list of those, or "
+                "one of those | None",
             )
         if declared.default is REQUIRED:
             continue

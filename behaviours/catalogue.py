@@ -38,7 +38,7 @@ MISSION_WORDS = frozenset({
     "sequence", "reactive", "fallback", "reactive_fallback", "parallel", "round_robin",
     "for_each", "follow_waypoints", "use", "with", "do", "in", "out", "name", "when", "while",
     "timeout", "retry", "repeat", "recover", "every", "on_failure", "attempts", "unless", "then",
-    "hold", "doc", "again", "events",
+    "hold", "doc", "again", "events", "finally", "invert", "switch", "unset",
 })  # fmt: skip
 """Words of the mission language; no behaviour can have one of these names."""
 

@@ -21,8 +21,10 @@ from functools import lru_cache
 from math import isfinite, pi
 from typing import Any, TypeVar
 
+import numpy as np
+
 from stack.errors import ParameterError
-from stack.types import Pose2D, wrap_angle
+from stack.types import Path, Pose2D, wrap_angle
 
 T = TypeVar("T")
 
@@ -360,6 +362,8 @@ def _converted(kind: Any, unit: str, raw: Any) -> Any:  # noqa: C901 - one branc
             return read_quantity(raw, unit)
     if kind is Pose2D and isinstance(raw, list | tuple):
         return _pose(raw)
+    if kind is Path and isinstance(raw, list | tuple):
+        return _path(raw)
     if isinstance(raw, Mapping) and has_fields(kind):
         return _fields_of(kind, raw)
     if origin in (list, tuple):
@@ -370,6 +374,7 @@ def _converted(kind: Any, unit: str, raw: Any) -> Any:  # noqa: C901 - one branc
         str: "text",
         float: _number_words(unit),
         Pose2D: "a pose [x, y, heading]",
+        Path: "a path [[x, y], [x, y], …]",
     }
     expected = words.get(kind, f"a {getattr(kind, '__name__', kind)}")
     if has_fields(kind):
@@ -399,6 +404,22 @@ def _is_instance(raw: Any, kind: type) -> bool:
     if isinstance(raw, bool):
         return kind is bool
     return isinstance(raw, kind)
+
+
+def _path(raw: list[Any] | tuple[Any, ...]) -> Path:
+    """Return a path; a pose without a heading gets that of the next segment."""
+    if len(raw) < 2:
+        raise ParameterError("", f"a path has at least 2 poses, got {len(raw)}")
+    for item in raw:
+        if not isinstance(item, list | tuple):
+            raise ParameterError("", f"a path is a list of poses, got {_shown(item)} in it")
+    points = np.array([(pose.x, pose.y, pose.heading) for pose in map(_pose, raw)])
+    steps = np.diff(points[:, :2], axis=0)
+    along = np.arctan2(steps[:, 1], steps[:, 0])
+    for number, item in enumerate(raw):
+        if len(item) == 2:
+            points[number, 2] = along[min(number, len(along) - 1)]
+    return Path(points)
 
 
 def _pose(raw: list[Any] | tuple[Any, ...]) -> Pose2D:

@@ -84,7 +84,7 @@ def _sectioned(key: Key) -> Schema:
     inner = of_section(SECTIONS[key.section])
     if key.declared is None:
         return inner
-    bare = {**of_declaration(key.declared), "default": None}
+    bare = {**_value(key), "default": None}
     bare.pop("default")
     return {**bare, **inner, "type": [*_types(bare), "string", "object"]}
 
@@ -132,6 +132,7 @@ _FORMS: dict[Form, Callable[[Key], Schema]] = {
     Form.INPUTS: _inputs, Form.EXPRESSION: lambda key: EXPRESSION,
     Form.NODE: lambda key: NODE, Form.NODES: lambda key: CHILDREN,
     Form.PLACE: _place, Form.POSES: lambda key: named(pose()),
+    Form.CASES: lambda key: mapping(NODE),
     Form.FILE: _file, Form.FILES: lambda key: TEXTS,
     Form.ROBOT: lambda key: NAME, Form.WORLD: lambda key: NAME,
     Form.COMPONENT: lambda key: component_schema(key.word),

@@ -16,7 +16,7 @@ from missions.editor.value_schemas import (
     of_declaration,
     section,
 )
-from missions.language.keys import MODIFIERS, ONLY_FOR, PARALLEL
+from missions.language.keys import MODIFIERS, ONLY_FOR, PARALLEL, SECTIONS
 from missions.language.kinds import NODES, Shape
 from missions.language.reading.ports import bare_port
 from stack.parameters import Declaration
@@ -104,6 +104,10 @@ def _bodies() -> dict[str, Schema]:
             found[word] = _LOOP
         elif kind.shape is Shape.TREE:
             found[word] = {"type": "string"}
+        elif kind.shape is Shape.CASES:
+            found[word] = of_section(SECTIONS[word])
+        elif kind.shape is Shape.NOTHING:
+            found[word] = {"type": ["array", "string"]}
         else:
             found[word] = CHILDREN
     found["parallel"] = {**of_section(PARALLEL), **CHILDREN, "type": ["array", "object"]}

@@ -98,6 +98,7 @@ def _nodes(node: Node | None, heads: set[int]) -> Iterator[Entry]:
             below += _nodes(part, heads)
     recover = node.get("recover")
     below += _nodes(recover.get("round_robin") if recover else None, heads)
+    below += _nodes(node.get("finally"), heads)
     yield Entry(title, "node", key, _last(node), word if name else "", below)
 
 

@@ -17,7 +17,7 @@ from missions.editor.markdown import declaration_text
 from missions.language.expressions.functions import FUNCTIONS
 from missions.language.expressions.robot_values import DISTANCE, ROBOT_VALUES
 from stack.parameters import REQUIRED, Declaration, declarations, has_fields, units
-from stack.types import Assignments, Expression, Pose2D
+from stack.types import Assignments, Expression, Path, Pose2D
 
 Schema = dict[str, Any]
 
@@ -141,6 +141,9 @@ def _scalar(kind: Any, declared: Declaration, references: bool) -> Schema:
         return _with_strings(
             {**pose(references=references), "type": ["array"]}, [], references, declared
         )
+    if kind is Path:
+        poses = {"type": ["array"], "items": pose(), "minItems": 2}
+        return _with_strings(poses, [], references, declared)
     if kind is str and declared.one_of:
         accepted = [escape(word) for word in declared.one_of]
         return {

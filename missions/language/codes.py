@@ -149,6 +149,15 @@ CODES: dict[str, Code] = {
                  "run: {navigate_to_pose: [620, 150]}", "poses are in metres"),
     "E181": Code("goal in an obstacle", "the robot cannot stand at the goal",
                  "run: {navigate_to_pose: [0, 0]}", "move the goal, or use `partial: true`"),
+    "E170": Code("switch", "a key is missing or unknown, or the value never has the text of a case",
+                 "run: {switch: {cases: {a: {say: a}}}}",
+                 "write {value: $mode, cases: {text: node}, default: node}"),
+    "E171": Code("unset", "only keys and outputs without an initial value can be unset",
+                 "blackboard: {n: {type: int, initial: 0}}\nrun: {unset: $n}",
+                 "use `set`, or declare the key `optional: true` without `initial`"),
+    "E172": Code("failure code", "the code of `fail` is not in capitals or is misspelt",
+                 "run: {fail: {code: NO_PROGRES}}",
+                 "use a code of the list, or your own in capitals"),
     "W101": Code("hidden name", "the name hides a name of an outer scope",
                  "places: {n: [0, 0]}\nblackboard: {n: {type: int}}", "rename one of them"),
     "W102": Code("unused name", "nothing reads or writes it", "blackboard: {n: {type: int}}",
@@ -224,5 +233,9 @@ CODES: dict[str, Code] = {
                  "run: {navigate_to_pose: [0.4, 0.4]}", "move the goal, or turn it"),
     "W141": Code("too fast", "the speed is above the robot's own limit",
                  "run: {back_up: {speed: 5 m/s}}", "use a speed that the robot can reach"),
+    "W170": Code("text without a case", "an argument can have a text for which there is no case",
+                 "arguments: {m: {type: text, one_of: [a, b], default: a}}\n"
+                 "run: {switch: {value: $m, cases: {a: {say: a}}}}",
+                 "add the case, or a `default`"),
 }  # fmt: skip
 """Finding code -> its text in `treepilot explain` and in docs/language.md."""

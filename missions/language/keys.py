@@ -80,6 +80,8 @@ class Form(StrEnum):
     """Outputs with the keys that receive them."""
     OUTPUT_VALUES = auto()
     """Outputs with values."""
+    CASES = auto()
+    """Texts with nodes."""
     CODE = auto()
     """A failure code."""
 
@@ -119,6 +121,7 @@ AGAIN = Declaration("again", float, unit="s", above=0.0)
 SUCCEED_ON = Declaration("succeed_on", int, at_least=1)
 TAKES = Declaration("takes", float, unit="s", at_least=0.0)
 WITHIN = Declaration("within", float, unit="s", above=0.0)
+INVERT = Declaration("invert", bool, default=False)
 OPTIONAL = Declaration("optional", bool, default=False)
 SUCCEED_WORDS = ("all", "one")
 ON_FAILURE_WORDS = ("fail", "continue")
@@ -234,6 +237,18 @@ RECOVER = _section(
         Form.NODES, required=True),
 )  # fmt: skip
 
+REPEAT = _section(
+    Key("until", "condition evaluated after each run; if true, the node succeeds", Form.EXPRESSION,
+        required=True),
+)  # fmt: skip
+
+SWITCH = _section(
+    Key("value", "the text that chooses: an expression, for example `$mode` or `error`",
+        Form.EXPRESSION, required=True),
+    Key("cases", "text -> node", Form.CASES, required=True),
+    Key("default", "the node for all other texts", Form.NODE),
+)  # fmt: skip
+
 PARALLEL = _section(
     Key("succeed_on", "number of children that must succeed, `all` (default) or `one`",
         Form.VALUE, declared=SUCCEED_ON, words=SUCCEED_WORDS),
@@ -246,10 +261,14 @@ MODIFIERS = _section(
         Form.EXPRESSION),
     Key("while", "condition evaluated on every tick; if false, the node is halted and fails "
         "(CHECK_FAILED)", Form.EXPRESSION),
+    Key("finally", "node to run however the node ends: after its success or failure, and for one "
+        "tick when it is halted", Form.NODE),
     Key("on_failure", "`continue` turns a failure into a success; default: `fail`", Form.WORD,
         words=ON_FAILURE_WORDS),
-    Key("repeat", "run again after a success: a number of times, or `forever`", Form.VALUE,
-        declared=TIMES, words=("forever",)),
+    Key("invert", "`true` turns a success into a failure (CHECK_FAILED) and a failure into a "
+        "success", Form.LITERAL, declared=INVERT),
+    Key("repeat", "run again after a success: a number of times, `forever`, or `{until: "
+        "condition}`", Form.SECTION, declared=TIMES, words=("forever",), section="repeat"),
     Key("recover", "after a failure run the next recovery, then try again", Form.SECTION,
         section="recover"),
     Key("retry", "try again after a failure: a number of attempts, or `{attempts: 3, delay: "
@@ -306,7 +325,8 @@ EXPECTATION = _section(
 SECTIONS: Mapping[str, Keys] = {
     "mission": MISSION, "tree file": TREE_FILE, "argument": ARGUMENT,
     "blackboard key": BLACKBOARD_KEY, "input": INPUT, "tree": TREE, "event": EVENT,
-    "node": MODIFIERS, "retry": RETRY, "recover": RECOVER, "parallel": PARALLEL, "case": CASE,
+    "node": MODIFIERS, "retry": RETRY, "recover": RECOVER, "repeat": REPEAT,
+    "switch": SWITCH, "parallel": PARALLEL, "case": CASE,
     "mock": MOCK, "expectation": EXPECTATION,
 }  # fmt: skip
 
@@ -316,6 +336,7 @@ PLACES: Mapping[str, str] = {
     "argument": "entry of `arguments`", "blackboard key": "entry of `blackboard`",
     "tree": "entry of `trees`", "input": "entry of `in`", "event": "entry of `events`",
     "node": "node", "retry": "`retry`", "recover": "`recover`", "parallel": "`parallel`",
+    "repeat": "`repeat`", "switch": "`switch`",
     "case": "entry of `tests`", "mock": "entry of `mock`", "expectation": "`expect`",
 }  # fmt: skip
 """Where each section stands."""
@@ -336,7 +357,7 @@ _SHOWN = {
     Form.MOCKS: "names with mocks", Form.ARGUMENTS: "names with values",
     Form.CHANGES: "times with changes", Form.INPUT_VALUES: "names with values",
     Form.TARGETS: "outputs with keys", Form.OUTPUT_VALUES: "outputs with values",
-    Form.CODE: "failure code",
+    Form.CODE: "failure code", Form.CASES: "texts with nodes",
 }  # fmt: skip
 
 

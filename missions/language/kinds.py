@@ -26,6 +26,9 @@ class Shape(StrEnum):
     """One node under `do`, run for each item."""
     TREE = auto()
     """The root of the tree that it names."""
+    CASES = auto()
+    """One node for each case."""
+    NOTHING = auto()
     CHILD = auto()
     """One node that it controls; made by a modifier or an event."""
 
@@ -157,6 +160,17 @@ _WORDS = (
         "use", "a tree of this file: `{use: inspect, with: {…}, out: {…}}`",
         Shape.TREE, "▣", Outline.FOLDER, "Subtree", takes_outputs=True, takes_inputs=True,
     ),
+    NodeKind(
+        "switch",
+        "the node of one case, chosen at the start: `{switch: {value: $mode, cases: {fast: …, "
+        "slow: …}, default: …}}`; without a case and a `default` it fails (CHECK_FAILED)",
+        Shape.CASES, "⑂", Outline.OCTAGON, "Switch", keeps="the chosen case",
+        empty="another case was chosen",
+    ),
+    NodeKind(
+        "unset", "removes the values of keys without `initial`: `unset: $photo` or a list",
+        Shape.NOTHING, "∅", Outline.ELLIPSE, "LeafNode",
+    ),
 )  # fmt: skip
 
 NODES: Mapping[str, NodeKind] = {kind.word: kind for kind in _WORDS}
@@ -165,10 +179,15 @@ NODES: Mapping[str, NodeKind] = {kind.word: kind for kind in _WORDS}
 _CONTROLS = (
     NodeKind("when", "skips its node if its condition is false at the start",
              Shape.CHILD, "⊳", Outline.HEXAGON, "When", empty="its `when` was not true"),
+    NodeKind("finally", "runs another node however its node ends, also when it is halted",
+             Shape.CHILDREN, "⊣", Outline.HEXAGON, "Finally", keeps="the outcome of its node",
+             empty="its node has not ended"),
     NodeKind("on_failure", "turns a failure of its node into a success",
              Shape.CHILD, "⊘", Outline.HEXAGON, "OnFailure"),
     NodeKind("while", "halts its node and fails if its condition is false",
              Shape.CHILD, "⊚", Outline.HEXAGON, "While", empty="its `while` was not true"),
+    NodeKind("invert", "turns the success of its node into a failure and the reverse",
+             Shape.CHILD, "¬", Outline.HEXAGON, "Invert"),
     NodeKind("repeat", "runs its node again after a success",
              Shape.CHILD, "⟳", Outline.HEXAGON, "Repeat", keeps="the number of runs"),
     NodeKind("recover", "after a failure of its node runs the next recovery, then tries again",
@@ -183,6 +202,8 @@ _CONTROLS = (
              Shape.CHILD, "◔", Outline.HEXAGON, "Every", keeps="the last result"),
     NodeKind("events", "runs the first event that has fired, else the mission",
              Shape.CHILDREN, "↯", Outline.OCTAGON, "Events", keeps="the event that runs"),
+    NodeKind("case", "one case of a `switch`", Shape.CHILD, "⊢", Outline.HEXAGON, "Case",
+             empty="another case was chosen"),
     NodeKind("event", "runs its node when its condition becomes true",
              Shape.CHILD, "↯", Outline.HOUSE, "Event", keeps="since when its condition is true"),
 )  # fmt: skip

@@ -179,14 +179,17 @@ class Modifiers:
 
     Attributes:
         keep_going: `on_failure: continue`.
-        repeat: number of runs; Constant(None) means forever.
+        repeat: number of runs; Constant(None) means forever, or until `until` is true.
         every: least time between two starts, seconds.
     """
 
     when: CheckedExpression | None = None
+    finally_: Step | None = None
     while_: CheckedExpression | None = None
     keep_going: bool = False
+    invert: bool = False
     repeat: Value | None = None
+    until: CheckedExpression | None = None
     recover: Recover | None = None
     retry: Retry | None = None
     timeout: Value | None = None
@@ -228,6 +231,33 @@ class Composite(Step):
 
     children: tuple[Step, ...]
     needed: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Switch(Step):
+    """`switch`: the node of one case.
+
+    Attributes:
+        value: the text that chooses.
+        cases: text -> node, in the order of the file.
+        default: node for all other texts.
+    """
+
+    value: CheckedExpression
+    cases: Mapping[str, Step]
+    default: Step | None
+
+    @property
+    def children(self) -> tuple[Step, ...]:
+        """The nodes of the cases, and the default."""
+        return (*self.cases.values(), *((self.default,) if self.default else ()))
+
+
+@dataclass(frozen=True, slots=True)
+class Unset(Step):
+    """`unset: $photo`: removes the values of keys."""
+
+    targets: tuple[Symbol, ...]
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,7 @@ from missions.language.case_model import FAILURE, RUNNING, SUCCESS, Mock
 from missions.language.model import Leaf, Use
 from stack.types import FailureCode
 
-REAL = ("check", "set", "say", "wait", "wait_until")
+REAL = ("check", "fail", "set", "say", "wait", "wait_until")
 """Behaviours that need only clock and values of the robot; they run unless mocked explicitly."""
 
 

@@ -30,17 +30,19 @@ from missions.language.model import (
     Leaf,
     Mission,
     Step,
+    Switch,
+    Unset,
     Use,
 )
 from missions.language.model import Event as EventModel
 from missions.language.reading.events import NO_HOLD
-from missions.trees import composites, decorators, waypoints
+from missions.trees import branches, composites, decorators, waypoints
 from missions.trees.attempts import Attempts, Recover, Retry
 from missions.trees.context import Execution, HandledFailure, Record
 from missions.trees.events import Event, Events, Trigger
 from missions.trees.labels import detail_of, names_of, value_text
 from missions.trees.latch import Read, latches
-from missions.trees.leaves import LeafNode
+from missions.trees.leaves import LeafNode, UnsetKeys
 from missions.trees.mission_tree import MissionTree
 from missions.trees.node import Node
 from missions.trees.outputs import Outputs
@@ -185,9 +187,14 @@ class _Compiler:
             times = (
                 frame.value(modifiers.repeat) if endless else frame.checked(modifiers.repeat, TIMES)
             )
-            repeated = decorators.Repeat(name, node, self.execution, times)
+            until = modifiers.until.bind(frame) if modifiers.until else None
+            repeated = decorators.Repeat(name, node, self.execution, times, until)
             repeated.latches = latches(times)
             node = self._record(repeated, "repeat", step.mark)
+        if modifiers.invert:
+            node = self._record(
+                decorators.Invert("invert", node, self.execution), "invert", step.mark
+            )
         return node
 
     def _conditional(self, step: Step, node: Node, frame: Frame) -> Node:
@@ -198,6 +205,9 @@ class _Compiler:
         if modifiers.keep_going:
             going = decorators.OnFailure("on_failure: continue", node, self.execution)
             node = self._record(going, "on_failure", step.mark)
+        if modifiers.finally_ is not None:
+            ended = branches.Finally(node, self.step(modifiers.finally_, frame), self.execution)
+            node = self._record(ended, "finally", step.mark)
         if modifiers.when is not None:
             when = decorators.When(node, self.execution, modifiers.when.bind(frame))
             node = self._record(when, "when", step.mark)
@@ -220,9 +230,29 @@ class _Compiler:
         if isinstance(step, ForEach):
             loop = self._for_each(step, frame)
             return self._record(loop, step.kind, step.mark, label=step.name, detail=detail)
+        if isinstance(step, Switch):
+            chooses = self._switch(step, frame)
+            return self._record(chooses, step.kind, step.mark, label=step.name, detail=detail)
+        if isinstance(step, Unset):
+            name = step.name or step.kind
+            leaf = UnsetKeys(name, [frame.writers[symbol] for symbol in step.targets])
+            removes = LeafNode(leaf, self.execution)
+            return self._record(removes, step.kind, step.mark, label=name, detail=detail)
         assert isinstance(step, Composite)
         made = self._composite(step, frame)
         return self._record(made, step.kind, step.mark, label=step.name, detail=detail)
+
+    def _switch(self, step: Switch, frame: Frame) -> Node:
+        cases = {}
+        for text, child in step.cases.items():
+            cases[text] = self._case(f"case {text}", child, frame)
+        default = self._case("default", step.default, frame) if step.default else None
+        name, value = step.name or step.kind, step.value.bind(frame)
+        return branches.Switch(name, self.execution, value, cases, default)
+
+    def _case(self, name: str, step: Step, frame: Frame) -> Node:
+        case = branches.Case(name, self.step(step, frame), self.execution)
+        return self._record(case, "case", step.mark)
 
     def _composite(self, step: Composite, frame: Frame) -> Node:
         name, kind = step.name or step.kind, NODES[step.kind]

@@ -86,17 +86,33 @@ class OnFailure(Decorator):
         return self.outcome_of_child()
 
 
+class Invert(Decorator):
+    """Turns a success into a failure with CHECK_FAILED, and a failure into a success."""
+
+    def advance(self, fresh: bool) -> Status:
+        status = run(self.child)
+        if status is Status.FAILURE:
+            self.feedback_message = self.execution.trace(self.child).failure.sentence
+            return Status.SUCCESS
+        if status is Status.SUCCESS and not self.outcome_of_child_is_skip():
+            why = Failure(FailureCode.CHECK_FAILED, f"{self.child.name} succeeded, inverted")
+            return self.execution.fail(self, why, self.child.name)
+        return self.outcome_of_child()
+
+
 class Repeat(Decorator):
     """Runs the child again after each success; at most one run per tick.
 
-    A skipped run counts as a run. If all runs were skipped, the node is skipped.
+    With `until` it ends after the run after which the condition is true. A skipped run counts as a
+    run. If all runs were skipped, the node is skipped.
     """
 
     def __init__(
-        self, name: str, child: Behaviour, execution: Execution, times: Callable[[], int | None]
-    ) -> None:
+        self, name: str, child: Behaviour, execution: Execution, times: Callable[[], int | None],
+        until: Expression | None = None,
+    ) -> None:  # fmt: skip
         super().__init__(name, child, execution)
-        self.times, self.done, self.left_out = times, 0, 0
+        self.times, self.until, self.done, self.left_out = times, until, 0, 0
 
     def advance(self, fresh: bool) -> Status:
         if fresh:
@@ -117,6 +133,8 @@ class Repeat(Decorator):
     def _is_over(self) -> bool:
         times = self.times()
         self.feedback_message = f"{self.done} of {times}" if times else f"{self.done} times"
+        if self.until is not None:
+            return bool(self.until())
         return times is not None and self.done >= times
 
 

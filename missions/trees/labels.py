@@ -18,7 +18,9 @@ from missions.language.model import (
     ListValue,
     Reference,
     Step,
+    Switch,
     Template,
+    Unset,
     Use,
     Value,
 )
@@ -47,6 +49,10 @@ def detail_of(step: Step) -> str:
         return f"{step.variable.name} in {value_text(step.items)}"
     if isinstance(step, Composite):
         return f"{step.needed} of {len(step.children)}" if step.kind == "parallel" else ""
+    if isinstance(step, Switch):
+        return step.value.source
+    if isinstance(step, Unset):
+        return ", ".join(f"${symbol.name}" for symbol in step.targets)
     if not isinstance(step, Leaf | Use):
         return ""
     ports = step.ports if isinstance(step, Leaf) else step.inputs
@@ -66,5 +72,6 @@ def _targets(outputs: Mapping[str, Symbol]) -> list[str]:
 
 def names_of(step: Step) -> tuple[str, ...]:
     """Return the names of a node: its own name, and its behaviour or tree."""
-    kind = step.tree if isinstance(step, Use) else step.kind if isinstance(step, Leaf) else ""
+    kind = step.tree if isinstance(step, Use) else ""
+    kind = step.kind if isinstance(step, Leaf | Unset) else kind
     return tuple(dict.fromkeys(name for name in (step.name, kind) if name))

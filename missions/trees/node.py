@@ -169,6 +169,11 @@ class Decorator(InnerNode, PyTreesDecorator):
         status: Status = child.status
         return status
 
+    def outcome_of_child_is_skip(self) -> bool:
+        """Return whether the child has ended and was skipped."""
+        child: Any = self.child
+        return bool(child.skipped and child.status is Status.SUCCESS)
+
     def reset_finished_child(self) -> None:
         """Reset a finished child, so that its next run is a new run."""
         if self.child.status is not Status.RUNNING:

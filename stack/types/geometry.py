@@ -77,9 +77,9 @@ class Twist:
 STANDSTILL = Twist()
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Path:
-    """A path: poses in driving order, in the map frame.
+    """A path: poses in driving order, in the map frame. Two paths are equal if they are the same.
 
     Attributes:
         points: (n, 3) float64: x, y in metres and heading in radians; start first.
@@ -97,6 +97,10 @@ class Path:
     def length(self) -> float:
         """Length along the path, in metres."""
         return float(np.linalg.norm(np.diff(self.points[:, :2], axis=0), axis=1).sum())
+
+    def __str__(self) -> str:
+        """Return the length and the number of poses, for people."""
+        return f"path of {self.length:.1f} m, {len(self.points)} poses"
 
     @property
     def goal(self) -> Pose2D:

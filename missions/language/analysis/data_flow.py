@@ -14,6 +14,7 @@ from missions.language.model import (
     ForEach,
     Reference,
     Step,
+    Switch,
     Tree,
     Use,
 )
@@ -56,14 +57,16 @@ def once_per_step(method: Callable[[A, Step], R]) -> Callable[[A, Step], R]:
 
 
 def children_of(step: Step) -> tuple[Step, ...]:
-    """Return the direct children of a step, recoveries last; a used tree is not expanded."""
+    """Return the children of a step, with recoveries and `finally`, but not a used tree."""
     below: tuple[Step, ...] = ()
     if isinstance(step, Composite):
         below = step.children
     elif isinstance(step, ForEach):
         below = (step.child,)
-    recover = step.modifiers.recover
-    return below + (recover.recoveries if recover else ())
+    elif isinstance(step, Switch):
+        below = step.children
+    recover, last = step.modifiers.recover, step.modifiers.finally_
+    return below + (recover.recoveries if recover else ()) + ((last,) if last else ())
 
 
 def uses_of(step: Step) -> Iterator[Use]:

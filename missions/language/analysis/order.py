@@ -26,6 +26,7 @@ from missions.language.model import (
     ListValue,
     Reference,
     Step,
+    Switch,
     Template,
     Tree,
     Use,
@@ -108,8 +109,13 @@ class OrderCheck:
             place = replace(place, attempts=_most(most))
         with self._at(**vars(place)):
             self.body(step, written)
+            if modifiers.until:
+                self.expression(modifiers.until, step.mark, written)
             if modifiers.recover:
                 self.recover(step, written)
+        if modifiers.finally_:
+            with self._at(is_certain=False):
+                self.step(modifiers.finally_, written)
 
     def recover(self, step: Step, written: Written) -> None:
         """Check `unless` and the recoveries; they run after all but the last attempt."""
@@ -143,6 +149,11 @@ class OrderCheck:
                 self.step(step.child, written)
         elif isinstance(step, Composite):
             self.composite(step, written)
+        elif isinstance(step, Switch):
+            self.expression(step.value, step.mark, written)
+            with self._at(is_certain=False):
+                for child in step.children:
+                    self.step(child, written)
 
     def composite(self, step: Composite, written: Written) -> None:
         """Check the children in order; in a parallel each may read what any other writes."""

@@ -5,7 +5,7 @@ The analysis is conservative: a finding is reported only if it is certain.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,15 +20,16 @@ from missions.language.model import (
     Composite,
     Computed,
     Constant,
-    Event,
     ExpressionValue,
     ForEach,
     Leaf,
     ListValue,
     Reference,
     Step,
+    Switch,
     Template,
     Tree,
+    Unset,
     Use,
     Value,
 )
@@ -77,18 +78,6 @@ class OutcomeCheck:
         for child in children_of(step):
             self.step(child)
 
-    def events(self, events: Sequence[Event]) -> None:
-        """Report events that can never fire."""
-        first: dict[str, Event] = {}
-        for event in events:
-            condition = _without_spaces(event.when)
-            if condition in first:
-                earlier = first[condition].name
-                sentence = f"the event {event.name!r} never fires: {earlier!r} fires first"
-                self.findings.error("E161", event.mark, f"{sentence} on the same condition")
-            elif isinstance(event.hold, Constant) and not event.hold.value:
-                first[condition] = event
-
     # Possible outcomes
 
     def outcomes(self, step: Step) -> Outcomes:
@@ -100,15 +89,28 @@ class OutcomeCheck:
         return self.known[key]
 
     def _outcomes(self, step: Step) -> Outcomes:
-        modifiers, ends = step.modifiers, self._attempt(step)
+        modifiers, ends = step.modifiers, self._before_on_failure(step)
         success, failure = ends.success, ends.failure
-        if isinstance(modifiers.repeat, Constant) and modifiers.repeat.value is None:
-            success = False
-        if modifiers.while_ is not None:
-            failure = True
         if modifiers.keep_going:
             success, failure = success or failure, False
+        if modifiers.finally_ is not None:
+            last = self.outcomes(modifiers.finally_)
+            goes_on = last.success or last.skip
+            success, failure = success and goes_on, failure or (success and last.failure)
+            failure = failure and (goes_on or last.failure)
         return Outcomes(success, failure, ends.skip or modifiers.when is not None)
+
+    def _before_on_failure(self, step: Step) -> Outcomes:
+        """Return the possible outcomes of a step with the modifiers inside `on_failure`."""
+        modifiers, ends = step.modifiers, self._attempt(step)
+        success, failure = ends.success, ends.failure
+        if self._is_endless(step):
+            success = False
+        if modifiers.until is not None:
+            failure = failure or _can_fail_to_evaluate(modifiers.until)
+        if modifiers.invert:
+            success, failure = failure, success
+        return Outcomes(success, failure or modifiers.while_ is not None, ends.skip)
 
     def _attempt(self, step: Step) -> Outcomes:
         """Return the possible outcomes of one attempt: the step with its timeout only."""
@@ -127,7 +129,14 @@ class OutcomeCheck:
             return Outcomes(True, ends.failure and not step.skip_failures, ends.skip)
         if isinstance(step, Composite):
             return self._composite(step)
-        return Outcomes()
+        if isinstance(step, Switch):
+            found = [self.outcomes(child) for child in step.children]
+            return Outcomes(
+                any(item.success for item in found),
+                step.default is None or any(item.failure for item in found),
+                any(item.skip for item in found),
+            )
+        return Outcomes(failure=False) if isinstance(step, Unset) else Outcomes()
 
     def _tree(self, tree: Tree) -> Outcomes:
         """Return the possible outcomes of a used tree; an event can end it with its failure."""
@@ -177,7 +186,7 @@ class OutcomeCheck:
             if modifier and not attempt.failure:
                 sentence = f"`{word}` has no effect: {_name(step)} cannot fail"
                 self.findings.warning("W108", step.mark, sentence, f"remove `{word}`")
-        if modifiers.keep_going and not attempt.failure:
+        if modifiers.keep_going and not self._before_on_failure(step).failure:
             sentence = f"`on_failure` has no effect: {_name(step)} cannot fail"
             self.findings.warning("W108", step.mark, sentence, "remove `on_failure`")
         if modifiers.every is None:
@@ -191,8 +200,10 @@ class OutcomeCheck:
             self.findings.warning("W109", step.mark, sentence, "move one of them to a child node")
 
     def _is_endless(self, step: Step) -> bool:
-        repeat = step.modifiers.repeat
-        return isinstance(repeat, Constant) and repeat.value is None
+        repeat, until = step.modifiers.repeat, step.modifiers.until
+        if not isinstance(repeat, Constant) or repeat.value is not None:
+            return False
+        return until is None or truth_values(until.term) == {False}
 
     def _restarted(self, step: Composite) -> None:
         for child in step.children[:-1]:
@@ -220,6 +231,8 @@ class OutcomeCheck:
             if step.kind == "parallel":
                 return len(found) - sum(found) < step.needed
             return any(found) if NODES[step.kind].goes_on_after == "success" else all(found)
+        if isinstance(step, Switch):
+            return all(self.takes_time(child) for child in step.children)
         return False
 
     def _wheels(self, step: Composite) -> None:
@@ -264,6 +277,8 @@ class OutcomeCheck:
             return root is not None and self.begins_to_move(root)
         if isinstance(step, Composite) and step.kind != "parallel" and step.children:
             return self.begins_to_move(step.children[0])
+        if isinstance(step, Switch):
+            return all(self.begins_to_move(child) for child in step.children)
         return any(self.begins_to_move(child) for child in children_of(step)[:1])
 
 
@@ -279,6 +294,8 @@ def _both(first: Step, second: Step) -> bool:
 
 
 def _leaf_outcomes(step: Leaf) -> Outcomes:
+    if step.kind == "fail":
+        return Outcomes(success=False)
     found = _PLAIN.get(step.behaviour.cls)
     if found is not None:
         return found
@@ -330,10 +347,6 @@ def _can_fail_to_evaluate(expression: CheckedExpression) -> bool:
 
 def _may_be_unset(symbol: Symbol) -> bool:
     return symbol.is_writable and symbol.value is UNSET
-
-
-def _without_spaces(expression: CheckedExpression) -> str:
-    return "".join(expression.source.split())
 
 
 def _name(step: Step) -> str:

@@ -49,6 +49,7 @@ class Symbol:
 
     Attributes:
         value: value of a place or argument; initial value of a key, or UNSET.
+        one_of: the only texts that an argument may have; empty if any.
         doc: what a key is for; "" without `doc`.
     """
 
@@ -58,6 +59,7 @@ class Symbol:
     mark: Mark
     value: Any = UNSET
     doc: str = ""
+    one_of: tuple[str, ...] = ()
 
     @property
     def is_constant(self) -> bool:

@@ -22,7 +22,7 @@ from missions.language.expressions.robot_values import ROBOT_VALUES
 from missions.language.expressions.scope import Scope
 from missions.language.expressions.value_types import type_of
 from missions.language.keys import CASE, EXPECTATION, MOCK, STATUS_WORDS, TAKES, WITHIN
-from missions.language.model import Constant, Event, Leaf, Step, Tree, Use
+from missions.language.model import Constant, Event, Leaf, Step, Tree, Unset, Use
 from missions.language.reading.declarations import Layer
 from missions.language.reading.values import ValueReader
 from missions.language.reading.words import WordRole, Words
@@ -365,4 +365,5 @@ def _outputs_by_name(known: MissionNames) -> dict[str, dict[str, Declaration]]:
 
 def _unmockable_names(known: MissionNames) -> list[str]:
     named = [step.name for step in _steps(known.roots) if step.name]
+    named += [step.kind for step in _steps(known.roots) if isinstance(step, Unset)]
     return [*named, *(event.name for event in known.all_events)]

@@ -93,7 +93,7 @@ class DeclarationReader:
                 hint = f"use --set {name}=… or add a default"
                 self.findings.error("E108", key.mark, f"the argument {name!r} has no value", hint)
             kind = ANYTHING if value is UNSET else type_of(declared)
-            layer[name] = Symbol(name, Role.ARGUMENT, kind, key.mark, value)
+            layer[name] = Symbol(name, Role.ARGUMENT, kind, key.mark, value, one_of=declared.one_of)
         for name in overrides:
             if name not in layer:
                 sentence = f"the mission has no argument {name!r}"

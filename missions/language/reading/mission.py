@@ -195,9 +195,6 @@ class _Reading:
         outcomes = OutcomeCheck(trees, self.findings, order.verdicts.dead_waits())
         for step in roots:
             outcomes.step(step)
-        outcomes.events(events)
-        for tree in trees.values():
-            outcomes.events(tree.events)
         TimeLimitCheck(trees, self.findings).mission(root, events)
         RepetitionCheck(trees, self.findings, outcomes).mission(root, events, roots)
         StructureCheck(trees, self.findings).mission(root, events, roots)

@@ -14,6 +14,7 @@ from missions.language.keys import (
     ON_FAILURE_WORDS,
     PERIOD,
     RECOVER,
+    REPEAT,
     RETRY,
     TIMES,
     Keys,
@@ -25,16 +26,18 @@ from missions.language.reading.words import WordRole
 from stack.documents import Mark, Node
 from stack.parameters import Declaration, suggestion
 
+ReadNode = Callable[[Node, NameContext], Step | None]
 ReadChildren = Callable[[Node | None, str, Mark, NameContext], list[Step]]
 RawModifiers = Mapping[str, tuple[Node, Node]]
 """Modifier -> nodes of its key and its value."""
 
 
 class ModifierReader:
-    """Reads the modifiers of one node; `children` reads lists of nodes."""
+    """Reads the modifiers of one node; `node` reads a node, `children` a list of nodes."""
 
-    def __init__(self, values: ValueReader, children: ReadChildren) -> None:
-        self.values, self.findings, self.children = values, values.findings, children
+    def __init__(self, values: ValueReader, node: ReadNode, children: ReadChildren) -> None:
+        self.values, self.findings = values, values.findings
+        self.node, self.children = node, children
 
     def read(self, kind: str, raw: RawModifiers, context: NameContext) -> Modifiers:
         """Return the modifiers; report and skip invalid ones."""
@@ -43,9 +46,12 @@ class ModifierReader:
         inside = replace(context, knows_attempt=True)
         return Modifiers(
             when=self._condition(raw, "when", context),
+            finally_=self.node(raw["finally"][1], context) if "finally" in raw else None,
             while_=self._condition(raw, "while", context),
             keep_going=self._keeps_going(raw) and kind not in LOOPS,
+            invert=self._inverts(raw),
             repeat=self._repeat(raw, context),
+            until=self._until(raw, context),
             recover=self._recover(raw, inside),
             retry=self._retry(raw, context),
             timeout=self._scalar(LIMIT, raw, context),
@@ -76,11 +82,36 @@ class ModifierReader:
         return bool(node.value == "continue")
 
     def _repeat(self, raw: RawModifiers, context: NameContext) -> Value | None:
-        forever = MODIFIERS["repeat"].words
-        if "repeat" in raw and raw["repeat"][1].value in forever:
-            self.values.words.choice(raw["repeat"][1], forever)
+        if "repeat" not in raw:
+            return None
+        node, forever = raw["repeat"][1], MODIFIERS["repeat"].words
+        if node.value in forever:
+            self.values.words.choice(node, forever)
             return Constant(None, "forever")
+        if node.is_mapping:
+            until = node.get("until")
+            self.values.words.keys(node, "repeat", context.scope)
+            self._only("repeat", node, REPEAT)
+            if until is None:
+                self.findings.error("E123", node.mark, "repeat needs `until`")
+            return Constant(None, f"until {until.value if until else '?'}")
         return self._scalar(TIMES, raw, context)
+
+    def _until(self, raw: RawModifiers, context: NameContext) -> CheckedExpression | None:
+        node = raw["repeat"][1] if "repeat" in raw else None
+        until = node.get("until") if node is not None and node.is_mapping else None
+        if node is None or until is None:
+            return None
+        return self.values.expression(until, context)
+
+    def _inverts(self, raw: RawModifiers) -> bool:
+        if "invert" not in raw:
+            return False
+        node = raw["invert"][1]
+        self.values.words.choice(node, ("true", "false"))
+        if not isinstance(node.value, bool):
+            self.findings.error("E123", node.mark, f"invert is `true`, got {node.words()}")
+        return node.value is True
 
     def _retry(self, raw: RawModifiers, context: NameContext) -> Retry | None:
         if "retry" not in raw:

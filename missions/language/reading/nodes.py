@@ -32,6 +32,7 @@ from missions.language.model import (
     Tree,
     Use,
 )
+from missions.language.reading.branches import check_failure_code, read_switch, read_unset
 from missions.language.reading.modifiers import ModifierReader, RawModifiers
 from missions.language.reading.ports import Owner, PortReader
 from missions.language.reading.values import IDENTIFIER, ValueReader
@@ -55,7 +56,7 @@ class NodeReader:
         self.values, self.catalogue, self.trees = values, catalogue, trees
         self.findings: Findings = values.findings
         self.ports = PortReader(values)
-        self.modifiers = ModifierReader(values, self.children)
+        self.modifiers = ModifierReader(values, self.read, self.children)
         self.known = [*NODES, *catalogue.names()]
 
     def read(self, node: Node, context: NameContext) -> Step | None:
@@ -141,6 +142,10 @@ class NodeReader:
             return self._for_each(start, body, raw, within)
         if kind == FOLLOW_WAYPOINTS:
             return self._follow_waypoints(start, body, raw, within)
+        if kind == "switch":
+            return read_switch(self, start, body, within)
+        if kind == "unset":
+            return read_unset(self, start, body, within)
         if kind in NODES:
             return self._composite(start, body, within)
         return self._leaf(start, head, body, _value(raw, "out"), within)
@@ -345,6 +350,8 @@ class NodeReader:
                 if not isinstance(value, Constant):
                     sentence = f"{name}: a port of a plain py_trees class must be a literal"
                     self.findings.error("E132", head.mark, sentence)
+        if start.kind == "fail":
+            check_failure_code(ports.get("code"), start.mark, self.findings)
         results = {name: type_of(declared) for name, declared in kind.outputs.items()}
         outputs = self.ports.outputs(results, out, owner, context)
         return Leaf(

@@ -302,6 +302,9 @@ def test_included_trees_and_places_events_and_cases(client, folder):
         ("out: {image: $picture}", "|", {"out": "out: "}, ["with", "do"]),
         ("- wall_follow: {side: left}", "- wall_follow:\n        s|", {"side": "side: "}, ["wave"]),
         ("side: left", "side: |", {"left": "left", "right": "right"}, []),
+        ("- wait: $dwell", "- switch: {|}", {"cases": "cases: ", "value": "value: "}, ["wait"]),
+        ("timeout: 90 s", "repeat: {|}", {"until": "until: "}, ["attempts"]),
+        ("timeout: 90 s", "fi|", {"finally": "finally: ", "invert": "invert: "}, ["do"]),
         # names
         ("{goal: $target", "{goal: $|", {"$target": "$target", "$dock": "$dock"},
          ["$dwell", "$visited"]),

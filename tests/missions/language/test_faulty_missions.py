@@ -321,11 +321,33 @@ FILES = [
     ("events: [{low: {when: battery.charge < 0, do: {act: a}}}]\nrun: {act: b}", "E161 1:23"),
     ("events: [{low: {when: battery.charge > 0.5 and 0.2 > battery.charge, do: {act: a}}}]\n"
      "run: {act: b}", "E161 1:23"),
-    ("events: [{a: {when: time > 3, do: {act: a}}},\n {b: {when: 'time>3', do: {act: a}}}]\n"
-     "run: {act: b}", "E161 2:3"),
     ("run: {parallel: [{spin: 90 deg}, {sequence: [{back_up: {}}]}]}", "E162 1:35"),
     ("run: {parallel: [{use: t}, {spin: 90 deg, retry: 2}]}\ntrees: {t: {do: {spin: 90 deg}}}",
      "E162 1:29"),
+    ("run: {switch: fast}", "E170 1:15"),
+    ("run: {switch: {cases: {a: {act: a}}}}", "E170 1:7"),
+    ("run: {switch: {value: error, case: {}, cases: {LOST: {act: a}}}}", "E154 1:23", "E170 1:30"),
+    ("arguments: {m: {type: text, one_of: [a, b], default: a}}\n"
+     "run: {switch: {value: $m, cases: {a: {act: a}, c: {act: c}}, default: {act: d}}}",
+     "E170 2:48"),
+    ("run: {fallback: [{act: a}, {switch: {value: error, cases: {LOSTT: {act: a}},"
+     " default: {act: b}}}]}", "E170 1:60"),
+    ("arguments: {m: {type: text, default: a}}\n"
+     "run: {switch: {value: $m, cases: {1: {act: a}}}}", "E170 2:35"),
+    ("arguments: {n: {type: int, default: 1}}\n"
+     "run: {switch: {value: $n, cases: {a: {act: a}}}}", "E153 2:23"),
+    ("blackboard: {n: {type: int, initial: 0}}\nrun: {unset: $n}", "E171 2:14"),
+    ("run: {follow_path: [[1, 2]]}", "E132 1:20"),
+    ("run: {follow_path: [1, 2]}", "E132 1:20"),
+    ("run: {unset: {}}", "E171 1:7"),
+    ("run: {unset: $m}", "E140 1:14"),
+    ("run: {fail: {code: NO_PROGRES, because: a}}", "E172 1:7"),
+    ("run: {fail: {code: no tea, because: a}}", "E172 1:7"),
+    ("run: {act: a, invert: 3}", "E123 1:23"),
+    ("run: {act: a, repeat: {until: $n > 3}}", "E140 1:31"),
+    ("run: {act: a, repeat: {until: time > 3, time: 3}}", "E123 1:41"),
+    ("run: {act: a, repeat: {}}", "E123 1:23"),
+    ("run: {sequence: [{fail: because}, {act: a}]}", "E160 1:36"),
 ]  # fmt: skip
 
 
@@ -426,6 +448,8 @@ WARNINGS = [
     ("blackboard: {n: {type: int}}\n"
      "run: {parallel: [{set: {n: 1}}, {wait_until: $n > 3, retry: 2}]}",),
     ("run: {act: a, every: 3 s, retry: 2}", "W109 1:7"),
+    ("arguments: {m: {type: text, one_of: [a, b], default: a}}\n"
+     "run: {switch: {value: $m, cases: {a: {act: a}}}}", "W170 2:34"),
     ("run: {act: a, every: 3 s, repeat: 2}", "W109 1:7"),
     ("run: {act: a, every: 3 s, repeat: forever}",),
     ("run: {reactive: [{spin: 90 deg}, {wait: 1 s}]}", "W106 1:19"),

@@ -43,12 +43,18 @@ NODE_SAMPLES = {
     "round_robin": "{round_robin: [{say: a}]}",
     "for_each": "{for_each: {n: [1, 2]}, do: {say: a}}",
     "follow_waypoints": "{follow_waypoints: [[1, 2]]}",
+    "switch": "{switch: {value: $m, cases: {a: {say: a}}}}\n"
+    "arguments: {m: {type: text, default: a}}",
+    "unset": "{unset: $k}\nblackboard: {k: {type: int, optional: true}}",
     "use": "{use: greet}\ntrees: {greet: {do: {say: a}}}",
 }
 """A mission's `run` with each kind of node."""
 
 CONTROL_SAMPLES = {
     "when": "{wait: 1 s, when: robot.speed > 0}",
+    "finally": "{wait: 1 s, finally: {say: a}}",
+    "invert": "{wait: 1 s, invert: true}",
+    "case": "{switch: {value: $m, cases: {a: {say: a}}}}\narguments: {m: {type: text, default: a}}",
     "on_failure": "{spin: 90 deg, on_failure: continue}",
     "while": "{wait: 1 s, while: robot.speed < 1}",
     "repeat": "{wait: 1 s, repeat: 2}",
@@ -106,7 +112,7 @@ def test_a_modifier_is_known_to_schema_hover_list_describe_and_docs(word):
 
 def test_every_modifier_that_adds_a_node_is_a_kind():
     without_node = {"name", "with", "out", "do"}
-    assert set(MODIFIERS) - without_node == set(CONTROLS) - {"event", "events"}
+    assert set(MODIFIERS) - without_node == set(CONTROLS) - {"case", "event", "events"}
 
 
 @pytest.mark.parametrize("section", SECTIONS)
@@ -152,6 +158,8 @@ run:
     - parallel: {succeed_on: one, do: [{say: a}, {wait: $dwell}]}
     - spin: 90 deg
       retry: {attempts: 2, delay: 1 s}
+    - switch: {value: $word, cases: {a: {say: b}}, default: {say: c}}
+      repeat: {until: time > 9 s}
     - navigate_to_pose: $shelf
       recover: {attempts: 2, unless: error == LOST, round_robin: [{wait: 1 s}]}
     - use: look
@@ -209,7 +217,7 @@ def test_readers_know_every_key_of_the_table_and_report_others(tmp_path):
         row = wrong[line - 1]
         wrong[line - 1] = f"{row[: column - 1]}{key}x{row[column - 1 + len(key) :]}"
         codes = {item.code for item in findings_of(path, Draft("\n".join(wrong) + "\n"))}
-        assert codes & {"E101", "E112", "E115", "E123", "E130"}, (section, key, codes)
+        assert codes & {"E101", "E112", "E115", "E123", "E130", "E170"}, (section, key, codes)
 
 
 def test_every_key_of_the_table_is_valid_under_the_schema():
