@@ -86,7 +86,7 @@ PARSED_ONLY = {
 PLACEHOLDERS = {"COMMAND": "run", "TICKS": "5", "OUTCOME": "success"}
 """What stands for a word in capitals where any word would not do."""
 
-UNUSED = ("W102", "W103")
+UNUSED = ("W102", "W103", "W129")
 """Warnings of unused names: the rest of a completed mission may use less than before."""
 
 USAGE_ERROR = typer.BadParameter.__mro__[1]

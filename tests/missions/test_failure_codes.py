@@ -75,7 +75,7 @@ CASES: dict[FailureCode, tuple[str, str]] = {
     FailureCode.CHECK_FAILED: ("small_room", "run: {check: battery.charge < 0.1}"),
     FailureCode.EXCEPTION: ("small_room", "plugins: [./plugins]\nrun: fall_over"),
     FailureCode.UNSUPPORTED: ("car_park", "run: {spin: {angle: 90 deg}}"),
-    FailureCode.FAILED: ("small_room", "run: {refusing.Refuses: {}}"),
+    FailureCode.FAILED: ("small_room", "plugins: [refusing]\nrun: {refusing.Refuses: {}}"),
 }  # fmt: skip
 """CANCELLED is missing: a mission's own tree never sees it, for what it cancels it has left."""
 

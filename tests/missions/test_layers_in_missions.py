@@ -82,8 +82,8 @@ def test_each_costmap_gets_the_layers_that_are_meant_for_it(mission):
 
 
 def test_without_the_social_layer_nobody_follows_people():
-    plan = prepare("01_drive_to_a_point", RunOptions(serve=False))
-    engine = wired(plan)
+    options = RunOptions(serve=False, parameters={"safety.predict_motion": "false"})
+    engine = wired(prepare("01_drive_to_a_point", options))
     assert engine.runtime.parts.world_model.tracker is None
     assert engine.runtime.parts.world_model.local_costmap.layers == ("static", "obstacle")
     engine.body.close()

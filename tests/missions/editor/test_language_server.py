@@ -35,7 +35,7 @@ arguments:
   stops: {type: list of Pose, default: [$shelf, $dock]}
 blackboard:
   photo: {type: path, optional: true}
-  visited: {type: int, initial: 0}
+  visited: {type: int, initial: 0, doc: stops}
 run:
   sequence:
     - for_each: {stop: $stops}
@@ -346,7 +346,7 @@ def test_included_trees_and_places_events_and_cases(client, folder):
          {"$visited": "$visited", "battery.charge": "battery.charge"}, ["wave"]),
         ("battery.charge > 0.3", "$dock.|", {"$dock.x": "$dock.x",
                                              "$dock.heading": "$dock.heading"}, ["battery.charge"]),
-        ("wait: $dwell", "wait: $visited * mi|", {"$visited": "$visited", "min": "min"}, ["wave"]),
+        ("wait: $dwell", "wait: $visited * mi|", {"$visited": "$visited", "min": "min("}, ["wave"]),
         ("wait: $dwell", "wait: $visited * |", {"battery.charge": "battery.charge"}, ["wave"]),
         # sections below a node
         ("timeout: 90 s", "recover: {|}", {"attempts": "attempts: ", "unless": "unless: ",

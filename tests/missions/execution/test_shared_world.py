@@ -180,7 +180,7 @@ def test_a_signal_ends_all_missions(files):
 @pytest.mark.parametrize(
     ("changes", "options", "message"),
     [
-        ({"west": WEST.replace("small_room", "office")}, {},
+        ({"west": WEST.replace("small_room", "office").replace("[3.0, 4.0", "[1.9, 2.2")}, {},
          r"east\.yaml is in small room, west\.yaml in office; choose one with --world"),
         ({"west": EAST}, {}, r"east\.yaml and west\.yaml start at the same place, \(1, 2\.4\)"),
         ({}, {"start": "1,1"}, r"--start is for one mission"),
