@@ -86,7 +86,7 @@ class StructureCheck:
         """Report a drive to the goal that the node before has just reached."""
         if isinstance(step, Composite) and step.kind == "sequence":
             for first, second in zip(step.children, step.children[1:], strict=False):
-                if _goal(first) is not None and _goal(first) == _goal(second):
+                if _arrives(first) and _goal(first) == _goal(second):
                     sentence = f"the robot is already there: line {first.mark.line} drives to the "
                     sentence += "same goal"
                     self.findings.warning(
@@ -217,6 +217,13 @@ def _goal(step: Step) -> object:
         value = step.ports.get("goal")
         return value.value if isinstance(value, Constant) else None
     return None
+
+
+def _arrives(step: Step) -> bool:
+    """Return whether the robot stands at a constant goal after the success of a step."""
+    modifiers = step.modifiers
+    elsewhere = modifiers.keep_going or modifiers.invert or modifiers.finally_ is not None
+    return _goal(step) is not None and not elsewhere
 
 
 def _only_grows(term: Term) -> bool:
