@@ -56,17 +56,17 @@ def once_per_step(method: Callable[[A, Step], R]) -> Callable[[A, Step], R]:
     return remembered
 
 
+def body_of(step: Step) -> tuple[Step, ...]:
+    """Return the children of a step, without recoveries, `finally` and a used tree."""
+    if isinstance(step, Composite | Switch):
+        return step.children
+    return (step.child,) if isinstance(step, ForEach) else ()
+
+
 def children_of(step: Step) -> tuple[Step, ...]:
     """Return the children of a step, with recoveries and `finally`, but not a used tree."""
-    below: tuple[Step, ...] = ()
-    if isinstance(step, Composite):
-        below = step.children
-    elif isinstance(step, ForEach):
-        below = (step.child,)
-    elif isinstance(step, Switch):
-        below = step.children
     recover, last = step.modifiers.recover, step.modifiers.finally_
-    return below + (recover.recoveries if recover else ()) + ((last,) if last else ())
+    return body_of(step) + (recover.recoveries if recover else ()) + ((last,) if last else ())
 
 
 def uses_of(step: Step) -> Iterator[Use]:

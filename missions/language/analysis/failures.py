@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from missions.language.analysis.claims import Claims, warning
-from missions.language.analysis.data_flow import children_of, once_per_step
+from missions.language.analysis.data_flow import body_of, once_per_step
 from missions.language.expressions.expression import CheckedExpression
 from missions.language.expressions.terms import Binary, Literal, Named, Term, Unary
 from missions.language.kinds import NODES
@@ -19,6 +19,7 @@ from missions.language.model import (
     ExpressionValue,
     Leaf,
     Step,
+    Switch,
     Template,
     Tree,
     Use,
@@ -77,9 +78,10 @@ class FailureCheck:
             self._expression(modifiers.recover.unless, failed)
             for recovery in recoveries:
                 self._visit(recovery, failed)
-        below = children_of(step)
+        if modifiers.finally_ is not None:
+            self._visit(modifiers.finally_, place)
         codes: Codes = frozenset()
-        for number, child in enumerate(below[: len(below) - len(recoveries)]):
+        for number, child in enumerate(body_of(step)):
             here = inside
             if isinstance(step, Composite) and NODES[step.kind].handles_failure and number:
                 here = replace(inside, handled=True, codes=codes or None)
@@ -102,12 +104,14 @@ class FailureCheck:
     @once_per_step
     def codes(self, step: Step) -> Codes:
         """Return the codes that a step with all its modifiers can fail with."""
-        if step.modifiers.keep_going and step.modifiers.while_ is None:
-            return frozenset()
-        found = self.codes_of_attempt(step)
-        if found is not None and step.modifiers.while_ is not None:
-            found |= {FailureCode.CHECK_FAILED}
-        return found
+        modifiers = step.modifiers
+        found: Codes = frozenset()
+        if not modifiers.keep_going:
+            found = self.codes_of_attempt(step)
+            if found is not None and (modifiers.while_ is not None or modifiers.invert):
+                found |= {FailureCode.CHECK_FAILED}
+        last = modifiers.finally_
+        return _union(found, self.codes(last)) if last is not None else found
 
     @once_per_step
     def codes_of_attempt(self, step: Step) -> Codes:
@@ -129,9 +133,9 @@ class FailureCheck:
             aborts = any(event.then == "abort" for event in tree.events)
             return ends | {FailureCode.CANCELLED} if aborts and ends is not None else ends
         found: Codes = frozenset()
-        recoveries = step.modifiers.recover.recoveries if step.modifiers.recover else ()
-        below = children_of(step)
-        for child in below[: len(below) - len(recoveries)]:
+        if isinstance(step, Switch) and step.default is None:
+            found = frozenset((FailureCode.CHECK_FAILED,))
+        for child in body_of(step):
             found = _union(found, self.codes(child))
         return found
 

@@ -22,6 +22,7 @@ from missions.language.model import (
     ListValue,
     Reference,
     Step,
+    Switch,
     Template,
     Use,
     Value,
@@ -158,15 +159,25 @@ def own_writes(step: Step) -> set[Symbol]:
     return found
 
 
-def reads_of(step: Step) -> Iterator[Symbol]:
-    """Yield the symbols that a node itself reads."""
+def _conditions_of(step: Step) -> Iterator[Symbol]:
+    """Yield the symbols in the conditions of a node and in the value of a `switch`."""
     modifiers = step.modifiers
     unless = modifiers.recover.unless if modifiers.recover else None
-    for condition in (modifiers.when, modifiers.while_, unless):
+    choice = step.value if isinstance(step, Switch) else None
+    for condition in (modifiers.when, modifiers.while_, modifiers.until, unless, choice):
         if condition is not None:
             yield from (*condition.read.values(), *condition.tested.values())
-    attempts = modifiers.retry.attempts if modifiers.retry else None
-    values: list[Value | None] = [modifiers.repeat, modifiers.timeout, modifiers.every, attempts]
+
+
+def reads_of(step: Step) -> Iterator[Symbol]:
+    """Yield the symbols that a node itself reads."""
+    yield from _conditions_of(step)
+    modifiers = step.modifiers
+    values: list[Value | None] = [modifiers.repeat, modifiers.timeout, modifiers.every]
+    if modifiers.retry:
+        values += (modifiers.retry.attempts, modifiers.retry.delay)
+    if modifiers.recover:
+        values.append(modifiers.recover.attempts)
     if isinstance(step, Leaf):
         values += step.ports.values()
     elif isinstance(step, Use):
@@ -189,7 +200,7 @@ def _read_for_others(step: Step) -> set[Symbol]:
                 if item is not symbol
             }  # fmt: skip
             found -= own - others
-    return found
+    return found.union(_conditions_of(step))
 
 
 def read_by(value: Value | None) -> Iterator[Symbol]:

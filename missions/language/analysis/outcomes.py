@@ -104,7 +104,7 @@ class OutcomeCheck:
         """Return the possible outcomes of a step with the modifiers inside `on_failure`."""
         modifiers, ends = step.modifiers, self._attempt(step)
         success, failure = ends.success, ends.failure
-        if self._is_endless(step):
+        if is_endless(step):
             success = False
         if modifiers.until is not None:
             failure = failure or _can_fail_to_evaluate(modifiers.until)
@@ -191,19 +191,13 @@ class OutcomeCheck:
             self.findings.warning("W108", step.mark, sentence, "remove `on_failure`")
         if modifiers.every is None:
             return
-        counted = modifiers.repeat is not None and not self._is_endless(step)
+        counted = modifiers.repeat is not None and not is_endless(step)
         if counted and body.success:
             sentence = "`repeat` also counts results that `every` only repeats"
             self.findings.warning("W109", step.mark, sentence, "move one of them to a child node")
         if modifiers.retry and body.failure:
             sentence = "`retry` also counts results that `every` only repeats"
             self.findings.warning("W109", step.mark, sentence, "move one of them to a child node")
-
-    def _is_endless(self, step: Step) -> bool:
-        repeat, until = step.modifiers.repeat, step.modifiers.until
-        if not isinstance(repeat, Constant) or repeat.value is not None:
-            return False
-        return until is None or truth_values(until.term) == {False}
 
     def _restarted(self, step: Composite) -> None:
         for child in step.children[:-1]:
@@ -312,6 +306,14 @@ def _leaf_outcomes(step: Leaf) -> Outcomes:
     never_true = step.kind in CONDITIONS and {False} in outcomes
     always_true = step.kind == "check" and {True} in outcomes
     return Outcomes(not never_true and has_end(step), can_fail and not always_true)
+
+
+def is_endless(step: Step) -> bool:
+    """Return whether a step is repeated for ever: no number of times, no `until` that ends it."""
+    repeat, until = step.modifiers.repeat, step.modifiers.until
+    if not isinstance(repeat, Constant) or repeat.value is not None:
+        return False
+    return until is None or truth_values(until.term) == {False}
 
 
 def has_end(step: Leaf) -> bool:

@@ -13,11 +13,11 @@ from missions.language.analysis.claims import (
     steps_of,
     warning,
 )
-from missions.language.analysis.data_flow import children_of
+from missions.language.analysis.data_flow import body_of, children_of
 from missions.language.analysis.order import name_of
-from missions.language.analysis.outcomes import OutcomeCheck, has_end
+from missions.language.analysis.outcomes import OutcomeCheck, has_end, is_endless
 from missions.language.analysis.time_limits import INSTANT
-from missions.language.model import Composite, Constant, Event, ForEach, Leaf, Step, Tree, Use
+from missions.language.model import Composite, Event, ForEach, Leaf, Step, Tree, Use
 from stack.documents import Findings
 
 TICK = 0.1
@@ -88,10 +88,10 @@ class RepetitionCheck:
             return
         endless = next(_endless_below(step), None)
         if endless is not None:
-            why = "repeats forever" if _is_endless(endless) else "has no end"
+            why = "repeats forever" if is_endless(endless) else "has no end"
             sentence = f"{what} never ends: {name_of(endless)} {why}"
             hint = "repeat it a number of times, or put a `timeout` around it"
-            if isinstance(endless, Leaf) and not _is_endless(endless):
+            if isinstance(endless, Leaf) and not is_endless(endless):
                 hint = f"set {' or '.join(endless.behaviour.ends_by)}, or a `timeout`"
             self.findings.error("E167", endless.mark, sentence, hint)
         elif not ends.failure:
@@ -107,10 +107,9 @@ class RepetitionCheck:
         self._too_often(step)
         if isinstance(step, Composite) and step.kind == "round_robin":
             self._rotation(step, again=again or repeated)
-        below = step.children if isinstance(step, Composite) else ()
-        if isinstance(step, ForEach):
-            below = (step.child,)
-        for child in below:
+        if modifiers.finally_ is not None:
+            self._visit(modifiers.finally_, again)
+        for child in body_of(step):
             self._visit(child, inside)
         for recovery in modifiers.recover.recoveries if modifiers.recover else ():
             self._visit(recovery, True)
@@ -137,7 +136,7 @@ class RepetitionCheck:
         self.claims.claim(finding, "W126", step)
 
     def _too_often(self, step: Step) -> None:
-        endless = _is_endless(step)
+        endless = is_endless(step)
         plain = isinstance(step, Leaf) and step.kind in INSTANT and step.kind != "check"
         if endless and plain and step.modifiers.every is None:
             sentence = f"{name_of(step)} repeats on every tick, {1 / TICK:g} times a second"
@@ -160,7 +159,7 @@ class RepetitionCheck:
 
 def _endless_below(step: Step) -> Iterator[Step]:
     """Yield the nodes that never succeed by themselves, without those below a timeout."""
-    if _is_endless(step):
+    if is_endless(step):
         yield step
     if step.modifiers.timeout is not None:
         return
@@ -168,8 +167,3 @@ def _endless_below(step: Step) -> Iterator[Step]:
         yield step
     for child in children_of(step):
         yield from _endless_below(child)
-
-
-def _is_endless(step: Step) -> bool:
-    repeat = step.modifiers.repeat
-    return isinstance(repeat, Constant) and repeat.value is None

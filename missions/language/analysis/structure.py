@@ -21,6 +21,7 @@ from missions.language.model import (
     Leaf,
     Modifiers,
     Step,
+    Switch,
     Tree,
     Use,
 )
@@ -86,7 +87,7 @@ class StructureCheck:
         """Report a drive to the goal that the node before has just reached."""
         if isinstance(step, Composite) and step.kind == "sequence":
             for first, second in zip(step.children, step.children[1:], strict=False):
-                if _goal(first) is not None and _goal(first) == _goal(second):
+                if _arrives(first) and _goal(first) == _goal(second):
                     sentence = f"the robot is already there: line {first.mark.line} drives to the "
                     sentence += "same goal"
                     self.findings.warning(
@@ -151,7 +152,7 @@ class StructureCheck:
             starting = (*starting, modifiers.when)
         if modifiers.while_ is not None and not _reads_keys(modifiers.while_):
             lasting = (*lasting, modifiers.while_)
-        if isinstance(step, Composite):
+        if isinstance(step, Composite | Switch):
             self._children(step, lasting, starting)
         elif isinstance(step, ForEach):
             self._exclusive(step.child, lasting, ())
@@ -160,12 +161,12 @@ class StructureCheck:
             if root is not None:
                 self._exclusive(root, lasting, starting)
 
-    def _children(self, step: Composite, lasting: Around, starting: Around) -> None:
+    def _children(self, step: Composite | Switch, lasting: Around, starting: Around) -> None:
         for child in step.children:
             self._exclusive(child, lasting, starting)
             if step.kind in ("sequence", "reactive") and _is_plain_check(child):
                 starting = (*starting, *_checks(child))
-            elif step.kind != "parallel":
+            elif step.kind not in ("parallel", "switch"):
                 starting = ()
 
     def _against(self, step: Step, condition: CheckedExpression, around: Around) -> None:
@@ -206,7 +207,8 @@ def _checks(step: Step) -> tuple[CheckedExpression, ...]:
 def _conditions(step: Step) -> list[CheckedExpression]:
     modifiers = step.modifiers
     unless = modifiers.recover.unless if modifiers.recover else None
-    found = [item for item in (modifiers.when, modifiers.while_, unless) if item is not None]
+    every = (modifiers.when, modifiers.while_, modifiers.until, unless)
+    found = [item for item in every if item is not None]
     ports = step.ports.values() if isinstance(step, Leaf) else ()
     return found + [value.expression for value in ports if isinstance(value, ExpressionValue)]
 
@@ -217,6 +219,13 @@ def _goal(step: Step) -> object:
         value = step.ports.get("goal")
         return value.value if isinstance(value, Constant) else None
     return None
+
+
+def _arrives(step: Step) -> bool:
+    """Return whether the robot stands at a constant goal after the success of a step."""
+    modifiers = step.modifiers
+    elsewhere = modifiers.keep_going or modifiers.invert or modifiers.finally_ is not None
+    return _goal(step) is not None and not elsewhere
 
 
 def _only_grows(term: Term) -> bool:

@@ -14,7 +14,7 @@ from missions.language.analysis.claims import (
     seconds,
     warning,
 )
-from missions.language.analysis.data_flow import children_of, once_per_step
+from missions.language.analysis.data_flow import body_of, once_per_step
 from missions.language.analysis.order import name_of
 from missions.language.model import (
     Composite,
@@ -82,12 +82,12 @@ class TimeLimitCheck:
             for name, declared in step.behaviour.ports.items():
                 if declared.unit == "s" and name in step.ports:
                     self._applies(f"{name} of", step.ports[name], step, inner, name)
-        below = children_of(step)
-        recoveries = modifiers.recover.recoveries if modifiers.recover else ()
-        for child in below[: len(below) - len(recoveries)]:
+        for child in body_of(step):
             self.step(child, inner)
-        for recovery in recoveries:
+        for recovery in modifiers.recover.recoveries if modifiers.recover else ():
             self.step(recovery, limit)
+        if modifiers.finally_ is not None:
+            self.step(modifiers.finally_, limit)
         if isinstance(step, Use):
             self._tree(self.trees[step.tree], inner)
 
