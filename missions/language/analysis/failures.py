@@ -19,6 +19,7 @@ from missions.language.model import (
     ExpressionValue,
     Leaf,
     Step,
+    Switch,
     Template,
     Tree,
     Use,
@@ -31,6 +32,11 @@ Codes = frozenset[str] | None
 """Codes that a node can fail with; None if they are not known."""
 
 _ALWAYS = frozenset((FailureCode.EXCEPTION, FailureCode.FAILED, FailureCode.CANCELLED))
+_OF_VALUES = frozenset(
+    (FailureCode.NOT_SET, FailureCode.DIVISION_BY_ZERO, FailureCode.OVERFLOW,
+     FailureCode.OUT_OF_RANGE)
+)  # fmt: skip
+"""Codes of values that cannot be computed: any port, condition or list can fail with them."""
 
 
 @dataclass(frozen=True)
@@ -77,9 +83,8 @@ class FailureCheck:
             self._expression(modifiers.recover.unless, failed)
             for recovery in recoveries:
                 self._visit(recovery, failed)
-        below = children_of(step)
         codes: Codes = frozenset()
-        for number, child in enumerate(below[: len(below) - len(recoveries)]):
+        for number, child in enumerate(_without_recoveries(step)):
             here = inside
             if isinstance(step, Composite) and NODES[step.kind].handles_failure and number:
                 here = replace(inside, handled=True, codes=codes or None)
@@ -102,10 +107,13 @@ class FailureCheck:
     @once_per_step
     def codes(self, step: Step) -> Codes:
         """Return the codes that a step with all its modifiers can fail with."""
+        last = step.modifiers.finally_
         if step.modifiers.keep_going and step.modifiers.while_ is None:
-            return frozenset()
+            return self.codes(last) if last is not None else frozenset()
         found = self.codes_of_attempt(step)
-        if found is not None and step.modifiers.while_ is not None:
+        if last is not None:
+            found = _union(found, self.codes(last))
+        if found is not None and (step.modifiers.while_ is not None or step.modifiers.invert):
             found |= {FailureCode.CHECK_FAILED}
         return found
 
@@ -129,9 +137,9 @@ class FailureCheck:
             aborts = any(event.then == "abort" for event in tree.events)
             return ends | {FailureCode.CANCELLED} if aborts and ends is not None else ends
         found: Codes = frozenset()
-        recoveries = step.modifiers.recover.recoveries if step.modifiers.recover else ()
-        below = children_of(step)
-        for child in below[: len(below) - len(recoveries)]:
+        if isinstance(step, Switch):
+            found = frozenset({FailureCode.CHECK_FAILED})
+        for child in _without_recoveries(step):
             found = _union(found, self.codes(child))
         return found
 
@@ -168,13 +176,18 @@ class FailureCheck:
     def _compared_with(self, term: Term, code: str, mark: Mark, place: _Place) -> None:
         finding: Finding | None = None
         codes = place.codes
-        if code and codes is not None and code not in codes:
+        if code and codes is not None and code not in codes | _OF_VALUES:
             known = sorted(str(item) for item in codes)
             close = nearest(code, known)
             hint = f"did you mean {close}?" if close else f"it can fail with {', '.join(known)}"
             sentence = f"error is never {code} here: nothing that runs before it fails with {code}"
             finding = warning("W131", mark, sentence, hint)
         self.claims.claim(finding, "W131", term)
+
+
+def _without_recoveries(step: Step) -> list[Step]:
+    recoveries = step.modifiers.recover.recoveries if step.modifiers.recover else ()
+    return [child for child in children_of(step) if not any(child is one for one in recoveries)]
 
 
 def _union(first: Codes, second: Codes) -> Codes:
