@@ -32,6 +32,11 @@ Codes = frozenset[str] | None
 """Codes that a node can fail with; None if they are not known."""
 
 _ALWAYS = frozenset((FailureCode.EXCEPTION, FailureCode.FAILED, FailureCode.CANCELLED))
+_OF_VALUES = frozenset(
+    (FailureCode.NOT_SET, FailureCode.DIVISION_BY_ZERO, FailureCode.OVERFLOW,
+     FailureCode.OUT_OF_RANGE)
+)  # fmt: skip
+"""Codes of values that cannot be computed: any port, condition or list can fail with them."""
 
 
 @dataclass(frozen=True)
@@ -172,7 +177,7 @@ class FailureCheck:
     def _compared_with(self, term: Term, code: str, mark: Mark, place: _Place) -> None:
         finding: Finding | None = None
         codes = place.codes
-        if code and codes is not None and code not in codes:
+        if code and codes is not None and code not in codes | _OF_VALUES:
             known = sorted(str(item) for item in codes)
             close = nearest(code, known)
             hint = f"did you mean {close}?" if close else f"it can fail with {', '.join(known)}"

@@ -95,6 +95,10 @@ class ModifierReader:
             if until is None:
                 self.findings.error("E123", node.mark, "repeat needs `until`")
             return Constant(None, f"until {until.value if until else '?'}")
+        if isinstance(node.value, str) and node.value.isalpha():
+            sentence = f"repeat: expected a whole number, got {node.words()}"
+            self.findings.error("E132", node.mark, sentence, "or write `forever` or {until: …}")
+            return None
         return self._scalar(TIMES, raw, context)
 
     def _until(self, raw: RawModifiers, context: NameContext) -> CheckedExpression | None:

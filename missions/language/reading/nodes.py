@@ -219,6 +219,10 @@ class NodeReader:
     def _needed(self, node: Node | None, children: int, context: NameContext) -> int:
         if node is None or node.value in SUCCEED_WORDS:
             return children if node is None or node.value == SUCCEED_WORDS[0] else 1
+        if isinstance(node.value, str) and node.value.isalpha():
+            sentence = f"succeed_on: expected a whole number, got {node.words()}"
+            self.findings.error("E132", node.mark, sentence, "write all, one or a number")
+            return children
         value = self.values.value(SUCCEED_ON, node, context, options=SUCCEED_WORDS)
         if value is not None and not isinstance(value, Constant):
             sentence = "succeed_on must be known before the mission runs"
@@ -299,7 +303,7 @@ class NodeReader:
         self, start: Step, body: Node | None, raw: RawModifiers,
         context: NameContext,
     ) -> Use | None:  # fmt: skip
-        word = body.value if body is not None else None
+        word = body.value if body is not None and not body.is_mapping else None
         tree = self.trees.get(word) if isinstance(word, str) else None
         if body is not None:
             self.values.words.add(body, WordRole.TREE, context.scope)
@@ -308,7 +312,11 @@ class NodeReader:
             hint = suggestion(str(word), self.trees) if self.trees else "declare it under `trees`"
             if word in self.known:
                 hint = f"{word} is a behaviour: write `{word}:`"
-            self.findings.error("E122", mark, f"there is no tree {word!r}", hint)
+            sentence = f"there is no tree {word!r}"
+            if not isinstance(word, str):
+                got = body.words() if body is not None else "nothing"
+                sentence, hint = f"use needs the name of a tree, got {got}", "write `use: NAME`"
+            self.findings.error("E122", mark, sentence, hint)
             self._skim_passed(raw, context)
             return None
         defaults = {

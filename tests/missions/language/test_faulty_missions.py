@@ -378,6 +378,12 @@ def test_every_finding_comes_in_one_go(tmp_path):
 @pytest.mark.parametrize(
     ("node", "hint"),
     [
+        ("use: {tree: inspect}", "got a mapping; write `use: NAME`"),
+        ("{spin: 90 deg, repeat: always}", "got 'always'; or write `forever` or {until: …}"),
+        (
+            "parallel: {succeed_on: any, do: [{say: a}, {wait: 1 s}]}",
+            "got 'any'; write all, one or a number",
+        ),
         ("navigate_to_pos: $dock", "did you mean 'navigate_to_pose'?"),
         ("{wait: 1 s, timout: 3 s}", "did you mean 'timeout'?"),
         ("{navigate_to_pose: , goal: $dock}", "goal is a port of navigate_to_pose: indent it"),
