@@ -33,6 +33,7 @@ from stack.types import (
     Path,
     Pose2D,
     PoseEstimate,
+    RivalPose,
     Scan,
     TaskStatus,
     Twist,
@@ -83,6 +84,7 @@ class ScriptedRobot:
         sightings: returned by `marker_sightings()`.
         fit: called by `fit_at()`.
         covariance: (3, 3) of x, y, heading, in `estimate`.
+        rivals: other poses that explain the scans as well, in `estimate`.
         said: messages for the operator.
         twist: last velocity of `drive_for`.
         calls: all calls in order.
@@ -96,6 +98,7 @@ class ScriptedRobot:
     odometry: Pose2D = Pose2D(0.0, 0.0)
     localisation_health: float = 1.0
     covariance: FloatArray = field(default_factory=lambda: np.diag([0.0025, 0.0025, 0.001]))
+    rivals: tuple[RivalPose, ...] = ()
     speed: Twist = STANDSTILL
     footprint: Footprint = field(default_factory=lambda: Footprint.circle(0.22))
     battery: Battery = field(default_factory=lambda: Battery(1.0))
@@ -121,8 +124,10 @@ class ScriptedRobot:
 
     @property
     def estimate(self) -> PoseEstimate:
-        """The pose estimate: pose, covariance and health."""
-        return PoseEstimate(self.pose, self.covariance, self.localisation_health)
+        """The pose estimate: pose, covariance, health and rivals."""
+        return PoseEstimate(
+            self.pose, self.covariance, self.localisation_health, rivals=self.rivals
+        )
 
     def image(self) -> Image | None:
         """Return `picture`."""

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from behaviours.testing import ScriptedRobot
+from stack.types import Pose2D, RivalPose
 
 
 def set_value(robot: ScriptedRobot, name: str, value: Any) -> None:
@@ -18,6 +19,10 @@ def set_value(robot: ScriptedRobot, name: str, value: Any) -> None:
 
 def _deviation(robot: ScriptedRobot, value: float) -> None:
     robot.covariance = np.diag([value**2, value**2, robot.covariance[2, 2]])
+
+
+def _ambiguous(robot: ScriptedRobot, value: bool) -> None:
+    robot.rivals = (RivalPose(Pose2D(0.0, 0.0), 0.5),) if value else ()
 
 
 def _pose(field: str) -> Callable[[ScriptedRobot, Any], None]:
@@ -52,6 +57,7 @@ _SETTERS: dict[str, Callable[[ScriptedRobot, Any], None]] = {
     "robot.turning": _speed("angular"),
     "localisation.health": _plain("localisation_health"),
     "localisation.deviation": _deviation,
+    "localisation.ambiguous": _ambiguous,
     "pose": _plain("pose"),
     "pose.x": _pose("x"),
     "pose.y": _pose("y"),

@@ -30,6 +30,7 @@ from stack.types.grids import (
 )
 from stack.types.obstacles import ObstaclePoints, RangeView, SeenGround
 from stack.types.sensors import (
+    NO_COVARIANCE,
     Battery,
     CameraModel,
     Image,
@@ -53,6 +54,7 @@ from stack.types.world import (
     MarkerSighting,
     PoseCandidate,
     PoseEstimate,
+    RivalPose,
     TrackedObject,
 )
 
@@ -77,6 +79,7 @@ __all__ = [
     "Marker",
     "MarkerSighting",
     "Measurement",
+    "NO_COVARIANCE",
     "OCCUPIED",
     "Observation",
     "ObstaclePoints",
@@ -88,6 +91,7 @@ __all__ = [
     "PoseEstimate",
     "RangeReading",
     "RangeView",
+    "RivalPose",
     "STANDSTILL",
     "Scan",
     "SeenGround",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import cos, sin
 from typing import TypeVar
 
@@ -85,6 +85,10 @@ class RangeReading:
     source: str = "sonar"
 
 
+NO_COVARIANCE: FloatArray = np.zeros((3, 3))
+NO_COVARIANCE.flags.writeable = False
+
+
 @dataclass(frozen=True, slots=True)
 class Odometry:
     """Dead reckoning: pose in the odom frame, which drifts but never jumps, and velocity.
@@ -93,11 +97,17 @@ class Odometry:
         stamp: seconds on the body's clock.
         pose: odom frame.
         twist: measured velocity, base frame.
+        step_covariance: (3, 3) of the displacement since the previous odometry, base frame at its
+            end; zeros where the source states no error.
+        disturbed: whether the wheels disagree with another sensor: they slip, or the robot was
+            pushed.
     """
 
     stamp: float
     pose: Pose2D
     twist: Twist
+    step_covariance: FloatArray = field(default_factory=lambda: NO_COVARIANCE)
+    disturbed: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -74,6 +74,19 @@ The first is the 5th percentile at true poses on the map, the third their median
 
 
 @dataclass(frozen=True, slots=True)
+class RivalPose:
+    """Another pose that explains the measurements about as well as the estimate.
+
+    Attributes:
+        pose: of the base, map frame.
+        share: its probability in [0, 1]; the estimate and all rivals add up to at most 1.
+    """
+
+    pose: Pose2D
+    share: float
+
+
+@dataclass(frozen=True, slots=True)
 class PoseEstimate:
     """Estimate of the robot's pose.
 
@@ -84,6 +97,7 @@ class PoseEstimate:
         map_from_odom: the odom frame's pose in the map frame.
         corrected_at: stamp of the newest measurement in `map_from_odom`, seconds.
         jumps: number of discontinuities of `map_from_odom` so far (relocalisations).
+        rivals: other poses that explain the measurements about as well, most probable first.
     """
 
     pose: Pose2D
@@ -92,6 +106,12 @@ class PoseEstimate:
     map_from_odom: Pose2D = Pose2D(0.0, 0.0)
     corrected_at: float = 0.0
     jumps: int = 0
+    rivals: tuple[RivalPose, ...] = ()
+
+    @property
+    def ambiguous(self) -> bool:
+        """Whether another pose explains the measurements about as well."""
+        return bool(self.rivals)
 
     @property
     def position_deviation(self) -> float:

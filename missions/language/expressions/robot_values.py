@@ -83,6 +83,11 @@ ROBOT_VALUES: dict[str, RobotValue] = {
         "standard deviation of the position in its least certain direction",
         least=0.0,
     ),
+    "localisation.ambiguous": RobotValue(
+        BOOL,
+        lambda s: s.robot.estimate.ambiguous,
+        "whether another pose explains the scans about as well as the estimate",
+    ),
     "pose": RobotValue(POSE, lambda s: s.robot.pose, "estimated pose, map frame"),
     "pose.x": RobotValue(LENGTH, lambda s: s.robot.pose.x, "x of the estimated pose, map frame"),
     "pose.y": RobotValue(LENGTH, lambda s: s.robot.pose.y, "y of the estimated pose, map frame"),

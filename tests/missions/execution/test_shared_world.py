@@ -240,7 +240,7 @@ def test_runs_that_begin_in_the_same_second_get_folders_of_their_own(tmp_path, m
 
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(run_folders, "datetime", Noon)
-    names = ["20_courier", "21_second_courier"]
+    names = ["23_courier", "24_second_courier"]
     with reserved_suffix(names) as first, reserved_suffix(names[1:]) as second:
         assert (first, second) == ("-20261122-120000", "-20261122-120000-2")
         assert all((RUNS / (name + first)).is_dir() for name in names)
