@@ -121,7 +121,8 @@ class TransformBuffer:
         end = bisect_right(poses.stamps, last) + 1
         known = np.array(list(islice(poses.stamps, start, end)))
         rows = np.array([_row(pose) for pose in islice(poses.values, start, end)])
-        rows[:, 2] = np.unwrap(rows[:, 2])
+        if np.abs(rows[1:, 2] - rows[:-1, 2]).max(initial=0.0) > pi:
+            rows[:, 2] = np.unwrap(rows[:, 2])
         x, y, heading = (np.interp(stamps, known, column) for column in rows.T)
         odom = np.column_stack([x, y, (heading + pi) % (2.0 * pi) - pi])
         if frame == "odom":
@@ -159,9 +160,14 @@ class TransformBuffer:
         """
         return self._odom_at(until).relative_to(self._odom_at(since))
 
+    def covers(self, stamp: float) -> bool:
+        """Return whether there is a pose in the odom frame at a stamp."""
+        stamps = self._odom_from_base.stamps
+        return bool(stamps) and stamps[0] - TOLERANCE <= stamp <= stamps[-1] + TOLERANCE
+
     def _check(self, stamp: float) -> None:
         newest, oldest = self.newest, self._odom_from_base.stamps[0]
-        if not oldest - TOLERANCE <= stamp <= newest + TOLERANCE:
+        if not self.covers(stamp):
             raise FrameError(
                 f"no pose at {stamp:.3f} s: the transform buffer covers"
                 f" {oldest:.3f} s to {newest:.3f} s"
