@@ -120,8 +120,9 @@ class TransformBuffer:
         start = max(0, bisect_right(poses.stamps, first) - 1)
         end = bisect_right(poses.stamps, last) + 1
         known = np.array(list(islice(poses.stamps, start, end)))
-        rows = np.array([_row(known.pose) for known in islice(poses.values, start, end)])
-        rows[:, 2] = np.unwrap(rows[:, 2])
+        rows = np.array([_row(step.pose) for step in islice(poses.values, start, end)])
+        if np.abs(rows[1:, 2] - rows[:-1, 2]).max(initial=0.0) > pi:
+            rows[:, 2] = np.unwrap(rows[:, 2])
         x, y, heading = (np.interp(stamps, known, column) for column in rows.T)
         odom = np.column_stack([x, y, (heading + pi) % (2.0 * pi) - pi])
         if frame == "odom":
@@ -219,9 +220,14 @@ class TransformBuffer:
         inside = np.minimum(known[1:], until) - np.maximum(known[:-1], since)
         return steps, np.clip(inside / np.diff(known), 0.0, 1.0)
 
+    def covers(self, stamp: float) -> bool:
+        """Return whether there is a pose in the odom frame at a stamp."""
+        stamps = self._odom_from_base.stamps
+        return bool(stamps) and stamps[0] - TOLERANCE <= stamp <= stamps[-1] + TOLERANCE
+
     def _check(self, stamp: float) -> None:
         newest, oldest = self.newest, self._odom_from_base.stamps[0]
-        if not oldest - TOLERANCE <= stamp <= newest + TOLERANCE:
+        if not self.covers(stamp):
             raise FrameError(
                 f"no pose at {stamp:.3f} s: the transform buffer covers"
                 f" {oldest:.3f} s to {newest:.3f} s"
