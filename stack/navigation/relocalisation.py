@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from stack.components import Estimator, Match
 from stack.errors import NavigationError
@@ -10,7 +10,17 @@ from stack.frames.buffer import TransformBuffer
 from stack.navigation.following import standing
 from stack.navigation.parameters import NavigationParameters
 from stack.navigation.tasks import MotionExecutor, MotionTask, NavigationState
-from stack.types import STANDSTILL, FailureCode, Pose2D, Scan, Twist
+from stack.types import STANDSTILL, FailureCode, Pose2D, RivalPose, Scan, Twist
+
+
+def ambiguity(pose: Pose2D, rivals: Sequence[RivalPose]) -> str:
+    """Return the sentence about the rivals of a pose."""
+    nearest = rivals[0].pose
+    others = f"{len(rivals)} other places" if len(rivals) > 1 else "another place"
+    return (
+        f"({pose.x:.2f}, {pose.y:.2f}) and {others}, such as ({nearest.x:.2f}, {nearest.y:.2f}), "
+        "explain the scans about as well; look for a marker or run `disambiguate`"
+    )
 
 
 class Relocalisation(MotionExecutor):
@@ -76,7 +86,10 @@ class Relocalisation(MotionExecutor):
             self.task.fail(error.failure.code, error.failure.sentence)
             return
         self._found(before, match)
-        pose = match.pose
+        pose, rivals = match.pose, self._estimator.estimate.rivals
+        if rivals:
+            self.task.fail(FailureCode.AMBIGUOUS, ambiguity(pose, rivals))
+            return
         self.task.succeed(
             f"at ({pose.x:.2f}, {pose.y:.2f}), {match.fit:.0%} of the scans explained"
         )
