@@ -209,6 +209,10 @@ class ScriptedRobot:
         """Return a new task."""
         return self._request("relocalise")
 
+    def disambiguate(self) -> ScriptedTask:
+        """Return a new motion task."""
+        return self._move("disambiguate")
+
     def set_pose(
         self, pose: Pose2D, *, position_deviation: float, heading_deviation: float, source: str
     ) -> None:

@@ -2,25 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 from stack.components import Estimator, Match
 from stack.errors import NavigationError
 from stack.frames.buffer import TransformBuffer
+from stack.navigation.disambiguation import ambiguity
 from stack.navigation.following import standing
 from stack.navigation.parameters import NavigationParameters
 from stack.navigation.tasks import MotionExecutor, MotionTask, NavigationState
-from stack.types import STANDSTILL, FailureCode, Pose2D, RivalPose, Scan, Twist
-
-
-def ambiguity(pose: Pose2D, rivals: Sequence[RivalPose]) -> str:
-    """Return the sentence about the rivals of a pose."""
-    nearest = rivals[0].pose
-    others = f"{len(rivals)} other places" if len(rivals) > 1 else "another place"
-    return (
-        f"({pose.x:.2f}, {pose.y:.2f}) and {others}, such as ({nearest.x:.2f}, {nearest.y:.2f}), "
-        "explain the scans about as well; look for a marker or run `disambiguate`"
-    )
+from stack.types import STANDSTILL, FailureCode, Pose2D, Scan, Twist
 
 
 class Relocalisation(MotionExecutor):
@@ -88,7 +79,8 @@ class Relocalisation(MotionExecutor):
         self._found(before, match)
         pose, rivals = match.pose, self._estimator.estimate.rivals
         if rivals:
-            self.task.fail(FailureCode.AMBIGUOUS, ambiguity(pose, rivals))
+            why = f"{ambiguity(pose, rivals)}; look for a marker or run `disambiguate`"
+            self.task.fail(FailureCode.AMBIGUOUS, why)
             return
         self.task.succeed(
             f"at ({pose.x:.2f}, {pose.y:.2f}), {match.fit:.0%} of the scans explained"
