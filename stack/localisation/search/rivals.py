@@ -20,6 +20,9 @@ from stack.types import FailureCode, Pose2D, RivalPose, Scan
 _REACH = 0.3
 """Metres by which a hypothesis is aligned again after a motion, at most."""
 
+_LEAD = 1.0
+"""Log-likelihood by which a rival must lead the estimate to replace it, against flipping."""
+
 _STILL = 0.005
 """Metres, radians; a robot that moved less between two scans stands."""
 
@@ -146,6 +149,8 @@ class RivalTracker:
         first = replace(self._hypotheses[0], map_from_odom=estimate.compose(back))
         followed = [self._followed(one, odometry, scan) for one in (first, *self._hypotheses[1:])]
         order = sorted(range(len(followed)), key=lambda k: (-followed[k].evidence, k))
+        if followed[order[0]].evidence < followed[0].evidence + _LEAD:
+            order = [0, *(k for k in order if k != 0)]
         self._hypotheses = self._surviving([followed[k] for k in order], odometry)
         if order[0] == 0:
             return None
@@ -170,7 +175,7 @@ class RivalTracker:
 
     def _surviving(self, ordered: list[_Hypothesis], odometry: Pose2D) -> list[_Hypothesis]:
         """Return the hypotheses, best first, that are distinct and not too improbable."""
-        limit = ordered[0].evidence + log(self._parameters.rival_share)
+        limit = max(one.evidence for one in ordered) + log(self._parameters.rival_share)
         kept: list[_Hypothesis] = []
         for one in ordered:
             pose = one.map_from_odom.compose(odometry)
