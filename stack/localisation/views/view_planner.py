@@ -67,21 +67,42 @@ class ViewPlanner:
     ) -> View | None:
         """Return the view with the largest gain per metre; None if no reachable one has any.
 
+        If the space that is free at all poses has no such view, that at the estimate is searched:
+        the robot sees on the way whether it is there.
+
         Args:
             poses: of the estimate and of all rivals, map frame; at least two.
             shares: their probabilities.
             scan: of the lidar, for its beams, range and mount.
             avoided: places that could not be reached, current base frame.
         """
-        p = self._parameters
-        cost: NDArray[np.int64] = self._kernels.common_reach(
-            self._field.occupancy, self._field.distances, self._placement,
-            np.array([as_row(pose) for pose in poses]), self._clearance, 2.0 * self._clearance,
-            CELL, round(p.view_distance / CELL),
-        )  # fmt: skip
         compared = sorted(range(len(poses)), key=lambda k: (-shares[k], k))[:_COMPARED]
         rivals = [poses[k] for k in compared]
         weights = np.maximum([shares[k] for k in compared], 1e-3)
+        for free_at in (poses, poses[:1]):
+            view = self._best_within(self.reach(free_at), rivals, weights, scan, avoided)
+            if view is not None:
+                return view
+        return None
+
+    def reach(self, poses: Sequence[Pose2D]) -> NDArray[np.int64]:
+        """Return the costs of the ways that are free at all poses; see `kernels.common_reach`."""
+        cost: NDArray[np.int64] = self._kernels.common_reach(
+            self._field.occupancy, self._field.distances, self._placement,
+            np.array([as_row(pose) for pose in poses]), self._clearance, 2.0 * self._clearance,
+            CELL, round(self._limit / CELL),
+        )  # fmt: skip
+        return cost
+
+    def _best_within(
+        self,
+        cost: NDArray[np.int64],
+        rivals: Sequence[Pose2D],
+        weights: FloatArray,
+        scan: Scan,
+        avoided: Sequence[Pose2D],
+    ) -> View | None:
+        """Return the view with the largest gain per metre in the reachable space."""
         best: View | None = None
         score = 0.0
         for motion, distance in self._places(cost, avoided):
