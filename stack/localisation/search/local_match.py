@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from stack.localisation.distance_field import SignedDistanceField
-from stack.localisation.health import ScanEvaluator
 from stack.localisation.parameters import LocaliserParameters
 from stack.localisation.search.evaluation import MatchEvaluator
 from stack.localisation.search.lattice_search import LatticeSearch, SearchLimits, SearchWindow
@@ -17,21 +16,15 @@ class LocalMatcher:
     """Search of a window about a pose, for a filter whose scans stopped fitting the map.
 
     Args:
-        field: the map.
-        evaluator: of the same map.
-        parameters: blur, headings and beams of the search.
-        search: of the same map, if there is one already.
+        ranking: of the map.
+        parameters: headings and beams of the search.
+        search: of the same map.
     """
 
     def __init__(
-        self,
-        field: SignedDistanceField,
-        evaluator: ScanEvaluator,
-        parameters: LocaliserParameters,
-        search: LatticeSearch | None = None,
+        self, ranking: MatchEvaluator, parameters: LocaliserParameters, search: LatticeSearch
     ) -> None:
-        self._search = search or map_search(field, parameters)
-        self._ranking = MatchEvaluator(field, evaluator, parameters)
+        self._search, self._ranking = search, ranking
         self._beams, self._step = parameters.search_beams, parameters.search_heading_step
 
     def match(self, pose: Pose2D, scan: Scan, distance: float, angle: float) -> list[GlobalMatch]:
