@@ -9,6 +9,7 @@ Mapping in Real-time", RSS 2014, section V.
 from __future__ import annotations
 
 from dataclasses import replace
+from math import cos, sin
 
 import numpy as np
 
@@ -44,17 +45,22 @@ def deskew(scan: Scan, frames: TransformBuffer) -> Scan:
     """
     if scan.time_increment == 0.0:
         return scan
-    sensor = frames.pose_at("odom", scan.stamp).compose(scan.mount)
+    base = frames.pose_at("odom", scan.stamp)
     x, y, heading = frames.poses_at("odom", scan.stamps).T
-    c, s = np.cos(heading), np.sin(heading)
-    origin_x = x + c * scan.mount.x - s * scan.mount.y - sensor.x
-    origin_y = y + s * scan.mount.x + c * scan.mount.y - sensor.y
-    direction = heading + scan.mount.heading + scan.angles
-    returned = np.isfinite(scan.ranges)
-    reach = np.where(returned, scan.ranges, 0.0).astype(np.float64)
-    dx = np.where(returned, origin_x, 0.0) + np.where(returned, reach, 1.0) * np.cos(direction)
-    dy = np.where(returned, origin_y, 0.0) + np.where(returned, reach, 1.0) * np.sin(direction)
-    turn = np.arctan2(dy, dx) - sensor.heading - scan.angles
-    bearings = scan.angles + (turn + np.pi) % (2.0 * np.pi) - np.pi
-    ranges = np.where(returned, np.hypot(dx, dy), scan.ranges).astype(np.float32)
-    return replace(scan, ranges=ranges, bearings=bearings, time_increment=0.0)
+    mount, angles = scan.mount, scan.angles
+    turned = (heading - base.heading + np.pi) % (2.0 * np.pi) - np.pi
+    # the sensor's position at each beam's stamp, from that at the scan's stamp
+    forward, aside = np.cos(heading) - cos(base.heading), np.sin(heading) - sin(base.heading)
+    ahead = x - base.x + mount.x * forward - mount.y * aside
+    left = y - base.y + mount.x * aside + mount.y * forward
+    c, s = cos(base.heading + mount.heading), sin(base.heading + mount.heading)
+    ahead, left = c * ahead + s * left, c * left - s * ahead
+    # the end point along and across the beam; an infinite range gives no change of bearing
+    bearings = angles + turned
+    cosine, sine = np.cos(bearings), np.sin(bearings)
+    along = scan.ranges + (cosine * ahead + sine * left)
+    across = cosine * left - sine * ahead
+    change = np.arctan2(across, along)
+    change[np.isnan(change)] = 0.0
+    ranges = np.hypot(along, across).astype(np.float32)
+    return replace(scan, ranges=ranges, bearings=bearings + change, time_increment=0.0)

@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 
 from stack.compilation import KernelTypes
 from stack.drivetrain.description import LidarDescription, RobotDescription, SonarDescription
-from stack.errors import FrameError
 from stack.frames.buffer import TransformBuffer
 from stack.parameters import parameter
 from stack.perception.seen_ground import GroundMemory
@@ -164,16 +163,12 @@ class ObstacleMemory:
 
     def _compensated(self, now: float, frames: TransformBuffer) -> FloatArray:
         """Return (m, 2) the newest points of every sensor, base frame now."""
-        found = [np.empty((0, 2))]
+        found, here = [np.empty((0, 2))], frames.pose_at("odom", now).inverse()
         for name in self._sensors:
-            if name not in self._newest:
-                continue
-            measured = self._newest[name]
-            try:
-                moved = frames.motion(measured.stamp, now)
-            except FrameError:
-                continue  # too old; its age says so
-            found.append(moved.inverse().transform(measured.points))
+            measured = self._newest.get(name)
+            # one before the start of the buffer is too old; its age says so
+            if measured is not None and frames.covers(measured.stamp) and len(measured.points):
+                found.append(here.compose(measured.view.base).transform(measured.points))
         return np.concatenate(found)
 
     def _remember(
