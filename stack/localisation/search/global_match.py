@@ -53,7 +53,7 @@ class GlobalMatcher:
         self._kernels, self._field, self._search = kernels, field, search
         self._ranking = MatchEvaluator(field, evaluator, parameters)
         self.beams, self._step = parameters.search_beams, parameters.search_heading_step
-        self._limits = SearchLimits(fraction=parameters.search_fraction)
+        self._limits = SearchLimits(parameters.search_fraction, most=parameters.search_most)
         stride = max(1, round(SEED_SPACING / field.resolution))
         first = stride // 2
         rows, columns = np.nonzero(field.are_free(0.1, stride, first))
