@@ -28,6 +28,7 @@ from stack.types import (
     Scan,
     TrackedObject,
     Twist,
+    View,
 )
 
 
@@ -397,16 +398,26 @@ class Estimator(Component, ABC):
         """Return the health in [0, 1] of a single scan at another pose; 0 without a map."""
         return 0.0
 
+    def best_view(self, scan: Scan, avoided: Sequence[Pose2D] = ()) -> View | None:
+        """Return the view that best tells the estimate from its rivals; None without one.
+
+        Args:
+            scan: the newest scan, for the lidar's beams.
+            avoided: places that could not be reached or were seen, current base frame.
+        """
+        return None
+
     def localise_globally(self, scan: Scan, earlier: Sequence[tuple[Pose2D, Scan]] = ()) -> Match:
-        """Restart at the only pose on the map that explains the scans.
+        """Restart at the best pose on the map that explains the scans.
+
+        Other poses that explain them about as well become `estimate.rivals`.
 
         Args:
             scan: the newest scan.
             earlier: earlier scans, each with the base pose at its stamp in the current base frame.
 
         Raises:
-            NavigationError: LOST if no pose fits or the estimator cannot search a map, AMBIGUOUS
-                if several poses fit.
+            NavigationError: LOST if no pose fits or the estimator cannot search a map.
         """
         raise NavigationError(
             FailureCode.LOST,

@@ -9,8 +9,8 @@ from time import sleep  # noqa: TID251 - only while the simulation is held
 from typing import Any
 
 from missions.execution.ground_truth import SimulationScorer
-from missions.execution.picture_store import PictureStore
 from missions.execution.prepare import MAP_ORIGIN, PreparedMission, RunOptions
+from missions.execution.records.picture_store import PictureStore
 from missions.execution.resources import load_map, versions
 from missions.language.reading.header import LOCALISATION, ODOMETRY
 from missions.trees.compiler import compile_mission

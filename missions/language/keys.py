@@ -123,6 +123,7 @@ TAKES = Declaration("takes", float, unit="s", at_least=0.0)
 WITHIN = Declaration("within", float, unit="s", above=0.0)
 INVERT = Declaration("invert", bool, default=False)
 OPTIONAL = Declaration("optional", bool, default=False)
+KEEP = Declaration("keep", bool, default=False)
 SUCCEED_WORDS = ("all", "one")
 ON_FAILURE_WORDS = ("fail", "continue")
 THEN_WORDS = ("resume", "restart", "abort")
@@ -194,6 +195,8 @@ BLACKBOARD_KEY = _section(
     Key("initial", "Value at the start of the mission.", Form.ANY),
     Key("optional", "Whether it can be unset; test with `$key is set`.", Form.LITERAL,
         declared=OPTIONAL),
+    Key("keep", "Whether the next run of the mission begins with the value of the last one.",
+        Form.LITERAL, declared=KEEP),
     _UNIT, _DOC,
 )  # fmt: skip
 

@@ -84,15 +84,39 @@ def test_the_camera_can_be_disabled():
 
 
 def test_moves_on_before_it_asks_the_lidar_again():
-    robot = lost(markers=(), global_answer=[None, None])
+    robot = lost(markers=(), global_answer=[None, None], refusal=("LOST", "nothing fits"))
     start = robot.pose
     behaviour = Relocalise()
     assert tick(behaviour, robot, 30.0) is Status.FAILURE
     assert len(robot.calls_of("relocalise")) == 2
+    assert robot.calls_of("disambiguate") == []
     assert 0.8 <= robot.pose.distance_to(start) <= 1.2
+    assert behaviour.failure.code == "LOST"
+    assert behaviour.failure.sentence == "nothing fits"
+    assert robot.time < 30.0
+
+
+def test_drives_to_where_the_places_differ():
+    robot = lost(markers=(), global_answer=[None])
+    behaviour = Relocalise()
+    while not robot.calls_of("disambiguate"):
+        assert tick(behaviour, robot, 0.1) is Status.RUNNING
+    robot.belief = robot.pose
+    robot.task.succeed()
+    assert tick(behaviour, robot, 5.0) is Status.SUCCESS
+    assert behaviour.method == "lidar"
+
+
+def test_fails_when_no_place_differs():
+    robot = lost(markers=(), global_answer=[None])
+    behaviour = Relocalise()
+    while not robot.calls_of("disambiguate"):
+        assert tick(behaviour, robot, 0.1) is Status.RUNNING
+    robot.task.fail("AMBIGUOUS", "two places fit alike")
+    assert tick(behaviour, robot, 5.0) is Status.FAILURE
     assert behaviour.failure.code == "AMBIGUOUS"
     assert behaviour.failure.sentence == "two places fit alike"
-    assert robot.time < 30.0
+    assert len(robot.calls_of("relocalise")) == 1
 
 
 def test_an_unconfirmed_pose_is_not_a_success():
