@@ -21,7 +21,8 @@ from stack.body import BodyCommand
 from stack.drivetrain.description import RobotDescription
 from stack.frames.buffer import TransformBuffer
 from stack.frames.deskew import deskew_observation
-from stack.localisation.odometry import OdometryFusion
+from stack.localisation.fusion.ekf import EkfOdometry
+from stack.localisation.fusion.parameters import EkfParameters
 from stack.perception.obstacle_memory import ObstacleMemory
 from stack.perception.smoothing import smooth_observation
 from stack.perception.tracker import Tracker
@@ -223,7 +224,8 @@ class SafetyLoop:
         self, body: SimulatedBody, robot: RobotDescription,
         parameters: SafetyParameters | None = None,
     ) -> None:  # fmt: skip
-        self._body, self._odometry, self._frames = body, OdometryFusion(), TransformBuffer()
+        self._body, self._frames = body, TransformBuffer()
+        self._odometry = EkfOdometry(EkfParameters(), robot)
         self._memory = ObstacleMemory(robot)
         self._safety = Safety(robot, parameters or SafetyParameters(), PERIOD)
         self._tracker = Tracker(TrackerParameters())
