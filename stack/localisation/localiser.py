@@ -8,6 +8,7 @@ follows odometry, its health drops, and the global search finds the new pose.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import pi
 
 import numpy as np
@@ -15,7 +16,7 @@ import numpy as np
 from stack.compilation import KernelTypes
 from stack.components import Estimator
 from stack.drivetrain.description import RobotDescription
-from stack.errors import InputError
+from stack.errors import InputError, NavigationError
 from stack.frames.buffer import TransformBuffer
 from stack.localisation.distance_field import as_pose, as_row, surface_field
 from stack.localisation.health import FitScale, RecentMedian, ScanEvaluator, calibrate
@@ -28,7 +29,8 @@ from stack.localisation.particles import (
     move,
     summarise,
 )
-from stack.localisation.search.global_match import HEADINGS, SEED_SPACING, GlobalMatcher, decide
+from stack.localisation.search.evaluation import MatchEvaluator
+from stack.localisation.search.global_match import HEADINGS, SEED_SPACING, GlobalMatcher
 from stack.localisation.search.local_match import LocalMatcher, map_search
 from stack.localisation.search.matches import (
     GlobalMatch,
@@ -37,6 +39,8 @@ from stack.localisation.search.matches import (
     returned_beams,
     scan_points,
 )
+from stack.localisation.search.rivals import Resolution, RivalTracker, resolve
+from stack.localisation.views.view_planner import ViewPlanner
 from stack.parameters import suggestion
 from stack.streams import stream
 from stack.types import (
@@ -47,6 +51,7 @@ from stack.types import (
     Pose2D,
     PoseEstimate,
     Scan,
+    View,
 )
 
 _HEADING_OF_METRE = 0.6
@@ -58,6 +63,12 @@ since beams are not independent."""
 
 _NO_FIT = 0.5
 """Share of the fit at LOST_HEALTH; a lower fit means that the robot is not near the estimate."""
+
+_CLEARANCE = 0.05
+"""Metres between the robot's inscribed circle and surfaces on the way to a view."""
+
+_FOUND = 0.1, 0.05
+"""Standard deviations of a pose found by a search, metres and radians."""
 
 _STILL_UPDATES = 2
 """Largest number of measurement updates at standstill: the same view adds little evidence."""
@@ -78,8 +89,9 @@ class Localiser(Estimator):
         """Return the kernels of the filter and of the search."""
         from stack.localisation import kernels
         from stack.localisation.search import kernels as search_kernels
+        from stack.localisation.views import kernels as view_kernels
 
-        return (*kernels.LOCALISATION, *search_kernels.SEARCH)
+        return (*kernels.LOCALISATION, *search_kernels.SEARCH, *view_kernels.VIEWS)
 
     def __init__(
         self,
@@ -98,6 +110,8 @@ class Localiser(Estimator):
         self._evaluator = ScanEvaluator(self._field)
         self._scale: FitScale | None = None
         self._fits = RecentMedian(parameters.health_window)
+        ranking = MatchEvaluator(self._field, self._evaluator, parameters)
+        self._rivals = RivalTracker(ranking, parameters)
         self._use(parameters)
         self._odometry: Pose2D | None = None
         self._fit: float | None = None
@@ -137,6 +151,7 @@ class Localiser(Estimator):
         search = map_search(self._field, p)
         self._matcher = GlobalMatcher(self._field, self._evaluator, p, search)
         self._local_matcher = LocalMatcher(self._field, self._evaluator, p, search)
+        self._rivals.configure(MatchEvaluator(self._field, self._evaluator, p), p)
         self._fits.window = p.health_window
         alphas = p.alpha_1, p.alpha_2, p.alpha_3, p.alpha_4
         sideways = self._robot.drivetrain.can_move_sideways
@@ -152,6 +167,11 @@ class Localiser(Estimator):
 
     def set_pose(self, pose: Pose2D, position_deviation: float, heading_deviation: float) -> None:
         """Restart around a pose in the map frame; standard deviations in metres and radians."""
+        self._rivals.clear()
+        self._restart(pose, position_deviation, heading_deviation)
+
+    def _restart(self, pose: Pose2D, position_deviation: float, heading_deviation: float) -> None:
+        """Sample the particles around a pose; the rivals stay."""
         deviations = [position_deviation, position_deviation, heading_deviation]
         poses = self._generator.normal(as_row(pose), deviations, (self.parameters.max_particles, 3))
         self._reset(ParticleSet.uniform(poses[: self._particle_count(poses)]))
@@ -159,6 +179,7 @@ class Localiser(Estimator):
 
     def scatter(self) -> None:
         """Restart with particles uniform over the free space."""
+        self._rivals.clear()
         cells = self._field.free_cells(0.0)
         count = self.parameters.max_particles
         poses = self._generator.uniform(-pi, pi, (count, 3))
@@ -195,9 +216,12 @@ class Localiser(Estimator):
         if scan is None:
             return
         if self._scattered:
-            self._seed(scan)
+            self._start_anywhere(scan)
         elif self._is_update_due():
             self._predict_only() if self._is_kidnapped(scan) else self._measurement_update(scan)
+        better = self._rivals.update(self._pose, odometry, scan)
+        if better is not None:
+            self._restart(better, *_FOUND)
         self._fit = self._evaluator.fit(self._pose, scan)
         self._fits.add(scan.stamp, self._fit)
         self._fit_scale(scan)
@@ -217,6 +241,7 @@ class Localiser(Estimator):
         return PoseEstimate(
             self._pose, self._covariance, health,
             self._map_from_odom, self._corrected_at, self._jumps,
+            self._rivals.rivals(self._odometry or self._reference),
         )  # fmt: skip
 
     @property
@@ -244,20 +269,43 @@ class Localiser(Estimator):
         return self._matcher.candidates(scan, earlier)
 
     def localise_globally(self, scan: Scan, earlier: Views = ()) -> GlobalMatch:
-        """Restart at the only pose on the map that explains the scans.
+        """Restart at the best pose on the map that explains the scans, with its rivals.
 
         Args:
             scan: the newest scan.
             earlier: as for `match_globally`.
 
         Raises:
-            NavigationError: LOST if no pose fits, AMBIGUOUS if several do. The particles do not
-                change then.
+            NavigationError: LOST if no pose fits. The particles do not change then.
         """
+        return self._adopt(self._resolution(scan, earlier))
+
+    def best_view(self, scan: Scan, avoided: Sequence[Pose2D] = ()) -> View | None:
+        """Return the view that best tells the estimate from its rivals; None without one."""
+        estimate = self.estimate
+        if not estimate.ambiguous:
+            return None
+        clearance = self._robot.footprint.inscribed_radius + _CLEARANCE
+        planner = ViewPlanner(self._field, clearance, self.parameters)
+        shares = [rival.share for rival in estimate.rivals]
+        poses = [estimate.pose, *(rival.pose for rival in estimate.rivals)]
+        return planner.best_view(poses, [1.0 - sum(shares), *shares], scan, avoided)
+
+    def _resolution(self, scan: Scan, earlier: Views = ()) -> Resolution:
         candidates = self.match_globally(scan, earlier)
-        best = decide(candidates, self._fit_scale(scan).low, self.parameters.ambiguity_ratio)
-        self.set_pose(best.pose, 0.1, 0.05)
-        return best
+        return resolve(candidates, self._fit_scale(scan).low, self.parameters.rival_share)
+
+    def _adopt(self, resolution: Resolution) -> GlobalMatch:
+        self._restart(resolution.best.pose, *_FOUND)
+        self._rivals.start(resolution, self._odometry or self._reference)
+        return resolution.best
+
+    def _start_anywhere(self, scan: Scan) -> None:
+        """Search the whole map at an unknown start; if nothing fits, sample the particles again."""
+        try:
+            self._adopt(self._resolution(scan))
+        except NavigationError:
+            self._seed(scan)
 
     @property
     def _pose(self) -> Pose2D:

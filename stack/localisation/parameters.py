@@ -109,6 +109,9 @@ class LocaliserParameters:
         0.7, above=0.0, at_most=1.0,
         help="the search returns the poses whose score is at least this share of the best one",
     )  # fmt: skip
+    search_most: int = parameter(
+        80, at_least=1, at_most=1000, help="largest number of poses that the search returns"
+    )
     short_penalty: float = parameter(
         3.0, at_least=0.0, at_most=20.0,
         help="evidence against a pose of a beam that ends before the mapped wall (log-likelihood)",
@@ -121,9 +124,19 @@ class LocaliserParameters:
         0.2, above=0.0, at_most=1.0,
         help="factor of the evidence of 120 beams; below 1, since beams are not independent",
     )  # fmt: skip
-    ambiguity_ratio: float = parameter(
-        0.85, above=0.0, at_most=1.0,
-        help="the pose is ambiguous if a second place has this share of the best fit",
+    rival_share: float = parameter(
+        0.01, above=0.0, at_most=1.0,
+        help="another pose is a rival if its probability is at least this share of the best one's",
+    )  # fmt: skip
+    rival_distance: float = parameter(
+        0.4, "m", above=0.0, help="distance driven between two scans that weigh the rivals"
+    )
+    rival_angle: float = parameter(
+        0.6, "rad", above=0.0, help="angle turned between two scans that weigh the rivals"
+    )
+    view_distance: float = parameter(
+        15.0, "m", above=0.0, at_most=100.0,
+        help="how far away a place is looked for at which rivals differ",
     )  # fmt: skip
 
     def __post_init__(self) -> None:

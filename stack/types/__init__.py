@@ -56,6 +56,7 @@ from stack.types.world import (
     PoseEstimate,
     RivalPose,
     TrackedObject,
+    View,
 )
 
 __all__ = [
@@ -99,6 +100,7 @@ __all__ = [
     "TrackedObject",
     "TYPICAL_HEALTH",
     "Twist",
+    "View",
     "UNKNOWN",
     "UNKNOWN_COST",
     "wrap_angle",

@@ -83,6 +83,8 @@ class KnownValues:
             return self._bound(self.inputs.get(symbol))
         if symbol.role is Role.VARIABLE or symbol in self.written or symbol in self.later:
             raise _Unknown
+        if symbol.keep:  # it may begin with any value
+            raise _Unknown
         self.of_argument |= symbol.role is Role.ARGUMENT
         return symbol.value
 

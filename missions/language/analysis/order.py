@@ -288,7 +288,7 @@ def _most(attempts: Value | None) -> int | None:
 def has_value(symbol: Symbol, written: Written) -> bool:
     """Return whether a symbol may have a value after these writes."""
     if symbol.role is Role.KEY:
-        return symbol.value is not UNSET or symbol in written
+        return symbol.value is not UNSET or symbol.keep or symbol in written
     return symbol.role is not Role.OUTPUT or symbol in written
 
 
