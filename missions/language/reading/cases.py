@@ -172,6 +172,7 @@ class CaseReader:
         for key, body in self._entries(node, "at"):
             if not body.is_mapping:
                 self.words.add(body, WordRole.CHANGE)
+            if not body.is_mapping and str(key.value).startswith(("$", "event", *ROBOT_VALUES)):
                 hint = f"write the time first: at: {{5 s: {{{key.value}: {text_of(body)}}}}}"
                 sentence = "`at` has changes below times: {5 s: {…}}"
                 self._error(key, f"{sentence}, got {key.words()}", hint)
