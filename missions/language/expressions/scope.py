@@ -94,6 +94,8 @@ class Scope:
 
     def hint(self, name: str) -> str:
         """Return a hint for an unknown `$name`, with names as they are written: `$dock`."""
+        if name in ("time", "battery", "robot", "localisation", "pose", "error", "attempt"):
+            return f"values of the robot have no $: write `{name}`"
         names = sorted(set(self.names()))
         close = nearest(name, names)
         if close is not None:
