@@ -46,7 +46,8 @@ class Relocalise(RobotBehaviour):
 
     use_camera: bool = port("search for markers first", default=True)
     only_if_lost: bool = port(
-        f"do nothing if the health stays at {GOOD_HEALTH:g} or more for {FINE_TIME:g} s",
+        f"do nothing if the health stays at {GOOD_HEALTH:g} or more for {FINE_TIME:g} s, without "
+        "rival poses",
         default=False,
     )
     min_fit: float = port(
@@ -119,7 +120,7 @@ class Relocalise(RobotBehaviour):
 
     def _is_fine(self) -> Steps:
         timer = self.start_timer()
-        while self.robot.localisation_health >= GOOD_HEALTH:
+        while self.robot.localisation_health >= GOOD_HEALTH and not self.robot.estimate.ambiguous:
             if timer.is_over(FINE_TIME):
                 return True
             yield
@@ -213,6 +214,7 @@ class Relocalise(RobotBehaviour):
         return False
 
     def _by_lidar(self) -> Steps:
+        """Search the whole map; if several places look alike, drive to where they differ."""
         if not (yield from self._done(self.robot.relocalise())):
             if not self._is_ambiguous:
                 return False

@@ -149,10 +149,9 @@ class Localiser(Estimator):
         self._table = self._field.log_likelihoods(p.hit_deviation, p.hit_share)
         self._least = float(self._table.min())
         search = map_search(self._field, p)
-        ranking = MatchEvaluator(self._field, self._evaluator, p)
-        self._matcher = GlobalMatcher(self._field, ranking, p, search)
-        self._local_matcher = LocalMatcher(ranking, p, search)
-        self._rivals.configure(ranking, p)
+        self._matcher = GlobalMatcher(self._field, self._evaluator, p, search)
+        self._local_matcher = LocalMatcher(self._field, self._evaluator, p, search)
+        self._rivals.configure(MatchEvaluator(self._field, self._evaluator, p), p)
         self._fits.window = p.health_window
         alphas = p.alpha_1, p.alpha_2, p.alpha_3, p.alpha_4
         sideways = self._robot.drivetrain.can_move_sideways

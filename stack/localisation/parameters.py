@@ -109,6 +109,9 @@ class LocaliserParameters:
         0.7, above=0.0, at_most=1.0,
         help="the search returns the poses whose score is at least this share of the best one",
     )  # fmt: skip
+    search_most: int = parameter(
+        80, at_least=1, at_most=1000, help="largest number of poses that the search returns"
+    )
     short_penalty: float = parameter(
         3.0, at_least=0.0, at_most=20.0,
         help="evidence against a pose of a beam that ends before the mapped wall (log-likelihood)",

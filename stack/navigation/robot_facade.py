@@ -332,6 +332,16 @@ class RobotFacade:
         """Write a message to the operator to the event log."""
         self._parts.emit("say", text)
 
+    def estimate_jumped(self, before: Pose2D, pose: Pose2D) -> None:
+        """Report a jump that the estimator made on its own, from a scan, if it is a large one."""
+        if self._is_jump(before, pose):
+            self._handle_jump(before, pose, "lidar")
+
+    def _is_jump(self, before: Pose2D, pose: Pose2D) -> bool:
+        """Whether what was sensed at one pose has a wrong position at the other."""
+        p, turn = self._navigation.parameters, abs(wrap_angle(pose.heading - before.heading))
+        return before.distance_to(pose) > p.jump_distance or turn > p.jump_angle
+
     def _relocalised(self, before: Pose2D, match: Match) -> None:
         self._handle_jump(before, match.pose, "lidar")
 
@@ -339,8 +349,7 @@ class RobotFacade:
         """Report a new pose, and clear obstacles sensed from a wrong one."""
         jump = before.distance_to(pose)
         turn = abs(wrap_angle(pose.heading - before.heading))
-        p = self._navigation.parameters
-        if jump > p.jump_distance or turn > p.jump_angle:
+        if self._is_jump(before, pose):
             self._parts.forget_tracks()
             self._parts.local_costmap.clear()
             self._parts.global_costmap.clear()

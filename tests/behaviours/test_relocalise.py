@@ -17,6 +17,7 @@ from stack.types import (
     MarkerSighting,
     Pose2D,
     PoseCandidate,
+    RivalPose,
     TaskStatus,
     wrap_angle,
 )
@@ -156,6 +157,13 @@ def test_a_robot_that_is_not_lost_may_be_left_alone():
     assert (
         robot.calls_of("spin") == robot.calls_of("relocalise") == robot.calls_of("set_pose") == []
     )
+
+
+def test_a_robot_with_rivals_is_not_left_alone():
+    robot = lost(belief=TRUTH, markers=(), rivals=(RivalPose(WRONG, 0.4),), global_answer=[None])
+    behaviour = Relocalise(only_if_lost=True)
+    assert tick(behaviour, robot, 2.0) is Status.RUNNING
+    assert robot.calls_of("disambiguate") == [{}]
 
 
 def test_stands_when_pre_empted_in_a_turn():

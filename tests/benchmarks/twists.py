@@ -139,7 +139,7 @@ def twist_table(twists: int, options: TableOptions) -> Rows:
     entries += [Drive(BY_SONAR, world, TWISTS_PER_WORLD) for world in range(max(1, worlds // 10))]
     settings = {"twists in a world": TWISTS_PER_WORLD, "safety": str(SafetyParameters())}
     record_settings(options.out, settings)
-    work = Work(drive, lambda values: Driven(**values), line_of)
+    work = Work(drive, _read, line_of)
     runs = fill(entries, options, work, lambda line: print(line, file=sys.stderr))
     return [_row(name, [run for run in runs if run.robot == name]) for name in described()]
 
@@ -148,6 +148,10 @@ def described() -> dict[str, RobotDescription]:
     """The robots by name."""
     found = {name: load_robot(name, MISSIONS) for name in ROBOT_NAMES}
     return {**found, BY_SONAR: replace(found["scout"], lidar=None)}
+
+
+def _read(values: dict[str, Any]) -> Driven:
+    return Driven(**values)
 
 
 def line_of(run: Driven) -> str:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stack.localisation.distance_field import SignedDistanceField
+from stack.localisation.health import ScanEvaluator
 from stack.localisation.parameters import LocaliserParameters
 from stack.localisation.search.evaluation import MatchEvaluator
 from stack.localisation.search.lattice_search import LatticeSearch, SearchLimits
@@ -35,7 +36,7 @@ class GlobalMatcher:
 
     Args:
         field: the map.
-        ranking: of the same map.
+        evaluator: of the same map.
         parameters: spacing of the lattice, blur of the likelihood field, beams of a scan.
         search: lattice search of the same map.
     """
@@ -43,16 +44,16 @@ class GlobalMatcher:
     def __init__(
         self,
         field: SignedDistanceField,
-        ranking: MatchEvaluator,
+        evaluator: ScanEvaluator,
         parameters: LocaliserParameters,
         search: LatticeSearch,
     ) -> None:
         from stack.localisation import kernels
 
         self._kernels, self._field, self._search = kernels, field, search
-        self._ranking = ranking
+        self._ranking = MatchEvaluator(field, evaluator, parameters)
         self.beams, self._step = parameters.search_beams, parameters.search_heading_step
-        self._limits = SearchLimits(fraction=parameters.search_fraction)
+        self._limits = SearchLimits(parameters.search_fraction, most=parameters.search_most)
         stride = max(1, round(SEED_SPACING / field.resolution))
         first = stride // 2
         rows, columns = np.nonzero(field.are_free(0.1, stride, first))

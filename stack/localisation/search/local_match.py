@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from stack.localisation.distance_field import SignedDistanceField
+from stack.localisation.health import ScanEvaluator
 from stack.localisation.parameters import LocaliserParameters
 from stack.localisation.search.evaluation import MatchEvaluator
 from stack.localisation.search.lattice_search import LatticeSearch, SearchLimits, SearchWindow
@@ -16,15 +17,21 @@ class LocalMatcher:
     """Search of a window about a pose, for a filter whose scans stopped fitting the map.
 
     Args:
-        ranking: of the map.
+        field: the map.
+        evaluator: of the same map.
         parameters: headings and beams of the search.
         search: of the same map.
     """
 
     def __init__(
-        self, ranking: MatchEvaluator, parameters: LocaliserParameters, search: LatticeSearch
+        self,
+        field: SignedDistanceField,
+        evaluator: ScanEvaluator,
+        parameters: LocaliserParameters,
+        search: LatticeSearch,
     ) -> None:
-        self._search, self._ranking = search, ranking
+        self._search = search
+        self._ranking = MatchEvaluator(field, evaluator, parameters)
         self._beams, self._step = parameters.search_beams, parameters.search_heading_step
 
     def match(self, pose: Pose2D, scan: Scan, distance: float, angle: float) -> list[GlobalMatch]:
