@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
-
-import numpy as np
+from math import hypot
 
 from stack.localisation.fusion.parameters import EkfParameters
-from stack.types import FloatArray, Imu, Twist
+from stack.types import Imu, Twist
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,7 +19,7 @@ class Compared:
         end: seconds.
         turned: by the wheels, radians.
         rotated: by the gyro, bias removed, radians; None without one.
-        gained: (2,) change of velocity by the accelerometer, base frame, m/s; None without one.
+        gained: (x, y) change of velocity by the accelerometer, base frame, m/s; None without one.
         twist: velocity by the wheels at the end.
     """
 
@@ -28,7 +27,7 @@ class Compared:
     end: float
     turned: float
     rotated: float | None
-    gained: FloatArray | None
+    gained: tuple[float, float] | None
     twist: Twist
 
 
@@ -70,10 +69,10 @@ class InertialComparison:
             assert known.gained is not None
             turn = known.turned if known.rotated is None else known.rotated
             speed_x, speed_y = known.twist.linear, known.twist.lateral
-            x += float(known.gained[0]) + turn * speed_y
-            y += float(known.gained[1]) - turn * speed_x
+            x += known.gained[0] + turn * speed_y
+            y += known.gained[1] - turn * speed_x
             centripetal += abs(turn) * (abs(speed_x) + abs(speed_y))
-        off = np.hypot(x - step.twist.linear, y - step.twist.lateral)
+        off = hypot(x - step.twist.linear, y - step.twist.lateral)
         if off > p.speed_tolerance + p.turn_tolerance_share * centripetal:
             return recent[0].begin
         return None
@@ -85,17 +84,21 @@ class VelocityGain:
     def __init__(self) -> None:
         self._stamp = 0.0
 
-    def between(self, imu: Imu | None, now: float) -> FloatArray | None:
-        """Return (2,) the integral of the specific force since the last call, m/s.
+    def between(self, imu: Imu | None, now: float) -> tuple[float, float] | None:
+        """Return x and y of the integral of the specific force since the last call, m/s.
 
         A sample counts for the time since the one before; the newest is held until the
         observation's time. None without samples.
         """
-        begin, self._stamp = self._stamp, now
+        before, self._stamp = self._stamp, now
         if imu is None or imu.stamps.size == 0:
             return None
-        stamps = np.concatenate([[begin], imu.stamps, [now]])
-        seconds = np.diff(np.clip(stamps, begin, now))
-        forces = np.concatenate([imu.linear_acceleration, imu.linear_acceleration[-1:]])
-        gained: FloatArray = (seconds[:, None] * forces[:, :2]).sum(axis=0)
-        return gained
+        gained_x, gained_y, force = 0.0, 0.0, (0.0, 0.0, 0.0)
+        samples = zip(imu.stamps.tolist(), imu.linear_acceleration.tolist(), strict=True)
+        for stamp, force in samples:
+            seconds = max(min(stamp, now) - before, 0.0)
+            gained_x += seconds * force[0]
+            gained_y += seconds * force[1]
+            before += seconds
+        held = now - before
+        return gained_x + held * force[0], gained_y + held * force[1]

@@ -208,12 +208,12 @@ class EkfOdometry(OdometryFusion):
                 break
             total += node.step_covariance
         keep = self._scans.remaining(history.newest.key[0])
-        total *= np.outer(keep, keep)
+        total *= keep[:, None] * keep
         # The displacement of this step contains the corrections of the poses before it.
         shift = Pose2D(*expected.tolist()).relative_to(last.pose)
-        jump = np.array([shift.x, shift.y, shift.heading])
-        corrected: FloatArray = total + np.diag(np.square(CORRECTION_SHARE * jump))
-        return corrected
+        for axis, jump in enumerate((shift.x, shift.y, shift.heading)):
+            total[axis, axis] += (CORRECTION_SHARE * jump) ** 2
+        return total
 
 
 def _noise(p: EkfParameters) -> FloatArray:
@@ -226,13 +226,17 @@ def _noise(p: EkfParameters) -> FloatArray:
 
 
 def _input(
-    elapsed: float, moved: Pose2D, raw: float | None, gained: FloatArray | None, at_rest: bool
+    elapsed: float,
+    moved: Pose2D,
+    raw: float | None,
+    gained: tuple[float, float] | None,
+    at_rest: bool,
 ) -> FloatArray:
     """Return the input (9,) of the kernel `predict`: the wheels' displacement as an arc."""
     a, b = arc(moved.heading)
     norm = a * a + b * b
     forward, left = (a * moved.x + b * moved.y) / norm, (a * moved.y - b * moved.x) / norm
-    gain_x, gain_y = (0.0, 0.0) if gained is None else (float(gained[0]), float(gained[1]))
+    gain_x, gain_y = gained or (0.0, 0.0)
     return np.array([
         elapsed, forward, left, moved.heading, 0.0 if raw is None else raw, gain_x, gain_y,
         float(raw is not None), float(at_rest),

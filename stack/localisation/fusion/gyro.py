@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from stack.localisation.parameters import OdometryFusionParameters
 from stack.types import Imu, Twist
 
@@ -42,12 +40,13 @@ class GyroIntegral:
                 self.begin(now)
                 return None
             return self._until(now, 0.0)
-        rates = imu.angular_velocity[:, 2]
-        first = rates[0] if self._rate is None else self._rate
-        stamps = np.concatenate([[self._stamp], imu.stamps])
-        values = np.concatenate([[first], rates])
-        self._stamp, self._rate = float(stamps[-1]), float(rates[-1])
-        return self._until(now, float(np.trapezoid(values, stamps)))
+        rates, stamps = imu.angular_velocity[:, 2].tolist(), imu.stamps.tolist()
+        turned, before = 0.0, rates[0] if self._rate is None else self._rate
+        for stamp, rate in zip(stamps, rates, strict=True):
+            turned += 0.5 * (before + rate) * (stamp - self._stamp)
+            self._stamp, before = stamp, rate
+        self._rate = before
+        return self._until(now, turned)
 
     def _until(self, now: float, measured: float) -> float:
         held = (self._rate or 0.0) * (now - self._stamp)

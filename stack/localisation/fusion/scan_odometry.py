@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from math import cos, hypot, inf, sin
+from itertools import takewhile
+from math import cos, hypot, inf, sin, sqrt
 
 import numpy as np
 
@@ -82,10 +83,15 @@ class ScanOdometry:
         if self._matcher.keyframe is None:
             self._set_keyframe(points, history, scan.stamp)
             return False
-        by_wheels = self._matched.compose(_by_wheels(history, self._seen, scan.stamp))
-        self._seen, self._matched = scan.stamp, by_wheels
-        match = self._matcher.match(points, _relative(node.state), _row(by_wheels))
+        matched, since = self._matched, self._seen
+
+        def by_wheels() -> Pose2D:
+            return matched.compose(_by_wheels(history, since, scan.stamp))
+
+        match = self._matcher.match(points, _relative(node.state), lambda: _row(by_wheels()))
+        self._seen = scan.stamp
         if match is None:
+            self._matched = by_wheels()
             return self._miss(points, history, scan.stamp, disturbed)
         contradicted = self._update(match, history, scan.stamp, disturbed)
         self._missed, self._last = 0, scan.stamp
@@ -190,9 +196,10 @@ def _row(pose: Pose2D) -> FloatArray:
 def _by_wheels(history: History, since: float, until: float) -> Pose2D:
     """Return the motion between two stamps by wheels and gyro; identity before the history."""
     moved = Pose2D(0.0, 0.0)
-    for node in history.nodes:
+    recent = takewhile(lambda node: node.key[0] > since + 1e-9, reversed(history.nodes))
+    for node in reversed(list(recent)):
         motion = node.event
-        if isinstance(motion, Motion) and since + 1e-9 < node.key[0] <= until + 1e-9:
+        if isinstance(motion, Motion) and node.key[0] <= until + 1e-9:
             share = (motion.end - motion.begin) / float(motion.given[kernels.DURATION])
             ahead, left, turn = (share * motion.given[kernels.FORWARD : kernels.TURN + 1]).tolist()
             if motion.given[kernels.HAS_GYRO] > 0.0:
@@ -212,20 +219,27 @@ def _relative(state: FloatArray) -> FloatArray:
 
 def _trail(history: History, scan: Scan, node: Node) -> FloatArray:
     """Return (m, 4) stamps and poses around a scan, in the base frame at its stamp."""
-    origin = _pose(node.state)
     reach = 0.5 * scan.time_increment * scan.ranges.size
-    rows: list[tuple[float, float, float, float]] = []
-    for known in history.nodes:
+    rows: list[FloatArray] = []
+    stamps: list[float] = []
+    for known in reversed(history.nodes):
         stamp = known.key[0]
-        pose = _pose(known.state).relative_to(origin)
-        row = (stamp, pose.x, pose.y, pose.heading)
-        if rows and (rows[-1][0] == stamp or stamp < scan.stamp - reach):
-            rows[-1] = row
-        else:
-            rows.append(row)
-        if stamp > scan.stamp + reach:
+        if stamps and stamps[-1] == stamp:
+            continue
+        if stamp > scan.stamp + reach and stamps:
+            rows.pop()
+            stamps.pop()
+        rows.append(known.state[:3])
+        stamps.append(stamp)
+        if stamp < scan.stamp - reach:
             break
-    return np.array(rows)
+    trail = np.empty((len(rows), 4))
+    trail[:, 0], trail[:, 1:] = stamps, rows
+    trail = trail[::-1]
+    x, y, heading = node.state[:3].tolist()
+    c, s = cos(heading), sin(heading)
+    dx, dy = trail[:, 1] - x, trail[:, 2] - y
+    return np.column_stack([trail[:, 0], c * dx + s * dy, c * dy - s * dx, trail[:, 3] - heading])
 
 
 def _since_match(history: History, last: float, stamp: float) -> FloatArray:
@@ -245,8 +259,13 @@ def _share_left(prior: FloatArray, match: FloatArray, heading: float) -> FloatAr
     A displacement between two matches has twice the variance of one.
     """
     c, s = cos(heading), sin(heading)
-    turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-    variance = 2.0 * (turn @ match @ turn.T).diagonal()
-    own = prior.diagonal()
-    left: FloatArray = np.sqrt(variance / (variance + own))
-    return left
+    (xx, xy, _), (_, yy, _), (_, _, turning) = match.tolist()
+    variances = (
+        c * c * xx + 2.0 * c * s * xy + s * s * yy, s * s * xx - 2.0 * c * s * xy + c * c * yy,
+        turning,
+    )  # fmt: skip
+    own = prior.diagonal().tolist()
+    return np.array([
+        sqrt(2.0 * variance / (2.0 * variance + before))
+        for variance, before in zip(variances, own, strict=True)
+    ])  # fmt: skip

@@ -22,6 +22,7 @@ EXPECTED = {
     "06_your_own_behaviour",
     "07_shelf_patrol",
     "19_from_nav2",
+    "20_slippery_floor",
     "21_hotel_corridor",
     "16_house_rules",
     "17_without_a_map",

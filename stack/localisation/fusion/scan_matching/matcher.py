@@ -8,6 +8,7 @@ returned.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import ceil, hypot
 
@@ -117,15 +118,15 @@ class ScanMatcher:
         self.last_share = 1.0
 
     def match(
-        self, points: FloatArray, predicted: FloatArray, by_wheels: FloatArray
+        self, points: FloatArray, predicted: FloatArray, by_wheels: Callable[[], FloatArray]
     ) -> ScanMatch | None:
         """Match the points of a scan; None if no single pose explains them.
 
         Args:
             points: (n, 2), base frame at the scan's stamp.
             predicted: (3,) pose of the base in the frame of the keyframe.
-            by_wheels: (3,) the pose of the last match, moved as the wheels did since: where an
-                alignment also begins, and the centre of a search.
+            by_wheels: returns (3,) the pose of the last match, moved as the wheels did since:
+                where an alignment also begins, and the centre of a search.
         """
         p = self.parameters
         if self.keyframe is None or points.shape[0] < p.matching_points // 10:
@@ -135,9 +136,9 @@ class ScanMatcher:
         enough = min(p.matching_share, usual_share)
         start, expected = predicted, self._share(some, predicted)
         if expected < enough:
-            usual = self._share(some, by_wheels)
+            usual = self._share(some, by_wheels())
             if usual > expected:
-                start, expected = by_wheels, usual
+                start, expected = by_wheels(), usual
         self.expected_share = expected
         match = self._aligned(some, start, expected)
         if match is not None and match.share >= max(enough, expected - p.matching_margin):
@@ -145,7 +146,7 @@ class ScanMatcher:
         elif expected >= enough:
             return None
         else:
-            match = self._searched(some, by_wheels, expected)
+            match = self._searched(some, by_wheels(), expected)
         if match is not None:
             self.last_share = match.share
         return match
