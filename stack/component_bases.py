@@ -21,6 +21,7 @@ from stack.types import (
     FloatArray,
     Observation,
     OccupancyGrid,
+    Odometry,
     Path,
     Pose2D,
     PoseEstimate,
@@ -293,6 +294,24 @@ class ProgressChecker(Component, Lifecycle, ABC):
     @abstractmethod
     def stuck(self, state: DriveState) -> str:
         """Why the drive fails with NO_PROGRESS; empty while it makes progress."""
+
+
+class OdometryFusion(Component, ABC):
+    """Estimates odom -> base from the measurements of each step.
+
+    The pose drifts and never jumps without a motion of the robot.
+    """
+
+    def __init__(self, parameters: Any, robot: RobotDescription) -> None:
+        self.parameters = parameters
+
+    @abstractmethod
+    def update(self, observation: Observation) -> Odometry:
+        """Process the measurements of a step; return pose, twist and error at its time.
+
+        Raises:
+            BodyError: a measurement that the odometry needs is missing.
+        """
 
 
 NO_PARTICLES: FloatArray = np.empty((0, 3))

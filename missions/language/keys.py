@@ -153,6 +153,8 @@ MISSION = _section(
         Form.COMPONENTS),
     Key("localisation",
         "Estimator of the pose: a name, or `{use: name, parameter: value}`.", Form.COMPONENT),
+    Key("odometry",
+        "Fusion of the odometry: a name, or `{use: name, parameter: value}`.", Form.COMPONENT),
     Key("plugins", "Folders, files or modules with your own behaviours and components of "
         "navigation.", Form.FILES),
     Key("include", "Files whose `trees` and `places` this mission can use.", Form.FILES),

@@ -143,6 +143,7 @@ places: {shelf: [1.0, 1.0]}
 parameters: []
 navigation: {planner: astar}
 localisation: mcl
+odometry: ekf
 plugins: []
 include: []
 arguments:

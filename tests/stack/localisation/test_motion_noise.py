@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 from stack.drivetrain.description import ImuDescription
-from stack.localisation.odometry import OdometryFusion
+from stack.localisation.fusion.wheels_gyro import WheelGyroOdometry
+from stack.localisation.parameters import OdometryFusionParameters
 from stack.localisation.particles import MotionNoise, OmniMotionNoise, move
 from stack.types import Imu, Odometry, Pose2D, Twist
 from tests.observed import observed
+from tests.stack.sim.sim_rover import ROVER
 
 ALPHAS = 0.01, 0.01, 0.02, 0.001
 START = np.tile([1.0, 2.0, 0.5], (20_000, 1))
@@ -53,7 +55,7 @@ def test_the_mean_of_the_particles_follows_odometry():
 
 def test_the_fusion_turns_a_sideways_arc_by_the_gyro():
     """Wheels say straight to the left, the gyro says a quarter turn: a quarter circle sideways."""
-    fusion = OdometryFusion()
+    fusion = WheelGyroOdometry(OdometryFusionParameters(), ROVER)
     rate = ImuDescription().rate
     fusion.update(observed(0.0, Odometry(0.0, Pose2D(0.0, 0.0), Twist())))
     for n in range(1, 101):
