@@ -3,13 +3,12 @@
 The fit is the share of beams that the map explains. Beams that an unmapped obstacle may have
 shortened have half weight: a person in front of the robot shortens beams, but only a wrong pose
 makes them pass through walls. The fit to expect at a true pose depends on the map. It is measured
-with simulated scans at poses sampled all over the map, with random obstacles; the health is the fit
-on the scale of that distribution.
+with simulated scans at poses sampled all over the map, with random obstacles. The probability that
+the pose is right follows from it and from other features (health_model.py).
 """
 
 from __future__ import annotations
 
-from bisect import insort
 from collections import deque
 from dataclasses import dataclass, replace
 from math import pi
@@ -19,7 +18,7 @@ from numpy.typing import NDArray
 
 from stack.localisation.distance_field import SignedDistanceField, as_row
 from stack.localisation.parameters import LocaliserParameters
-from stack.types import LOST_HEALTH, TYPICAL_HEALTH, FloatArray, Pose2D, Scan
+from stack.types import FloatArray, Pose2D, Scan
 
 FIT_BEAMS = 90
 """Number of beams of a scan in its fit, evenly spread over all directions."""
@@ -170,17 +169,16 @@ class FitScale:
     """Distribution of the fits at true poses of a map.
 
     Attributes:
-        low: 5th percentile; LOST_HEALTH.
-        middle: median; TYPICAL_HEALTH.
+        low: 5th percentile.
+        middle: median.
     """
 
     low: float
     middle: float
 
-    def health(self, fit: float) -> float:
-        """Return the health in [0, 1] of a fit."""
-        scale = [0.0, LOST_HEALTH, TYPICAL_HEALTH, 1.0]
-        return float(np.interp(fit, [0.0, self.low, self.middle, 1.0], scale))
+    def relative(self, fit: float) -> float:
+        """Return a fit in units of this distribution: 0 at `low`, 1 at `middle`."""
+        return (fit - self.low) / (self.middle - self.low)
 
 
 def calibrate(
@@ -239,27 +237,41 @@ def _blocked(
     return ranges
 
 
-class RecentMedian:
-    """Median of a stamped value over a time window in seconds."""
+class RecentViews:
+    """Medians of the scans' views over a time window in seconds."""
 
     def __init__(self, window: float) -> None:
         self.window = window
-        self._kept: deque[tuple[float, float]] = deque()
+        self._kept: deque[tuple[float, ScanView]] = deque()
 
-    def add(self, stamp: float, value: float) -> None:
-        """Add a value and remove those older than the window."""
-        self._kept.append((stamp, value))
+    def add(self, stamp: float, view: ScanView) -> None:
+        """Add a view and remove those older than the window."""
+        self._kept.append((stamp, view))
         while self._kept[0][0] <= stamp - self.window:
             self._kept.popleft()
 
     def clear(self) -> None:
-        """Remove all values."""
+        """Remove all views."""
         self._kept.clear()
 
     @property
-    def value(self) -> float | None:
-        """The (lower) median; None without values."""
-        ordered: list[float] = []
-        for _, value in self._kept:
-            insort(ordered, value)
-        return ordered[(len(ordered) - 1) // 2] if ordered else None
+    def newest(self) -> ScanView | None:
+        """The newest view; None without views."""
+        return self._kept[-1][1] if self._kept else None
+
+    @property
+    def median(self) -> ScanView | None:
+        """The (lower) median of each figure; None without views."""
+        if not self._kept:
+            return None
+        views = [view for _, view in self._kept]
+        return ScanView(
+            _lower_median([view.fit for view in views]),
+            _lower_median([view.short for view in views]),
+            _lower_median([view.long for view in views]),
+            _lower_median([view.cost for view in views]),
+        )
+
+
+def _lower_median(values: list[float]) -> float:
+    return sorted(values)[(len(values) - 1) // 2]

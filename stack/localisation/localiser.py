@@ -18,7 +18,8 @@ from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError
 from stack.frames.buffer import TransformBuffer
 from stack.localisation.distance_field import surface_field
-from stack.localisation.health import FitScale, RecentMedian, ScanEvaluator, ScanView, calibrate
+from stack.localisation.health import FitScale, RecentViews, ScanEvaluator, ScanView, calibrate
+from stack.localisation.health_model import HealthFeatures, health
 from stack.localisation.modes import Mode, same_place
 from stack.localisation.motion_models import MotionSince, motion_model
 from stack.localisation.parameters import LocaliserParameters
@@ -46,6 +47,9 @@ _NO_FIT = 0.5
 _STILL_UPDATES = 2
 """Largest number of measurement updates at standstill: the same view adds little evidence."""
 
+_MATCH_DEVIATION = 0.05
+"""Metres; standard deviation of a pose that is compared with a scan."""
+
 _MATCH_LEAST = np.diag([0.03**2, 0.03**2, 0.02**2])
 """Least covariance of the particles about a pose that a search found."""
 
@@ -56,6 +60,9 @@ through mapped walls; and with scans that only meet unmapped things."""
 
 _MANY_LONG = 0.08
 """Share of long beams that unmapped things do not explain."""
+
+_CONVINCING = 0.5
+"""Fit that confirms a pose, between that of most true poses (0) and of the usual ones (1)."""
 
 _CONFIRMED = 1.0
 """Metres driven with fitting scans after which a pose that a search found is trusted."""
@@ -101,11 +108,10 @@ class Localiser(Estimator):
         )  # fmt: skip
         self._recovery = RecoverySchedule(parameters)
         self._scale: FitScale | None = None
-        self._fits = RecentMedian(parameters.health_window)
+        self._views = RecentViews(parameters.health_window)
         self._use(parameters)
         self._odometry: Pose2D | None = None
-        self._view: ScanView | None = None
-        self._confirmation = 0.0
+        self._confirmation = self._travelled = 0.0
         self._stated = MotionSince.none()
         self._scanned: tuple[float, Pose2D] | None = None
         self._time = self._corrected_at = 0.0
@@ -145,7 +151,7 @@ class Localiser(Estimator):
         search = map_search(self._field, p)
         self._matcher = GlobalMatcher(self._field, self._evaluator, p, search)
         self._local_matcher = LocalMatcher(self._field, self._evaluator, p, search)
-        self._fits.window = p.health_window
+        self._views.window = p.health_window
 
     def start(self, pose: Pose2D | None) -> None:
         """Start around the initial pose; if that is unknown, anywhere on the map."""
@@ -223,8 +229,8 @@ class Localiser(Estimator):
         if search is not None:
             self._search(search, scan, view)
             view = self._evaluator.view(self._pose, scan)
-        self._view = view
-        self._fits.add(scan.stamp, view.fit)
+        self._views.add(scan.stamp, view)
+        self._confirm(scan, view)
 
     @property
     def estimate(self) -> PoseEstimate:
@@ -233,15 +239,26 @@ class Localiser(Estimator):
         Until the first scan after a start the health is the median at a true pose, so that
         starting raises no alarm; scattered particles have health 0.
         """
-        fit = self._fits.value
-        if fit is None or self._scale is None:
-            health = 0.0 if self._scattered else TYPICAL_HEALTH
+        features, modes = self.health_features, self._filter.modes
+        if features is None:
+            right = 0.0 if self._scattered else TYPICAL_HEALTH
         else:
-            health = self._scale.health(fit)
-        modes = self._filter.modes
+            right = health(features)
         return PoseEstimate(
-            self._pose, modes.covariance(), health,
+            self._pose, modes.covariance(), right,
             self.map_from_odom, self._corrected_at, self._jumps, modes.rivals(self._moved),
+        )  # fmt: skip
+
+    @property
+    def health_features(self) -> HealthFeatures | None:
+        """What the health follows from; None before the first scan after a restart."""
+        now, median = self._views.newest, self._views.median
+        if now is None or median is None or self._scale is None:
+            return None
+        modes = self._filter.modes
+        return HealthFeatures(
+            now, median, self._scale, modes.best.position_deviation,
+            min(1.0, self._confirmation / _CONFIRMED), float(modes.shares[0]),
         )  # fmt: skip
 
     @property
@@ -256,7 +273,8 @@ class Localiser(Estimator):
 
     def fit_at(self, pose: Pose2D, scan: Scan) -> float:
         """Return the health in [0, 1] of a single scan at another pose, map frame."""
-        return self._fit_scale(scan).health(self._evaluator.fit(pose, scan))
+        view = self._evaluator.view(pose, scan)
+        return health(HealthFeatures(view, view, self._fit_scale(scan), _MATCH_DEVIATION, 1.0))
 
     def match_globally(self, scan: Scan, earlier: Views = ()) -> list[GlobalMatch]:
         """Return distinct poses on the whole map that explain the scans, best first.
@@ -314,8 +332,7 @@ class Localiser(Estimator):
         """Note a discontinuity of the pose; scans before say nothing of the new one."""
         self._jumps += 1
         self._corrected_at = self._time
-        self._fits.clear()
-        self._view = None
+        self._views.clear()
 
     def _follow(self, scan: Scan, covariance: FloatArray | None, *, disturbed: bool) -> None:
         """Add the motion since the last scan to what odometry states since the last update."""
@@ -323,13 +340,20 @@ class Localiser(Estimator):
         before = self._scanned[1] if self._scanned is not None else self._odometry
         step = self._odometry.relative_to(before)
         self._stated = self._stated.then(step, covariance, disturbed)
-        travelled = hypot(step.x, step.y) + 0.5 * abs(step.heading)
+        self._travelled = travelled = hypot(step.x, step.y) + 0.5 * abs(step.heading)
         self._filter.modes.travel(travelled / self.parameters.evidence_distance)
-        if self._view is not None and not self._recovery.in_doubt:
-            self._confirmation += travelled
         if disturbed:
             self._recovery.disturb(scan.stamp)
         self._scanned = scan.stamp, self._odometry
+
+    def _confirm(self, scan: Scan, view: ScanView) -> None:
+        """Trust a pose that a search found, once scans have fitted over some distance."""
+        if self._confirmation >= _CONFIRMED:
+            return
+        alone = len(self._filter.modes.modes) == 1
+        if alone and self._fit_scale(scan).relative(view.fit) >= _CONVINCING:
+            self._confirmation += self._travelled
+        self._recovery.verify(scan.stamp)
 
     def _is_settled(self) -> bool:
         return self._filter.modes.best.is_settled(self.parameters.settled_deviation)
@@ -356,7 +380,8 @@ class Localiser(Estimator):
         self._stated = MotionSince.none()
         for mode in self._filter.modes.modes:
             # Scans from elsewhere must not pull a mode to a pose with a slightly better fit.
-            fit = self._view.fit if self._view and mode is self._filter.modes.best else None
+            last = self._views.newest
+            fit = last.fit if last and mode is self._filter.modes.best else None
             if fit is not None and fit < lost and mode.is_settled(p.settled_deviation):
                 self._filter.spread(mode)
             else:

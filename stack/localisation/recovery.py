@@ -22,6 +22,9 @@ _DROP = 0.12
 _RECOVERED = 1.0
 """Seconds of well fitting scans after which the windows are small again."""
 
+_SETTLED = 10.0
+"""Seconds of well fitting scans after which the whole map is searched as often as at first."""
+
 
 @dataclass(frozen=True, slots=True)
 class Search:
@@ -52,7 +55,7 @@ class RecoverySchedule:
         """Start without doubt."""
         self._doubt: float | None = None
         self._fine: float | None = None
-        self._stage = 0
+        self._stage = self._searches = 0
         self._next = self._next_global = self._disturbed_until = -inf
         self._verify = inf
         self._usual: float | None = None
@@ -111,11 +114,15 @@ class RecoverySchedule:
             self._fine = stamp
         if stamp - self._fine >= _RECOVERED:
             self._stage = 0
+        if stamp - self._fine >= _SETTLED:
+            self._searches = 0
         return self._whole_map(stamp) if stamp >= self._verify else None
 
     def _whole_map(self, stamp: float) -> Search | None:
         if stamp < self._next_global:
             return None
-        self._next_global = stamp + self.parameters.global_period
+        # A map that the search has not resolved is searched less and less often.
+        self._next_global = stamp + self.parameters.global_period * 2.0 ** min(self._searches, 4)
+        self._searches += 1
         self._verify = inf
         return Search(inf, pi)

@@ -21,12 +21,13 @@ PERIOD = 0.1
 """Seconds between two scans."""
 
 WALL, DOOR = 0.1, 0.9
+_GONE = 0.05
 
 
 def place(kind: str, seed: int, unmapped: float = 0.3) -> Place:
     """Return a random place; the share `unmapped` of its furniture is not on the map.
 
-    Half as many mapped pieces are gone.
+    The share _GONE of all pieces is on the map but gone.
     """
     generator = np.random.default_rng([seed, KINDS.index(kind)])
     build = {"flat": _flat, "office": _office, "warehouse": _warehouse}[kind]
@@ -35,7 +36,7 @@ def place(kind: str, seed: int, unmapped: float = 0.3) -> Place:
     fate = generator.random(len(pieces))
     pieces = [_off_grid(piece) for piece in pieces]
     known = [piece for piece, one in zip(pieces, fate, strict=True) if one >= unmapped]
-    there = [p for p, one in zip(pieces, fate, strict=True) if one < 1.0 - 0.5 * unmapped]
+    there = [p for p, one in zip(pieces, fate, strict=True) if one < 1.0 - _GONE]
     walls = uneven(walls)
     return Place(drawn([*walls, *there], width, depth), mapped(drawn([*walls, *known], width, depth)))
 
