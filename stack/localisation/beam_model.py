@@ -8,6 +8,7 @@ is. Which place it is in is the modes' evidence (`ScanView.cost`).
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stack.localisation.distance_field import SignedDistanceField
 from stack.localisation.health import ScanEvaluator
@@ -66,18 +67,21 @@ class BeamModel:
             self._table, *self._field.placement, np.ascontiguousarray(poses),
             np.ascontiguousarray(points.T, dtype=np.float32),
         )  # fmt: skip
-        logs: FloatArray = scores * (self._parameters.trust / _UNIT)
+        logs: FloatArray = scores.astype(np.float64)
+        logs *= self._parameters.trust / _UNIT
         blocked = self._kernels.in_walls(self._field.occupancy, *self._field.placement, poses)
         logs[blocked] += self._parameters.trust * _IN_WALL * self._least
         return logs
 
-    def _explained(self, pose: Pose2D, scan: Scan, beams: np.ndarray) -> np.ndarray:
+    def _explained(self, pose: Pose2D, scan: Scan, beams: NDArray[np.int64]) -> NDArray[np.bool_]:
         kinds, _ = self._evaluator.classified(pose, scan, beams)
-        return kinds == self._kernels.MATCHED
+        matched: NDArray[np.bool_] = kinds == self._kernels.MATCHED
+        return matched
 
 
 def weighted(mode: Mode, logs: FloatArray) -> FloatArray:
     """Return (n,) weights of a mode's particles after a measurement."""
     total = np.log(mode.particle_set.weights) + logs
     weights: FloatArray = np.exp(total - total.max())
-    return weights / weights.sum()
+    weights /= weights.sum()
+    return weights

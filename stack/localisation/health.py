@@ -115,7 +115,8 @@ class ScanEvaluator:
         """Return the cost of a robot where the map has an object or ends."""
         row = as_row(pose)[None]
         blocked = self._kernels.in_walls(self._field.occupancy, *self._field.placement, row)[0]
-        return float(self._costs[self._kernels.LONG] * np.sqrt(pi / _OBJECT_ANGLE)) * blocked
+        cost = float(self._costs[self._kernels.LONG] * np.sqrt(pi / _OBJECT_ANGLE))
+        return cost if blocked else 0.0
 
     def _cost(self, kinds: NDArray[np.int8], ranges: FloatArray, step: float) -> float:
         """Return the cost of the runs of adjacent beams that the map does not explain.

@@ -57,9 +57,7 @@ class HealthFeatures:
         ])  # fmt: skip
 
 
-WEIGHTS: FloatArray = np.array(
-    [0.139, -0.480, 3.149, 2.754, -6.008, 5.952, -2.115, -0.220, 1.503]
-)
+WEIGHTS: FloatArray = np.array([0.139, -0.480, 3.149, 2.754, -6.008, 5.952, -2.115, -0.220, 1.503])
 """Weights of `HealthFeatures.row`."""
 
 

@@ -20,20 +20,20 @@ from stack.frames.buffer import TransformBuffer
 from stack.localisation.distance_field import surface_field
 from stack.localisation.health import FitScale, RecentViews, ScanEvaluator, ScanView, calibrate
 from stack.localisation.health_model import HealthFeatures, health
-from stack.localisation.modes import Mode, same_place
+from stack.localisation.modes import Mode
 from stack.localisation.motion_models import MotionSince, motion_model
 from stack.localisation.parameters import LocaliserParameters
 from stack.localisation.particle_filter import ParticleFilter
 from stack.localisation.particles import move
-from stack.localisation.recovery import RecoverySchedule, Search
-from stack.localisation.search.global_match import GlobalMatcher, decide
-from stack.localisation.search.local_match import LocalMatcher, map_search
+from stack.localisation.pose_search import PoseSearch, prior_of
+from stack.localisation.recovery import RecoverySchedule
+from stack.localisation.search.global_match import decide
 from stack.localisation.search.matches import GlobalMatch, Views
 from stack.parameters import suggestion
 from stack.streams import stream
 from stack.types import (
-    TYPICAL_HEALTH,
     FloatArray,
+    HealthThresholds,
     Observation,
     OccupancyGrid,
     Pose2D,
@@ -42,7 +42,11 @@ from stack.types import (
 )
 
 _NO_FIT = 0.5
-"""Share of the fit at LOST_HEALTH; a lower fit means that the robot is not near the estimate."""
+"""Share of the 5th percentile of the fits at true poses; a lower fit means that
+the robot is not near the estimate."""
+
+_UNTESTED_HEALTH = 0.8
+"""Health of a pose that was set and that no scan has tested."""
 
 _STILL_UPDATES = 2
 """Largest number of measurement updates at standstill: the same view adds little evidence."""
@@ -50,23 +54,11 @@ _STILL_UPDATES = 2
 _MATCH_DEVIATION = 0.05
 """Metres; standard deviation of a pose that is compared with a scan."""
 
-_MATCH_LEAST = np.diag([0.03**2, 0.03**2, 0.02**2])
-"""Least covariance of the particles about a pose that a search found."""
-
-_UNCONFIRMED, _PUSHED, _MOVED, _UNMOVED = -0.5, -1.0, -6.0, -10.0
-"""Log-weights of a pose that a search found, relative to the estimate: while the estimate itself
-came from a search and is not confirmed; after a push that odometry states; with scans that pass
-through mapped walls; and with scans that only meet unmapped things."""
-
-_MANY_LONG = 0.08
-"""Share of long beams that unmapped things do not explain."""
-
 _CONVINCING = 0.5
 """Fit that confirms a pose, between that of most true poses (0) and of the usual ones (1)."""
 
 _CONFIRMED = 1.0
 """Metres driven with fitting scans after which a pose that a search found is trusted."""
-
 
 
 class Localiser(Estimator):
@@ -94,10 +86,9 @@ class Localiser(Estimator):
         grid: OccupancyGrid,
         seed: int,
     ) -> None:
-        from stack.localisation import kernels
 
         super().__init__(parameters, robot, grid, seed)
-        self._robot, self._kernels = robot, kernels
+        self._robot = robot
         self._generator = stream(seed, "localisation")
         self._calibration = stream(seed, "localisation calibration")
         self._field = surface_field(grid)
@@ -148,9 +139,7 @@ class Localiser(Estimator):
         self._evaluator.configure(p)
         self._filter.configure(motion_model(self._robot.drivetrain, p), p)
         self._recovery.parameters = p
-        search = map_search(self._field, p)
-        self._matcher = GlobalMatcher(self._field, self._evaluator, p, search)
-        self._local_matcher = LocalMatcher(self._field, self._evaluator, p, search)
+        self._pose_search = PoseSearch(self._field, self._evaluator, self._filter, p)
         self._views.window = p.health_window
 
     def start(self, pose: Pose2D | None) -> None:
@@ -227,7 +216,11 @@ class Localiser(Estimator):
             view = self._compare_modes(scan, view)
         search = self._recovery.next(scan.stamp, view, self._fit_scale(scan).low)
         if search is not None:
-            self._search(search, scan, view)
+            confirmed, low = self._confirmation >= _CONFIRMED, self._fit_scale(scan).low
+            disturbed = self._recovery.is_disturbed(scan.stamp)
+            prior = prior_of(view, confirmed=confirmed, disturbed=disturbed)
+            if self._pose_search.run(search, scan, view, self._moved, prior, low):
+                self._recovery.verify(scan.stamp)
             view = self._evaluator.view(self._pose, scan)
         self._views.add(scan.stamp, view)
         self._confirm(scan, view)
@@ -236,17 +229,18 @@ class Localiser(Estimator):
     def estimate(self) -> PoseEstimate:
         """The pose, propagated by odometry since the last scan, with covariance and health.
 
-        Until the first scan after a start the health is the median at a true pose, so that
+        Until the first scan after a start the health is that of most poses that are set, so that
         starting raises no alarm; scattered particles have health 0.
         """
-        features, modes = self.health_features, self._filter.modes
+        p, features, modes = self.parameters, self.health_features, self._filter.modes
         if features is None:
-            right = 0.0 if self._scattered else TYPICAL_HEALTH
+            right = 0.0 if self._scattered else _UNTESTED_HEALTH
         else:
             right = health(features)
         return PoseEstimate(
             self._pose, modes.covariance(), right,
             self.map_from_odom, self._corrected_at, self._jumps, modes.rivals(self._moved),
+            HealthThresholds(p.lost_health, p.good_health), self._is_obscured(),
         )  # fmt: skip
 
     @property
@@ -279,12 +273,9 @@ class Localiser(Estimator):
     def match_globally(self, scan: Scan, earlier: Views = ()) -> list[GlobalMatch]:
         """Return distinct poses on the whole map that explain the scans, best first.
 
-        Args:
-            scan: the newest scan.
-            earlier: earlier scans, each with the base pose at its stamp in the current base frame
-                (from odometry). They resolve ambiguities of a single view.
+        See `GlobalMatcher.candidates`.
         """
-        return self._matcher.candidates(scan, earlier)
+        return self._pose_search.whole_map.candidates(scan, earlier)
 
     def localise_globally(self, scan: Scan, earlier: Views = ()) -> GlobalMatch:
         """Restart at the only pose on the map that explains the scans.
@@ -346,6 +337,13 @@ class Localiser(Estimator):
             self._recovery.disturb(scan.stamp)
         self._scanned = scan.stamp, self._odometry
 
+    def _is_obscured(self) -> bool:
+        """Return whether unmapped things hide the map, and nothing else speaks against the pose."""
+        median, p = self._views.median, self.parameters
+        if median is None or self._confirmation < _CONFIRMED:
+            return False
+        return median.short >= p.obscured_short and median.long <= p.obscured_long
+
     def _confirm(self, scan: Scan, view: ScanView) -> None:
         """Trust a pose that a search found, once scans have fitted over some distance."""
         if self._confirmation >= _CONFIRMED:
@@ -353,7 +351,8 @@ class Localiser(Estimator):
         alone = len(self._filter.modes.modes) == 1
         if alone and self._fit_scale(scan).relative(view.fit) >= _CONVINCING:
             self._confirmation += self._travelled
-        self._recovery.verify(scan.stamp)
+        else:
+            self._recovery.verify(scan.stamp)
 
     def _is_settled(self) -> bool:
         return self._filter.modes.best.is_settled(self.parameters.settled_deviation)
@@ -390,9 +389,7 @@ class Localiser(Estimator):
     def _compare_modes(self, scan: Scan, view: ScanView) -> ScanView:
         """Add the evidence of a scan to the modes; return the view of the estimate."""
         modes, moved = self._filter.modes, self._moved
-        others = [
-            self._evaluator.view(mode.pose.compose(moved), scan) for mode in modes.modes[1:]
-        ]
+        others = [self._evaluator.view(mode.pose.compose(moved), scan) for mode in modes.modes[1:]]
         modes.weigh([view.cost, *(o.cost for o in others)], self.parameters.evidence_cap)
         views = dict(zip(map(id, modes.modes), [view, *others], strict=True))
         if modes.tidy():
@@ -400,66 +397,9 @@ class Localiser(Estimator):
             self._jumped()
         return views[id(modes.best)]
 
-    def _search(self, search: Search, scan: Scan, view: ScanView) -> None:
-        """Search the map and add what is found to the modes."""
-        if search.is_global:
-            found = self._matcher.candidates(scan)
-        else:
-            found = self._local_matcher.match(self._pose, scan, search.distance, search.angle)
-        low, here = self._fit_scale(scan).low, self._pose
-        prior = self._prior(scan, view)
-        gain = 2.0 * self.parameters.rival_dead_zone
-        for match in found[: self.parameters.max_modes]:
-            seen = self._evaluator.view(match.pose, scan)
-            if search.is_global:
-                plausible = seen.fit >= 0.7 * low and seen.cost < view.cost + gain
-            else:
-                plausible = seen.fit > view.fit + 0.05 and seen.cost < view.cost - gain
-            if not plausible:
-                continue
-            covariance = match.covariance + _MATCH_LEAST
-            if same_place(match.pose, here):
-                if seen.fit > view.fit + 0.05:
-                    self._correct(match, covariance)
-            elif self._adds(match, covariance, prior) and match.pose.distance_to(here) > 0.5:
-                self._recovery.verify(scan.stamp)
-
-    def _prior(self, scan: Scan, view: ScanView) -> float:
-        """Return the log-weight of a new pose relative to the estimate, before its evidence."""
-        if self._confirmation < _CONFIRMED:
-            return _UNCONFIRMED
-        if self._recovery.is_disturbed(scan.stamp):
-            return _PUSHED
-        return _MOVED if view.long >= _MANY_LONG else _UNMOVED
-
-    def _adds(self, match: GlobalMatch, covariance: FloatArray, prior: float) -> bool:
-        """Add a pose that a search found as a mode; its evidence is weighed at once."""
-        weight = self._filter.modes.best.log_weight + prior
-        pose = match.pose.compose(self._moved.inverse())
-        return self._filter.modes.add(self._filter.around(pose, covariance, weight))
-
-    def _correct(self, match: GlobalMatch, covariance: FloatArray) -> None:
-        """Move the estimate by a small correction."""
-        modes = self._filter.modes
-        pose = match.pose.compose(self._moved.inverse())
-        modes.modes[0] = self._filter.around(pose, covariance, modes.best.log_weight)
-
     def _seed(self, scan: Scan) -> None:
         """Replace scattered particles by the places that explain this scan."""
-        found = self._matcher.candidates(scan)
-        views = [self._evaluator.view(match.pose, scan) for match in found]
-        if not found:
-            return
-        least, cap = min(view.cost for view in views), self.parameters.evidence_cap
-        zone = self.parameters.rival_dead_zone
-        modes = [
-            self._filter.around(
-                match.pose,
-                match.covariance + _MATCH_LEAST,
-                -min(cap, max(0.0, view.cost - least - zone)),
-            )
-            for match, view in zip(found, views, strict=True)
-        ]
-        modes.sort(key=lambda mode: -mode.log_weight)
-        self._restart(modes[: self.parameters.max_modes])
-        self._filter.modes.tidy()
+        modes = self._pose_search.places(scan)
+        if modes:
+            self._restart(modes)
+            self._filter.modes.tidy()

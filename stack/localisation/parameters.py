@@ -135,6 +135,20 @@ class LocaliserParameters:
     range_noise: float = parameter(
         0.01, "m", at_least=0.0, help="standard deviation of a lidar range, for the health"
     )
+    lost_health: float = parameter(
+        0.3, at_least=0.0, at_most=1.0, help="health below which the robot counts as lost"
+    )
+    good_health: float = parameter(
+        0.5, at_least=0.0, at_most=1.0, help="health from which on the pose counts as right"
+    )
+    obscured_short: float = parameter(
+        0.2, at_least=0.0, at_most=1.0,
+        help="share of beams that end at unmapped things from which on they excuse a low health",
+    )  # fmt: skip
+    obscured_long: float = parameter(
+        0.05, at_least=0.0, at_most=1.0,
+        help="share of beams through mapped walls above which they do not excuse it",
+    )  # fmt: skip
     health_window: float = parameter(
         1.0, "s", at_least=0.0, help="time window of scans whose median is the health"
     )

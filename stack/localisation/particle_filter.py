@@ -74,7 +74,9 @@ class ParticleFilter:
         root = vectors * np.sqrt(np.maximum(values, 0.0))
         limit = self._parameters.max_particles
         poses = as_row(pose) + self._generator.normal(0.0, 1.0, (limit, 3)) @ root.T
-        return Mode.of(ParticleSet.uniform(poses[: self._count(poses)]), log_weight)
+        mode = Mode.of(ParticleSet.uniform(poses[: self._count(poses)]), log_weight)
+        mode.pose = pose
+        return mode
 
     def scatter(self) -> None:
         """Restart with one mode, uniform over the free space."""

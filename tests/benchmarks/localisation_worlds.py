@@ -38,7 +38,9 @@ def place(kind: str, seed: int, unmapped: float = 0.3) -> Place:
     known = [piece for piece, one in zip(pieces, fate, strict=True) if one >= unmapped]
     there = [p for p, one in zip(pieces, fate, strict=True) if one < 1.0 - _GONE]
     walls = uneven(walls)
-    return Place(drawn([*walls, *there], width, depth), mapped(drawn([*walls, *known], width, depth)))
+    return Place(
+        drawn([*walls, *there], width, depth), mapped(drawn([*walls, *known], width, depth))
+    )
 
 
 def _off_grid(piece: Rectangle) -> Rectangle:
@@ -115,9 +117,7 @@ def _warehouse(
     return walls, [(0.0, 0.0, width, depth)], width, depth
 
 
-def _furniture(
-    room: Rectangle, kind: str, generator: np.random.Generator
-) -> Iterator[Rectangle]:
+def _furniture(room: Rectangle, kind: str, generator: np.random.Generator) -> Iterator[Rectangle]:
     x0, y0, x1, y1 = room
     area = (x1 - x0) * (y1 - y0)
     corridor = min(x1 - x0, y1 - y0) < 2.0
