@@ -222,7 +222,17 @@ class Robot(Protocol):
         ...
 
     def relocalise(self) -> Task:
-        """Find the pose anywhere on the map from the lidar; fails with AMBIGUOUS if not unique."""
+        """Find the pose anywhere on the map from the lidar.
+
+        Fails with AMBIGUOUS if other poses explain the scans as well; `estimate.rivals` has them.
+        """
+        ...
+
+    def disambiguate(self) -> Task:
+        """Drive to where the estimate and its rivals differ until one pose is left.
+
+        Succeeds at once without rivals. Fails with AMBIGUOUS when no reachable place differs.
+        """
         ...
 
     def set_pose(

@@ -35,6 +35,7 @@ from stack.runtime.parameters import LoopParameters
 from stack.sim.physics.settings import SimulationSettings
 from stack.sim.worlds.rasterise import RESOLUTION, map_problem, map_shape
 from stack.sim.worlds.world import World
+from stack.telemetry.sensor_log import read_about
 from stack.types import Pose2D
 
 __all__ = ["Diagnosis", "PreparedMission", "RunOptions", "diagnose", "prepare"]
@@ -342,3 +343,23 @@ def _belief(mission: Mission, start: Pose2D) -> Pose2D | None:
     if mission.initial_pose == "start":
         return start
     return mission.initial_pose if isinstance(mission.initial_pose, Pose2D) else None
+
+
+def as_recorded(plan: PreparedMission, options: RunOptions) -> RunOptions:
+    """Return the options with the seed of the recording that is replayed.
+
+    Raises:
+        InputError: the recording is of another robot.
+    """
+    if options.replay is None:
+        return options
+    about = read_about(options.replay)
+    if about.get("robot") != plan.robot.name:
+        raise InputError(
+            f"{options.replay} was recorded with the robot {about.get('robot')!r}, this mission"
+            f" has {plan.robot.name!r}; choose it with --robot"
+        )
+    seed = about.get("seed", "")
+    if not seed.isdecimal():
+        raise InputError(f"{options.replay}: the seed {seed!r} in its metadata is not a number")
+    return replace(options, seed=int(seed))

@@ -15,10 +15,11 @@ import numpy as np
 from stack.compilation import KernelTypes
 from stack.components import Estimator
 from stack.drivetrain.description import RobotDescription
-from stack.errors import InputError
+from stack.errors import InputError, NavigationError
 from stack.frames.buffer import TransformBuffer
+from stack.localisation.confidence import Confidence
 from stack.localisation.distance_field import surface_field
-from stack.localisation.health import FitScale, RecentViews, ScanEvaluator, ScanView, calibrate
+from stack.localisation.health import FitScale, ScanEvaluator, ScanView, calibrate
 from stack.localisation.health_model import HealthFeatures, health
 from stack.localisation.modes import Mode
 from stack.localisation.motion_models import MotionSince, motion_model
@@ -27,8 +28,9 @@ from stack.localisation.particle_filter import ParticleFilter
 from stack.localisation.particles import move
 from stack.localisation.pose_search import PoseSearch, prior_of
 from stack.localisation.recovery import RecoverySchedule
-from stack.localisation.search.global_match import decide
 from stack.localisation.search.matches import GlobalMatch, Views
+from stack.localisation.search.rivals import Resolution, resolve
+from stack.localisation.views.view_planner import ViewPlanner
 from stack.parameters import suggestion
 from stack.streams import stream
 from stack.types import (
@@ -39,26 +41,23 @@ from stack.types import (
     Pose2D,
     PoseEstimate,
     Scan,
+    View,
 )
 
 _NO_FIT = 0.5
-"""Share of the 5th percentile of the fits at true poses; a lower fit means that
-the robot is not near the estimate."""
+"""Share of the 5th percentile of fits at true poses below which the robot is not near a pose."""
 
 _UNTESTED_HEALTH = 0.8
 """Health of a pose that was set and that no scan has tested."""
+
+_CLEARANCE = 0.05
+"""Metres between the robot's inscribed circle and surfaces on the way to a view."""
 
 _STILL_UPDATES = 2
 """Largest number of measurement updates at standstill: the same view adds little evidence."""
 
 _MATCH_DEVIATION = 0.05
 """Metres; standard deviation of a pose that is compared with a scan."""
-
-_CONVINCING = 0.5
-"""Fit that confirms a pose, between that of most true poses (0) and of the usual ones (1)."""
-
-_CONFIRMED = 1.0
-"""Metres driven with fitting scans after which a pose that a search found is trusted."""
 
 
 class Localiser(Estimator):
@@ -76,8 +75,9 @@ class Localiser(Estimator):
         """Return the kernels of the filter and of the search."""
         from stack.localisation import kernels
         from stack.localisation.search import kernels as search_kernels
+        from stack.localisation.views import kernels as view_kernels
 
-        return (*kernels.LOCALISATION, *search_kernels.SEARCH)
+        return (*kernels.LOCALISATION, *search_kernels.SEARCH, *view_kernels.VIEWS)
 
     def __init__(
         self,
@@ -99,10 +99,10 @@ class Localiser(Estimator):
         )  # fmt: skip
         self._recovery = RecoverySchedule(parameters)
         self._scale: FitScale | None = None
-        self._views = RecentViews(parameters.health_window)
+        self._confidence = Confidence(parameters)
         self._use(parameters)
         self._odometry: Pose2D | None = None
-        self._confirmation = self._travelled = 0.0
+        self._travelled = 0.0
         self._stated = MotionSince.none()
         self._scanned: tuple[float, Pose2D] | None = None
         self._time = self._corrected_at = 0.0
@@ -140,27 +140,26 @@ class Localiser(Estimator):
         self._filter.configure(motion_model(self._robot.drivetrain, p), p)
         self._recovery.parameters = p
         self._pose_search = PoseSearch(self._field, self._evaluator, self._filter, p)
-        self._views.window = p.health_window
+        self._confidence.configure(p)
 
     def start(self, pose: Pose2D | None) -> None:
         """Start around the initial pose; if that is unknown, anywhere on the map."""
+        p = self.parameters
         if pose is None:
             self.scatter()
-        else:
-            p = self.parameters
-            self.set_pose(pose, p.initial_position_deviation, p.initial_heading_deviation)
+            return
+        self.set_pose(pose, p.initial_position_deviation, p.initial_heading_deviation)
 
     def set_pose(self, pose: Pose2D, position_deviation: float, heading_deviation: float) -> None:
         """Restart around a pose in the map frame; standard deviations in metres and radians."""
-        self._confirmation = _CONFIRMED
         variances = np.square([position_deviation, position_deviation, heading_deviation])
-        self._restart([self._filter.around(pose, np.diag(variances))])
+        self._restart([self._filter.around(pose, np.diag(variances))], confirmed=True)
 
     def scatter(self) -> None:
         """Restart with particles uniform over the free space."""
         self._filter.scatter()
         self._restart(self._filter.modes.modes)
-        self._scattered, self._confirmation = True, 0.0
+        self._scattered = True
 
     def update(self, observation: Observation, frames: TransformBuffer) -> PoseEstimate:
         """Process odometry, and a new scan at the pose of its own stamp."""
@@ -208,7 +207,7 @@ class Localiser(Estimator):
             return
         self._follow(scan, covariance, disturbed=disturbed)
         if self._scattered:
-            self._seed(scan)
+            self._start_anywhere(scan)
         elif self._is_update_due():
             self._measurement_update(scan)
         view = self._evaluator.view(self._pose, scan)
@@ -216,21 +215,22 @@ class Localiser(Estimator):
             view = self._compare_modes(scan, view)
         search = self._recovery.next(scan.stamp, view, self._fit_scale(scan).low)
         if search is not None:
-            confirmed, low = self._confirmation >= _CONFIRMED, self._fit_scale(scan).low
+            confirmed, low = self._confidence.is_confirmed, self._fit_scale(scan).low
             disturbed = self._recovery.is_disturbed(scan.stamp)
             prior = prior_of(view, confirmed=confirmed, disturbed=disturbed)
             if self._pose_search.run(search, scan, view, self._moved, prior, low):
                 self._recovery.verify(scan.stamp)
             view = self._evaluator.view(self._pose, scan)
-        self._views.add(scan.stamp, view)
-        self._confirm(scan, view)
+        scale, alone = self._fit_scale(scan), len(self._filter.modes.modes) == 1
+        self._confidence.add(scan.stamp, view, scale, self._travelled, alone=alone)
+        if self._confidence.needs_verification(view, scale, alone=alone):
+            self._recovery.verify(scan.stamp)
 
     @property
     def estimate(self) -> PoseEstimate:
         """The pose, propagated by odometry since the last scan, with covariance and health.
 
-        Until the first scan after a start the health is that of most poses that are set, so that
-        starting raises no alarm; scattered particles have health 0.
+        Until the first scan after a start the health raises no alarm; if scattered, it is 0.
         """
         p, features, modes = self.parameters, self.health_features, self._filter.modes
         if features is None:
@@ -240,20 +240,13 @@ class Localiser(Estimator):
         return PoseEstimate(
             self._pose, modes.covariance(), right,
             self.map_from_odom, self._corrected_at, self._jumps, modes.rivals(self._moved),
-            HealthThresholds(p.lost_health, p.good_health), self._is_obscured(),
+            HealthThresholds(p.lost_health, p.good_health), self._confidence.is_obscured,
         )  # fmt: skip
 
     @property
     def health_features(self) -> HealthFeatures | None:
         """What the health follows from; None before the first scan after a restart."""
-        now, median = self._views.newest, self._views.median
-        if now is None or median is None or self._scale is None:
-            return None
-        modes = self._filter.modes
-        return HealthFeatures(
-            now, median, self._scale, modes.best.position_deviation,
-            min(1.0, self._confirmation / _CONFIRMED), float(modes.shares[0]),
-        )  # fmt: skip
+        return self._confidence.features(self._filter.modes, self._scale)
 
     @property
     def map_from_odom(self) -> Pose2D:
@@ -278,20 +271,48 @@ class Localiser(Estimator):
         return self._pose_search.whole_map.candidates(scan, earlier)
 
     def localise_globally(self, scan: Scan, earlier: Views = ()) -> GlobalMatch:
-        """Restart at the only pose on the map that explains the scans.
+        """Restart at the best pose on the map that explains the scans, with its rivals.
 
         Args:
             scan: the newest scan.
             earlier: as for `match_globally`.
 
         Raises:
-            NavigationError: LOST if no pose fits, AMBIGUOUS if several do. The particles do not
-                change then.
+            NavigationError: LOST if no pose fits. The particles do not change then.
         """
+        return self._adopt(self._resolution(scan, earlier))
+
+    def best_view(self, scan: Scan, avoided: Sequence[Pose2D] = ()) -> View | None:
+        """Return the view that best tells the estimate from its rivals; None without one."""
+        estimate = self.estimate
+        if not estimate.ambiguous:
+            return None
+        clearance = self._robot.footprint.inscribed_radius + _CLEARANCE
+        planner = ViewPlanner(self._field, clearance, self.parameters)
+        shares = [rival.share for rival in estimate.rivals]
+        poses = [estimate.pose, *(rival.pose for rival in estimate.rivals)]
+        return planner.best_view(poses, [1.0 - sum(shares), *shares], scan, avoided)
+
+    def _resolution(self, scan: Scan, earlier: Views = ()) -> Resolution:
         candidates = self.match_globally(scan, earlier)
-        best = decide(candidates, self._fit_scale(scan).low, self.parameters.ambiguity_ratio)
-        self.set_pose(best.pose, 0.1, 0.05)
+        return resolve(candidates, self._fit_scale(scan).low, self.parameters.rival_share)
+
+    def _adopt(self, resolution: Resolution) -> GlobalMatch:
+        best = resolution.best
+        self._restart([
+            self._pose_search.mode(match, match.evidence - best.evidence)
+            for match in (best, *resolution.rivals)
+        ])  # fmt: skip
         return best
+
+    def _start_anywhere(self, scan: Scan) -> None:
+        """Search the whole map at an unknown start; if nothing fits well, follow all places."""
+        try:
+            self._adopt(self._resolution(scan))
+        except NavigationError:
+            if modes := self._pose_search.places(scan):
+                self._restart(modes)
+                self._filter.modes.tidy()
 
     @property
     def _pose(self) -> Pose2D:
@@ -309,21 +330,21 @@ class Localiser(Estimator):
             )
         return self._scale
 
-    def _restart(self, modes: Sequence[Mode]) -> None:
+    def _restart(self, modes: Sequence[Mode], *, confirmed: bool = False) -> None:
         """Restart with modes at the newest odometry."""
         self._filter.modes.replace(modes)
         self._reference = self._odometry or Pose2D(0.0, 0.0)
         self._stated = MotionSince.none()
         self._still_scans = 0
         self._scattered = False
-        self._jumped()
+        self._jumped(confirmed=confirmed)
         self._recovery.reset()
 
-    def _jumped(self) -> None:
+    def _jumped(self, *, confirmed: bool) -> None:
         """Note a discontinuity of the pose; scans before say nothing of the new one."""
         self._jumps += 1
         self._corrected_at = self._time
-        self._views.clear()
+        self._confidence.restart(confirmed=confirmed)
 
     def _follow(self, scan: Scan, covariance: FloatArray | None, *, disturbed: bool) -> None:
         """Add the motion since the last scan to what odometry states since the last update."""
@@ -331,28 +352,12 @@ class Localiser(Estimator):
         before = self._scanned[1] if self._scanned is not None else self._odometry
         step = self._odometry.relative_to(before)
         self._stated = self._stated.then(step, covariance, disturbed)
-        self._travelled = travelled = hypot(step.x, step.y) + 0.5 * abs(step.heading)
-        self._filter.modes.travel(travelled / self.parameters.evidence_distance)
+        p, distance, turn = self.parameters, hypot(step.x, step.y), abs(step.heading)
+        self._travelled = distance + 0.5 * turn
+        self._filter.modes.travel(distance / p.rival_distance + turn / p.rival_angle)
         if disturbed:
             self._recovery.disturb(scan.stamp)
         self._scanned = scan.stamp, self._odometry
-
-    def _is_obscured(self) -> bool:
-        """Return whether unmapped things hide the map, and nothing else speaks against the pose."""
-        median, p = self._views.median, self.parameters
-        if median is None or self._confirmation < _CONFIRMED:
-            return False
-        return median.short >= p.obscured_short and median.long <= p.obscured_long
-
-    def _confirm(self, scan: Scan, view: ScanView) -> None:
-        """Trust a pose that a search found, once scans have fitted over some distance."""
-        if self._confirmation >= _CONFIRMED:
-            return
-        alone = len(self._filter.modes.modes) == 1
-        if alone and self._fit_scale(scan).relative(view.fit) >= _CONVINCING:
-            self._confirmation += self._travelled
-        else:
-            self._recovery.verify(scan.stamp)
 
     def _is_settled(self) -> bool:
         return self._filter.modes.best.is_settled(self.parameters.settled_deviation)
@@ -379,7 +384,7 @@ class Localiser(Estimator):
         self._stated = MotionSince.none()
         for mode in self._filter.modes.modes:
             # Scans from elsewhere must not pull a mode to a pose with a slightly better fit.
-            last = self._views.newest
+            last = self._confidence.views.newest
             fit = last.fit if last and mode is self._filter.modes.best else None
             if fit is not None and fit < lost and mode.is_settled(p.settled_deviation):
                 self._filter.spread(mode)
@@ -393,13 +398,5 @@ class Localiser(Estimator):
         modes.weigh([view.cost, *(o.cost for o in others)], self.parameters.evidence_cap)
         views = dict(zip(map(id, modes.modes), [view, *others], strict=True))
         if modes.tidy():
-            self._confirmation = 0.0
-            self._jumped()
+            self._jumped(confirmed=False)
         return views[id(modes.best)]
-
-    def _seed(self, scan: Scan) -> None:
-        """Replace scattered particles by the places that explain this scan."""
-        modes = self._pose_search.places(scan)
-        if modes:
-            self._restart(modes)
-            self._filter.modes.tidy()

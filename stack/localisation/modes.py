@@ -78,7 +78,7 @@ class ModeSet:
     Attributes:
         modes: the first one is the estimate.
         dead_zone: difference of the costs of two modes that counts as none: cells and noise.
-        least_share: a mode below this probability is dropped.
+        least_share: a mode below this share of the best one's probability is dropped.
         lead: a mode takes over from the estimate when it is this many times as probable.
         most: number of modes that are kept.
     """
@@ -143,7 +143,7 @@ class ModeSet:
         if shares[best] < self.lead * shares[0]:
             best = 0
         order = [best, *(i for i in np.argsort(-shares, kind="stable").tolist() if i != best)]
-        kept = [i for i in order if i == best or shares[i] >= self.least_share]
+        kept = [i for i in order if i == best or shares[i] >= self.least_share * shares[best]]
         self.modes = [self.modes[i] for i in kept[: self.most]]
         top = self.modes[0].log_weight
         for mode in self.modes:

@@ -97,17 +97,10 @@ class LocaliserParameters:
     evidence_cap: float = parameter(
         15.0, above=0.0, at_most=100.0, help="largest evidence of one view against a mode"
     )
-    evidence_distance: float = parameter(
-        1.0, "m", above=0.0,
-        help="distance driven after which a view is independent of the one before",
-    )  # fmt: skip
     rival_dead_zone: float = parameter(
-        1.5, at_least=0.0, at_most=20.0,
+        0.75, at_least=0.0, at_most=20.0,
         help="difference of the evidence of two modes that counts as none",
     )  # fmt: skip
-    rival_share: float = parameter(
-        0.02, above=0.0, at_most=0.5, help="a mode with a smaller probability is dropped"
-    )
     rival_lead: float = parameter(
         2.0, at_least=1.0, at_most=100.0,
         help="a mode becomes the estimate when it is this many times as probable",
@@ -178,6 +171,9 @@ class LocaliserParameters:
         0.7, above=0.0, at_most=1.0,
         help="the search returns the poses whose score is at least this share of the best one",
     )  # fmt: skip
+    search_most: int = parameter(
+        80, at_least=1, at_most=1000, help="largest number of poses that the search returns"
+    )
     short_penalty: float = parameter(
         3.0, at_least=0.0, at_most=20.0,
         help="evidence against a pose of a beam that ends before the mapped wall (log-likelihood)",
@@ -190,9 +186,19 @@ class LocaliserParameters:
         0.2, above=0.0, at_most=1.0,
         help="factor of the evidence of 120 beams; below 1, since beams are not independent",
     )  # fmt: skip
-    ambiguity_ratio: float = parameter(
-        0.85, above=0.0, at_most=1.0,
-        help="the pose is ambiguous if a second place has this share of the best fit",
+    rival_share: float = parameter(
+        0.01, above=0.0, at_most=1.0,
+        help="another pose is a rival if its probability is at least this share of the best one's",
+    )  # fmt: skip
+    rival_distance: float = parameter(
+        0.75, "m", above=0.0, help="distance driven after which a view is new evidence for rivals"
+    )
+    rival_angle: float = parameter(
+        2.0, "rad", above=0.0, help="angle turned after which a view is new evidence for rivals"
+    )
+    view_distance: float = parameter(
+        15.0, "m", above=0.0, at_most=100.0,
+        help="how far away a place is looked for at which rivals differ",
     )  # fmt: skip
 
     def __post_init__(self) -> None:

@@ -21,6 +21,9 @@ _LEAST_COVARIANCE = np.diag([0.03**2, 0.03**2, 0.02**2])
 _BETTER_FIT = 0.05
 """Gain of the fit from which on a match near the estimate replaces it."""
 
+_GAIN = 3.0
+"""Evidence by which a match near the estimate must lead it, and one elsewhere may trail it."""
+
 _PLAUSIBLE = 0.7
 """Share of the 5th percentile of the fits at true poses that a match on the whole map needs."""
 
@@ -93,14 +96,14 @@ class PoseSearch:
             found = self.whole_map.candidates(scan)
         else:
             found = self.near.match(here, scan, search.distance, search.angle)
-        gain, far = 2.0 * p.rival_dead_zone, False
+        far = False
         for match in found[: p.max_modes]:
             seen = self._evaluator.view(match.pose, scan)
             if search.is_global:
-                plausible = seen.fit >= _PLAUSIBLE * low and seen.cost < view.cost + gain
+                plausible = seen.fit >= _PLAUSIBLE * low and seen.cost < view.cost + _GAIN
             else:
                 better = seen.fit > view.fit + _BETTER_FIT
-                plausible = better and seen.cost < view.cost - gain
+                plausible = better and seen.cost < view.cost - _GAIN
             if not plausible:
                 continue
             at_reference = match.pose.compose(moved.inverse())
@@ -113,18 +116,19 @@ class PoseSearch:
         return far
 
     def places(self, scan: Scan) -> list[Mode]:
-        """Return modes at the places on the whole map that explain a scan, best first."""
+        """Return modes anywhere on the map, weighted by the objects that each needs, best first."""
         p, found = self._parameters, self.whole_map.candidates(scan)
         views = [self._evaluator.view(match.pose, scan) for match in found]
         least = min((view.cost for view in views), default=0.0)
         modes = [
-            self._mode(match, -min(p.evidence_cap, max(0.0, view.cost - least - p.rival_dead_zone)))
+            self.mode(match, -min(p.evidence_cap, max(0.0, view.cost - least - p.rival_dead_zone)))
             for match, view in zip(found, views, strict=True)
         ]
         modes.sort(key=lambda mode: -mode.log_weight)
         return modes[: p.max_modes]
 
-    def _mode(self, match: GlobalMatch, log_weight: float) -> Mode:
+    def mode(self, match: GlobalMatch, log_weight: float) -> Mode:
+        """Return a mode at a match at the reference pose."""
         return self._filter.around(match.pose, match.covariance + _LEAST_COVARIANCE, log_weight)
 
     def _add(self, pose: Pose2D, covariance: FloatArray, prior: float) -> bool:

@@ -264,6 +264,7 @@ class PathDrive(Drive):
 
     def __init__(self, task: MotionTask, tools: Tools, path: Path) -> None:
         super().__init__(task, tools, None)
+        self._parameters = tools.parameters
         self.path, self.goal = path, path.goal
         task.path = path
 
@@ -276,6 +277,7 @@ class PathDrive(Drive):
         follower, task = self._follower, self.task
         try:
             check_not_lost(self._lost, state)
+            check_not_ambiguous(self._parameters, state)
             if self._lost.doubted:
                 follower.pause(state.time)
                 return STANDSTILL
@@ -301,6 +303,19 @@ def check_not_lost(checker: LostChecker, state: NavigationState) -> None:
             FailureCode.LOST,
             f"localisation health {estimate.health:.2f}, below {estimate.thresholds.lost:g} for "
             f"{checker.seconds:g} s: the scans do not fit the map here",
+        )
+
+
+def check_not_ambiguous(parameters: NavigationParameters, state: NavigationState) -> None:
+    """Raise NavigationError AMBIGUOUS when goals are not driven to and the estimate has rivals."""
+    rivals = state.estimate.rivals
+    if rivals and parameters.ambiguous_goals != "drive":
+        nearest = rivals[0].pose
+        raise NavigationError(
+            FailureCode.AMBIGUOUS,
+            f"{len(rivals) + 1} places explain the scans about as well, one of them "
+            f"({nearest.x:.2f}, {nearest.y:.2f}): a goal on the map may be anywhere; run "
+            "`disambiguate` first, or set navigator.ambiguous_goals to drive",
         )
 
 

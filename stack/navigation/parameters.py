@@ -58,6 +58,19 @@ class NavigationParameters:
     search_time: float = parameter(
         5.0, "s", above=0.0, help="that search fails if the scans do not arrive within this time"
     )
+    ambiguous_goals: str = parameter(
+        "disambiguate", one_of=("disambiguate", "refuse", "drive"),
+        help="what a goal does while other poses explain the scans as well: first drive to where "
+        "they differ, fail with AMBIGUOUS, or ignore them",
+    )  # fmt: skip
+    view_attempts: int = parameter(
+        8, at_least=1, at_most=100,
+        help="number of places to which the robot drives to tell such poses apart",
+    )  # fmt: skip
+    view_time: float = parameter(
+        0.5, "s", at_least=0.0, help="how long it stands and looks at each of them"
+    )
+    view_tolerance: float = parameter(0.3, "m", above=0.0, help="goal tolerance at such a place")
     jump_distance: float = parameter(
         0.3, "m", at_least=0.0,
         help="a new pose farther away than this clears the sensed obstacles",

@@ -54,6 +54,7 @@ from stack.types.world import (
     PoseEstimate,
     RivalPose,
     TrackedObject,
+    View,
 )
 
 __all__ = [
@@ -95,6 +96,7 @@ __all__ = [
     "TaskStatus",
     "TrackedObject",
     "Twist",
+    "View",
     "UNKNOWN",
     "UNKNOWN_COST",
     "wrap_angle",

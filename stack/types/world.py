@@ -93,6 +93,21 @@ class RivalPose:
 
 
 @dataclass(frozen=True, slots=True)
+class View:
+    """A place from which a scan tells rival poses apart.
+
+    Attributes:
+        motion: to it, current base frame; the same for all rivals.
+        distance: metres of the way.
+        gain: expected share of the ambiguity that a scan there resolves, in (0, 1].
+    """
+
+    motion: Pose2D
+    distance: float
+    gain: float
+
+
+@dataclass(frozen=True, slots=True)
 class PoseEstimate:
     """Estimate of the robot's pose.
 

@@ -60,6 +60,8 @@ class KnownValues:
             return self._bound(self.inputs.get(symbol))
         if symbol.role is Role.VARIABLE or symbol in self.written or symbol in self.later:
             raise _Unknown
+        if symbol.keep:  # it may begin with any value
+            raise _Unknown
         self.of_argument |= symbol.role is Role.ARGUMENT
         return symbol.value
 
@@ -145,7 +147,9 @@ class Verdicts:
         return {
             key
             for key, item in self.found.items()
-            if item.word == "wait_until" and item.truth == {False} and not item.of_argument
+            if item.word in ("wait_until", "limited wait")
+            and item.truth == {False}
+            and not item.of_argument
         }
 
     def report(self) -> None:
@@ -181,13 +185,13 @@ class Verdicts:
             self.findings.error("E164", mark, sentence, hint)
             return
         state = "true" if value else "false"
+        effect = _EFFECTS.get((word, value), "")
         if not names:
-            effect = _EFFECTS.get((word, value), "")
             hint = "correct or remove the condition"
             self.findings.warning("W107", mark, f"{source} is always {state}{effect}", hint)
             return
         who = " or ".join(names)
-        sentence = f"{source} is always {state} here: nothing has written {who}"
+        sentence = f"{source} is always {state} here{effect}; nothing has written {who}"
         hint = f"write {names[0]} before with `set` or `out`, or remove the condition"
         self.findings.warning("W107", mark, sentence, hint)
 
@@ -197,5 +201,9 @@ _EFFECTS = {
     ("check", False): ": the check always fails",
     ("unless", False): ": it never ends the recovery",
     ("unless", True): ": no recovery runs",
+    ("until", False): ": the repetition never ends",
+    ("until", True): ": it runs once",
+    ("limited wait", False): ": only the time limit or `while` around it ends the wait",
+    ("limited wait", True): ": it does not wait",
     ("event", True): ": the event fires once, at the start",
 }

@@ -17,7 +17,7 @@ from missions.language.expressions.value_types import (
     type_of,
 )
 from missions.language.foreign_words import TYPES
-from missions.language.keys import ARGUMENT, BLACKBOARD_KEY, INPUT, OPTIONAL, TREE
+from missions.language.keys import ARGUMENT, BLACKBOARD_KEY, INPUT, KEEP, OPTIONAL, TREE
 from missions.language.model import Constant, Tree
 from missions.language.reading.values import IDENTIFIER, ValueReader
 from missions.language.reading.words import WordRole
@@ -67,12 +67,18 @@ class DeclarationReader:
             kind = self._type(section)
             initial = section.node_of("initial")
             section.value(OPTIONAL)
+            keep = bool(section.value(KEEP))
+            if keep and not kind.is_storable:
+                sentence = f"{key.value!r} has the type {kind}, which cannot be kept"
+                self.findings.error("E136", key.mark, sentence, "remove `keep`")
             doc = section.value(Declaration("doc", str, default=""))
             section.done()
             value = UNSET
             if initial is not None:
                 value = self._literal(kind.declaration(str(key.value)), initial, scope)
-            layer[str(key.value)] = Symbol(str(key.value), Role.KEY, kind, key.mark, value, doc)
+            layer[str(key.value)] = Symbol(
+                str(key.value), Role.KEY, kind, key.mark, value, doc, keep=keep
+            )
         return layer
 
     def arguments(self, node: Node | None, scope: Scope, overrides: Overrides) -> Layer:

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stack.drivetrain.description import ImuDescription
+from stack.localisation.fusion.wheels_gyro import WheelGyroOdometry
 from stack.localisation.motion_models import (
     CarMotionNoise,
     MotionNoise,
@@ -16,12 +17,12 @@ from stack.localisation.motion_models import (
     disturb,
     motion_model,
 )
-from stack.localisation.odometry import OdometryFusion
-from stack.localisation.parameters import LocaliserParameters
+from stack.localisation.parameters import LocaliserParameters, OdometryFusionParameters
 from stack.localisation.particles import move
 from stack.types import Imu, Odometry, Pose2D, Twist
 from tests.observed import observed
 from tests.stack.navigation.toy_world import moving
+from tests.stack.sim.sim_rover import ROVER
 
 ALPHAS = 0.01, 0.01, 0.02, 0.001
 START = np.tile([1.0, 2.0, 0.5], (20_000, 1))
@@ -120,7 +121,7 @@ def test_the_mean_of_the_particles_follows_odometry():
 
 def test_the_fusion_turns_a_sideways_arc_by_the_gyro():
     """Wheels say straight to the left, the gyro says a quarter turn: a quarter circle sideways."""
-    fusion = OdometryFusion()
+    fusion = WheelGyroOdometry(OdometryFusionParameters(), ROVER)
     rate = ImuDescription().rate
     fusion.update(observed(0.0, Odometry(0.0, Pose2D(0.0, 0.0), Twist())))
     for n in range(1, 101):
