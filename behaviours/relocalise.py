@@ -13,7 +13,7 @@ from behaviours._odometry_trail import OdometryTrail
 from behaviours._wall_geometry import room_ahead
 from behaviours.base import DRIVE_FAILURES, RobotBehaviour, output, port
 from stack.robot import Task
-from stack.types import GOOD_HEALTH, STANDSTILL, FailureCode, Image, Twist, wrap_angle
+from stack.types import STANDSTILL, FailureCode, Image, Twist, wrap_angle
 
 TIME_TO_LIVE = 0.3
 FIRST_PICTURE, NEXT_PICTURE = 2.0, 1.0
@@ -46,7 +46,7 @@ class Relocalise(RobotBehaviour):
 
     use_camera: bool = port("search for markers first", default=True)
     only_if_lost: bool = port(
-        f"do nothing if the health stays at {GOOD_HEALTH:g} or more for {FINE_TIME:g} s, without "
+        f"do nothing if the health stays at good_health or more for {FINE_TIME:g} s, without "
         "rival poses",
         default=False,
     )
@@ -120,7 +120,7 @@ class Relocalise(RobotBehaviour):
 
     def _is_fine(self) -> Steps:
         timer = self.start_timer()
-        while self.robot.localisation_health >= GOOD_HEALTH and not self.robot.estimate.ambiguous:
+        while self.robot.estimate.is_good and not self.robot.estimate.ambiguous:
             if timer.is_over(FINE_TIME):
                 return True
             yield

@@ -203,7 +203,6 @@ def build(parameters: type[T], values: Mapping[str, Any]) -> T:
 
 RENAMED = {
     "localisation.quality": "localisation.health",
-    "lost_quality": "lost_health",
     "min_quality": "min_health",
     "quality_window": "health_window",
     "goal_position": "stop_distance",
@@ -218,6 +217,7 @@ MOVED = {
     "progress_distance": "progress_checker: {distance: …}",
     "progress_angle": "progress_checker: {angle: …}",
     "progress_time": "progress_checker: {time: …}",
+    "lost_health": "localisation: {use: mcl, lost_health: …}",
     "patience": "navigator: {replan_patience: …}",
 }
 """Parameters that belong to another component now: old name -> what to write."""

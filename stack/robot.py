@@ -82,7 +82,7 @@ class Robot(Protocol):
 
     @property
     def localisation_health(self) -> float:
-        """Health of the localisation in [0, 1]; below 0.3 the scans do not match the map."""
+        """Calibrated probability in [0, 1] that the pose is within 0.3 m and 10 degrees."""
         ...
 
     @property

@@ -18,6 +18,7 @@ from stack.navigation.following import (
     drive_feedback,
     standing,
 )
+from stack.navigation.path_speeds import slower
 from stack.navigation.planner_worker import Plan, PlanRequest
 from stack.navigation.tasks import MotionTask, NavigationState
 from stack.types import STANDSTILL, Failure, FailureCode, Path, Pose2D, Twist
@@ -103,7 +104,7 @@ class GoalDrive(Drive):
             if self.path is None:
                 self._follower.pause(state.time)
                 return STANDSTILL
-            return self._follower.step(state)
+            return slower(self._follower.step(state), self._lost.speed_limit)
         except NavigationError as error:
             if self._near_partial_end and error.failure.code in HELD:
                 self._arrive(state.estimate.pose)

@@ -239,7 +239,8 @@ class Drive(MotionExecutor):
     def __init__(self, task: MotionTask, tools: Tools, tolerance: float | None) -> None:
         super().__init__(task)
         self._follower = Follower(tools, tolerance)
-        self._lost = LostChecker(tools.parameters.lost_health, tools.parameters.lost_time)
+        p = tools.parameters
+        self._lost = LostChecker(p.lost_time, p.obscured_speed, p.obscured_distance)
 
     def pause(self, now: float) -> None:
         """Hold the drive."""
@@ -288,7 +289,7 @@ class PathDrive(Drive):
                 return STANDSTILL
             if off := follower.off_heading(state):
                 raise NavigationError(FailureCode.NO_PROGRESS, off)
-            return follower.step(state)
+            return slower(follower.step(state), self._lost.speed_limit)
         except NavigationError as error:
             task.fail(error.failure.code, error.failure.sentence)
             return STANDSTILL
@@ -296,11 +297,11 @@ class PathDrive(Drive):
 
 def check_not_lost(checker: LostChecker, state: NavigationState) -> None:
     """Raise NavigationError LOST when the localisation health has been low for too long."""
-    health = state.estimate.health
-    if checker.lost(state.time, health):
+    estimate = state.estimate
+    if checker.lost(state.time, estimate, state.odometry.pose):
         raise NavigationError(
             FailureCode.LOST,
-            f"localisation health {health:.2f}, below {checker.health:g} for "
+            f"localisation health {estimate.health:.2f}, below {estimate.thresholds.lost:g} for "
             f"{checker.seconds:g} s: the scans do not fit the map here",
         )
 

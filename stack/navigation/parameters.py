@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from stack.parameters import parameter
-from stack.types import LOST_HEALTH
 
 
 @dataclass(frozen=True)
@@ -82,14 +81,15 @@ class NavigationParameters:
     teleop_timeout: float = parameter(
         0.5, "s", above=0.0, help="how long one velocity command of the operator is driven"
     )
-    lost_health: float = parameter(
-        LOST_HEALTH,
-        at_least=0.0,
-        at_most=1.0,
-        help="localisation health below which the robot stops",
-    )
     lost_time: float = parameter(
-        1.5, "s", at_least=0.0, help="a drive fails after this time below lost_health"
+        1.5, "s", at_least=0.0, help="a drive fails after this time while the robot is lost"
+    )
+    obscured_speed: float = parameter(
+        0.2, "m/s", at_least=0.0,
+        help="top speed while the robot counts as lost only because unmapped things hide the map",
+    )  # fmt: skip
+    obscured_distance: float = parameter(
+        5.0, "m", at_least=0.0, help="distance driven so before the robot stands as when lost"
     )
     spin_speed: float = parameter(1.0, "rad/s", above=0.0, help="turning speed of spins")
     back_up_speed: float = parameter(0.15, "m/s", above=0.0, help="speed of backing up")

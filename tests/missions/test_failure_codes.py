@@ -31,7 +31,7 @@ class FallOver(RobotBehaviour):
         return Status.RUNNING
 """
 
-TRUSTING = "navigation: {navigator: {lost_health: 0}}\n"
+TRUSTING = "localisation: {use: mcl, lost_health: 0}\n"
 
 COMPUTED = (
     "blackboard: {{goal: {{type: Pose, optional: true}}}}\n"
