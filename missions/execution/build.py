@@ -43,8 +43,8 @@ from stack.safety.safety import Safety
 from stack.telemetry.hub import Telemetry
 from stack.telemetry.recorder import RunFolder
 from stack.telemetry.records import Layer, RunInfo, new_identity
-from stack.telemetry.sensor_log import SensorLog, read_observations
-from stack.types import Observation, OccupancyGrid, Pose2D
+from stack.telemetry.sensor_log import SensorLog
+from stack.types import OccupancyGrid, Pose2D
 
 IDLE_SECONDS = 0.01
 """Wall seconds between two checks for commands while the robot is held."""
@@ -175,13 +175,17 @@ def build(
 
 
 def _body(plan: PreparedMission, options: RunOptions, make_body: MakeBody | None) -> Body:
-    recording: Iterable[Observation] = ()
-    if options.replay is not None:
-        make_body, recording = find_body("replayed"), read_observations(options.replay)
+    setup = BodySetup(plan.robot, plan.world, plan.start, options.seed, options.speed)
+    recording = plan.recording
+    if recording is not None:
+        replay = plan.mission.replay if options.replay is None else None
+        setup = replace(
+            setup, recording=recording.play(), epoch=recording.epoch,
+            after=0.0 if replay is None else replay.after,
+        )  # fmt: skip
+        make_body = find_body("replayed")
     make = make_body or find_body(options.body or plan.robot.body)
-    return make(
-        BodySetup(plan.robot, plan.world, plan.start, options.seed, options.speed, recording)
-    )
+    return make(setup)
 
 
 def _announce_warnings(plan: PreparedMission, telemetry: Telemetry) -> None:
@@ -189,6 +193,10 @@ def _announce_warnings(plan: PreparedMission, telemetry: Telemetry) -> None:
     for warning in (*plan.world.warnings, *plan.warnings):
         where = f"{Path(warning.mark.file).name}:{warning.mark.line}"
         telemetry.emit("world", f"{where} {warning.sentence}", source="world", level="warning")
+    if plan.recording is not None:
+        for note in plan.recording.notes:
+            text = f"{plan.recording.file.name}: {note}"
+            telemetry.emit("recording", text, source="body", level="warning")
     robot = plan.robot
     if not (robot.all_lidars or robot.sonars):
         telemetry.emit(

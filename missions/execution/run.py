@@ -36,7 +36,6 @@ from stack.telemetry.hub import Telemetry, reason_of
 from stack.telemetry.recorder import Recorder, RunFolder
 from stack.telemetry.records import MissionState, Sink
 from stack.telemetry.rendezvous import RunHandle
-from stack.telemetry.sensor_log import read_about
 
 MAX_SIMULATED_SECONDS = 24 * 3600.0
 """A mission that runs longer is ended as a failure."""
@@ -380,17 +379,17 @@ def _as_recorded(plan: PreparedMission, options: RunOptions) -> RunOptions:
     Raises:
         InputError: the recording is of another robot.
     """
-    if options.replay is None:
+    if plan.recording is None or not plan.recording.about:
         return options
-    about = read_about(options.replay)
+    about, file = plan.recording.about, plan.recording.file
     if about.get("robot") != plan.robot.name:
         raise InputError(
-            f"{options.replay} was recorded with the robot {about.get('robot')!r}, this mission"
+            f"{file} was recorded with the robot {about.get('robot')!r}, this mission"
             f" has {plan.robot.name!r}; choose it with --robot"
         )
     seed = about.get("seed", "")
     if not seed.isdecimal():
-        raise InputError(f"{options.replay}: the seed {seed!r} in its metadata is not a number")
+        raise InputError(f"{file}: the seed {seed!r} in its metadata is not a number")
     return replace(options, seed=int(seed))
 
 
