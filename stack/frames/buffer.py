@@ -8,7 +8,7 @@ drift and may jump. The idea and the behaviour at the ends of the buffer are tho
 
 from __future__ import annotations
 
-from bisect import bisect_right
+from bisect import bisect_left, bisect_right
 from collections import deque
 from itertools import islice
 from math import pi
@@ -62,7 +62,7 @@ class TransformBuffer:
     """
 
     def __init__(self, span: float = SPAN) -> None:
-        self._odom_from_base: _Series[Pose2D] = _Series(span)
+        self._odom_from_base: _Series[Odometry] = _Series(span)
         self._map_from_odom: _Series[tuple[Pose2D, int]] = _Series(span)
 
     @property
@@ -77,12 +77,12 @@ class TransformBuffer:
         return self._odom_from_base.stamps[-1]
 
     def add(self, odometry: Odometry) -> None:
-        """Add the pose of the base in the odom frame.
+        """Add the pose of the base in the odom frame, with the error of the last step.
 
         Raises:
             FrameError: an older stamp than the last one.
         """
-        self._odom_from_base.add(odometry.stamp, odometry.pose)
+        self._odom_from_base.add(odometry.stamp, odometry)
 
     def correct(self, estimate: PoseEstimate) -> None:
         """Add the transform map -> odom of an estimate, valid from `estimate.corrected_at` on.
@@ -120,7 +120,7 @@ class TransformBuffer:
         start = max(0, bisect_right(poses.stamps, first) - 1)
         end = bisect_right(poses.stamps, last) + 1
         known = np.array(list(islice(poses.stamps, start, end)))
-        rows = np.array([_row(pose) for pose in islice(poses.values, start, end)])
+        rows = np.array([_row(step.pose) for step in islice(poses.values, start, end)])
         if np.abs(rows[1:, 2] - rows[:-1, 2]).max(initial=0.0) > pi:
             rows[:, 2] = np.unwrap(rows[:, 2])
         x, y, heading = (np.interp(stamps, known, column) for column in rows.T)
@@ -160,6 +160,66 @@ class TransformBuffer:
         """
         return self._odom_at(until).relative_to(self._odom_at(since))
 
+    def motion_covariance(self, since: float, until: float) -> FloatArray:
+        """Return the (3, 3) covariance of `motion(since, until)`: x, y, heading at `since`.
+
+        The errors of the odometry's steps (`Odometry.step_covariance`) are independent and are
+        propagated to first order: Σ = Σₖ Aₖ Qₖ Aₖᵀ, where Aₖ rotates the error of step k into the
+        base frame at `since` and lets its heading error turn the rest of the motion. A part of a
+        step has that part of its covariance. Zeros where the odometry states no error.
+
+        Args:
+            since: seconds on the body's clock.
+            until: not before `since`, seconds.
+
+        Raises:
+            FrameError: a stamp is outside the buffer.
+        """
+        first, last = self._odom_at(since), self._odom_at(until)
+        steps, shares = self._steps_between(since, until)
+        if not any(step.step_covariance.any() for step in steps):
+            return np.zeros((3, 3))
+        rows = np.array([_row(step.pose) for step in steps])
+        end = last.relative_to(first)
+        c, s = np.cos(first.heading), np.sin(first.heading)
+        dx, dy = rows[:, 0] - first.x, rows[:, 1] - first.y
+        heading = rows[:, 2] - first.heading
+        spread = np.zeros((len(rows), 3, 3))
+        spread[:, 0, 0] = spread[:, 1, 1] = np.cos(heading)
+        spread[:, 1, 0], spread[:, 0, 1] = np.sin(heading), -np.sin(heading)
+        spread[:, 0, 2] = -(end.y - (c * dy - s * dx))
+        spread[:, 1, 2] = end.x - (c * dx + s * dy)
+        spread[:, 2, 2] = 1.0
+        errors = np.array([step.step_covariance for step in steps]) * shares[:, None, None]
+        total: FloatArray = (spread @ errors @ spread.transpose(0, 2, 1)).sum(axis=0)
+        return 0.5 * (total + total.T)
+
+    def disturbed_between(self, since: float, until: float) -> bool:
+        """Return whether the odometry was disturbed in a step that overlaps the interval.
+
+        Args:
+            since: seconds on the body's clock.
+            until: not before `since`, seconds.
+
+        Raises:
+            FrameError: a stamp is outside the buffer.
+        """
+        self._check(since)
+        self._check(until)
+        return any(step.disturbed for step in self._steps_between(since, until)[0])
+
+    def _steps_between(self, since: float, until: float) -> tuple[list[Odometry], FloatArray]:
+        """Return the odometry at the end of each step in an interval, and the steps' shares in it.
+
+        The share of a step is the part of its time inside the interval.
+        """
+        stamps = self._odom_from_base.stamps
+        start = max(1, bisect_right(stamps, since))
+        steps = list(islice(self._odom_from_base.values, start, bisect_left(stamps, until) + 1))
+        known = np.array(list(islice(stamps, start - 1, start + len(steps))))
+        inside = np.minimum(known[1:], until) - np.maximum(known[:-1], since)
+        return steps, np.clip(inside / np.diff(known), 0.0, 1.0)
+
     def covers(self, stamp: float) -> bool:
         """Return whether there is a pose in the odom frame at a stamp."""
         stamps = self._odom_from_base.stamps
@@ -178,11 +238,11 @@ class TransformBuffer:
         stamps, values = self._odom_from_base.stamps, self._odom_from_base.values
         after = bisect_right(stamps, stamp)
         if after == 0:
-            return values[0]
+            return values[0].pose
         if after == len(stamps) or stamps[after - 1] == stamp:
-            return values[after - 1]
+            return values[after - 1].pose
         share = (stamp - stamps[after - 1]) / (stamps[after] - stamps[after - 1])
-        return _between(values[after - 1], values[after], share)
+        return _between(values[after - 1].pose, values[after].pose, share)
 
 
 def _row(pose: Pose2D) -> tuple[float, float, float]:

@@ -44,20 +44,24 @@ class ScanEvaluator:
 
     def classify(self, pose: Pose2D, scan: Scan, beams: NDArray[np.int64]) -> NDArray[np.int8]:
         """Return the class of each beam with the base at `pose`; see `kernels.classify_beams`."""
-        return self._classified(pose, scan, beams)[0]
+        return self.classified(pose, scan, beams)[0]
 
     def fit(self, pose: Pose2D, scan: Scan) -> float:
         """Return the share of the beams in [0, 1] that the map explains with the base at `pose`."""
-        kinds, credits = self._classified(pose, scan, spread(scan.ranges.size, FIT_BEAMS))
+        return self.share(*self.classified(pose, scan, spread(scan.ranges.size, FIT_BEAMS)))
+
+    def share(self, kinds: NDArray[np.int8], credits: FloatArray) -> float:
+        """Return the share in [0, 1] of classified beams that the map explains."""
         weights = _WEIGHTS[kinds]
         total = float(weights.sum())
         credit = float(credits.sum()) + 0.5 * float((kinds == self._kernels.SILENT).sum())
         # Where most of the map is unknown, a few matching beams must not give a good fit.
         return credit / max(total, _LEAST_EVIDENCE * kinds.size, 1.0)
 
-    def _classified(
+    def classified(
         self, pose: Pose2D, scan: Scan, beams: NDArray[np.int64]
     ) -> tuple[NDArray[np.int8], FloatArray]:
+        """Return the class and the credit of each beam; see `kernels.classify_beams`."""
         sensor = as_row(pose.compose(scan.mount))
         kinds, credits = self._kernels.classify_beams(
             self._field.occupancy, self._field.distances, *self._field.placement, sensor,

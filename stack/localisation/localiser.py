@@ -18,16 +18,6 @@ from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError
 from stack.frames.buffer import TransformBuffer
 from stack.localisation.distance_field import as_pose, as_row, surface_field
-from stack.localisation.global_match import (
-    HEADINGS,
-    GlobalMatch,
-    GlobalMatcher,
-    Views,
-    beam_points,
-    decide,
-    returned_beams,
-    scan_points,
-)
 from stack.localisation.health import FitScale, RecentMedian, ScanEvaluator, calibrate
 from stack.localisation.parameters import LocaliserParameters
 from stack.localisation.particles import (
@@ -37,6 +27,15 @@ from stack.localisation.particles import (
     kld_bound,
     move,
     summarise,
+)
+from stack.localisation.search.global_match import HEADINGS, SEED_SPACING, GlobalMatcher, decide
+from stack.localisation.search.local_match import LocalMatcher, map_search
+from stack.localisation.search.matches import (
+    GlobalMatch,
+    Views,
+    beam_points,
+    returned_beams,
+    scan_points,
 )
 from stack.parameters import suggestion
 from stack.streams import stream
@@ -76,10 +75,11 @@ class Localiser(Estimator):
 
     @staticmethod
     def kernels(parameters: LocaliserParameters, robot: RobotDescription) -> KernelTypes:
-        """Return the kernels of the filter and of the global search."""
+        """Return the kernels of the filter and of the search."""
         from stack.localisation import kernels
+        from stack.localisation.search import kernels as search_kernels
 
-        return kernels.LOCALISATION
+        return (*kernels.LOCALISATION, *search_kernels.SEARCH)
 
     def __init__(
         self,
@@ -134,7 +134,9 @@ class Localiser(Estimator):
         self.lidar = p.lidar or self._robot.main_lidar
         self._table = self._field.log_likelihoods(p.hit_deviation, p.hit_share)
         self._least = float(self._table.min())
-        self._matcher = GlobalMatcher(self._field, self._evaluator, p)
+        search = map_search(self._field, p)
+        self._matcher = GlobalMatcher(self._field, self._evaluator, p, search)
+        self._local_matcher = LocalMatcher(self._field, self._evaluator, p, search)
         self._fits.window = p.health_window
         alphas = p.alpha_1, p.alpha_2, p.alpha_3, p.alpha_4
         sideways = self._robot.drivetrain.can_move_sideways
@@ -352,7 +354,7 @@ class Localiser(Estimator):
         weights = np.exp(0.5 * self.parameters.trust * (scores - scores.max()))
         limit = self.parameters.max_particles
         draw = self._kernels.resample(weights / weights.sum(), limit, self._generator.random())
-        spacing = self.parameters.search_spacing
+        spacing = SEED_SPACING
         within = np.array([spacing, spacing, 2.0 * pi / HEADINGS]) / 2.0
         poses = self._matcher.poses(draw) + self._generator.uniform(-within, within, (limit, 3))
         self._reset(ParticleSet.uniform(poses))

@@ -91,16 +91,36 @@ class LocaliserParameters:
         "more lower the health",
     )  # fmt: skip
     search_spacing: float = parameter(
-        0.15, "m", at_least=0.02, at_most=1.0,
-        help="distance between the positions that the search of the whole map tries",
+        0.05, "m", at_least=0.02, at_most=1.0,
+        help="distance between the positions that a search of the map tries",
+    )  # fmt: skip
+    search_heading_step: float = parameter(
+        0.035, "rad", at_least=0.005, at_most=0.2,
+        help="angle between the headings that a search of the map tries; 0.035 is 2 degrees",
     )  # fmt: skip
     search_blur: float = parameter(
-        0.2, "m", at_least=0.02, at_most=2.0,
+        0.12, "m", at_least=0.02, at_most=2.0,
         help="standard deviation of a return in that search; above search_spacing",
     )  # fmt: skip
     search_beams: int = parameter(
         60, at_least=10, at_most=720, help="beams of each scan in that search"
     )
+    search_fraction: float = parameter(
+        0.7, above=0.0, at_most=1.0,
+        help="the search returns the poses whose score is at least this share of the best one",
+    )  # fmt: skip
+    short_penalty: float = parameter(
+        3.0, at_least=0.0, at_most=20.0,
+        help="evidence against a pose of a beam that ends before the mapped wall (log-likelihood)",
+    )  # fmt: skip
+    long_penalty: float = parameter(
+        6.0, at_least=0.0, at_most=20.0,
+        help="evidence against a pose of a beam that passes through a mapped wall",
+    )  # fmt: skip
+    evidence_trust: float = parameter(
+        0.2, above=0.0, at_most=1.0,
+        help="factor of the evidence of 120 beams; below 1, since beams are not independent",
+    )  # fmt: skip
     ambiguity_ratio: float = parameter(
         0.85, above=0.0, at_most=1.0,
         help="the pose is ambiguous if a second place has this share of the best fit",

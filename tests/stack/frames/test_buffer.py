@@ -118,3 +118,65 @@ def test_an_empty_buffer_and_steps_back_in_time_are_errors():
 def test_the_buffer_stays_bounded():
     frames = driven(60.0, span=2.0)
     assert len(frames._odom_from_base.stamps) <= 2.0 / PERIOD + 2
+
+
+def stated(
+    seconds: float, variances: tuple[float, float, float], disturbed: tuple[float, float] = (9, 9)
+) -> TransformBuffer:
+    """1 m/s straight ahead, with the same covariance of each step of 50 ms."""
+    frames = TransformBuffer()
+    for step in range(round(seconds / PERIOD) + 1):
+        now = step * PERIOD
+        hit = disturbed[0] < now <= disturbed[1]
+        frames.add(Odometry(now, Pose2D(now, 0.0), STANDSTILL, np.diag(variances), hit))
+    return frames
+
+
+def test_errors_of_steps_add_up_and_heading_errors_move_the_end():
+    """n steps of d metres; a heading error at k moves the end by (n - k) d, as a random walk."""
+    variances, steps = (1e-4, 4e-4, 1e-6), 40
+    covariance = stated(2.0, variances).motion_covariance(0.0, 2.0)
+    arms = PERIOD * (steps - np.arange(1, steps + 1))
+    assert covariance[0, 0] == pytest.approx(steps * 1e-4)
+    assert covariance[1, 1] == pytest.approx(steps * 4e-4 + 1e-6 * np.sum(arms**2))
+    assert covariance[2, 2] == pytest.approx(steps * 1e-6)
+    assert covariance[1, 2] == covariance[2, 1] == pytest.approx(1e-6 * arms.sum())
+
+
+def test_a_part_of_a_step_has_a_part_of_its_error():
+    frames = stated(2.0, (1e-4, 1e-4, 0.0))
+    assert frames.motion_covariance(0.51, 0.54)[0, 0] == pytest.approx(0.6e-4)
+    assert frames.motion_covariance(0.49, 0.56)[0, 0] == pytest.approx(1.4e-4)
+    assert not frames.motion_covariance(0.5, 0.5).any()
+    assert not stated(2.0, (0.0, 0.0, 0.0)).motion_covariance(0.0, 2.0).any()
+
+
+@given(st.floats(-2.0, 2.0), st.floats(0.0, 2.0), st.floats(0.0, 2.0))
+def test_the_covariance_of_a_motion_is_that_of_noisy_motions(rate, one, other):
+    """Step by step on a circle: the first-order propagation of chapter 3.3 of Thrun et al."""
+    since, until = sorted((round(one / PERIOD) * PERIOD, round(other / PERIOD) * PERIOD))
+    step_covariance = np.array([[2e-4, 1e-5, 0.0], [1e-5, 1e-4, 2e-5], [0.0, 2e-5, 3e-4]])
+    frames = TransformBuffer()
+    for step in range(41):
+        pose = circle(step * PERIOD, rate)
+        frames.add(Odometry(step * PERIOD, pose, STANDSTILL, step_covariance))
+    expected, before = np.zeros((3, 3)), Pose2D(0.0, 0.0)
+    for step in range(round(since / PERIOD), round(until / PERIOD)):
+        pose = frames.motion(since, (step + 1) * PERIOD)
+        turn = np.eye(3)
+        turn[:2, 2] = -(pose.y - before.y), pose.x - before.x
+        c, s = cos(pose.heading), sin(pose.heading)
+        rotation = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        expected = turn @ expected @ turn.T + rotation @ step_covariance @ rotation.T
+        before = pose
+    assert frames.motion_covariance(since, until) == pytest.approx(expected, abs=1e-12)
+
+
+def test_a_disturbed_step_counts_for_every_interval_that_overlaps_it():
+    frames = stated(2.0, (0.0, 0.0, 0.0), disturbed=(1.0, 1.05))
+    assert [
+        frames.disturbed_between(since, until)
+        for since, until in [(0.0, 1.0), (0.0, 1.01), (1.02, 1.03), (1.05, 2.0), (0.0, 2.0)]
+    ] == [False, True, True, False, True]
+    with pytest.raises(FrameError, match="covers"):
+        frames.disturbed_between(1.0, 3.0)

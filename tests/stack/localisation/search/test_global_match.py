@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from stack.errors import NavigationError
-from stack.localisation.global_match import GlobalMatch, decide, is_distinct
 from stack.localisation.localiser import Localiser
 from stack.localisation.parameters import LocaliserParameters
+from stack.localisation.search.global_match import decide
+from stack.localisation.search.matches import GlobalMatch, is_distinct
 from stack.types import FailureCode, Pose2D, wrap_angle
 from tests.stack.localisation.drawn_office import office, twin_rooms
 from tests.stack.navigation.toy_world import robot

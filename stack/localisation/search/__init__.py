@@ -1,0 +1,1 @@
+"""Search of a map for the poses that explain scans, and the choice between them."""

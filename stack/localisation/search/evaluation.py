@@ -1,0 +1,131 @@
+"""Alignment of candidate poses to the map, and the evidence of the beams for each.
+
+A beam that ends before the mapped wall (short) has met something that is not on the map: common. A
+beam that passes through a mapped wall (long) says that the wall is gone: rare. A candidate is
+therefore ranked by the log-likelihood of its beams, in which a long beam weighs several short ones.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from stack.localisation.distance_field import SignedDistanceField, as_pose, as_row
+from stack.localisation.health import ScanEvaluator, spread
+from stack.localisation.parameters import LocaliserParameters
+from stack.localisation.search.matches import GlobalMatch, Views, beam_points, distinct
+from stack.types import FloatArray, Pose2D, Scan
+
+_EVIDENCE_BEAMS = 120
+"""Beams of a scan, evenly spread, that count as evidence."""
+
+_POINT_VARIANCE = 0.05**2
+"""m²; of a return about the map's surface. Larger than the lidar's: beams are not independent."""
+
+_ROUGH, _FINE = np.array([0.3, 0.1]), np.array([0.1])
+"""Metres; residuals with a quarter of the weight, in successive alignments."""
+
+
+class MatchEvaluator:
+    """Aligns candidate poses to the map and ranks them.
+
+    Args:
+        field: the map.
+        evaluator: of the same map.
+        parameters: penalties of short and long beams.
+    """
+
+    def __init__(
+        self, field: SignedDistanceField, evaluator: ScanEvaluator, parameters: LocaliserParameters
+    ) -> None:
+        from stack.localisation import kernels
+        from stack.localisation.search import kernels as search_kernels
+
+        self._classes, self._kernels = kernels, search_kernels
+        self._field, self._evaluator = field, evaluator
+        p = parameters
+        self._trust = p.evidence_trust
+        self._penalties = np.zeros(7)
+        self._penalties[[kernels.SHORT, kernels.MISSING, kernels.BEYOND]] = p.short_penalty
+        self._penalties[kernels.LONG] = p.long_penalty
+
+    def ranked(
+        self, poses: FloatArray, points: FloatArray, views: Views, refined: int
+    ) -> list[GlobalMatch]:
+        """Return the distinct matches of candidate poses, best first.
+
+        Args:
+            poses: (n, 3) candidates, map frame.
+            points: (m, 2) of the views, base frame.
+            views: scans.
+            refined: number of the best candidates that are aligned again without short beams.
+        """
+        if poses.shape[0] == 0 or points.shape[0] == 0:
+            return []
+        aligned, information = self._aligned(poses, points, _ROUGH)
+        matches = [
+            self._match(as_pose(row), one, views)
+            for row, one in zip(aligned, information, strict=True)
+        ]
+        kept = distinct(sorted(matches, key=_rank))
+        again = [self._refined(match, views) for match in kept[:refined]]
+        return distinct(sorted([*again, *kept[refined:]], key=_rank))
+
+    def evidence(self, pose: Pose2D, scan: Scan) -> tuple[float, float]:
+        """Return the log-likelihood of a scan at a pose, and its fit."""
+        beams = spread(scan.ranges.size, _EVIDENCE_BEAMS)
+        kinds, credits = self._evaluator.classified(pose, scan, beams)
+        matched = kinds == self._classes.MATCHED
+        logs = -float(self._penalties[kinds].sum())
+        logs += float(np.log(credits[matched]).sum())
+        # The evidence must not depend on the number of beams of the lidar.
+        share = _EVIDENCE_BEAMS / max(1, beams.size)
+        return self._trust * share * logs, self._evaluator.share(kinds, credits)
+
+    def _aligned(
+        self, poses: FloatArray, points: FloatArray, deviations: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        aligned, information = self._kernels.align(
+            self._field.distances, *self._field.placement, np.ascontiguousarray(poses),
+            np.ascontiguousarray(points), deviations, 6,
+        )  # fmt: skip
+        return aligned, information
+
+    def _match(self, pose: Pose2D, information: FloatArray, views: Views) -> GlobalMatch:
+        evidence, fits = 0.0, 0.0
+        for at, scan in views:
+            log, fit = self.evidence(pose.compose(at), scan)
+            evidence, fits = evidence + log, fits + fit
+        # Along a corridor nothing fixes the pose but that other places are other candidates.
+        weak = np.diag([1.0 / 0.5**2, 1.0 / 0.5**2, 1.0 / 0.5**2])
+        covariance = np.linalg.inv(information / _POINT_VARIANCE + weak)
+        return GlobalMatch(
+            pose, fits / len(views), np.asarray(covariance, dtype=np.float64), evidence
+        )
+
+    def _refined(self, match: GlobalMatch, views: Views) -> GlobalMatch:
+        """Align once more, with more beams, but only those that match the map."""
+        explained = []
+        for at, scan in views:
+            beams = spread(scan.ranges.size, _EVIDENCE_BEAMS)
+            kinds, _ = self._evaluator.classified(match.pose.compose(at), scan, beams)
+            explained.append(at.transform(beam_points(scan, beams[kinds == self._classes.MATCHED])))
+        points = np.concatenate(explained)
+        if points.shape[0] == 0:
+            return match
+        aligned, information = self._aligned(as_row(match.pose)[None], points, _FINE)
+        again = self._match(as_pose(aligned[0]), information[0], views)
+        return again if again.evidence > match.evidence else match
+
+
+def _rank(match: GlobalMatch) -> float:
+    return -match.evidence
+
+
+def shares(matches: Sequence[GlobalMatch]) -> FloatArray:
+    """Return (n,) probabilities of matches, if one of them is right."""
+    logs = np.array([match.evidence for match in matches])
+    likelihoods = np.exp(logs - logs.max(initial=-np.inf)) if logs.size else logs
+    total: FloatArray = likelihoods / max(likelihoods.sum(), 1e-300)
+    return total

@@ -1,0 +1,61 @@
+"""Local scan matching: the poses near one that explain a scan."""
+
+from __future__ import annotations
+
+from stack.localisation.distance_field import SignedDistanceField
+from stack.localisation.health import ScanEvaluator
+from stack.localisation.parameters import LocaliserParameters
+from stack.localisation.search.evaluation import MatchEvaluator
+from stack.localisation.search.lattice_search import LatticeSearch, SearchLimits, SearchWindow
+from stack.localisation.search.matches import GlobalMatch, scan_points
+from stack.types import Pose2D, Scan
+
+_MOST, _REFINED = 12, 3
+
+
+class LocalMatcher:
+    """Search of a window about a pose, for a filter whose scans stopped fitting the map.
+
+    Args:
+        field: the map.
+        evaluator: of the same map.
+        parameters: blur, headings and beams of the search.
+        search: of the same map, if there is one already.
+    """
+
+    def __init__(
+        self,
+        field: SignedDistanceField,
+        evaluator: ScanEvaluator,
+        parameters: LocaliserParameters,
+        search: LatticeSearch | None = None,
+    ) -> None:
+        self._search = search or map_search(field, parameters)
+        self._ranking = MatchEvaluator(field, evaluator, parameters)
+        self._beams, self._step = parameters.search_beams, parameters.search_heading_step
+
+    def match(self, pose: Pose2D, scan: Scan, distance: float, angle: float) -> list[GlobalMatch]:
+        """Return the distinct poses within a window that explain a scan, best first.
+
+        The caller decides by their fits whether one is good enough, and widens the window.
+
+        Args:
+            pose: expected pose of the base at the scan's stamp, map frame.
+            scan: of the estimator's lidar.
+            distance: half the side of the window, metres.
+            angle: largest difference of the headings, radians.
+        """
+        points = scan_points(scan, self._beams)
+        window = SearchWindow(pose, distance, angle)
+        found = self._search.search(points, self._step, SearchLimits(most=_MOST), window)
+        return self._ranking.ranked(found.poses, points, [(Pose2D(0.0, 0.0), scan)], _REFINED)
+
+
+def map_search(field: SignedDistanceField, parameters: LocaliserParameters) -> LatticeSearch:
+    """Return the lattice search of a map."""
+    p = parameters
+    logs = field.log_likelihoods(p.search_blur, 0.9)
+    values = 1.0 - logs / min(float(logs.min()), -1e-6)
+    return LatticeSearch(
+        values, field.are_free(0.1), field.resolution, field.origin, p.search_spacing
+    )
