@@ -53,7 +53,7 @@ def _missing(plan: PreparedMission, options: RunOptions) -> dict[str, KernelType
     """Return the kernels to compile by part; each stands with the first part that needs it."""
     found: dict[str, KernelTypes] = {}
     known: set[Any] = set()
-    for part, kernels in kernels_of(plan, replayed=options.replay is not None).items():
+    for part, kernels in kernels_of(plan, replayed=plan.recording is not None).items():
         own = tuple(dict.fromkeys(kernel for kernel in kernels if kernel not in known))
         known.update(own)
         absent = missing(own)

@@ -189,7 +189,9 @@ def _check(arrays: dict[str, Any], header: dict[str, Any]) -> None:
             if name not in arrays:
                 raise ValueError(f"{name} is missing")
             if arrays[name].shape != (count, *shape):
-                raise ValueError(f"{name} has the shape {arrays[name].shape}, not {(count, *shape)}")
+                raise ValueError(
+                    f"{name} has the shape {arrays[name].shape}, not {(count, *shape)}"
+                )
             if not np.isfinite(arrays[name]).all():
                 raise ValueError(f"{name} has numbers that are not finite")
     beams = arrays["beams"]
@@ -216,17 +218,24 @@ def _graph(arrays: dict[str, Any], kinds: list[str]) -> PoseGraph:
         )  # fmt: skip
         graph.add_keyframe(
             Keyframe(
-                number, float(arrays["stamps"][n]), _pose(arrays["poses"][n].tolist()),
-                _pose(arrays["odometry"][n].tolist()), scan, int(arrays["sessions"][n]),
-            )  # fmt: skip
+                number,
+                float(arrays["stamps"][n]),
+                _pose(arrays["poses"][n].tolist()),
+                _pose(arrays["odometry"][n].tolist()),
+                scan,
+                int(arrays["sessions"][n]),
+            )
         )
     known = {kind: kind for kind in EDGE_KINDS}
     for n, source in enumerate(arrays["sources"].tolist()):
         graph.add_edge(
             Edge(
-                source, int(arrays["targets"][n]), _pose(arrays["relatives"][n].tolist()),
-                arrays["informations"][n].astype(np.float64), known[kinds[arrays["kinds"][n]]],
-            )  # fmt: skip
+                source,
+                int(arrays["targets"][n]),
+                _pose(arrays["relatives"][n].tolist()),
+                arrays["informations"][n].astype(np.float64),
+                known[kinds[arrays["kinds"][n]]],
+            )
         )
     return graph
 

@@ -189,7 +189,7 @@ def _pixels(grid: OccupancyGrid, mode: str) -> NDArray[np.uint8]:
         pixels[grid.occupied] = SHADES[OCCUPIED]
         return pixels
     if mode == "scale":
-        shades = np.rint((OCCUPIED - grid.cells.astype(np.float64)) * 2.55)
+        shades = np.floor((OCCUPIED - grid.cells.astype(np.float64)) * 255 / 100 + 0.5)
         return np.where(known, shades, UNKNOWN_SCALE).astype(np.uint8)
     return np.where(known, grid.cells, UNKNOWN_RAW).astype(np.uint8)
 

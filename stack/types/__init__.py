@@ -4,6 +4,7 @@ Frames follow REP 105: map -> odom -> base -> sensors. Every record is frozen; i
 be modified after it was passed on.
 """
 
+from stack.types.exploration import CoveragePlan, Frontier
 from stack.types.expressions import (
     Assignments,
     Expression,
@@ -63,6 +64,7 @@ __all__ = [
     "Battery",
     "CameraModel",
     "CostGrid",
+    "CoveragePlan",
     "Expression",
     "FREE",
     "FREE_COST",
@@ -70,6 +72,7 @@ __all__ = [
     "FailureCode",
     "FloatArray",
     "Footprint",
+    "Frontier",
     "GOOD_HEALTH",
     "INSCRIBED_COST",
     "Image",
