@@ -9,7 +9,7 @@ from time import sleep  # noqa: TID251 - only while the simulation is held
 from typing import Any
 
 from missions.execution.ground_truth import SimulationScorer
-from missions.execution.picture_store import PictureStore
+from missions.execution.picture_store import FolderMapStore, PictureStore
 from missions.execution.prepare import MAP_ORIGIN, PreparedMission, RunOptions
 from missions.execution.resources import load_map, versions
 from missions.language.reading.header import LOCALISATION
@@ -28,6 +28,7 @@ from stack.errors import InputError
 from stack.frames.buffer import TransformBuffer
 from stack.localisation.odometry import OdometryFusion
 from stack.navigation.loop_state import LoopState
+from stack.navigation.map_service import MapService
 from stack.navigation.navigator import Navigator
 from stack.navigation.robot_facade import FacadeParts, RobotFacade
 from stack.navigation.tuning import Tunable
@@ -124,6 +125,10 @@ def build(
     obstacle_memory = ObstacleMemory(robot, plan.choices["obstacle_memory"].parameters)
     frames, state = TransformBuffer(loop.pose_history), LoopState()
     camera = CameraLease(loop.camera_time, always=options.camera == "on")
+    maps = MapService(
+        robot, estimator, global_costmap, grid if plan.is_mapped else None,
+        FolderMapStore(folder, plan.mission.source.parent),
+    )  # fmt: skip
     facade = RobotFacade(
         FacadeParts(
             robot=robot,
@@ -136,6 +141,8 @@ def build(
             local_costmap=local_costmap,
             global_costmap=global_costmap,
             store=PictureStore(folder),
+            maps=maps,
+            recording_over=lambda: body.recording_over,
             emit=_emitter(telemetry, "navigation"),
             markers=plan.world.markers,
             detector=MarkerDetector(plan.world.markers) if robot.camera else None,

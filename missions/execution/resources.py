@@ -163,10 +163,14 @@ def catalogue_of(plugins: list[Node], folder: Path, findings: Findings) -> Catal
 
 
 def load_map(name: str, folder: Path) -> OccupancyGrid:
-    """Load a ROS map.yaml; the path is relative to the mission's folder."""
+    """Load a ROS map.yaml, or the one in the folder of a saved map.
+
+    The path is relative to the mission's folder.
+    """
     from stack.mapping.ros_map import read_ros_map
 
-    return read_ros_map(folder / name)
+    path = folder / name
+    return read_ros_map(path / "map.yaml" if path.is_dir() else path)
 
 
 def _nav2_components(name: str, folder: Path) -> tuple[dict[str, Component], tuple[Finding, ...]]:

@@ -83,6 +83,12 @@ class HeaderReader:
     def map(self) -> str:
         """Return `from_world`, `none` or a file; without a world `none` is the default."""
         has_world = self.top.node.get("world") is not None
+        named = self.top.node_of("map")
+        if named is not None and reference_name(named) is not None:
+            path = self.values.path(named)
+            if path is not None:
+                self._ask("map", lambda: self.resources.check_map(str(path), self.folder), None)
+            return str(path or "none")
         name = self.text("map", "from_world" if has_world else "none")
         if name == "from_world" and not has_world:
             node = self.top.node.get("map") or self.top.node

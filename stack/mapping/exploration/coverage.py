@@ -76,7 +76,8 @@ def _inside(grid: OccupancyGrid, corners: FloatArray) -> NDArray[np.bool_]:
     """Return the cells whose centres are in a polygon."""
     rows, columns = np.indices(grid.cells.shape)
     centres = np.column_stack([columns.ravel(), rows.ravel()]) + 0.5
-    inside = points_inside(centres * grid.resolution + grid.origin, corners)
+    points: FloatArray = centres * grid.resolution + np.array(grid.origin)
+    inside = points_inside(points, corners)
     return inside.reshape(grid.cells.shape)
 
 
@@ -144,7 +145,8 @@ def _overlap(one: _Run, other: _Run) -> bool:
 def _ordered(cells: list[list[_Run]], pose: Pose2D, angle: float) -> list[tuple[Pose2D, Pose2D]]:
     """Return the lanes, cell by cell, each from the nearest of its four entries."""
     c, s = cos(angle), sin(angle)
-    left, lanes = list(cells), []
+    left = list(cells)
+    lanes: list[tuple[Pose2D, Pose2D]] = []
     x, y = pose.x, pose.y
 
     def point(run: _Run, t: float) -> tuple[float, float]:

@@ -18,6 +18,9 @@ from numpy.typing import NDArray
 from stack.parameters import parameter
 from stack.types import FloatArray, Frontier, OccupancyGrid, Pose2D
 
+VIEWS_TRIED = 400
+"""Cells near a frontier that are tried as its view."""
+
 UNKNOWN_KIND, FREE_KIND, OCCUPIED_KIND = -1, 0, 1
 
 
@@ -95,7 +98,7 @@ def frontiers_of(
     for cells in clusters:
         if np.ptp(cells, axis=0).max(initial=0) + 1 < least:
             continue
-        view = _view(cells, tenths, parameters.view_distance / grid.resolution)
+        view = _view(cells, tenths, kinds, parameters.view_distance / grid.resolution)
         if view is not None:
             views.append((*view, cells))
     rows = np.array([view[0] for view in views], np.int64)
@@ -175,20 +178,28 @@ def _split(labels: NDArray[np.int32], count: int, longest: float) -> list[FloatA
     return pieces
 
 
-def _view(cells: FloatArray, tenths: NDArray[np.int32], farthest: float) -> tuple[int, int] | None:
-    """Return the reachable cell nearest to the middle of a frontier; None if all are too far."""
+def _view(
+    cells: FloatArray, tenths: NDArray[np.int32], kinds: NDArray[np.int8], farthest: float
+) -> tuple[int, int] | None:
+    """Return the nearest reachable cell that sees the middle of a frontier; None without one."""
     from stack.mapping.exploration.kernels import UNREACHED
 
     middle = cells.mean(axis=0)
     nearest = cells[np.argmin(np.hypot(*(cells - middle).T))]
     low = np.maximum(nearest - farthest, 0).astype(int)
     high = (nearest + farthest + 1).astype(int)
-    window = tenths[low[0] : high[0], low[1] : high[1]]
-    reached = np.argwhere(window < UNREACHED)
-    if not reached.size:
-        return None
-    away = np.hypot(*(reached + low - nearest).T)
-    best = int(np.argmin(away))
-    if away[best] > farthest:
-        return None
-    return int(reached[best, 0] + low[0]), int(reached[best, 1] + low[1])
+    reached = np.argwhere(tenths[low[0] : high[0], low[1] : high[1]] < UNREACHED) + low
+    away = np.hypot(*(reached - nearest).T)
+    for number in np.argsort(away, kind="stable")[:VIEWS_TRIED].tolist():
+        if away[number] > farthest:
+            return None
+        if not _is_hidden(reached[number], nearest, kinds):
+            return int(reached[number, 0]), int(reached[number, 1])
+    return None
+
+
+def _is_hidden(view: NDArray[np.int64], cell: FloatArray, kinds: NDArray[np.int8]) -> bool:
+    """Whether an occupied cell is on the line between two cells."""
+    count = int(2 * np.abs(cell - view).max()) + 2
+    rows, columns = np.rint(np.linspace(view, cell, count)).astype(np.int64).T
+    return bool((kinds[rows, columns] == OCCUPIED_KIND).any())

@@ -109,11 +109,15 @@ def unknown_in_view(
             angle = 2.0 * pi * ray / rays
             c, s = cos(angle), sin(angle)
             r = 0.5
+            last_y, last_x = rows_at[n], columns_at[n]
             while r < reach:
                 y = int(rows_at[n] + 0.5 + r * s)
                 x = int(columns_at[n] + 0.5 + r * c)
                 if y < 0 or x < 0 or y >= rows or x >= columns or kinds[y, x] == 1:
                     break
+                if y != last_y and x != last_x and (kinds[y, last_x] == 1 or kinds[last_y, x] == 1):
+                    break  # past the corner of a wall whose cells touch diagonally
+                last_y, last_x = y, x
                 if kinds[y, x] == -1:
                     found[n] += r
                 r += 1.0
