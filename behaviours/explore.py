@@ -19,7 +19,9 @@ SETTLING_TIME = 1.0
 SAME_PLACE = 0.75
 """Metres within which two frontiers are the same one."""
 ATTEMPTS = 2
-"""Drives to one place before it is forgotten."""
+"""Failed drives to one place before it is forgotten."""
+DRIVES = 4
+"""Drives to one place before it is forgotten, also those that ended early."""
 
 Steps = Generator[None, None, bool]
 
@@ -31,6 +33,12 @@ class _Tried:
     x: float
     y: float
     attempts: int = 0
+    drives: int = 0
+
+    @property
+    def is_forgotten(self) -> bool:
+        """Whether no more drives are made to this place."""
+        return self.attempts >= ATTEMPTS or self.drives >= DRIVES
 
 
 class Explore(RobotBehaviour):
@@ -78,7 +86,7 @@ class Explore(RobotBehaviour):
         except StopIteration as end:
             self.known_area = self.robot.known_area
             self.path_length, self.time_taken = self._trail.distance, self._timer.elapsed
-            self.unreachable = sum(item.attempts >= ATTEMPTS for item in self._tried)
+            self.unreachable = sum(item.is_forgotten for item in self._tried)
             if end.value:
                 return Status.SUCCESS
             return Status.FAILURE
@@ -104,6 +112,8 @@ class Explore(RobotBehaviour):
 
     def _visit(self, frontier: Frontier) -> Steps:
         """Drive to the view of a frontier until it has vanished; note places that fail."""
+        place = self._place(frontier)
+        place.drives += 1
         looked = self.start_timer()
         task = self.robot.navigate_to(frontier.pose)
         while (status := self.follow(task)) is Status.RUNNING:
@@ -120,8 +130,10 @@ class Explore(RobotBehaviour):
             if best is None or not self._still_there(frontier):
                 return True
         self.failure = None
-        if status is Status.FAILURE or self._still_there(frontier):
-            self._note(frontier)
+        if status is Status.FAILURE:
+            place.attempts += 1
+        elif self._still_there(frontier):
+            place.attempts = ATTEMPTS  # there is nothing more to see from here
         yield
         return True
 
@@ -140,17 +152,17 @@ class Explore(RobotBehaviour):
 
     def _is_forgotten(self, frontier: Frontier) -> bool:
         return any(
-            item.attempts >= ATTEMPTS and _distance(frontier, item.x, item.y) < SAME_PLACE
+            item.is_forgotten and _distance(frontier, item.x, item.y) < SAME_PLACE
             for item in self._tried
         )
 
-    def _note(self, frontier: Frontier) -> None:
-        """Count an attempt at this place."""
+    def _place(self, frontier: Frontier) -> _Tried:
+        """Return the record of drives to a place, a new one for a new place."""
         for item in self._tried:
             if _distance(frontier, item.x, item.y) < SAME_PLACE:
-                item.attempts += 1
-                return
-        self._tried.append(_Tried(*frontier.middle, attempts=1))
+                return item
+        self._tried.append(_Tried(*frontier.middle))
+        return self._tried[-1]
 
 
 def _distance(frontier: Frontier, x: float, y: float) -> float:

@@ -8,6 +8,7 @@ from typing import Any
 
 from missions.execution.component_choices import DEFAULTS
 from missions.execution.prepare import PreparedMission, RunOptions
+from missions.execution.route_graphs import leaves_of
 from stack.compilation import KernelTypes, compile_kernel, missing
 from stack.costmap.costmap import Costmap
 from stack.navigation.navigator import Navigator
@@ -79,6 +80,11 @@ def kernels_of(plan: PreparedMission, *, replayed: bool = False) -> dict[str, Ke
         "safety": Safety.kernels(safety.parts, blind=bool(memory)),
         "navigation": Navigator.kernels(),
     }
+    names = {leaf.behaviour.name for leaf in leaves_of(plan.mission)}
+    if "explore" in names:
+        from stack.mapping.exploration.kernels import EXPLORATION
+
+        found["exploration"] = EXPLORATION
     return {**found, **{kind: choices[kind].kernels(plan.robot) for kind in DEFAULTS}}
 
 

@@ -39,6 +39,9 @@ class FrontierParameters:
     view_distance: float = parameter(
         1.0, "m", above=0.0, help="largest distance from a frontier to the place of its view"
     )
+    depth: float = parameter(
+        2.0, "m", above=0.0, help="unknown space that counts behind a frontier"
+    )
     rays: int = parameter(90, at_least=8, at_most=720, help="rays of a view")
 
 
@@ -90,7 +93,9 @@ def frontiers_of(
     tenths = kernels.travel_distances(passable, *start)
     cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
     unknown = (kinds == UNKNOWN_KIND).astype(np.uint8)
-    edge = (cv2.dilate(unknown, cross) > 0) & (kinds == FREE_KIND)
+    # Free cells beside occupied ones border on unknown cells where a wall has gaps of one cell.
+    near_wall = cv2.dilate((kinds == OCCUPIED_KIND).astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
+    edge = (cv2.dilate(unknown, cross) > 0) & (kinds == FREE_KIND) & ~near_wall
     count, labels = cv2.connectedComponents(edge.astype(np.uint8), connectivity=8)
     clusters = _split(labels, count, parameters.longest / grid.resolution)
     least = parameters.least_size / grid.resolution
@@ -103,8 +108,8 @@ def frontiers_of(
             views.append((*view, cells))
     rows = np.array([view[0] for view in views], np.int64)
     columns = np.array([view[1] for view in views], np.int64)
-    reach = parameters.sensor_range / grid.resolution
-    gains = kernels.unknown_in_view(kinds, rows, columns, reach, parameters.rays)
+    reach, depth = parameters.sensor_range / grid.resolution, parameters.depth / grid.resolution
+    gains = kernels.unknown_in_view(kinds, rows, columns, reach, depth, parameters.rays)
     found = []
     for (row, column, cells), gain in zip(views, gains * grid.resolution**2, strict=True):
         if gain >= parameters.least_gain:

@@ -86,17 +86,19 @@ def travel_distances(passable: NDArray[np.uint8], row: int, column: int) -> NDAr
 @njit(cache=True, nogil=True)
 def unknown_in_view(
     kinds: NDArray[np.int8], rows_at: NDArray[np.int64], columns_at: NDArray[np.int64],
-    reach: float, rays: int,
+    reach: float, depth: float, rays: int,
 ) -> FloatArray:  # fmt: skip
     """Unknown area that a view from a cell could show, in cells.
 
-    Rays end at occupied cells and at the reach. A ray covers r · dr · dθ of the area.
+    Rays end at occupied cells, at the reach, and after `depth` cells of unknown space: what is
+    behind is a guess. A ray covers r · dr · dθ of the area.
 
     Args:
         kinds: (rows, columns): -1 unknown, 0 free, 1 occupied; outside is not counted.
         rows_at: (n,) of the cells.
         columns_at: (n,) likewise.
         reach: of the sensor, cells.
+        depth: of unknown space that counts, cells.
         rays: number of rays of a turn.
 
     Returns:
@@ -108,9 +110,9 @@ def unknown_in_view(
         for ray in range(rays):
             angle = 2.0 * pi * ray / rays
             c, s = cos(angle), sin(angle)
-            r = 0.5
+            r, unseen = 0.5, 0.0
             last_y, last_x = rows_at[n], columns_at[n]
-            while r < reach:
+            while r < reach and unseen < depth:
                 y = int(rows_at[n] + 0.5 + r * s)
                 x = int(columns_at[n] + 0.5 + r * c)
                 if y < 0 or x < 0 or y >= rows or x >= columns or kinds[y, x] == 1:
@@ -120,6 +122,7 @@ def unknown_in_view(
                 last_y, last_x = y, x
                 if kinds[y, x] == -1:
                     found[n] += r
+                    unseen += 1.0
                 r += 1.0
         found[n] *= 2.0 * pi / rays
     return found
@@ -127,6 +130,6 @@ def unknown_in_view(
 
 EXPLORATION = (
     (travel_distances, (u1[:, ::1], i8, i8)),
-    (unknown_in_view, (i1[:, ::1], i8[::1], i8[::1], f8, i8)),
+    (unknown_in_view, (i1[:, ::1], i8[::1], i8[::1], f8, f8, i8)),
 )
 """Entry points with the types that the stack calls them with."""
