@@ -23,13 +23,16 @@ from stack.robot import Robot
 from stack.types import (
     STANDSTILL,
     Battery,
+    CoveragePlan,
     Failure,
     FailureCode,
     FloatArray,
     Footprint,
+    Frontier,
     Image,
     Marker,
     MarkerSighting,
+    OccupancyGrid,
     Path,
     Pose2D,
     PoseEstimate,
@@ -91,6 +94,11 @@ class ScriptedRobot:
         task: the newest task; the test sets its outcome.
         motion: the newest motion task; a newer one cancels it.
         edges: ids of the edges of the route graph.
+        map: the map so far.
+        known_area: square metres.
+        recording_over: whether a replayed log is over.
+        frontier_list: returned by `frontiers()`.
+        lanes: returned by `coverage()`.
     """
 
     time: float = 0.0
@@ -113,6 +121,13 @@ class ScriptedRobot:
     task: ScriptedTask = field(default_factory=ScriptedTask)
     motion: ScriptedTask = field(default_factory=ScriptedTask)
     edges: tuple[str, ...] = ()
+    map: OccupancyGrid = field(
+        default_factory=lambda: OccupancyGrid(np.zeros((1, 1), np.int8), 0.1)
+    )
+    known_area: float = 0.0
+    recording_over: bool = False
+    frontier_list: list[Frontier] = field(default_factory=list)
+    lanes: CoveragePlan = field(default_factory=lambda: CoveragePlan((), np.zeros((0, 2)), 0.1))
 
     def advance(self, seconds: float) -> None:
         """Advance the clock. A subclass can override this to move the robot."""
@@ -128,6 +143,30 @@ class ScriptedRobot:
         return PoseEstimate(
             self.pose, self.covariance, self.localisation_health, rivals=self.rivals
         )
+
+    def frontiers(
+        self, *, sensor_range: float = 6.0, least_size: float = 0.4, least_gain: float = 0.25
+    ) -> list[Frontier]:
+        """Return `frontier_list`."""
+        return list(self.frontier_list)
+
+    def coverage(
+        self, corners: list[Pose2D], spacing: float, *, clearance: float | None = None
+    ) -> CoveragePlan:
+        """Return `lanes` and record the call."""
+        self.calls.append(
+            ("coverage", {"corners": corners, "spacing": spacing, "clearance": clearance})
+        )
+        return self.lanes
+
+    def save_map(self, name: str) -> str:
+        """Record the call; return the name."""
+        self.calls.append(("save_map", {"name": name}))
+        return name
+
+    def load_map(self, name: str, pose: Pose2D | None = None) -> None:
+        """Record the call."""
+        self.calls.append(("load_map", {"name": name, "pose": pose}))
 
     def image(self) -> Image | None:
         """Return `picture`."""

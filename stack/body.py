@@ -84,6 +84,16 @@ class Body(ABC):
         return False
 
     @property
+    def epoch(self) -> float:
+        """Time of `time` 0 in seconds since 1970; 0 in a simulation."""
+        return 0.0
+
+    @property
+    def recording_over(self) -> bool:
+        """Whether all measurements of a recording have been played; false for other bodies."""
+        return False
+
+    @property
     def has_ended(self) -> bool:
         """Whether there is nothing more to sense, as after the end of a recording."""
         return False

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path as FilePath
 from typing import Any, ClassVar, Protocol
 
 import numpy as np
@@ -393,6 +394,31 @@ class Estimator(Component, ABC):
     def particles(self) -> FloatArray:
         """(n, 3) x, y, heading of hypotheses in the map frame, for displays; may be empty."""
         return NO_PARTICLES
+
+    @property
+    def grid(self) -> OccupancyGrid | None:
+        """The map that the estimator draws; None if it draws none. A new one is a new object."""
+        return None
+
+    def map_files(self) -> Mapping[str, bytes]:
+        """Return further files of a saved map by name, e.g. of a pose graph."""
+        return {}
+
+    def load_map(self, grid: OccupancyGrid, folder: FilePath, pose: Pose2D | None) -> None:
+        """Use a saved map from now on, between two steps.
+
+        Args:
+            grid: its occupancy grid.
+            folder: with all files of the map.
+            pose: of the base in that map; None: unknown.
+
+        Raises:
+            NavigationError: UNSUPPORTED if the estimator cannot change its map.
+        """
+        raise NavigationError(
+            FailureCode.UNSUPPORTED,
+            "this estimator cannot load a map during a run; use `localisation: mcl` or `slam`",
+        )
 
     def fit_at(self, pose: Pose2D, scan: Scan) -> float:
         """Return the health in [0, 1] of a single scan at another pose; 0 without a map."""

@@ -10,11 +10,14 @@ from typing import Protocol
 
 from stack.types import (
     Battery,
+    CoveragePlan,
     Failure,
     Footprint,
+    Frontier,
     Image,
     Marker,
     MarkerSighting,
+    OccupancyGrid,
     Path,
     Pose2D,
     PoseEstimate,
@@ -108,6 +111,68 @@ class Robot(Protocol):
     @property
     def markers(self) -> tuple[Marker, ...]:
         """The known markers of the map, map frame."""
+        ...
+
+    @property
+    def map(self) -> OccupancyGrid:
+        """The map so far: drawn by the estimator, the mission's, or what the sensors have seen."""
+        ...
+
+    @property
+    def known_area(self) -> float:
+        """Area of the map's free and occupied cells, square metres."""
+        ...
+
+    @property
+    def recording_over(self) -> bool:
+        """Whether all measurements of a replayed log have been played; else false."""
+        ...
+
+    def frontiers(
+        self, *, sensor_range: float = 6.0, least_size: float = 0.4, least_gain: float = 0.25
+    ) -> list[Frontier]:
+        """Places where the robot can see unknown space, the nearest first; takes milliseconds.
+
+        Args:
+            sensor_range: distance at which a view shows unknown space, metres.
+            least_size: shorter frontiers are ignored, metres.
+            least_gain: views that show less are ignored, square metres.
+        """
+        ...
+
+    def coverage(
+        self, corners: list[Pose2D], spacing: float, *, clearance: float | None = None
+    ) -> CoveragePlan:
+        """Lanes that cover an area; takes milliseconds.
+
+        Args:
+            corners: of a polygon, map frame; empty: the room in which the robot is.
+            spacing: distance of two lanes, metres.
+            clearance: of the robot's centre from obstacles, metres; None: the robot's own.
+        """
+        ...
+
+    def save_map(self, name: str) -> str:
+        """Save the map as a folder; return its name.
+
+        Args:
+            name: a path relative to the run folder, or an absolute one.
+
+        Raises:
+            NavigationError: it cannot be written.
+        """
+        ...
+
+    def load_map(self, name: str, pose: Pose2D | None = None) -> None:
+        """Load a saved map and use it from now on.
+
+        Args:
+            name: a folder or map.yaml; relative to the run folder or else to the mission's folder.
+            pose: of the robot in that map; None: unknown.
+
+        Raises:
+            NavigationError: the files are wrong, or the estimator cannot change its map.
+        """
         ...
 
     def image(self) -> Image | None:

@@ -108,6 +108,7 @@ ONE_PLACE = {
     "zmq": {"stack/telemetry"},
     "msgpack": {"stack/telemetry"},
     "mcap": {"stack/telemetry"},
+    "rosbags": {"robots/logs"},
     "textual": {"tui"},
     "typer": {"missions/cli"},
     "pygls": {"missions/editor"},

@@ -10,7 +10,7 @@ from typing import Any
 
 from missions.execution.ground_truth import SimulationScorer
 from missions.execution.prepare import MAP_ORIGIN, PreparedMission, RunOptions
-from missions.execution.records.picture_store import PictureStore
+from missions.execution.records.picture_store import FolderMapStore, PictureStore
 from missions.execution.resources import load_map, versions
 from missions.language.reading.header import LOCALISATION, ODOMETRY
 from missions.trees.compiler import compile_mission
@@ -27,6 +27,7 @@ from stack.documents.files import URDF_BYTES, decoded, read_input
 from stack.errors import InputError
 from stack.frames.buffer import TransformBuffer
 from stack.navigation.loop_state import LoopState
+from stack.navigation.map_service import MapService
 from stack.navigation.navigator import Navigator
 from stack.navigation.robot_facade import FacadeParts, RobotFacade
 from stack.navigation.tuning import Tunable
@@ -42,8 +43,8 @@ from stack.safety.safety import Safety
 from stack.telemetry.hub import Telemetry
 from stack.telemetry.recorder import RunFolder
 from stack.telemetry.records import Layer, RunInfo, new_identity
-from stack.telemetry.sensor_log import SensorLog, read_observations
-from stack.types import Observation, OccupancyGrid, Pose2D
+from stack.telemetry.sensor_log import SensorLog
+from stack.types import OccupancyGrid, Pose2D
 
 IDLE_SECONDS = 0.01
 """Wall seconds between two checks for commands while the robot is held."""
@@ -123,6 +124,10 @@ def build(
     obstacle_memory = ObstacleMemory(robot, plan.choices["obstacle_memory"].parameters)
     frames, state = TransformBuffer(loop.pose_history), LoopState()
     camera = CameraLease(loop.camera_time, always=options.camera == "on")
+    maps = MapService(
+        robot, estimator, global_costmap, grid if plan.is_mapped else None,
+        FolderMapStore(folder, plan.mission.source.parent),
+    )  # fmt: skip
     facade = RobotFacade(
         FacadeParts(
             robot=robot,
@@ -135,6 +140,8 @@ def build(
             local_costmap=local_costmap,
             global_costmap=global_costmap,
             store=PictureStore(folder),
+            maps=maps,
+            recording_over=lambda: body.recording_over,
             emit=_emitter(telemetry, "navigation"),
             markers=plan.world.markers,
             detector=MarkerDetector(plan.world.markers) if robot.camera else None,
@@ -174,13 +181,17 @@ def build(
 
 
 def _body(plan: PreparedMission, options: RunOptions, make_body: MakeBody | None) -> Body:
-    recording: Iterable[Observation] = ()
-    if options.replay is not None:
-        make_body, recording = find_body("replayed"), read_observations(options.replay)
+    setup = BodySetup(plan.robot, plan.world, plan.start, options.seed, options.speed)
+    recording = plan.recording
+    if recording is not None:
+        replay = plan.mission.replay if options.replay is None else None
+        setup = replace(
+            setup, recording=recording.play(), epoch=recording.epoch,
+            after=0.0 if replay is None else replay.after,
+        )  # fmt: skip
+        make_body = find_body("replayed")
     make = make_body or find_body(options.body or plan.robot.body)
-    return make(
-        BodySetup(plan.robot, plan.world, plan.start, options.seed, options.speed, recording)
-    )
+    return make(setup)
 
 
 def _announce_warnings(plan: PreparedMission, telemetry: Telemetry) -> None:
@@ -188,6 +199,10 @@ def _announce_warnings(plan: PreparedMission, telemetry: Telemetry) -> None:
     for warning in (*plan.world.warnings, *plan.warnings):
         where = f"{Path(warning.mark.file).name}:{warning.mark.line}"
         telemetry.emit("world", f"{where} {warning.sentence}", source="world", level="warning")
+    if plan.recording is not None:
+        for note in plan.recording.notes:
+            text = f"{plan.recording.file.name}: {note}"
+            telemetry.emit("recording", text, source="body", level="warning")
     robot = plan.robot
     if not (robot.all_lidars or robot.sonars):
         telemetry.emit(

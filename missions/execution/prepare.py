@@ -15,6 +15,8 @@ from missions.execution.resources import (
     find_mission,
     load_robot,
     load_world,
+    open_recording,
+    recorded_world,
     resources,
 )
 from missions.execution.route_graphs import leaves_of, located_planner
@@ -23,6 +25,7 @@ from missions.language.reading.header import LOCALISATION
 from missions.language.reading.mission import read_mission
 from missions.language.reading.words import Draft
 from missions.run_options import RunOptions
+from robots.logs.recording import Recording
 from stack.components import Choice, Component, Estimator
 from stack.costmap.parameters import CostmapParameters
 from stack.documents import Finding, Findings, Mark, Node, read_text, value_of
@@ -35,7 +38,6 @@ from stack.runtime.parameters import LoopParameters
 from stack.sim.physics.settings import SimulationSettings
 from stack.sim.worlds.rasterise import RESOLUTION, map_problem, map_shape
 from stack.sim.worlds.world import World
-from stack.telemetry.sensor_log import read_about
 from stack.types import Pose2D
 
 __all__ = ["Diagnosis", "PreparedMission", "RunOptions", "diagnose", "prepare"]
@@ -52,6 +54,7 @@ class PreparedMission:
     Attributes:
         belief: initial pose estimate, map frame; None when the mission declares it unknown.
         warnings: findings about the files that components name.
+        recording: what a replayed robot plays; None for a robot that drives.
     """
 
     mission: Mission
@@ -62,6 +65,7 @@ class PreparedMission:
     choices: dict[str, Choice]
     text: str
     warnings: tuple[Finding, ...] = ()
+    recording: Recording | None = None
 
     @property
     def is_mapped(self) -> bool:
@@ -136,19 +140,26 @@ def _planned(path: Path, options: RunOptions, draft: Draft, found: Findings) -> 
         text = decoded(read_input(path, "mission"), path)
     folder = path.parent
     robot = load_robot(options.robot or mission.robot, _base_folder(options.robot, folder))
-    world = load_world(options.world or mission.world, _base_folder(options.world, folder))
+    marks = _Marks(mission, read_text(text, str(path), "mission"))
+    recording = _recording(options, marks)
+    if recording is not None:
+        robot = recording.describe(robot)
+    named = options.world or mission.world
+    if named:
+        world = load_world(named, _base_folder(options.world, folder))
+    else:
+        world = recorded_world(robot.name)
     if options.camera == "off":
         robot = replace(robot, camera=None)
-    marks = _Marks(mission, read_text(text, str(path), "mission"))
     start = _start_pose(options.start, mission, world)
     _gather(found, lambda: _check_start(start, options, marks, world, robot))
-    misfits = [] if options.replay else fit_findings(mission, world, robot)
+    misfits = [] if recording else fit_findings(mission, world, robot)
     found.items += [item for item in misfits if item.severity == "error"]
     belief = _belief(mission, start)
     choices = _choices(mission, robot, options)
     _gather(found, lambda: _check_fit(choices, marks, robot))
     _gather(found, lambda: _check_estimator(choices[LOCALISATION], marks, belief))
-    if options.replay is None and (options.body or robot.body) == "simulated":
+    if recording is None and (options.body or robot.body) == "simulated":
         _gather(found, lambda: _check_rate(choices["loop"].parameters, marks))
     _gather(found, lambda: _check_map_size(marks, world, choices["costmap"].parameters))
     layers = tuple(layer.located(folder) for layer in choices["costmap"].parts)
@@ -159,10 +170,33 @@ def _planned(path: Path, options: RunOptions, draft: Draft, found: Findings) -> 
     located = _gather(found, lambda: located_planner(planner, mission, robot, world))
     choices["planner"], warnings = located or (planner, ())
     warnings = (*misfits, *warnings)
-    plan = PreparedMission(mission, robot, world, start, belief, choices, text, warnings)
+    plan = PreparedMission(
+        mission, robot, world, start, belief, choices, text, warnings, recording
+    )  # fmt: skip
     _gather(found, lambda: _check_nodes(plan, options))
     found.raise_errors()
     return plan
+
+
+def _recording(options: RunOptions, marks: _Marks) -> Recording | None:
+    """Open the log that the options or the mission name.
+
+    Raises:
+        InputError: it cannot be played; a missing one at its name in the mission.
+    """
+    if options.replay is not None:
+        return open_recording(options.replay)
+    replay = marks.mission.replay
+    if replay is None:
+        return None
+    try:
+        return open_recording(replay.log, replay)
+    except InputError as error:
+        if not any(item.code == "E001" for item in error.findings):
+            raise
+        missing = error.findings[0]
+        sentence = f"robot: {missing.mark.file}: {missing.sentence}"
+        raise InputError([Finding(replay.mark, "E110", sentence, missing.hint)]) from None
 
 
 T = TypeVar("T")
@@ -351,15 +385,15 @@ def as_recorded(plan: PreparedMission, options: RunOptions) -> RunOptions:
     Raises:
         InputError: the recording is of another robot.
     """
-    if options.replay is None:
+    if plan.recording is None or not plan.recording.about:
         return options
-    about = read_about(options.replay)
+    about, file = plan.recording.about, plan.recording.file
     if about.get("robot") != plan.robot.name:
         raise InputError(
-            f"{options.replay} was recorded with the robot {about.get('robot')!r}, this mission"
+            f"{file} was recorded with the robot {about.get('robot')!r}, this mission"
             f" has {plan.robot.name!r}; choose it with --robot"
         )
     seed = about.get("seed", "")
     if not seed.isdecimal():
-        raise InputError(f"{options.replay}: the seed {seed!r} in its metadata is not a number")
+        raise InputError(f"{file}: the seed {seed!r} in its metadata is not a number")
     return replace(options, seed=int(seed))

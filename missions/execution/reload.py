@@ -174,7 +174,9 @@ class Reloader:
 def _pinned(plan: PreparedMission, options: RunOptions) -> RunOptions:
     """Return the options for reading the file again, with the current world and robot."""
     folder = plan.mission.source.parent
-    world = options.world or str(find_world(plan.mission.world, folder, WORLDS).resolve())
+    world = options.world
+    if world is None and plan.mission.world:
+        world = str(find_world(plan.mission.world, folder, WORLDS).resolve())
     robot = options.robot or str(find_robot(plan.mission.robot, folder).resolve())
     return replace(options, world=world, robot=robot, breakpoints=(), forced=None)
 

@@ -10,15 +10,20 @@ from pathlib import Path
 from behaviours.catalogue import Catalogue, find_behaviours
 from missions.execution.component_choices import chosen
 from missions.execution.plugin_components import plugged_components
-from missions.language.model import Component, Resources
+from missions.language.model import Component, Replay, Resources
 from robots.load import find_robot, read_robot
+from robots.logs.opening import MCAP, beginning, open_log
+from robots.logs.recording import SENSOR_LOG, Recording
+from robots.logs.rosbag import Topics
 from stack.documents import Finding, Findings, Mark, Node
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError
+from stack.mapping.limits import FARTHEST
 from stack.parameters import nearest
 from stack.sim.import_world import read_any_world
 from stack.sim.worlds.world import World
 from stack.sim.worlds.world_file import find_world
+from stack.telemetry.sensor_log import is_sensor_log, read_about, read_observations
 from stack.types import OccupancyGrid
 
 MISSIONS = Path(__file__).parents[1]
@@ -88,6 +93,45 @@ def load_robot(name_or_path: str, folder: Path) -> RobotDescription:
     return read_robot(find_robot(name_or_path, folder))
 
 
+@lru_cache(maxsize=4)
+def _opened_log(path: Path, topics: Topics, changed: int) -> Recording:
+    """Open a log once while it does not change (`changed`: its modification time)."""
+    return open_log(path, topics)
+
+
+def open_recording(path: Path, replay: Replay | None = None) -> Recording:
+    """Open a sensor log of treepilot, a CARMEN log or a ROS bag.
+
+    Args:
+        path: of the log.
+        replay: with the topics of a ROS bag; None: the usual ones.
+
+    Raises:
+        InputError: missing, of another kind, or damaged.
+    """
+    is_mcap = path.suffix == ".mcap" and not path.is_dir()
+    if is_mcap and (not beginning(path).startswith(MCAP) or is_sensor_log(path)):
+        return _sensor_log(path)
+    topics = Topics() if replay is None else Topics(replay.lidars, replay.odometry, replay.imu)
+    try:
+        changed = path.stat().st_mtime_ns
+    except OSError:
+        changed = 0
+    return _opened_log(path, topics, changed)
+
+
+def _sensor_log(path: Path) -> Recording:
+    """Return the recording of a run of treepilot; its robot is the one of that run."""
+    return Recording(
+        path, SENSOR_LOG, 0.0, 0.0, {}, {}, lambda: read_observations(path), about=read_about(path)
+    )
+
+
+def recorded_world(name: str) -> World:
+    """Return a world without obstacles, in which a log is played."""
+    return World(name, (-FARTHEST, -FARTHEST, FARTHEST, FARTHEST))
+
+
 def resources(world: str | None = None) -> Resources:
     """Return the checks and look-ups that the mission reader calls for the names in a mission.
 
@@ -119,10 +163,14 @@ def catalogue_of(plugins: list[Node], folder: Path, findings: Findings) -> Catal
 
 
 def load_map(name: str, folder: Path) -> OccupancyGrid:
-    """Load a ROS map.yaml; the path is relative to the mission's folder."""
+    """Load a ROS map.yaml, or the one in the folder of a saved map.
+
+    The path is relative to the mission's folder.
+    """
     from stack.mapping.ros_map import read_ros_map
 
-    return read_ros_map(folder / name)
+    path = folder / name
+    return read_ros_map(path / "map.yaml" if path.is_dir() else path)
 
 
 def _nav2_components(name: str, folder: Path) -> tuple[dict[str, Component], tuple[Finding, ...]]:

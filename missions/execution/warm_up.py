@@ -8,6 +8,7 @@ from typing import Any
 
 from missions.execution.component_choices import DEFAULTS
 from missions.execution.prepare import PreparedMission, RunOptions
+from missions.execution.route_graphs import leaves_of
 from stack.compilation import KernelTypes, compile_kernel, missing
 from stack.costmap.costmap import Costmap
 from stack.navigation.navigator import Navigator
@@ -53,7 +54,7 @@ def _missing(plan: PreparedMission, options: RunOptions) -> dict[str, KernelType
     """Return the kernels to compile by part; each stands with the first part that needs it."""
     found: dict[str, KernelTypes] = {}
     known: set[Any] = set()
-    for part, kernels in kernels_of(plan, replayed=options.replay is not None).items():
+    for part, kernels in kernels_of(plan, replayed=plan.recording is not None).items():
         own = tuple(dict.fromkeys(kernel for kernel in kernels if kernel not in known))
         known.update(own)
         absent = missing(own)
@@ -79,6 +80,11 @@ def kernels_of(plan: PreparedMission, *, replayed: bool = False) -> dict[str, Ke
         "safety": Safety.kernels(safety.parts, blind=bool(memory)),
         "navigation": Navigator.kernels(),
     }
+    names = {leaf.behaviour.name for leaf in leaves_of(plan.mission)}
+    if "explore" in names:
+        from stack.mapping.exploration.kernels import EXPLORATION
+
+        found["exploration"] = EXPLORATION
     return {**found, **{kind: choices[kind].kernels(plan.robot) for kind in DEFAULTS}}
 
 

@@ -71,6 +71,15 @@ FILE_CODES: dict[str, Code] = {
                  '"properties": {"id": 1, "metadata": {}}', "remove it if it is not needed"),
     "W431": Code("route graph: collision", "an edge leads through an obstacle of the map",
                  "", "move the edge"),
+    "E403": Code("map: pose graph", "graph.json, graph.npz or a g2o file is damaged, or of another "
+                 "version", "", "save the map again, or use the kept `.bak`"),
+    "E404": Code("trajectory", "a line is not `t x y theta` and not in TUM's format", "1.0 2.0",
+                 "write `t x y theta`"),
+    "E501": Code("log: kind", "the file is not a log that can be played, or lacks odometry or "
+                 "scans", "robot: {use: replayed, log: notes.txt}",
+                 "give a CARMEN log, a ROS bag or a sensors.mcap"),
+    "E502": Code("log: damaged", "a message of the log is incomplete or has impossible values", "",
+                 "remove the message, or record the log again"),
     "E413": Code("world: too large for a map",
                  "the map of the world would have too many cells; docs/worlds.md lists the limits",
                  "map: from_world",

@@ -121,6 +121,7 @@ AGAIN = Declaration("again", float, unit="s", above=0.0)
 SUCCEED_ON = Declaration("succeed_on", int, at_least=1)
 TAKES = Declaration("takes", float, unit="s", at_least=0.0)
 WITHIN = Declaration("within", float, unit="s", above=0.0)
+AFTER = Declaration("after", float, unit="s", default=10.0, at_least=0.0)
 INVERT = Declaration("invert", bool, default=False)
 OPTIONAL = Declaration("optional", bool, default=False)
 KEEP = Declaration("keep", bool, default=False)
@@ -138,15 +139,15 @@ MISSION = _section(
     Key("mission", "Name of the mission.", Form.NAME, required=True),
     Key("format", "Version of the mission language: `1`.", Form.NUMBER),
     Key("doc", "One-sentence description of the mission.", Form.TEXT),
-    Key("robot", "Name of a shipped robot, or the path of a `robot.yaml`.", Form.ROBOT,
-        required=True),
-    Key("world", "Name of a shipped world, or the path of a world file.", Form.WORLD,
-        required=True),
+    Key("robot", "Name of a shipped robot, or the path of a `robot.yaml`; or `{use: replayed, log: "
+        "file}`.", Form.ROBOT, required=True, section="replayed robot"),
+    Key("world", "Name of a shipped world, or the path of a world file; not for replayed robots.",
+        Form.WORLD),
     Key("start", "True start pose of the robot: a place or `[x, y, heading]`.", Form.PLACE),
     Key("initial_pose", "Initial pose estimate: `start`, `unknown`, a place or a pose.",
         Form.PLACE, words=("start", "unknown")),
-    Key("map", "`from_world` (the default), `none`, or a ROS `map.yaml`.", Form.FILE,
-        words=("from_world", "none")),
+    Key("map", "`from_world` (the default), `none`, a ROS `map.yaml`, or a folder of a saved map.",
+        Form.FILE, words=("from_world", "none")),
     Key("places", "Named poses in the map frame: `dock: [0, 0, 90 deg]`.", Form.POSES),
     Key("parameters", "Parameter files, applied in order before `navigation`.", Form.FILES),
     Key("navigation", "Components of the navigation stack and their parameters.",
@@ -181,6 +182,21 @@ TREE_FILE = _section(*(MISSION[word] for word in ("include", "format", "doc", "p
 _TYPE = Key("type", "The type of its values.", Form.TYPE, required=True)
 _UNIT = Key("unit", "SI unit, for `type: float`.", Form.TEXT)
 _DOC = Key("doc", "Description.", Form.TEXT)
+
+REPLAYED_ROBOT = _section(
+    Key("use", "`replayed`: play a log instead of driving.", Form.WORD, required=True,
+        words=("replayed",)),
+    Key("log", "CARMEN log (.log, .clf, .gz), ROS bag or `sensors.mcap`; a file or a `$name`.",
+        Form.TEXT, required=True),
+    Key("robot", "Robot that describes the drive and the shape; default: `scout`. The sensors are "
+        "those of the log.", Form.TEXT),
+    Key("lidars", "Topics of a ROS bag with laser scans; default: all.", Form.TEXTS),
+    Key("odometry", "Topic of a ROS bag with odometry; default: the first.", Form.TEXT),
+    Key("imu", "Topic of a ROS bag with inertial samples; default: the first.", Form.TEXT),
+    Key("after", "How long the robot stands after the end of the log, for the rest of the mission; "
+        "default: 10 s.", Form.VALUE, declared=AFTER),
+)  # fmt: skip
+"""Keys of `robot` when a log is replayed."""
 
 ARGUMENT = _section(
     _TYPE,
@@ -328,7 +344,8 @@ EXPECTATION = _section(
 )  # fmt: skip
 
 SECTIONS: Mapping[str, Keys] = {
-    "mission": MISSION, "tree file": TREE_FILE, "argument": ARGUMENT,
+    "mission": MISSION, "tree file": TREE_FILE, "replayed robot": REPLAYED_ROBOT,
+    "argument": ARGUMENT,
     "blackboard key": BLACKBOARD_KEY, "input": INPUT, "tree": TREE, "event": EVENT,
     "node": MODIFIERS, "retry": RETRY, "recover": RECOVER, "repeat": REPEAT,
     "switch": SWITCH, "parallel": PARALLEL, "case": CASE,
@@ -338,6 +355,7 @@ SECTIONS: Mapping[str, Keys] = {
 
 PLACES: Mapping[str, str] = {
     "mission": "top of a mission", "tree file": "top of an included file",
+    "replayed robot": "`robot`, for a log",
     "argument": "entry of `arguments`", "blackboard key": "entry of `blackboard`",
     "tree": "entry of `trees`", "input": "entry of `in`", "event": "entry of `events`",
     "node": "node", "retry": "`retry`", "recover": "`recover`", "parallel": "`parallel`",

@@ -338,11 +338,34 @@ class Tree:
 
 
 @dataclass(frozen=True, slots=True)
+class Replay:
+    """A log that is played instead of driving.
+
+    Attributes:
+        log: absolute, or relative to the current folder.
+        mark: position of its name.
+        lidars: topics of a ROS bag; empty: all.
+        odometry: topic; empty: the first.
+        imu: topic; empty: the first.
+        after: seconds that the robot stands after the end of the log.
+    """
+
+    log: Path
+    mark: Mark
+    lidars: tuple[str, ...] = ()
+    odometry: str = ""
+    imu: str = ""
+    after: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
 class Mission:
     """A mission that has been read and checked.
 
     Attributes:
         robot, world, map: as written; paths are relative to the folder of `source`.
+            With a log, `robot` describes the drive; then `world` may be empty.
+        replay: the log that is played; None for a robot that drives.
         start: true start pose in the simulation, map frame; None for the world's own.
         initial_pose: initial pose estimate: `start`, `unknown` or a pose.
         components: by kind: those under `navigation`, and `localisation`.
@@ -377,3 +400,4 @@ class Mission:
     cases: tuple[Case, ...] = ()
     includes: tuple[Path, ...] = ()
     warnings: tuple[Finding, ...] = ()
+    replay: Replay | None = None

@@ -99,6 +99,12 @@ class Costmap:
         return self._grid
 
     @property
+    def marks(self) -> CostGrid:
+        """Free, lethal and unknown cells before inflation, without a copy: read them at once."""
+        view = self.view
+        return CostGrid(self._painting.marks, view.resolution, view.origin)
+
+    @property
     def shown(self) -> CostGrid:
         """The current costs for displays: a copy that the first call after a change renews.
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stack.costmap.inflation import Inflation
 from stack.costmap.layer import (
@@ -45,6 +46,11 @@ class LayerCompositor:
         self._frame = Frame((0, 0), 1.0, (0.0, 0.0))
         self._shift = (0, 0)
         self._base = self._inflated = self.cells = np.empty((0, 0), dtype=np.uint8)
+
+    @property
+    def marks(self) -> NDArray[np.uint8]:
+        """(rows, columns) cells as the marking layers have painted them, not inflated."""
+        return self._base
 
     def lay_out(self, frame: Frame) -> None:
         """Allocate the grids; call `repaint_all` afterwards."""

@@ -61,7 +61,7 @@ def clearance_of(grid: OccupancyGrid) -> FloatArray:
 
 def passages_of(grid: OccupancyGrid, clearance: FloatArray) -> list[Passage]:
     """Return the passages between pairs of rooms, the narrowest first."""
-    rooms = _rooms(grid, clearance)
+    rooms = rooms_of(grid, clearance)
     best: dict[tuple[int, int], tuple[float, int, int]] = {}
     for here, there in (
         (rooms[:-1, :], rooms[1:, :]),
@@ -130,7 +130,7 @@ def widest_path_to(
     return WidestPath(2.0 * float(paths[0][row, column]), *grid.centre_of(*at))
 
 
-def _rooms(grid: OccupancyGrid, clearance: FloatArray) -> NDArray[np.int32]:
+def rooms_of(grid: OccupancyGrid, clearance: FloatArray) -> NDArray[np.int32]:
     """Return the room number of each free cell, from 1; 0 for cells of no room."""
     import cv2
 

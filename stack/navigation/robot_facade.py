@@ -7,13 +7,17 @@ from dataclasses import dataclass, field
 from math import degrees
 from typing import Any, Protocol
 
+import numpy as np
+
 from stack.components import Estimator, Match
 from stack.drivetrain.description import RobotDescription
 from stack.errors import ParameterError
 from stack.frames.buffer import TransformBuffer
+from stack.mapping.exploration.frontiers import FrontierParameters
 from stack.navigation.disambiguation import Disambiguation
 from stack.navigation.drive_to_goal import GoalDrive
 from stack.navigation.loop_state import LoopState
+from stack.navigation.map_service import MapService
 from stack.navigation.navigator import Navigator
 from stack.navigation.relocalisation import Relocalisation
 from stack.navigation.tasks import CostmapLike, Emit, MotionExecutor, MotionTask
@@ -22,10 +26,13 @@ from stack.parameters import suggestion
 from stack.perception.camera_lease import CameraLease
 from stack.types import (
     Battery,
+    CoveragePlan,
     Footprint,
+    Frontier,
     Image,
     Marker,
     MarkerSighting,
+    OccupancyGrid,
     Path,
     Pose2D,
     PoseEstimate,
@@ -66,6 +73,8 @@ class FacadeParts:
         tunables: components whose parameters may be changed, by name.
         cover: without a map, grows the costmaps to contain some poses.
         forget_tracks: called after a jump of the pose, when old tracks have wrong positions.
+        maps: the map so far.
+        recording_over: whether all measurements of a replayed log have been played.
     """
 
     robot: RobotDescription
@@ -79,11 +88,13 @@ class FacadeParts:
     global_costmap: CostmapLike
     store: ImageStore
     emit: Emit
+    maps: MapService
     markers: tuple[Marker, ...] = ()
     detector: MarkerDetector | None = None
     tunables: Mapping[str, Tunable] = field(default_factory=dict)
     cover: Callable[[Iterable[Pose2D]], None] = lambda poses: None
     forget_tracks: Callable[[], None] = lambda: None
+    recording_over: Callable[[], bool] = lambda: False
 
 
 class RobotFacade:
@@ -159,6 +170,49 @@ class RobotFacade:
     def markers(self) -> tuple[Marker, ...]:
         """The known markers of the world, map frame."""
         return self._parts.markers
+
+    @property
+    def map(self) -> OccupancyGrid:
+        """The map so far."""
+        return self._parts.maps.grid
+
+    @property
+    def known_area(self) -> float:
+        """Area of the map's free and occupied cells, square metres."""
+        return self._parts.maps.known_area
+
+    @property
+    def recording_over(self) -> bool:
+        """Whether all measurements of a replayed log have been played."""
+        return self._parts.recording_over()
+
+    def frontiers(
+        self, *, sensor_range: float = 6.0, least_size: float = 0.4, least_gain: float = 0.25
+    ) -> list[Frontier]:
+        """Places where the robot can see unknown space, the nearest first."""
+        parameters = FrontierParameters(sensor_range, least_size, least_gain)
+        return self._parts.maps.frontiers(self.pose, parameters)
+
+    def coverage(
+        self, corners: list[Pose2D], spacing: float, *, clearance: float | None = None
+    ) -> CoveragePlan:
+        """Lanes that cover a polygon, or the robot's room."""
+        polygon = np.array([(corner.x, corner.y) for corner in corners]) if corners else None
+        return self._parts.maps.coverage(self.pose, polygon, spacing, clearance)
+
+    def save_map(self, name: str) -> str:
+        """Save the map as a folder; return its name."""
+        saved = self._parts.maps.save(name)
+        self._parts.emit("map", f"saved the map as {saved}: {self.known_area:.1f} m² known")
+        return saved
+
+    def load_map(self, name: str, pose: Pose2D | None = None) -> None:
+        """Load a saved map and use it from now on."""
+        before = self.pose
+        grid = self._parts.maps.load(name, pose)
+        for costmap in (self._parts.local_costmap, self._parts.global_costmap):
+            costmap.set_static(grid)
+        self._handle_jump(before, self.pose, "map")
 
     def image(self) -> Image | None:
         """The newest camera image since the camera was switched on; keeps it on.

@@ -14,6 +14,7 @@ from stack.types import (
     Failure,
     FailureCode,
     ObstaclePoints,
+    OccupancyGrid,
     Odometry,
     Path,
     Pose2D,
@@ -72,6 +73,11 @@ class CostmapLike(Protocol):
         """The current costs without a copy, which the next update changes: read them at once."""
         ...
 
+    @property
+    def marks(self) -> CostGrid:
+        """Free, lethal and unknown cells before inflation, without a copy: read them at once."""
+        ...
+
     def copied(self) -> CopyLike:
         """Return a copy of the current costs for a worker thread, until it is released."""
         ...
@@ -79,6 +85,10 @@ class CostmapLike(Protocol):
     @property
     def version(self) -> int:
         """Increases with each change."""
+        ...
+
+    def set_static(self, static: OccupancyGrid) -> None:
+        """Replace the map; sensed obstacles keep their positions."""
         ...
 
     @property

@@ -99,6 +99,19 @@ class SensorLog:
         return self._channels[name]
 
 
+def is_sensor_log(path: Path) -> bool:
+    """Return whether a file is an MCAP file that treepilot has written, complete or not.
+
+    Raises:
+        InputError: the file cannot be read, or is damaged at its beginning.
+    """
+    from mcap.records import Header
+
+    with _opened(path) as file:
+        first = next(_records(_reader(file), path), None)
+    return isinstance(first, Header) and first.library.startswith("treepilot")
+
+
 def read_about(path: Path) -> dict[str, str]:
     """Return the metadata that the log was created with.
 

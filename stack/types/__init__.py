@@ -4,6 +4,7 @@ Frames follow REP 105: map -> odom -> base -> sensors. Every record is frozen; i
 be modified after it was passed on.
 """
 
+from stack.types.exploration import CoveragePlan, Frontier
 from stack.types.expressions import (
     Assignments,
     Expression,
@@ -62,6 +63,7 @@ __all__ = [
     "Battery",
     "CameraModel",
     "CostGrid",
+    "CoveragePlan",
     "Expression",
     "FREE",
     "FREE_COST",
@@ -69,6 +71,7 @@ __all__ = [
     "FailureCode",
     "FloatArray",
     "Footprint",
+    "Frontier",
     "INSCRIBED_COST",
     "Image",
     "Imu",

@@ -1,7 +1,10 @@
-"""Store of the pictures that behaviours take."""
+"""Stores of the run folder: the pictures that behaviours take, and the maps that they save."""
 
 from __future__ import annotations
 
+from pathlib import Path
+
+from stack.mapping.whole_files import replace_folder
 from stack.telemetry.hub import reason_of
 from stack.telemetry.recorder import RunFolder
 from stack.types import Image
@@ -29,3 +32,38 @@ class PictureStore:
             except OSError as error:
                 self._folder.on_loss(path, reason_of(error))
         return path
+
+
+class FolderMapStore:
+    """Saves maps as folders: under the run folder, or where an absolute path says.
+
+    Args:
+        folder: of the run; without one, maps with relative names are not written.
+        beside: folder of the mission, in which maps are looked for that the run has not saved.
+    """
+
+    def __init__(self, folder: RunFolder | None, beside: Path) -> None:
+        self._folder, self._beside = folder, beside
+
+    def save(self, name: str, files: dict[str, bytes]) -> str:
+        """Write the folder of a map whole or not at all; return its name.
+
+        An existing folder is kept as `.bak`.
+
+        Raises:
+            OSError: it cannot be written.
+        """
+        path = Path(name).expanduser()
+        if path.is_absolute():
+            replace_folder(path, files)
+        elif self._folder is not None:
+            replace_folder(self._folder.path / path, files)
+        return name
+
+    def find(self, name: str) -> Path:
+        """Return the path of a saved map: in the run folder, else beside the mission."""
+        path = Path(name).expanduser()
+        if path.is_absolute():
+            return path
+        own = None if self._folder is None else self._folder.path / path
+        return own if own is not None and own.exists() else self._beside / path

@@ -24,6 +24,9 @@ _PHASE, _REQUEST, _BEAT, _NODES, _NAMES = 0, 4, 8, 64, 64 + 4 * ROBOTS
 _BEATS, _COUNT = struct.Struct("=dddq"), struct.Struct("=i")
 """Wall time (monotonic), robot time and distance; step. Length of the names."""
 
+READS = 100
+"""Attempts to read a beat: `pack_into` clears the memory first, and a read in between finds 0."""
+
 NO_NODE = -1
 
 
@@ -132,7 +135,10 @@ class Heartbeat:
 
     def read(self) -> Beat:
         """Return the progress of the engine."""
-        wall, time, distance, step = _BEATS.unpack_from(self._memory, _BEAT)
+        for _ in range(READS):
+            wall, time, distance, step = _BEATS.unpack_from(self._memory, _BEAT)
+            if wall > 0.0:
+                break
         return Beat(self.phase, wall, time, distance, step, tuple(self._nodes))
 
     def node_name(self) -> str:

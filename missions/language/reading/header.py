@@ -9,8 +9,9 @@ from typing import Any, TypeVar
 
 from missions.language.expressions.scope import Symbol
 from missions.language.keys import MISSION, RESERVED
-from missions.language.model import Component, Resources
+from missions.language.model import Component, Replay, Resources
 from missions.language.reading.port_expressions import reference_name
+from missions.language.reading.robot import HeaderValues, RobotReader
 from missions.language.reading.words import WordRole, Words
 from stack.documents import Findings, Mark, Node, Section, read_file, require_kind
 from stack.documents.file_kinds import PARAMETERS
@@ -33,6 +34,7 @@ class HeaderReader:
     def __init__(self, top: Section, folder: Path, resources: Resources, words: Words) -> None:
         self.top, self.folder, self.resources, self.words = top, folder, resources, words
         self.findings: Findings = top.findings
+        self.values = HeaderValues({}, frozenset(), folder, top.findings, words)
 
     def text(self, key: str, default: str | None = None) -> str:
         """Return a key that holds a text; without a default it is required and a name."""
@@ -58,14 +60,42 @@ class HeaderReader:
             return {}
         return self._ask("world", lambda: self.resources.world_places(world, self.folder), {})
 
+    @property
+    def is_replayed(self) -> bool:
+        """Whether `robot` has settings: a log is played."""
+        node = self.top.node.get("robot")
+        return node is not None and node.is_mapping
+
+    def robot(self) -> tuple[str, Replay | None]:
+        """Return the robot, checked, and the log that is replayed; `values` must be set."""
+        node = self.top.node_of("robot")
+        replay = None
+        if self.is_replayed and node is not None:
+            name, replay = RobotReader(self.values).replay(node)
+        else:
+            name = self.text("robot")
+        self.check_robot(name)
+        return name, replay
+
     def check_robot(self, robot: str) -> None:
         """Report a robot that does not exist or is invalid."""
         if robot:
             self._ask("robot", lambda: self.resources.check_robot(robot, self.folder), None)
 
     def map(self) -> str:
-        """Return `from_world`, `none` or a file."""
-        name = self.text("map", "from_world")
+        """Return `from_world`, `none` or a file; without a world `none` is the default."""
+        has_world = self.top.node.get("world") is not None
+        named = self.top.node_of("map")
+        if named is not None and reference_name(named) is not None:
+            path = self.values.path(named)
+            if path is not None:
+                self._ask("map", lambda: self.resources.check_map(str(path), self.folder), None)
+            return str(path or "none")
+        name = self.text("map", "from_world" if has_world else "none")
+        if name == "from_world" and not has_world:
+            node = self.top.node.get("map") or self.top.node
+            hint = "write `map: none` or the path of a map.yaml"
+            self.findings.error("E101", node.mark, "map: from_world needs a `world`", hint)
         if name not in MISSION["map"].words:
             self._ask("map", lambda: self.resources.check_map(name, self.folder), None)
         return name
@@ -226,7 +256,7 @@ class HeaderReader:
         rest = [(key, value) for key, value in node.entries if key.value != "use"]
         return Component(
             kind, use.value if use else None, use.mark if use else node.mark,
-            {str(key.value): value.plain() for key, value in rest},
+            {str(key.value): self.values.plain(value) for key, value in rest},
             {str(key.value): value.mark for key, value in rest},
         )  # fmt: skip
 

@@ -28,6 +28,7 @@ from missions.language.reading.events import EventReader
 from missions.language.reading.header import HeaderReader
 from missions.language.reading.include import IncludeReader, TreeFile, tree_entries
 from missions.language.reading.nodes import NodeReader
+from missions.language.reading.robot import HeaderValues
 from missions.language.reading.trees import read_bodies
 from missions.language.reading.values import ValueReader
 from missions.language.reading.words import Draft, Words
@@ -75,16 +76,19 @@ class _Reading:
     def mission(self, catalogue_for: CatalogueFor, overrides: Overrides) -> Mission:
         header, top = self.header, self.top
         name, doc = header.text("mission"), header.text("doc", "")
-        robot, world = header.text("robot"), header.text("world")
+        world = header.text("world", "") if header.is_replayed else header.text("world")
         header.unsupported()
-        header.check_robot(robot)
         included = self.includes.combined(self.top.node_of("include"), self.path)
         places, keys, arguments = self._names(world, included.places, overrides)
+        given = frozenset(name for name, value in overrides.items() if isinstance(value, str))
+        header.values = HeaderValues(arguments, given, self.path.parent, self.findings, self.words)
+        robot, replay = header.robot()
         start = header.pose("start", places, ())
         initial_pose = header.pose("initial_pose", places, MISSION["initial_pose"].words)
         files, plugins = header.texts("parameters"), header.texts("plugins")
         map_name = header.map()
         components = header.components(files, mapped=map_name != "none")
+        self.values.used.update(dict.fromkeys(header.values.used))
         self.words.scope = scope = Scope((places, keys, arguments))
         self.words.catalogue = catalogue = self._catalogue(catalogue_for, plugins)
         trees = self._trees(catalogue, scope, included)
@@ -118,7 +122,7 @@ class _Reading:
             places={key: symbol.value for key, symbol in places.items()},
             arguments={key: symbol.value for key, symbol in arguments.items()},
             blackboard=keys, trees=trees, events=events, cases=cases, warnings=tuple(warnings),
-            includes=tuple(self.includes.files),
+            includes=tuple(self.includes.files), replay=replay,
         )  # fmt: skip
 
     def _names(

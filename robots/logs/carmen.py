@@ -1,0 +1,341 @@
+"""Reader of CARMEN logs (.log, .clf, also compressed with gzip).
+
+Format: http://carmen.sourceforge.net, module logger. A message is one line: FLASER and RLASER (old
+front and rear laser), ROBOTLASER1 and ROBOTLASER2 (with geometry), ODOM, PARAM. Others are ignored.
+
+* The order of a file is the order in which a logger received the messages. Stamps of the sending
+  program are used, and messages are sorted by them: a file may contain stamps that run backwards,
+  where they were inferred or computers disagree.
+* FLASER has no geometry: 180 or 181 readings are 1 deg apart, 360 or 361 readings 0.5 deg, 401
+  readings 0.25 deg; other numbers share 180 deg. The first reading is at the right end. The sensor
+  is `robot_frontlaser_offset` in front of the base.
+* SICK lasers report errors and missing returns as the readings 8183 to 8191 of their unit: 81.83 m
+  and more in centimetres. They are no returns. A reading of 0 is invalid.
+"""
+
+from __future__ import annotations
+
+import gzip
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from math import pi, radians
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robots.logs.recording import (
+    DAMAGED_LOG,
+    NOT_A_LOG,
+    WHEELS,
+    Event,
+    Recording,
+    observations,
+    refuse,
+)
+from stack.documents.files import open_regular
+from stack.drivetrain.description import LidarDescription
+from stack.types import Footprint, Observation, Odometry, Pose2D, Scan, Twist
+
+GZIP = b"\x1f\x8b"
+
+LOG_BYTES = 1 << 30
+"""Of the text of a log: it is sorted in memory."""
+
+LINE_BYTES = 1 << 20
+
+FIRST_ERROR_READING = 8183
+"""Readings of a SICK LMS from here on are error codes, in units of its resolution."""
+
+SPACINGS = {180: 1.0, 181: 1.0, 201: 0.5, 360: 0.5, 361: 0.5, 401: 0.25, 721: 0.25}
+"""Degrees between the readings of an FLASER line, by their number."""
+
+FLASER_SENSORS = {b"FLASER": "lidar", b"RLASER": "rear_lidar"}
+ROBOTLASER_SENSORS = {b"ROBOTLASER1": "lidar", b"ROBOTLASER2": "rear_lidar"}
+OFFSETS = {
+    "lidar": ("robot_frontlaser_offset", "robot_front_laser_offset"),
+    "rear_lidar": ("robot_rearlaser_offset", "robot_rear_laser_offset"),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class _Laser:
+    """Geometry of a laser: direction of the first reading and spacing (rad), range limit (m)."""
+
+    readings: int
+    start: float
+    spacing: float
+    range_max: float
+    mount: Pose2D
+
+
+@dataclass
+class _Content:
+    """Messages of a log: (stamp, sensor, readings, geometry or None) and (stamp, pose)."""
+
+    scans: list[tuple[float, str, NDArray[np.float32], _Laser | None]] = field(default_factory=list)
+    poses: list[tuple[float, Pose2D]] = field(default_factory=list)
+    order: list[tuple[float, int]] = field(default_factory=list)
+    parameters: dict[str, str] = field(default_factory=dict)
+    ignored: dict[str, int] = field(default_factory=dict)
+    cut: bool = False
+
+
+def read_carmen_log(file: Path) -> Recording:
+    """Read a CARMEN log.
+
+    Raises:
+        InputError: the file is missing, not a CARMEN log, or damaged; with the line.
+    """
+    content = _read(file)
+    if not content.order:
+        hint = "expected lines that begin with FLASER, ROBOTLASER1 or ODOM"
+        raise refuse(file, NOT_A_LOG, "this is not a CARMEN log: it has no measurements", hint)
+    if not content.poses:
+        raise refuse(file, NOT_A_LOG, "the log has no odometry: no FLASER, ROBOTLASER1 or ODOM")
+    stamps = np.array([stamp for stamp, _ in content.order])
+    backwards = int(np.count_nonzero(np.diff(stamps) < 0.0))
+    first, last = float(stamps.min()), float(stamps.max())
+    factory = _ScanFactory(content)
+    notes = _notes(content, backwards)
+
+    def play() -> Iterator[Observation]:
+        return observations(_events(content, factory), first)
+
+    span = max(last - first, 1e-3)
+    lidars, counts = {}, {WHEELS: len(content.poses)}
+    for name in ("lidar", "rear_lidar"):
+        number = sum(1 for _, sensor, _, _ in content.scans if sensor == name)
+        if number:
+            lidars[name] = factory.description(name, number / span)
+            counts[name] = number
+    return Recording(
+        file, "CARMEN log", first, last - first, counts, lidars, play,
+        footprint=_footprint(content.parameters), notes=notes,
+    )  # fmt: skip
+
+
+def _read(file: Path) -> _Content:
+    content = _Content()
+    try:
+        with open_regular(file) as raw:
+            for number, line in enumerate(_lines(_unpacked(raw), file), 1):
+                _message(content, line, file, number)
+    except (EOFError, zlib.error, gzip.BadGzipFile) as error:
+        raise refuse(file, DAMAGED_LOG, f"the compressed file is damaged: {error}") from None
+    except OSError as error:
+        raise refuse(file, "E001", f"cannot be read: {error.strerror}") from None
+    return content
+
+
+def _unpacked(raw: BinaryIO) -> BinaryIO:
+    magic = raw.read(2)
+    raw.seek(0)
+    if magic != GZIP:
+        return raw
+    unpacked: BinaryIO = gzip.GzipFile(fileobj=raw)  # type: ignore[assignment]
+    return unpacked
+
+
+def _lines(stream: BinaryIO, file: Path) -> Iterator[bytes]:
+    """Yield lines of at most LINE_BYTES, LOG_BYTES in all."""
+    total = 0
+    while line := stream.readline(LINE_BYTES):
+        total += len(line)
+        if len(line) == LINE_BYTES or b"\0" in line:
+            raise refuse(file, NOT_A_LOG, "this is not a CARMEN log: it is not text in lines")
+        if total > LOG_BYTES:
+            raise refuse(file, "E002", f"more than {LOG_BYTES} bytes of text; cut the log")
+        yield line
+
+
+def _message(content: _Content, line: bytes, file: Path, number: int) -> None:
+    """Add one line; a line without its end is the last one of a logger that was killed."""
+    words = line.split()
+    if not words or words[0].startswith(b"#"):
+        return
+    kind = words[0]
+    try:
+        if kind in FLASER_SENSORS:
+            _old_laser(content, FLASER_SENSORS[kind], words)
+        elif kind in ROBOTLASER_SENSORS:
+            _robot_laser(content, ROBOTLASER_SENSORS[kind], words)
+        elif kind == b"ODOM":
+            _add_pose(content, _stamp(words, 7), _pose(words[1:4]))
+        elif kind == b"PARAM" and len(words) >= 3:
+            content.parameters[words[1].decode("ascii")] = words[2].decode("ascii")
+        elif kind.isascii() and kind.decode().isidentifier() and len(content.ignored) < 100:
+            word = kind.decode()
+            content.ignored[word] = content.ignored.get(word, 0) + 1
+    except (ValueError, IndexError) as error:
+        if not line.endswith(b"\n"):
+            content.cut = True
+            return
+        sentence = f"the {kind.decode()} message is damaged: {error}"
+        raise refuse(file, DAMAGED_LOG, sentence, "remove the line", number) from None
+
+
+def _old_laser(content: _Content, sensor: str, words: list[bytes]) -> None:
+    """Add `FLASER n readings… x y theta odom_x odom_y odom_theta stamp host logger_stamp`."""
+    count = int(words[1])
+    ranges = _numbers(words, 2, count)
+    at = 2 + count
+    stamp = _stamp(words, at + 6)
+    pose = _pose(words[at + 3 : at + 6])
+    content.scans.append((stamp, sensor, ranges, None))
+    content.order.append((stamp, -len(content.scans)))
+    _add_pose(content, stamp, pose)
+
+
+def _robot_laser(content: _Content, sensor: str, words: list[bytes]) -> None:
+    """Add `ROBOTLASER1 type start fov spacing range_max accuracy mode n readings… m remissions…
+    laser_pose robot_pose tv rv forward side turn stamp host logger_stamp`.
+    """  # noqa: D205
+    start, spacing, range_max = (float(words[n]) for n in (2, 4, 5))
+    count = int(words[8])
+    ranges = _numbers(words, 9, count)
+    at = 9 + count
+    at += 1 + int(words[at])
+    laser, robot = _pose(words[at : at + 3]), _pose(words[at + 3 : at + 6])
+    stamp = _stamp(words, at + 11)
+    mount = laser.relative_to(robot)
+    mount = Pose2D(round(mount.x, 4), round(mount.y, 4), round(mount.heading, 5))
+    content.scans.append((stamp, sensor, ranges, _Laser(count, start, spacing, range_max, mount)))
+    content.order.append((stamp, -len(content.scans)))
+    _add_pose(content, stamp, robot)
+
+
+def _add_pose(content: _Content, stamp: float, pose: Pose2D) -> None:
+    content.poses.append((stamp, pose))
+    content.order.append((stamp, len(content.poses)))
+
+
+def _numbers(words: list[bytes], start: int, count: int) -> NDArray[np.float32]:
+    found = words[start : start + count]
+    if len(found) != count or count < 1:
+        raise ValueError(f"it has {len(found)} of {count} readings")
+    return np.array(found, dtype="S").astype(np.float32)
+
+
+def _pose(words: list[bytes]) -> Pose2D:
+    x, y, heading = (float(word) for word in words)
+    if not np.isfinite((x, y, heading)).all():
+        raise ValueError("its pose is not finite")
+    return Pose2D(x, y, heading)
+
+
+def _stamp(words: list[bytes], at: int) -> float:
+    """Return the stamp of the sender, or else that of the logger, seconds."""
+    stamp, logged = float(words[at]), float(words[at + 2]) if len(words) > at + 2 else 0.0
+    stamp = stamp if stamp > 0.0 else logged
+    if not np.isfinite(stamp):
+        raise ValueError("its stamp is not finite")
+    return stamp
+
+
+class _ScanFactory:
+    """Scans of a log, with the geometry of its lasers."""
+
+    def __init__(self, content: _Content) -> None:
+        self._parameters = content.parameters
+        self._units: dict[str, float] = {}
+        self._lasers: dict[tuple[str, int], _Laser] = {}
+        self._first: dict[str, _Laser] = {}
+        for _, sensor, ranges, _ in content.scans:
+            finite = ranges[np.isfinite(ranges)]
+            largest = float(finite.max()) if finite.size else 0.0
+            self._units[sensor] = max(self._units.get(sensor, 0.0), largest)
+        for _, sensor, ranges, given in content.scans:
+            laser = given or self._guessed(sensor, ranges.size)
+            self._first.setdefault(sensor, laser)
+
+    def scan(
+        self, stamp: float, sensor: str, ranges: NDArray[np.float32], given: _Laser | None
+    ) -> Scan:
+        """Return a scan."""
+        laser = given or self._guessed(sensor, ranges.size)
+        ranges = ranges.copy()
+        ranges[ranges >= laser.range_max] = np.inf
+        ranges[~(ranges > 0.0)] = np.nan
+        return Scan(
+            stamp, ranges, laser.start, laser.spacing, 0.0, laser.range_max, laser.mount
+        )  # fmt: skip
+
+    def description(self, sensor: str, rate: float) -> LidarDescription:
+        """Return the description of a laser, from its first scan."""
+        laser = self._first[sensor]
+        view = min(laser.spacing * laser.readings, 2.0 * pi)
+        beams = min(max(round(2.0 * pi / laser.spacing), 3), 4096)
+        return LidarDescription(
+            laser.mount, beams=beams, field_of_view=view, rate=max(rate, 0.01), range_min=0.0,
+            range_max=laser.range_max, noise=0.01, dropout=0.0,
+        )  # fmt: skip
+
+    def _guessed(self, sensor: str, readings: int) -> _Laser:
+        """Return the geometry of an FLASER or RLASER line with this number of readings."""
+        key = (sensor, readings)
+        if key not in self._lasers:
+            spacing = SPACINGS.get(readings, 180.0 / max(readings - 1, 1))
+            start = -spacing * (readings // 2)
+            heading = pi if sensor == "rear_lidar" else 0.0
+            mount = Pose2D(self._offset(sensor), 0.0, heading)
+            limit = self._limit(sensor)
+            self._lasers[key] = _Laser(readings, radians(start), radians(spacing), limit, mount)
+        return self._lasers[key]
+
+    def _offset(self, sensor: str) -> float:
+        for name in OFFSETS[sensor]:
+            if name in self._parameters:
+                return _as_number(self._parameters[name]) or 0.0
+        return 0.0
+
+    def _limit(self, sensor: str) -> float:
+        """Return the range from which readings are codes, by the laser's resolution, metres."""
+        largest = self._units[sensor]
+        for unit in (0.001, 0.01):
+            if largest <= 8191.5 * unit:
+                return FIRST_ERROR_READING * unit
+        return largest + 1.0
+
+
+def _events(content: _Content, factory: _ScanFactory) -> Iterator[Event]:
+    """Yield the messages sorted by their stamps; a scan precedes the pose of its line."""
+    for stamp, number in sorted(content.order, key=lambda entry: entry[0]):
+        if number > 0:
+            pose = content.poses[number - 1][1]
+            yield Event(stamp, WHEELS, Odometry(stamp, pose, Twist()))
+        else:
+            entry = content.scans[-number - 1]
+            yield Event(stamp, entry[1], factory.scan(*entry))
+
+
+def _notes(content: _Content, backwards: int) -> tuple[str, ...]:
+    notes = []
+    if backwards:
+        notes.append(f"{backwards} messages are older than the one before; sorted by stamp")
+    if content.ignored:
+        names = ", ".join(f"{name} ({count})" for name, count in sorted(content.ignored.items()))
+        notes.append(f"ignored messages: {names}")
+    if content.cut:
+        notes.append("the last line is incomplete; it is left out")
+    return tuple(notes)
+
+
+def _footprint(parameters: dict[str, str]) -> Footprint | None:
+    """Return the rectangle of `robot_length` and `robot_width`; None without them."""
+    length, width = (
+        _as_number(parameters.get(name, "")) for name in ("robot_length", "robot_width")
+    )
+    if length is None or width is None or not (0.05 < length < 20.0 and 0.05 < width < 20.0):
+        return None
+    x, y = 0.5 * length, 0.5 * width
+    return Footprint(np.array([[x, y], [-x, y], [-x, -y], [x, -y]]))
+
+
+def _as_number(text: str) -> float | None:
+    try:
+        return float(text)
+    except ValueError:
+        return None

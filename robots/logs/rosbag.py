@@ -1,0 +1,411 @@
+"""Reader of ROS bags with standard messages: rosbag2 (MCAP, SQLite) and rosbag1.
+
+LaserScan, Odometry, Imu and TFMessage are read. Mounts of sensors come from the static transforms
+base -> sensor; a lidar mounted upside down is turned over. Without an Odometry topic the transform
+odom -> base is the odometry; without that too, the robot seems to stand. Stamps are those of the
+headers, and those of the file where a header has none; messages are sorted by them within
+REORDER_WINDOW seconds. The stamp of a LaserScan is that of its first beam, the stamp of a `Scan`
+its middle.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from math import atan2, degrees, inf, isfinite, pi, sqrt
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from robots.logs.recording import (
+    DAMAGED_LOG,
+    NOT_A_LOG,
+    WHEELS,
+    Event,
+    Recording,
+    in_order,
+    observations,
+    refuse,
+)
+from stack.drivetrain.description import ImuDescription, LidarDescription
+from stack.errors import InputError
+from stack.types import FloatArray, Imu, Observation, Odometry, Pose2D, Scan, Twist
+
+if TYPE_CHECKING:
+    from rosbags.highlevel import AnyReader
+
+REORDER_WINDOW = 1.0
+MOST_TILT = np.radians(10.0)
+"""Lidars that are tilted by more do not scan parallel to the floor."""
+
+MOST_SEARCHED = 5000
+"""Messages among which the transforms are searched."""
+
+SCAN, ODOMETRY, IMU, TF = (
+    "sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry", "sensor_msgs/msg/Imu",
+    "tf2_msgs/msg/TFMessage",
+)  # fmt: skip
+BASES = ("base_link", "base_footprint", "base")
+ODOM_FRAMES = ("odom", "odom_combined")
+
+
+@dataclass(frozen=True)
+class Topics:
+    """Topics that are read; empty: all lidars, the first odometry, the first IMU.
+
+    Attributes:
+        lidars: the first one is the sensor `lidar`.
+    """
+
+    lidars: tuple[str, ...] = ()
+    odometry: str = ""
+    imu: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class _Mount:
+    """A planar mount, and whether the sensor is upside down."""
+
+    pose: Pose2D
+    flipped: bool = False
+
+
+@dataclass
+class _Layout:
+    """What a bag contains: topics by role, mounts by frame, the first scan of each lidar."""
+
+    base: str = "base_link"
+    sensors: dict[str, str] = field(default_factory=dict)
+    odometry: str = ""
+    imu: str = ""
+    counts: dict[str, int] = field(default_factory=dict)
+    mounts: dict[str, _Mount] = field(default_factory=dict)
+    first_scans: dict[str, Any] = field(default_factory=dict)
+    imu_turn: FloatArray = field(default_factory=lambda: np.eye(3))
+    notes: list[str] = field(default_factory=list)
+    start: float = 0.0
+    end: float = 0.0
+
+
+def read_bag(path: Path, topics: Topics = Topics()) -> Recording:
+    """Read a ROS bag: a folder with metadata.yaml, or an .mcap, .db3 or .bag file.
+
+    Raises:
+        InputError: `rosbags` is not installed, or the bag is missing, damaged, or has neither scans
+            nor odometry.
+    """
+    reader = _reader(path)
+    try:
+        with reader:
+            layout = _layout(reader, path, topics)
+    except InputError:
+        raise
+    except Exception as error:  # of a library that parses foreign files
+        raise refuse(path, DAMAGED_LOG, f"the bag is damaged: {_words(error)}") from error
+    late = [0]
+    epoch = _epoch(path, layout)
+
+    def play() -> Iterator[Observation]:
+        return observations(in_order(_events(path, layout), REORDER_WINDOW, late), epoch)
+
+    span = max(layout.end - epoch, 1e-3)
+    lidars = {
+        name: _description(layout, name, layout.counts[name] / span) for name in layout.sensors
+    }
+    imu = ImuDescription(rate=max(layout.counts["imu"] / span, 0.01)) if layout.imu else None
+    return Recording(
+        path, "ROS bag", epoch, span, layout.counts, lidars, play, imu=imu,
+        notes=tuple(layout.notes),
+    )  # fmt: skip
+
+
+def _reader(path: Path) -> AnyReader:
+    try:
+        from rosbags.highlevel import AnyReader
+        from rosbags.typesys import Stores, get_typestore
+    except ImportError:
+        hint = "install them: pip install 'treepilot[logs]'"
+        raise refuse(path, NOT_A_LOG, "ROS bags need the package `rosbags`", hint) from None
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    try:
+        return AnyReader([path], default_typestore=store)
+    except Exception as error:
+        raise refuse(path, NOT_A_LOG, f"this is not a ROS bag: {_words(error)}") from None
+
+
+def _words(error: Exception) -> str:
+    return " ".join(str(error).split())[:200] or type(error).__name__
+
+
+def _layout(reader: AnyReader, path: Path, topics: Topics) -> _Layout:
+    """Find topics, mounts and the first scans.
+
+    Raises:
+        InputError: a topic is not in the bag, or there are neither scans nor odometry.
+    """
+    by_kind: dict[str, list[str]] = {SCAN: [], ODOMETRY: [], IMU: [], TF: []}
+    counts: dict[str, int] = {}
+    for item in reader.connections:
+        if item.msgtype in by_kind and item.topic not in by_kind[item.msgtype]:
+            by_kind[item.msgtype].append(item.topic)
+        counts[item.topic] = counts.get(item.topic, 0) + item.msgcount
+    used = {kind: [name for name in sorted(found) if counts[name]]
+            for kind, found in by_kind.items()}  # fmt: skip
+    layout = _Layout(start=reader.start_time * 1e-9, end=reader.end_time * 1e-9)
+    lidars = _wanted(path, topics.lidars, used[SCAN], SCAN)
+    odometry = _wanted(path, (topics.odometry,) if topics.odometry else (), used[ODOMETRY], "")
+    imus = _wanted(path, (topics.imu,) if topics.imu else (), used[IMU], "")
+    if not lidars and not odometry:
+        found = ", ".join(sorted(counts)) or "none"
+        sentence = "the bag has no LaserScan and no Odometry messages"
+        raise refuse(path, NOT_A_LOG, sentence, f"its topics: {found}")
+    layout.sensors = {_sensor_name(n, topic): topic for n, topic in enumerate(lidars)}
+    layout.odometry, layout.imu = next(iter(odometry), ""), next(iter(imus), "")
+    _read_geometry(reader, layout, [*used[TF]])
+    layout.counts = {name: counts[topic] for name, topic in layout.sensors.items()}
+    layout.counts[WHEELS] = counts.get(layout.odometry, 0)
+    if layout.imu:
+        layout.counts["imu"] = counts[layout.imu]
+    for kind, chosen in ((ODOMETRY, layout.odometry), (IMU, layout.imu)):
+        others = [name for name in used[kind] if name != chosen]
+        if others:
+            layout.notes.append(f"not used: {', '.join(others)}; {chosen} is")
+    return layout
+
+
+def _wanted(path: Path, chosen: tuple[str, ...], found: list[str], kind: str) -> list[str]:
+    for name in chosen:
+        if name not in found:
+            have = ", ".join(found) or "none"
+            raise refuse(path, NOT_A_LOG, f"the bag has no such topic {name!r}", f"it has: {have}")
+    return list(chosen) or found
+
+
+def _sensor_name(number: int, topic: str) -> str:
+    return "lidar" if number == 0 else topic.strip("/").replace("/", "_")
+
+
+def _read_geometry(reader: AnyReader, layout: _Layout, tf_topics: list[str]) -> None:
+    """Read the first scan of each lidar, the static transforms and the frame of the odometry."""
+    names = {topic: name for name, topic in layout.sensors.items()}
+    wanted = {*names, *(name for name in (layout.odometry, layout.imu) if name)}
+    frames: dict[str, tuple[str, FloatArray]] = {}
+    imu_frame = base = ""
+    static = [topic for topic in tf_topics if "static" in topic] or tf_topics
+    connections = [item for item in reader.connections if item.topic in (*wanted, *static)]
+    for seen, (connection, _, raw) in enumerate(reader.messages(connections)):
+        topic = connection.topic
+        if not wanted and seen > MOST_SEARCHED:
+            break
+        if topic not in wanted and topic not in static:
+            continue
+        message: Any = reader.deserialize(raw, connection.msgtype)
+        if topic in static:
+            for item in message.transforms:
+                child = item.child_frame_id.lstrip("/")
+                parent = item.header.frame_id.lstrip("/")
+                frames.setdefault(child, (parent, _matrix(item.transform)))
+            continue
+        wanted.discard(topic)
+        if topic in names:
+            layout.first_scans[names[topic]] = message
+        elif topic == layout.odometry:
+            base = message.child_frame_id.lstrip("/")
+        else:
+            imu_frame = message.header.frame_id.lstrip("/")
+    parents = {parent for parent, _ in frames.values()}
+    known = [name for name in BASES if name in frames or name in parents]
+    layout.base = base or next(iter(known), "base_link")
+    for name, scan in layout.first_scans.items():
+        frame = scan.header.frame_id.lstrip("/")
+        layout.mounts[name] = _mount(layout, name, _between(frames, layout.base, frame), frame)
+    turn = _between(frames, layout.base, imu_frame) if imu_frame else None
+    if turn is not None:
+        layout.imu_turn = turn[:3, :3]
+
+
+def _matrix(transform: Any) -> FloatArray:
+    """Return the (4, 4) matrix of a geometry_msgs/Transform."""
+    q, t = transform.rotation, transform.translation
+    matrix = np.eye(4)
+    matrix[:3, :3] = _rotation(q.x, q.y, q.z, q.w)
+    matrix[:3, 3] = t.x, t.y, t.z
+    return matrix
+
+
+def _rotation(x: float, y: float, z: float, w: float) -> FloatArray:
+    """Return the (3, 3) rotation of a quaternion; the identity for one of length 0."""
+    norm = sqrt(x * x + y * y + z * z + w * w)
+    if not norm > 1e-9:
+        return np.eye(3)
+    x, y, z, w = x / norm, y / norm, z / norm, w / norm
+    return np.array([
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+    ])  # fmt: skip
+
+
+def _between(frames: dict[str, tuple[str, FloatArray]], base: str, frame: str) -> FloatArray | None:
+    """Return the (4, 4) transform base <- frame along the tree of frames; None without one."""
+    to_root, there = _to_root(frames, frame)
+    base_root, here = _to_root(frames, base)
+    if there != here:
+        return None
+    found: FloatArray = np.linalg.inv(base_root) @ to_root
+    return found
+
+
+def _to_root(frames: dict[str, tuple[str, FloatArray]], frame: str) -> tuple[FloatArray, str]:
+    matrix = np.eye(4)
+    for _ in range(len(frames)):
+        if frame not in frames:
+            break
+        frame, step = frames[frame]
+        matrix = step @ matrix
+    return matrix, frame
+
+
+def _mount(layout: _Layout, name: str, matrix: FloatArray | None, frame: str) -> _Mount:
+    if matrix is None:
+        layout.notes.append(
+            f"no transform {layout.base} -> {frame}: {name} is assumed at the base's origin"
+        )
+        return _Mount(Pose2D(0.0, 0.0))
+    up = float(np.clip(matrix[2, 2], -1.0, 1.0))
+    tilt = float(np.arccos(abs(up)))
+    if tilt > MOST_TILT:
+        layout.notes.append(f"{name} is tilted by {degrees(tilt):.0f} deg; it is used as level")
+    heading = atan2(matrix[1, 0], matrix[0, 0])
+    return _Mount(Pose2D(float(matrix[0, 3]), float(matrix[1, 3]), heading), up < 0.0)
+
+
+def _description(layout: _Layout, name: str, rate: float) -> LidarDescription:
+    scan = layout.first_scans[name]
+    spacing = abs(float(scan.angle_increment)) or 2.0 * pi / max(len(scan.ranges), 1)
+    view = min(spacing * len(scan.ranges), 2.0 * pi)
+    return LidarDescription(
+        layout.mounts[name].pose, beams=min(max(round(2.0 * pi / spacing), 3), 4096),
+        field_of_view=view, rate=max(rate, 0.01), range_min=max(float(scan.range_min), 0.0),
+        range_max=float(scan.range_max), noise=0.01, dropout=0.0,
+        rotation_time=min(abs(float(scan.time_increment)) * 2.0 * pi / spacing, 1.0),
+    )  # fmt: skip
+
+
+def _epoch(path: Path, layout: _Layout) -> float:
+    """Return the stamp of the first observation."""
+    ordered = in_order(_events(path, layout), REORDER_WINDOW, [0])
+    for event in ordered:
+        if isinstance(event.measurement, Odometry):
+            return event.stamp
+    raise refuse(path, NOT_A_LOG, "the bag has no odometry and no scans with a stamp")
+
+
+def _events(path: Path, layout: _Layout) -> Iterator[Event]:
+    """Yield the messages of the bag as measurements, in the order of the file.
+
+    Raises:
+        InputError: a message is damaged.
+    """
+    names = {topic: name for name, topic in layout.sensors.items()}
+    reader = _reader(path)
+    count = 0
+    try:
+        with reader:
+            kinds = {SCAN, ODOMETRY, IMU} if layout.odometry else {SCAN, IMU, TF}
+            connections = [item for item in reader.connections if item.msgtype in kinds]
+            has_tf = not layout.odometry and _has_odometry(reader, layout)
+            for connection, logged, raw in reader.messages(connections):
+                count += 1
+                topic = connection.topic
+                message: Any = reader.deserialize(raw, connection.msgtype)
+                if connection.msgtype == TF:
+                    yield from _tf_odometry(message, layout.base, logged * 1e-9)
+                    continue
+                stamp = _stamp(message.header, logged)
+                if topic in names:
+                    scan = _scan(message, stamp, layout.mounts[names[topic]])
+                    yield Event(scan.stamp, names[topic], scan)
+                    if not layout.odometry and not has_tf:
+                        still = Odometry(scan.stamp, Pose2D(0.0, 0.0), Twist())
+                        yield Event(scan.stamp, WHEELS, still)
+                elif topic == layout.odometry:
+                    yield Event(stamp, WHEELS, _odometry(message, stamp))
+                elif topic == layout.imu:
+                    yield Event(stamp, "imu", _imu(message, stamp, layout.imu_turn))
+    except InputError:
+        raise
+    except Exception as error:
+        sentence = f"the bag is damaged after {count} messages: {_words(error)}"
+        raise refuse(path, DAMAGED_LOG, sentence) from error
+
+
+def _has_odometry(reader: AnyReader, layout: _Layout) -> bool:
+    """Whether the transforms contain odom -> base; a note otherwise."""
+    connections = [item for item in reader.connections if item.msgtype == TF]
+    messages = reader.messages(connections) if connections else ()  # without any: all messages
+    for number, (connection, logged, raw) in enumerate(messages):
+        message: Any = reader.deserialize(raw, connection.msgtype)
+        if any(_tf_odometry(message, layout.base, logged * 1e-9)):
+            return True
+        if number > MOST_SEARCHED:
+            break
+    note = "the bag has no odometry: the robot seems to stand, only scans show its motion"
+    if note not in layout.notes:
+        layout.notes.append(note)
+    return False
+
+
+def _tf_odometry(message: Any, base: str, logged: float) -> Iterator[Event]:
+    """Yield the transforms odom -> base of a TFMessage."""
+    for item in message.transforms:
+        parent, child = item.header.frame_id.lstrip("/"), item.child_frame_id.lstrip("/")
+        if parent in ODOM_FRAMES and child in (base, *BASES):
+            stamp = item.header.stamp.sec + item.header.stamp.nanosec * 1e-9 or logged
+            pose = _planar(item.transform.translation, item.transform.rotation)
+            yield Event(stamp, WHEELS, Odometry(stamp, pose, Twist()))
+
+
+def _stamp(header: Any, logged: int) -> float:
+    stamp = header.stamp.sec + header.stamp.nanosec * 1e-9
+    return float(stamp) if stamp > 0.0 else logged * 1e-9
+
+
+def _planar(position: Any, q: Any) -> Pose2D:
+    heading = atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
+    pose = Pose2D(float(position.x), float(position.y), heading)
+    if not all(isfinite(value) for value in (pose.x, pose.y, pose.heading)):
+        raise ValueError("an odometry pose is not finite")
+    return pose
+
+
+def _odometry(message: Any, stamp: float) -> Odometry:
+    return Odometry(stamp, _planar(message.pose.pose.position, message.pose.pose.orientation),
+                    Twist())  # fmt: skip
+
+
+def _scan(message: Any, stamp: float, mount: _Mount) -> Scan:
+    """Return a scan; REP 117: +inf is no return, -inf too near, NaN invalid."""
+    ranges = np.array(message.ranges, np.float32)
+    least, most = float(message.range_min), float(message.range_max)
+    with np.errstate(invalid="ignore"):
+        ranges[ranges < least] = np.nan
+        ranges[ranges >= most] = inf
+    start, spacing = float(message.angle_min), float(message.angle_increment)
+    step = float(message.time_increment)
+    if mount.flipped:  # seen from above, the beams run the other way
+        start, spacing = -start, -spacing
+    if spacing < 0.0:
+        ranges = ranges[::-1].copy()
+        start, spacing, step = start + spacing * (ranges.size - 1), -spacing, -step
+    middle = stamp + 0.5 * float(message.time_increment) * (ranges.size - 1)
+    return Scan(middle, ranges, start, spacing, least, most, mount.pose, step)
+
+
+def _imu(message: Any, stamp: float, turn: FloatArray) -> Imu:
+    """Return one sample, turned into the base frame."""
+    w, a = message.angular_velocity, message.linear_acceleration
+    return Imu(
+        np.array([stamp]), (turn @ [w.x, w.y, w.z])[None, :], (turn @ [a.x, a.y, a.z])[None, :]
+    )

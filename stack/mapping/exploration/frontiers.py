@@ -1,0 +1,210 @@
+"""Frontiers: where known free space meets unknown space, with the view and the way to each.
+
+A cell is passable where the robot's centre can be: free, and farther from occupied cells than the
+inscribed radius; unknown cells do not narrow it. The information gain of a view is the unknown area
+within the sensor's reach that no known obstacle hides. Sources: B. Yamauchi, "A frontier-based
+approach for autonomous exploration", CIRA 1997; H. H. González-Baños, J.-C. Latombe, "Navigation
+strategies for exploring indoor environments", IJRR 2002.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import atan2, hypot
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stack.parameters import parameter
+from stack.types import FloatArray, Frontier, OccupancyGrid, Pose2D
+
+VIEWS_TRIED = 400
+"""Cells near a frontier that are tried as its view."""
+
+UNKNOWN_KIND, FREE_KIND, OCCUPIED_KIND = -1, 0, 1
+
+
+@dataclass(frozen=True)
+class FrontierParameters:
+    """Which frontiers are worth a drive."""
+
+    sensor_range: float = parameter(
+        6.0, "m", above=0.0, help="distance at which a view shows unknown space"
+    )
+    least_size: float = parameter(
+        0.4, "m", above=0.0, help="shorter frontiers are gaps between beams"
+    )
+    least_gain: float = parameter(0.25, "m²", at_least=0.0, help="views that show less are ignored")
+    longest: float = parameter(3.0, "m", above=0.0, help="longer frontiers are split")
+    view_distance: float = parameter(
+        1.0, "m", above=0.0, help="largest distance from a frontier to the place of its view"
+    )
+    depth: float = parameter(
+        2.0, "m", above=0.0, help="unknown space that counts behind a frontier"
+    )
+    rays: int = parameter(90, at_least=8, at_most=720, help="rays of a view")
+
+
+DEFAULTS = FrontierParameters()
+
+
+def passable_cells(grid: OccupancyGrid, radius: float) -> NDArray[np.uint8]:
+    """Return (rows, columns) uint8: 1 where a disc of `radius` metres touches no obstacle."""
+    import cv2
+
+    clear = (~grid.occupied).astype(np.uint8)
+    distance = cv2.distanceTransform(clear, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    away = distance * grid.resolution >= radius + 0.5 * grid.resolution - 1e-6
+    return np.ascontiguousarray(grid.free & away, dtype=np.uint8)
+
+
+def kinds_of(grid: OccupancyGrid) -> NDArray[np.int8]:
+    """Return (rows, columns) int8: -1 unknown, 0 free, 1 occupied."""
+    kinds = np.full(grid.cells.shape, UNKNOWN_KIND, np.int8)
+    kinds[grid.free] = FREE_KIND
+    kinds[grid.occupied] = OCCUPIED_KIND
+    return kinds
+
+
+def known_area(grid: OccupancyGrid) -> float:
+    """Return the area of free and occupied cells, square metres."""
+    return float(np.count_nonzero(kinds_of(grid) != UNKNOWN_KIND)) * grid.resolution**2
+
+
+def frontiers_of(
+    grid: OccupancyGrid, pose: Pose2D, radius: float, parameters: FrontierParameters = DEFAULTS
+) -> list[Frontier]:
+    """Return the frontiers that the robot can reach and view, the nearest first.
+
+    Args:
+        grid: the map so far.
+        pose: of the robot, map frame.
+        radius: inscribed radius of its footprint, metres.
+        parameters: which frontiers count.
+    """
+    import cv2
+
+    from stack.mapping.exploration import kernels
+
+    kinds, passable = kinds_of(grid), passable_cells(grid, radius)
+    start = _start(grid, passable, pose, radius)
+    if start is None:
+        return []
+    tenths = kernels.travel_distances(passable, *start)
+    cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
+    unknown = (kinds == UNKNOWN_KIND).astype(np.uint8)
+    # Free cells beside occupied ones border on unknown cells where a wall has gaps of one cell.
+    near_wall = cv2.dilate((kinds == OCCUPIED_KIND).astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
+    edge = (cv2.dilate(unknown, cross) > 0) & (kinds == FREE_KIND) & ~near_wall
+    count, labels = cv2.connectedComponents(edge.astype(np.uint8), connectivity=8)
+    clusters = _split(labels, count, parameters.longest / grid.resolution)
+    least = parameters.least_size / grid.resolution
+    views: list[tuple[int, int, FloatArray]] = []
+    for cells in clusters:
+        if np.ptp(cells, axis=0).max(initial=0) + 1 < least:
+            continue
+        view = _view(cells, tenths, kinds, parameters.view_distance / grid.resolution)
+        if view is not None:
+            views.append((*view, cells))
+    rows = np.array([view[0] for view in views], np.int64)
+    columns = np.array([view[1] for view in views], np.int64)
+    reach, depth = parameters.sensor_range / grid.resolution, parameters.depth / grid.resolution
+    gains = kernels.unknown_in_view(kinds, rows, columns, reach, depth, parameters.rays)
+    found = []
+    for (row, column, cells), gain in zip(views, gains * grid.resolution**2, strict=True):
+        if gain >= parameters.least_gain:
+            way = float(tenths[row, column]) / 10.0 * grid.resolution
+            towards = _towards(unknown, cells)
+            found.append(_frontier(grid, (row, column), cells, towards, (float(gain), way)))
+    return sorted(found, key=lambda item: (item.distance, item.pose.x, item.pose.y))
+
+
+def _frontier(
+    grid: OccupancyGrid, view: tuple[int, int], cells: FloatArray,
+    towards: tuple[float, float], worth: tuple[float, float],
+) -> Frontier:  # fmt: skip
+    """Return a frontier; `towards` points to the unknown cells, `worth` is gain and distance."""
+    x, y = grid.centre_of(*view)
+    row, column = cells.mean(axis=0).tolist()
+    seen_x, seen_y = grid.centre_of(row, column)
+    gain, way = worth
+    away = hypot(seen_x - x, seen_y - y)
+    heading = atan2(seen_y - y, seen_x - x)
+    if away < 3.0 * grid.resolution:
+        heading = atan2(towards[1], towards[0])
+    size = float(np.ptp(cells, axis=0).max() + 1) * grid.resolution
+    return Frontier(Pose2D(x, y, heading), (seen_x, seen_y), size, gain, way)
+
+
+def _towards(unknown: NDArray[np.uint8], cells: FloatArray) -> tuple[float, float]:
+    """Return the sum of the (x, y) steps from the cells of a frontier to unknown cells."""
+    padded = np.pad(unknown, 1)
+    rows, columns = cells.astype(np.int64).T + 1
+    x = padded[rows, columns + 1].astype(int) - padded[rows, columns - 1]
+    y = padded[rows + 1, columns].astype(int) - padded[rows - 1, columns]
+    return float(x.sum()), float(y.sum())
+
+
+def _start(
+    grid: OccupancyGrid, passable: NDArray[np.uint8], pose: Pose2D, radius: float
+) -> tuple[int, int] | None:
+    """Return the robot's cell, or the nearest passable one within its radius and two cells."""
+    row, column = grid.cell_at(pose.x, pose.y)
+    if grid.contains(row, column) and passable[row, column]:
+        return row, column
+    cells = np.argwhere(passable)
+    if not cells.size:
+        return None
+    away = np.hypot(*(cells - (row, column)).T)
+    nearest = int(np.argmin(away))
+    if away[nearest] > radius / grid.resolution + 2.0:
+        return None
+    return int(cells[nearest, 0]), int(cells[nearest, 1])
+
+
+def _split(labels: NDArray[np.int32], count: int, longest: float) -> list[FloatArray]:
+    """Return the (n, 2) cells of each cluster; long ones in pieces along their main direction."""
+    rows, columns = np.nonzero(labels)
+    order = np.argsort(labels[rows, columns], kind="stable")
+    cells = np.column_stack([rows, columns])[order].astype(np.float64)
+    ends = np.searchsorted(labels[rows, columns][order], np.arange(1, count + 1), side="left")
+    pieces: list[FloatArray] = []
+    for cluster in np.split(cells, ends[1:]):
+        if not cluster.size:
+            continue
+        centred = cluster - cluster.mean(axis=0)
+        direction = np.linalg.eigh(centred.T @ centred)[1][:, -1]
+        along = centred @ direction
+        number = max(1, int(np.ceil(np.ptp(along) / longest)))
+        part = np.minimum(
+            ((along - along.min()) / max(np.ptp(along), 1e-9) * number).astype(int), number - 1
+        )
+        pieces += [cluster[part == n] for n in range(number) if (part == n).any()]
+    return pieces
+
+
+def _view(
+    cells: FloatArray, tenths: NDArray[np.int32], kinds: NDArray[np.int8], farthest: float
+) -> tuple[int, int] | None:
+    """Return the nearest reachable cell that sees the middle of a frontier; None without one."""
+    from stack.mapping.exploration.kernels import UNREACHED
+
+    middle = cells.mean(axis=0)
+    nearest = cells[np.argmin(np.hypot(*(cells - middle).T))]
+    low = np.maximum(nearest - farthest, 0).astype(int)
+    high = (nearest + farthest + 1).astype(int)
+    reached = np.argwhere(tenths[low[0] : high[0], low[1] : high[1]] < UNREACHED) + low
+    away = np.hypot(*(reached - nearest).T)
+    for number in np.argsort(away, kind="stable")[:VIEWS_TRIED].tolist():
+        if away[number] > farthest:
+            return None
+        if not _is_hidden(reached[number], nearest, kinds):
+            return int(reached[number, 0]), int(reached[number, 1])
+    return None
+
+
+def _is_hidden(view: NDArray[np.int64], cell: FloatArray, kinds: NDArray[np.int8]) -> bool:
+    """Whether an occupied cell is on the line between two cells."""
+    count = int(2 * np.abs(cell - view).max()) + 2
+    rows, columns = np.rint(np.linspace(view, cell, count)).astype(np.int64).T
+    return bool((kinds[rows, columns] == OCCUPIED_KIND).any())

@@ -1,0 +1,258 @@
+"""Files of a pose graph: a folder with graph.json and graph.npz, and g2o.
+
+graph.json has the format version and the numbers of keyframes and edges; graph.npz has the arrays,
+which keep every bit. g2o (R. Kümmerle et al., "g2o: A general framework for graph optimization",
+ICRA 2011) has VERTEX_SE2 and EDGE_SE2 lines and no scans. Code: E403.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stack.documents.files import JSON_BYTES, RECORD_BYTES, decoded, read_input
+from stack.errors import Finding, InputError, Mark, ParameterError
+from stack.mapping.slam.graph import EDGE_KINDS, Edge, EdgeKind, Keyframe, PoseGraph
+from stack.types import FloatArray, Pose2D, Scan
+
+GRAPH = "E403"
+FORMAT = "treepilot pose graph"
+VERSION = 1
+HEADER, ARRAYS = "graph.json", "graph.npz"
+ARRAY_BYTES = RECORD_BYTES * 64
+"""Of graph.npz: about 10 million beams."""
+
+UPPER = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
+"""Entries of an information matrix in the order of g2o."""
+
+SCAN_FIELDS = ("angle_min", "angle_increment", "range_min", "range_max", "time_increment")
+KEYFRAME_ARRAYS = {
+    "ids": (), "stamps": (), "poses": (3,), "odometry": (3,), "sessions": (), "mounts": (3,),
+    "geometry": (len(SCAN_FIELDS),), "scan_stamps": (), "beams": (), "deskewed": (),
+}  # fmt: skip
+EDGE_ARRAYS = {
+    "sources": (), "targets": (), "relatives": (3,), "informations": (3, 3), "kinds": (),
+}  # fmt: skip
+
+
+def graph_contents(graph: PoseGraph, epoch: float = 0.0) -> dict[str, bytes]:
+    """Return the contents of the files of a graph, by name.
+
+    Args:
+        graph: the graph.
+        epoch: time at which the stamps are 0, seconds since 1970.
+    """
+    frames = list(graph.keyframes.values())
+    scans = [frame.scan for frame in frames]
+    bearings = [scan.bearings for scan in scans if scan.bearings is not None]
+    arrays: dict[str, Any] = {
+        "ids": np.array([frame.id for frame in frames], np.int64),
+        "stamps": np.array([frame.stamp for frame in frames], np.float64),
+        "poses": _rows([frame.pose for frame in frames]),
+        "odometry": _rows([frame.odometry for frame in frames]),
+        "sessions": np.array([frame.session for frame in frames], np.int64),
+        "mounts": _rows([scan.mount for scan in scans]),
+        "geometry": np.array(
+            [[getattr(scan, name) for name in SCAN_FIELDS] for scan in scans], np.float64
+        ).reshape(-1, len(SCAN_FIELDS)),
+        "scan_stamps": np.array([scan.stamp for scan in scans], np.float64),
+        "beams": np.array([scan.ranges.size for scan in scans], np.int64),
+        "deskewed": np.array([scan.bearings is not None for scan in scans], np.bool_),
+        "ranges": np.concatenate([np.zeros(0, np.float32), *(scan.ranges for scan in scans)]),
+        "bearings": np.concatenate([np.zeros(0), *bearings]),
+        "sources": np.array([edge.source for edge in graph.edges], np.int64),
+        "targets": np.array([edge.target for edge in graph.edges], np.int64),
+        "relatives": _rows([edge.relative for edge in graph.edges]),
+        "informations": np.array(
+            [edge.information for edge in graph.edges], np.float64
+        ).reshape(-1, 3, 3),
+        "kinds": np.array([EDGE_KINDS.index(edge.kind) for edge in graph.edges], np.int64),
+    }  # fmt: skip
+    packed = io.BytesIO()
+    np.savez_compressed(packed, allow_pickle=False, **arrays)
+    header = {
+        "format": FORMAT, "version": VERSION, "keyframes": len(frames),
+        "edges": len(graph.edges), "kinds": list(EDGE_KINDS), "epoch": epoch,
+    }  # fmt: skip
+    return {HEADER: (json.dumps(header, indent=2) + "\n").encode(), ARRAYS: packed.getvalue()}
+
+
+def read_graph(folder: Path) -> PoseGraph:
+    """Read the graph of a folder.
+
+    Raises:
+        InputError: a file is missing, of another version, or damaged.
+    """
+    header = _header(folder / HEADER)
+    file = folder / ARRAYS
+    raw = read_input(file, "pose graph", ARRAY_BYTES)
+    try:
+        with np.load(io.BytesIO(raw), allow_pickle=False) as packed:
+            arrays = {name: packed[name] for name in packed.files}
+        _check(arrays, header)
+        return _graph(arrays, [str(kind) for kind in header["kinds"]])
+    except (
+        ValueError, KeyError, IndexError, TypeError, EOFError, OSError, zipfile.BadZipFile,
+        ParameterError, NotImplementedError,
+    ) as error:  # fmt: skip
+        words = " ".join(str(error).split())[:200] or type(error).__name__
+        raise _refusal(file, f"the pose graph is damaged: {words}") from None
+
+
+def epoch_of(folder: Path) -> float:
+    """Return the time at which the stamps of a folder's graph are 0, seconds since 1970.
+
+    Raises:
+        InputError: the folder has no graph.json, or it is damaged.
+    """
+    return float(_header(folder / HEADER).get("epoch", 0.0))
+
+
+def g2o_text(graph: PoseGraph) -> str:
+    """Return a graph in the format of g2o; the first keyframe is fixed."""
+    lines = [
+        f"VERTEX_SE2 {frame.id} {_numbers(frame.pose)}\n" for frame in graph.keyframes.values()
+    ]
+    lines += [f"FIX {number}\n" for number in list(graph.keyframes)[:1]]
+    for edge in graph.edges:
+        weights = " ".join(repr(float(edge.information[at])) for at in UPPER)
+        lines.append(f"EDGE_SE2 {edge.source} {edge.target} {_numbers(edge.relative)} {weights}\n")
+    return "".join(lines)
+
+
+def read_g2o(path: Path) -> tuple[dict[int, Pose2D], list[Edge]]:
+    """Read the poses and edges of a planar g2o file; other lines are ignored.
+
+    Edges between successive vertices are odometry, others loops: the format does not say.
+
+    Raises:
+        InputError: the file cannot be read, or a line is damaged; with its number.
+    """
+    text = decoded(read_input(path, "g2o file", JSON_BYTES), path)
+    poses: dict[int, Pose2D] = {}
+    edges: list[Edge] = []
+    for number, line in enumerate(text.splitlines(), 1):
+        words = line.split()
+        try:
+            if words[:1] == ["VERTEX_SE2"]:
+                poses[int(words[1])] = _pose([float(word) for word in words[2:5]])
+            elif words[:1] == ["EDGE_SE2"]:
+                edges.append(_g2o_edge(words))
+        except (ValueError, IndexError):
+            sentence = f"this {words[0]} line is damaged: {line.strip()[:60]!r}"
+            raise _refusal(path, sentence, number) from None
+    for edge in edges:
+        if edge.source not in poses or edge.target not in poses:
+            sentence = f"an edge from {edge.source} to {edge.target}, but a vertex is missing"
+            raise _refusal(path, sentence)
+    if not poses:
+        raise _refusal(path, "the file has no VERTEX_SE2 lines")
+    return poses, edges
+
+
+def _g2o_edge(words: list[str]) -> Edge:
+    source, target = int(words[1]), int(words[2])
+    information = np.zeros((3, 3))
+    for at, value in zip(UPPER, (float(word) for word in words[6:12]), strict=True):
+        information[at] = information[at[::-1]] = value
+    kind: EdgeKind = "odometry" if target == source + 1 else "loop"
+    return Edge(source, target, _pose([float(word) for word in words[3:6]]), information, kind)
+
+
+def _header(file: Path) -> dict[str, Any]:
+    text = decoded(read_input(file, "pose graph", JSON_BYTES), file)
+    try:
+        header = json.loads(text)
+    except ValueError as error:
+        raise _refusal(file, f"this is not JSON: {error}") from None
+    if not isinstance(header, dict) or header.get("format") != FORMAT:
+        raise _refusal(file, "this is not a pose graph of treepilot")
+    if header.get("version") != VERSION:
+        sentence = f"this version reads format {VERSION}, the file has {header.get('version')!r}"
+        raise _refusal(file, sentence)
+    return header
+
+
+def _check(arrays: dict[str, Any], header: dict[str, Any]) -> None:
+    """Check the shapes of the arrays.
+
+    Raises:
+        ValueError: an array is missing, has another shape, or holds numbers that are not finite.
+    """
+    for wanted, count in ((KEYFRAME_ARRAYS, header["keyframes"]), (EDGE_ARRAYS, header["edges"])):
+        for name, shape in wanted.items():
+            if name not in arrays:
+                raise ValueError(f"{name} is missing")
+            if arrays[name].shape != (count, *shape):
+                raise ValueError(
+                    f"{name} has the shape {arrays[name].shape}, not {(count, *shape)}"
+                )
+            if not np.isfinite(arrays[name]).all():
+                raise ValueError(f"{name} has numbers that are not finite")
+    beams = arrays["beams"]
+    if arrays["ranges"].shape != (beams.sum(),) or (beams < 0).any():
+        raise ValueError(f"ranges has the shape {arrays['ranges'].shape}, not ({beams.sum()},)")
+    if arrays["bearings"].shape != (beams[arrays["deskewed"]].sum(),):
+        raise ValueError(f"bearings has the shape {arrays['bearings'].shape}")
+
+
+def _graph(arrays: dict[str, Any], kinds: list[str]) -> PoseGraph:
+    graph = PoseGraph()
+    ends = np.cumsum(arrays["beams"])
+    turned = np.cumsum(np.where(arrays["deskewed"], arrays["beams"], 0))
+    for n, number in enumerate(arrays["ids"].tolist()):
+        beams = int(arrays["beams"][n])
+        ranges = arrays["ranges"][ends[n] - beams : ends[n]].astype(np.float32)
+        bearings: FloatArray | None = None
+        if arrays["deskewed"][n]:
+            bearings = arrays["bearings"][turned[n] - beams : turned[n]].astype(np.float64)
+        geometry = dict(zip(SCAN_FIELDS, arrays["geometry"][n].tolist(), strict=True))
+        scan = Scan(
+            float(arrays["scan_stamps"][n]), ranges, mount=_pose(arrays["mounts"][n].tolist()),
+            bearings=bearings, **geometry,
+        )  # fmt: skip
+        graph.add_keyframe(
+            Keyframe(
+                number,
+                float(arrays["stamps"][n]),
+                _pose(arrays["poses"][n].tolist()),
+                _pose(arrays["odometry"][n].tolist()),
+                scan,
+                int(arrays["sessions"][n]),
+            )
+        )
+    known = {kind: kind for kind in EDGE_KINDS}
+    for n, source in enumerate(arrays["sources"].tolist()):
+        graph.add_edge(
+            Edge(
+                source,
+                int(arrays["targets"][n]),
+                _pose(arrays["relatives"][n].tolist()),
+                arrays["informations"][n].astype(np.float64),
+                known[kinds[arrays["kinds"][n]]],
+            )
+        )
+    return graph
+
+
+def _rows(poses: list[Pose2D]) -> FloatArray:
+    rows = [(pose.x, pose.y, pose.heading) for pose in poses]
+    return np.array(rows, dtype=np.float64).reshape(-1, 3)
+
+
+def _numbers(pose: Pose2D) -> str:
+    return f"{float(pose.x)!r} {float(pose.y)!r} {float(pose.heading)!r}"
+
+
+def _pose(values: list[float]) -> Pose2D:
+    x, y, heading = values
+    return Pose2D(x, y, heading)
+
+
+def _refusal(file: Path, sentence: str, line: int = 1) -> InputError:
+    return InputError([Finding(Mark(str(file), line), GRAPH, sentence)])

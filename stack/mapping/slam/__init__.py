@@ -1,0 +1,6 @@
+"""SLAM with a pose graph of keyframes.
+
+`graph` holds the records (`Keyframe`, `Edge`, `PoseGraph`), `mapper.Mapper` builds them from scans
+and odometry, `optimiser` (the only module that imports gtsam) moves the keyframes, `rendering`
+draws the occupancy grid from them.
+"""

@@ -1,0 +1,183 @@
+"""Pose graph: keyframes with their scans, and relative poses between them.
+
+The frame of the poses is the map frame. An edge from i to j measures the pose of keyframe j in the
+frame of keyframe i. Its error is the estimated relative pose in the frame of the measured one, in
+the order x, y, heading, weighted by the information matrix (R. Kümmerle et al., "g2o: A General
+Framework for Graph Optimization", ICRA 2011).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Literal
+
+import numpy as np
+
+from stack.errors import ParameterError
+from stack.types import FloatArray, Pose2D, Scan
+
+EdgeKind = Literal["odometry", "match", "loop"]
+EDGE_KINDS: tuple[EdgeKind, ...] = ("odometry", "match", "loop")
+
+
+@dataclass(frozen=True, slots=True)
+class Keyframe:
+    """A scan that is kept, and where it was taken.
+
+    Attributes:
+        id: number, increasing with the time of creation; never used twice in a graph.
+        stamp: of the scan, seconds on the body's clock.
+        pose: of the base at the stamp, map frame; the optimiser changes it.
+        odometry: of the base at the stamp, odom frame of the run.
+        scan: with mount and range limits; `scan.points()` are the end points in the base frame.
+        session: number of the mapping run, from 0; odometry connects keyframes of a session only.
+    """
+
+    id: int
+    stamp: float
+    pose: Pose2D
+    odometry: Pose2D
+    scan: Scan
+    session: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Edge:
+    """A measured pose of one keyframe relative to another one.
+
+    Attributes:
+        source: id of the keyframe in whose frame `relative` is.
+        target: id of the other keyframe.
+        relative: pose of the target in the frame of the source.
+        information: (3, 3) inverse covariance in the order x, y, heading; metres and radians.
+        kind: "odometry", "match" (scans of neighbours) or "loop" (scans of an earlier visit); the
+            optimiser may reject loop edges.
+    """
+
+    source: int
+    target: int
+    relative: Pose2D
+    information: FloatArray
+    kind: EdgeKind
+
+
+@dataclass(slots=True)
+class PoseGraph:
+    """Keyframes by id, and edges in the order of their creation."""
+
+    keyframes: dict[int, Keyframe] = field(default_factory=dict)
+    edges: list[Edge] = field(default_factory=list)
+    _edges_of: dict[int, list[Edge]] = field(default_factory=dict, repr=False)
+
+    @property
+    def next_id(self) -> int:
+        """Id of the next keyframe."""
+        return max(self.keyframes, default=-1) + 1
+
+    def add_keyframe(self, keyframe: Keyframe) -> None:
+        """Add a keyframe.
+
+        Raises:
+            ParameterError: the id is used.
+        """
+        if keyframe.id in self.keyframes:
+            raise ParameterError("id", f"keyframe {keyframe.id} is in the graph twice")
+        self.keyframes[keyframe.id] = keyframe
+        self._edges_of[keyframe.id] = []
+
+    def add_edge(self, edge: Edge) -> None:
+        """Add an edge between two keyframes of the graph.
+
+        Raises:
+            ParameterError: a keyframe is missing, or both ends are the same.
+        """
+        for end in (edge.source, edge.target):
+            if end not in self.keyframes:
+                raise ParameterError("edge", f"there is no keyframe {end}")
+        if edge.source == edge.target:
+            raise ParameterError("edge", f"keyframe {edge.source} has an edge to itself")
+        self.edges.append(edge)
+        self._edges_of[edge.source].append(edge)
+        self._edges_of[edge.target].append(edge)
+
+    def edges_of(self, keyframe: int) -> list[Edge]:
+        """Edges that start or end at a keyframe, in the order of their creation."""
+        return self._edges_of[keyframe]
+
+    def neighbours(self, keyframe: int) -> Iterator[int]:
+        """Ids of the keyframes with an edge to this one; one may occur twice."""
+        for edge in self._edges_of[keyframe]:
+            yield edge.target if edge.source == keyframe else edge.source
+
+    def set_poses(self, poses: Mapping[int, Pose2D]) -> None:
+        """Move keyframes; ids that are not in the graph are ignored."""
+        for number, pose in poses.items():
+            if number in self.keyframes:
+                self.keyframes[number] = replace(self.keyframes[number], pose=pose)
+
+    def remove_keyframe(self, keyframe: int) -> None:
+        """Remove a keyframe; its neighbours stay connected.
+
+        Each neighbour gets an edge to the neighbour with the strongest edge, composed of the two
+        edges over the removed keyframe with their covariances (a spanning tree of the Markov
+        blanket: H. Kretzschmar, C. Stachniss, "Information-theoretic compression of pose graphs",
+        IJRR 2012).
+        """
+        outgoing = [_outgoing(edge, keyframe) for edge in self._edges_of[keyframe]]
+        del self.keyframes[keyframe], self._edges_of[keyframe]
+        self.edges = [e for e in self.edges if keyframe not in (e.source, e.target)]
+        for number in {edge.target for edge in outgoing}:
+            kept = self._edges_of[number]
+            self._edges_of[number] = [e for e in kept if keyframe not in (e.source, e.target)]
+        best: dict[int, Edge] = {}
+        for edge in outgoing:
+            known = best.get(edge.target)
+            if known is None or _strength(edge) > _strength(known):
+                best[edge.target] = edge
+        if not best:
+            return
+        root = max(best.values(), key=_strength)
+        joined = {
+            e.source + e.target - root.target
+            for e in self._edges_of[root.target]
+        }  # fmt: skip
+        for number in sorted(best):
+            if number != root.target and number not in joined:
+                self.add_edge(_composed(root, best[number]))
+
+
+def reversed_edge(edge: Edge) -> Edge:
+    """Return the same measurement from the target to the source."""
+    relative = edge.relative.inverse()
+    adjoint = _adjoint(relative)
+    return Edge(
+        edge.target, edge.source, relative, adjoint.T @ edge.information @ adjoint, edge.kind
+    )
+
+
+def _outgoing(edge: Edge, keyframe: int) -> Edge:
+    return edge if edge.source == keyframe else reversed_edge(edge)
+
+
+def _strength(edge: Edge) -> float:
+    return float(np.linalg.det(edge.information))
+
+
+def _composed(root: Edge, other: Edge) -> Edge:
+    """Return the edge root.target -> other.target, from two edges of the same source."""
+    back = reversed_edge(root)
+    relative = back.relative.compose(other.relative)
+    # Covariances are in the frame of each edge's target (right perturbations).
+    transport = _adjoint(other.relative.inverse())
+    covariance = transport @ np.linalg.inv(back.information) @ transport.T
+    covariance += np.linalg.inv(other.information)
+    kinds = {root.kind, other.kind}
+    kind: EdgeKind = "loop" if "loop" in kinds else "match" if "match" in kinds else "odometry"
+    return Edge(root.target, other.target, relative, np.linalg.inv(covariance), kind)
+
+
+def _adjoint(pose: Pose2D) -> FloatArray:
+    """Return the (3, 3) adjoint of SE(2): moves a twist from the pose's frame to its parent's."""
+    c, s = float(np.cos(pose.heading)), float(np.sin(pose.heading))
+    return np.array([[c, -s, pose.y], [s, c, -pose.x], [0.0, 0.0, 1.0]])

@@ -1,0 +1,169 @@
+"""The map while the robot drives: what is known, where to explore, saving and loading."""
+
+from __future__ import annotations
+
+from pathlib import Path as FilePath
+from typing import Protocol
+
+import numpy as np
+
+from stack.components import Estimator
+from stack.drivetrain.description import RobotDescription
+from stack.errors import InputError, NavigationError, ParameterError
+from stack.mapping.exploration.coverage import coverage_plan
+from stack.mapping.exploration.frontiers import FrontierParameters, frontiers_of, known_area
+from stack.mapping.ros_map import map_files, read_ros_map
+from stack.navigation.tasks import CostmapLike
+from stack.types import (
+    FREE,
+    LETHAL_COST,
+    OCCUPIED,
+    UNKNOWN,
+    UNKNOWN_COST,
+    CoveragePlan,
+    FailureCode,
+    FloatArray,
+    Frontier,
+    OccupancyGrid,
+    Pose2D,
+)
+
+MAP_YAML, MAP_IMAGE = "map.yaml", "map.pgm"
+"""Names of the map's files in the folder of a saved map."""
+
+MARGIN = 1.0
+"""Metres around the obstacles of a saved map."""
+
+SPARE = 0.03
+"""Metres that the robot's centre stays farther from obstacles than its inscribed radius."""
+
+
+class MapStore(Protocol):
+    """Where maps are saved."""
+
+    def save(self, name: str, files: dict[str, bytes]) -> str:
+        """Write the folder of a map whole or not at all; return where it is.
+
+        Raises:
+            OSError: it cannot be written.
+        """
+        ...
+
+    def find(self, name: str) -> FilePath:
+        """Return the path of a saved map, which may not exist."""
+        ...
+
+
+class MapService:
+    """Answers questions about the map; keeps only what it has computed from the newest one.
+
+    Args:
+        robot: description of the robot.
+        estimator: its map is used if it has one.
+        costmap: the global costmap: the map of a mission that has none.
+        static: the mission's map; None without one.
+        store: of saved maps.
+    """
+
+    def __init__(
+        self, robot: RobotDescription, estimator: Estimator, costmap: CostmapLike,
+        static: OccupancyGrid | None, store: MapStore,
+    ) -> None:  # fmt: skip
+        self._robot, self._estimator, self._costmap = robot, estimator, costmap
+        self._static, self._store = static, store
+        self._sensed: tuple[int, OccupancyGrid] | None = None
+        self._area: tuple[OccupancyGrid, float] | None = None
+
+    @property
+    def grid(self) -> OccupancyGrid:
+        """The map so far: the estimator's, else the mission's, else what the costmap has sensed."""
+        drawn = self._estimator.grid
+        if drawn is not None:
+            return drawn
+        if self._static is not None:
+            return self._static
+        version = self._costmap.version
+        if self._sensed is None or self._sensed[0] != version:
+            self._sensed = version, _from_costs(self._costmap)
+        return self._sensed[1]
+
+    @property
+    def known_area(self) -> float:
+        """Area of free and occupied cells, square metres."""
+        grid = self.grid
+        if self._area is None or self._area[0] is not grid:
+            self._area = grid, known_area(grid)
+        return self._area[1]
+
+    def frontiers(self, pose: Pose2D, parameters: FrontierParameters) -> list[Frontier]:
+        """Return the frontiers that the robot can reach, the nearest first."""
+        radius = self._robot.footprint.inscribed_radius + SPARE
+        return frontiers_of(self.grid, pose, radius, parameters)
+
+    def coverage(
+        self, pose: Pose2D, corners: FloatArray | None, spacing: float, clearance: float | None
+    ) -> CoveragePlan:
+        """Return lanes that cover a polygon, or the robot's room."""
+        radius = self._robot.footprint.inscribed_radius + SPARE
+        return coverage_plan(self.grid, pose, clearance or radius, spacing, corners)
+
+    def save(self, name: str) -> str:
+        """Save the map and what the estimator adds, for example its pose graph.
+
+        Raises:
+            NavigationError: FAILED if it cannot be written.
+        """
+        grid = cropped(self.grid, MARGIN)
+        files = {**map_files(grid, MAP_YAML, MAP_IMAGE), **self._estimator.map_files()}
+        try:
+            return self._store.save(name, files)
+        except OSError as error:
+            sentence = f"the map cannot be saved to {name!r}: {error.strerror or error}"
+            raise NavigationError(FailureCode.FAILED, sentence) from None
+
+    def load(self, name: str, pose: Pose2D | None) -> OccupancyGrid:
+        """Load a saved map into the estimator and use it from now on.
+
+        Args:
+            name: of the folder, or of a map.yaml.
+            pose: of the robot in that map; None: unknown.
+
+        Raises:
+            NavigationError: FAILED if the files are wrong, UNSUPPORTED if the estimator cannot
+                change its map.
+        """
+        path = self._store.find(name)
+        folder = path if path.is_dir() else path.parent
+        try:
+            grid = read_ros_map(path / MAP_YAML if path.is_dir() else path)
+            self._estimator.load_map(grid, folder, pose)
+        except (InputError, ParameterError) as error:
+            raise NavigationError(FailureCode.FAILED, f"cannot load {name!r}: {error}") from None
+        self._static = grid
+        return grid
+
+
+def cropped(grid: OccupancyGrid, margin: float) -> OccupancyGrid:
+    """Return the part of a map with its occupied cells and `margin` metres around them.
+
+    Free cells farther away are seen through gaps. A map without occupied cells is returned whole.
+    """
+    cells = np.argwhere(grid.occupied)
+    if not cells.size:
+        return grid
+    more = round(margin / grid.resolution)
+    low = np.maximum(cells.min(axis=0) - more, 0)
+    high = np.minimum(cells.max(axis=0) + more + 1, grid.cells.shape)
+    x, y = grid.origin
+    origin = (x + float(low[1]) * grid.resolution, y + float(low[0]) * grid.resolution)
+    part = np.ascontiguousarray(grid.cells[low[0] : high[0], low[1] : high[1]])
+    return OccupancyGrid(part, grid.resolution, origin, grid.occupied_from)
+
+
+def _from_costs(costmap: CostmapLike) -> OccupancyGrid:
+    """Return the obstacles and free cells that a costmap without a map has sensed."""
+    view = costmap.marks
+    cells = np.full(view.cells.shape, FREE, np.int8)
+    cells[view.cells == LETHAL_COST] = OCCUPIED
+    cells[view.cells == UNKNOWN_COST] = UNKNOWN
+    return OccupancyGrid(cells, view.resolution, view.origin)
