@@ -64,6 +64,7 @@ BUILT_IN: dict[str, dict[str, str]] = {
     "localisation": {
         "mcl": "stack.localisation.localiser:Localiser",
         "dead_reckoning": "stack.localisation.dead_reckoning:DeadReckoning",
+        "slam": "stack.mapping.slam.estimator:SlamEstimator",
     },
     "costmap_layer": {
         "static": "stack.costmap.static_layer:StaticLayer",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from stack.mapping.slam.matching.local_map import LocalMap, ScanMatch, align_pai
 from stack.mapping.slam.matching.scans import PreparedScan
 from stack.mapping.slam.neighbourhood import Neighbourhood
 from stack.mapping.slam.parameters import MapperParameters
+from stack.mapping.slam.rendering.renderer import Drawing
 from stack.types import Pose2D, wrap_angle
 
 NEAR_PATH = 12.0
@@ -20,6 +21,9 @@ NEAR_PATH = 12.0
 
 TRIES = 2
 """Places that a keyframe is compared with, at most."""
+
+RECENT = 8
+"""Keyframes before the newest one whose points must fit into the earlier map."""
 
 AGREE_DISTANCE, AGREE_ANGLE = 0.25, 0.06
 """Metres and radians within which the corrections of several keyframes agree."""
@@ -80,13 +84,48 @@ class LoopClosure:
                 continue
             agreeing = [h for h in self._recent if self._agree(h, hypothesis)]
             self._recent.append(hypothesis)
-            if len({h.keyframe for h in agreeing} | {keyframe}) >= self.parameters.loop_scans:
+            if self._is_verified(hypothesis, agreeing):
                 for accepted in (*agreeing, hypothesis):
                     self._add(accepted)
-                for used in (*agreeing, hypothesis):
-                    self._recent.remove(used)
+                    self._recent.remove(accepted)
                 closed = True
         return closed
+
+    def _is_verified(self, hypothesis: Hypothesis, agreeing: list[Hypothesis]) -> bool:
+        """Return whether enough keyframes agree and the newest scans fit into the earlier map."""
+        p, keyframe = self.parameters, hypothesis.keyframe
+        if len({h.keyframe for h in agreeing} | {keyframe}) < p.loop_scans:
+            return False
+        first = min(h.keyframe for h in agreeing) if agreeing else keyframe
+        if self._travelled[keyframe] - self._travelled[first] < p.loop_length:
+            return False
+        return self._conflict(hypothesis) <= p.loop_conflict
+
+    def _conflict(self, hypothesis: Hypothesis) -> float:
+        """Return the share of the newest points that lie in space which was seen free before.
+
+        Points in unknown space count neither for nor against the match.
+        """
+        p, keyframes = self.parameters, self._graph.keyframes
+        centre, newest = keyframes[hypothesis.place].pose, keyframes[hypothesis.keyframe].pose
+        drawing = Drawing(p)
+        near = self._neighbourhood.around(
+            hypothesis.place, centre, 2 * p.reference_keyframes, p.reference_distance
+        )
+        for number in near:
+            pose = keyframes[number].pose.relative_to(centre)
+            drawing.draw(replace(keyframes[number], pose=pose))
+        recent = range(hypothesis.keyframe - RECENT, hypothesis.keyframe + 1)
+        points = np.concatenate([
+            hypothesis.relative.compose(keyframes[n].pose.relative_to(newest)).transform(
+                self._prepared(n).points
+            )
+            for n in recent
+            if n in keyframes
+        ])  # fmt: skip
+        occupied, free = drawing.classify(points)
+        against, for_it = int(np.count_nonzero(free)), int(np.count_nonzero(occupied))
+        return against / max(1, against + for_it)
 
     def _measure(self, keyframe: int) -> None:
         before = self._travelled.get(keyframe - 1, 0.0)

@@ -17,9 +17,10 @@ from stack.mapping.slam.loops import LoopClosure
 from stack.mapping.slam.matching.local_map import LocalMap, ScanMatch, align_pair
 from stack.mapping.slam.matching.scans import PreparedScan, prepare
 from stack.mapping.slam.neighbourhood import Neighbourhood
-from stack.mapping.slam.optimiser import optimise_graph
+from stack.mapping.slam.optimiser import optimise
 from stack.mapping.slam.parameters import MapperParameters
 from stack.mapping.slam.rendering.renderer import MapRenderer
+from stack.mapping.slam.worker import Problem, problem_of
 from stack.types import FloatArray, OccupancyGrid, Pose2D, Scan, wrap_angle
 
 GOOD_OVERLAP = 0.75
@@ -70,7 +71,7 @@ class Mapper:
         self._last: Keyframe | None = None
         self._odometry, self._pose = Pose2D(0.0, 0.0), Pose2D(0.0, 0.0)
         self._trajectory: list[TrajectoryPoint] | None = [] if keep_trajectory else None
-        self._pending = 0
+        self._pending, self._is_chained = 0, True
 
     def start(self, pose: Pose2D) -> None:
         """Set the pose of the first scan, map frame."""
@@ -105,9 +106,23 @@ class Mapper:
         """Pose of the base at the newest scan, map frame."""
         return self._pose
 
+    def set_pose(self, pose: Pose2D, odometry: Pose2D) -> None:
+        """Continue at another pose, from the nearest keyframe or, far from all, a new one."""
+        self._pose, self._odometry, self._local = pose, odometry, None
+        keyframes = list(self.graph.keyframes.values())
+        nearest = min(keyframes, key=lambda k: pose.distance_to(k.pose), default=None)
+        reach = self.parameters.reference_distance
+        is_near = nearest is not None and pose.distance_to(nearest.pose) <= reach
+        self._last, self._is_chained = nearest if is_near else None, False
+
+    def problem(self) -> Problem:
+        """Return what the optimiser needs; `needs_optimising` is False until the next change."""
+        self.needs_optimising, self._pending = False, 0
+        return problem_of(self.graph, self.parameters.robust_scale)
+
     def optimise(self) -> None:
         """Optimise the graph; poses, map and trajectory follow."""
-        self.apply(optimise_graph(self.graph, self.parameters.robust_scale))
+        self.apply(optimise(*self.problem()))
 
     def apply(self, poses: dict[int, Pose2D]) -> None:
         """Move keyframes to optimised poses; those added since move with the newest of them."""
@@ -126,12 +141,25 @@ class Mapper:
             relative = self._pose.relative_to(self._last.pose)
             self._last = self.graph.keyframes[self._last.id]
             self._pose = self._last.pose.compose(relative)
-        self._local, self.needs_optimising, self._pending = None, False, 0
+        self._local = None
         self._renderer.moved(self.graph)
 
     def grid(self) -> OccupancyGrid:
         """Return the map drawn from all keyframes at their newest poses."""
         return self._renderer.grid(self.graph)
+
+    def draw(self, keyframes: int) -> None:
+        """Draw a piece of the map again after an optimisation."""
+        self._renderer.step(self.graph, keyframes)
+
+    @property
+    def map_version(self) -> int:
+        """Number of changes of `shown_grid`."""
+        return self._renderer.version
+
+    def shown_grid(self) -> OccupancyGrid:
+        """Return the map as far as it is drawn; after an optimisation, the last complete one."""
+        return self._renderer.shown
 
     def trajectory(self) -> list[tuple[float, Pose2D]]:
         """Return the pose of every scan by its stamp; empty without `keep_trajectory`."""
@@ -217,16 +245,19 @@ class Mapper:
         moved = new.odometry.relative_to(last.odometry)
         position, heading = self._odometry_deviation(moved)
         information = np.diag([position**-2, position**-2, heading**-2])
-        self.graph.add_edge(Edge(last.id, new.id, moved, information, "odometry"))
+        if self._is_chained:
+            self.graph.add_edge(Edge(last.id, new.id, moved, information, "odometry"))
+        self._is_chained = True
         p = self.parameters
         near = self.neighbourhood.around(last.id, new.pose, p.neighbour_edges, p.reference_distance)
         edges = 0
         for number in (n for n in dict.fromkeys((last.id, *near)) if n != new.id):
-            edge = self.matched_edge(number, new.id, "match")
+            revisit = new.id - number > 2 * p.reference_keyframes
+            edge = self.matched_edge(number, new.id, "loop" if revisit else "match")
             if edge is not None:
                 self.graph.add_edge(edge)
-                edges += 1
-                self._pending += abs(new.id - number) > 2 * p.neighbour_edges
+                edges += not revisit
+                self._pending += revisit
         if not edges:  # nothing matches one scan alone: keep what the local map gave
             relative = new.pose.relative_to(last.pose)
             known = np.zeros((3, 3)) if self.match is None else self.match.information

@@ -71,8 +71,39 @@ class MapperParameters:
     loop_scans: int = parameter(
         3, at_least=1, at_most=20, help="keyframes in a row that must agree on a loop closure"
     )
+    loop_length: float = parameter(
+        1.0, "m", at_least=0.0, help="distance driven while they agree, at least"
+    )
+    loop_conflict: float = parameter(
+        0.1, at_least=0.0, at_most=1.0,
+        help="share of the newest points that may lie in space which was free before",
+    )  # fmt: skip
     robust_scale: float = parameter(
         10.0, above=0.0,
         help="scale of dynamic covariance scaling: loop edges with a larger squared error than "
         "this, in standard deviations, lose weight",
     )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class SlamParameters:
+    """Parameters of the estimator `slam`."""
+
+    lidar: str = parameter("", help="name of the lidar that maps; empty: the robot's main lidar")
+    latency: float = parameter(
+        1.0, "s", at_least=0.0, at_most=60.0,
+        help="time from a loop closure to the corrected map; the optimisation runs meanwhile",
+    )  # fmt: skip
+    map_period: float = parameter(
+        1.0, "s", at_least=0.0, help="time between two updates of the costmap's map"
+    )
+    keyframes_per_step: int = parameter(
+        5, at_least=1, at_most=1000,
+        help="keyframes drawn again in a control step after a loop closure",
+    )  # fmt: skip
+    health_gain: float = parameter(
+        0.1, above=0.0, at_most=1.0, help="share of a new scan in the health"
+    )
+    mapper: MapperParameters = parameter(
+        MapperParameters(), help="scan matching, loop closure and map"
+    )

@@ -6,7 +6,7 @@ in metres. Poses are x, y, heading. Points are (m, 2), metres.
 
 from __future__ import annotations
 
-from math import atan2, ceil, cos, floor, pi, sin, sqrt
+from math import asin, atan2, ceil, cos, floor, pi, sin, sqrt
 from typing import Any
 
 import numpy as np
@@ -248,6 +248,8 @@ def _in_base(hessian: FloatArray, heading: float) -> FloatArray:
 def align_pair(
     fixed: FloatArray,
     fixed_normals: FloatArray,
+    bearings: FloatArray,
+    sensor: FloatArray,
     points: FloatArray,
     normals: FloatArray,
     start: FloatArray,
@@ -257,14 +259,22 @@ def align_pair(
 ) -> tuple[FloatArray, FloatArray, float]:
     """Align a scan to another one: as `align_to_surfels` with exact nearest neighbours, no prior.
 
-    The points of the fixed scan must be in the order of their beams. The residual is the mean of
-    those to both lines, so that the result does not depend on which of the scans is fixed.
+    Args:
+        fixed: (n, 2) points of the other scan in the order of its beams.
+        fixed_normals: of these points.
+        bearings: (n,) of these points from their sensor, ascending, radians; may exceed π.
+        sensor: position of that sensor, same frame as `fixed`.
+        points: as of `align_to_surfels`; the residual is along the mean of both normals.
+        normals: likewise.
+        start: likewise.
+        reach: likewise; at first 3 times that.
+        deviation: likewise.
+        iterations: likewise.
     """
     count, others = points.shape[0], fixed.shape[0]
     x, y, heading = start[0], start[1], start[2]
     hessian = np.zeros((3, 3))
     share = 0.0
-    nearest = np.full(count, -1)
     for step in range(iterations):
         limit = reach * max(1.0, 3.0 - step)
         c, s = cos(heading), sin(heading)
@@ -279,17 +289,20 @@ def align_pair(
             total += 1
             rx, ry = c * points[i, 0] - s * points[i, 1], s * points[i, 0] + c * points[i, 1]
             px, py = x + rx, y + ry
-            first, last = 0, others
-            if step > 2 and nearest[i] >= 0:  # correspondences move by a few beams only
-                first, last = max(0, nearest[i] - 8), min(others, nearest[i] + 9)
             best, k = limit * limit, -1
-            for j in range(first, last):
-                if fixed_normals[j, 0] * nx + fixed_normals[j, 1] * ny < 0.7:
-                    continue
-                d = (px - fixed[j, 0]) ** 2 + (py - fixed[j, 1]) ** 2
-                if d < best:
-                    best, k = d, j
-            nearest[i] = k
+            vx, vy = px - sensor[0], py - sensor[1]
+            away = sqrt(vx * vx + vy * vy)
+            # Points within the limit are within this angle as seen from the sensor.
+            width = asin(limit / away) if away > limit else pi
+            bearing = atan2(vy, vx)
+            for turn in (-2.0 * pi, 0.0, 2.0 * pi):
+                first = np.searchsorted(bearings, bearing + turn - width)
+                for j in range(first, others):
+                    if bearings[j] > bearing + turn + width:
+                        break
+                    d = (px - fixed[j, 0]) ** 2 + (py - fixed[j, 1]) ** 2
+                    if d < best and fixed_normals[j, 0] * nx + fixed_normals[j, 1] * ny >= 0.7:
+                        best, k = d, j
             if k < 0:
                 continue
             ux, uy = fixed_normals[k, 0] + nx, fixed_normals[k, 1] + ny
@@ -459,7 +472,7 @@ ENTRY_POINTS = (
         align_to_surfels,
         (i4[:, ::1], _plane, _floats, _plane, _plane, _floats, _floats, _plane, f8, f8, i8),
     ),
-    (align_pair, (_plane, _plane, _plane, _plane, _floats, f8, f8, i8)),
+    (align_pair, (_plane, _plane, _floats, _floats, _plane, _plane, _floats, f8, f8, i8)),
     (search, (u1[:, :, ::1], _plane, _floats, _floats, _floats, f8, _floats, f8, i8)),
 )
 """Kernels of scan matching, with the types of their arguments."""

@@ -164,6 +164,15 @@ def align_pair(
     if not (fixed.points.size and scan.points.size):
         return ScanMatch(start, np.zeros((3, 3)), 0.0)
     row, information, overlap = kernels.align_pair(
-        fixed.points, fixed.normals, scan.points, scan.normals, as_row(start), reach, deviation, 30
+        fixed.points,
+        fixed.normals,
+        fixed.bearings,
+        fixed.sensor,
+        scan.points,
+        scan.normals,
+        as_row(start),
+        reach,
+        deviation,
+        30,
     )
     return ScanMatch(as_pose(row), information, float(overlap))

@@ -5,12 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stack.mapping.slam.graph import Keyframe, PoseGraph
 from stack.mapping.slam.matching.scans import as_row
 from stack.mapping.slam.parameters import MapperParameters
 from stack.mapping.slam.rendering import kernels
-from stack.types import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from stack.types import FREE, OCCUPIED, UNKNOWN, FloatArray, OccupancyGrid
 
 HIT, MISS = 850, 400
 """Log-odds in thousandths of a return and of a beam that passes (p = 0.7 and 0.4)."""
@@ -48,6 +49,20 @@ class Drawing:
         cells[self.odds < 0] = FREE
         cells[self.odds > 0] = OCCUPIED
         return OccupancyGrid(cells, self._parameters.resolution, self.origin)
+
+    def classify(self, points: FloatArray) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Return which points are next to an occupied cell, and which in free space elsewhere."""
+        import cv2
+
+        cells = np.floor((points - self.origin) / self._parameters.resolution).astype(np.int64)
+        rows, columns = self.odds.shape
+        inside = ((cells >= 0) & (cells < (columns, rows))).all(axis=1)
+        column, row = cells[inside].T
+        near = cv2.dilate((self.odds > 0).astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
+        occupied, free = np.zeros(len(points), np.bool_), np.zeros(len(points), np.bool_)
+        occupied[inside] = near[row, column]
+        free[inside] = (self.odds[row, column] < 0) & ~near[row, column]
+        return occupied, free
 
     def _cover(self, x: float, y: float, reach: float) -> None:
         """Grow the grid so that it covers a square around (x, y)."""
