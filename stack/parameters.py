@@ -203,6 +203,7 @@ def build(parameters: type[T], values: Mapping[str, Any]) -> T:
 
 RENAMED = {
     "localisation.quality": "localisation.health",
+    "lost_quality": "lost_health",
     "min_quality": "min_health",
     "quality_window": "health_window",
     "goal_position": "stop_distance",

@@ -36,6 +36,7 @@ class Mode:
         covariance: (3, 3) of x, y, heading.
         log_weight: logarithm of its probability, up to a constant.
         news: in [0, 1]: how much of a view is evidence that the weight does not contain yet.
+        weighed: views that its weight contains; a mode is reported as a rival from one view on.
     """
 
     particle_set: ParticleSet
@@ -43,6 +44,7 @@ class Mode:
     covariance: FloatArray
     log_weight: float = 0.0
     news: float = 1.0
+    weighed: float = 1.0
 
     @staticmethod
     def of(particle_set: ParticleSet, log_weight: float = 0.0) -> Mode:
@@ -131,6 +133,7 @@ class ModeSet:
             beyond = max(0.0, abs(difference) - self.dead_zone)
             share = min(_SCAN_SHARE, mode.news)
             mode.news -= share
+            mode.weighed += share
             mode.log_weight -= share * float(np.copysign(min(cap, beyond), difference))
 
     def tidy(self) -> bool:
@@ -142,6 +145,8 @@ class ModeSet:
         best = int(np.argmax(shares))
         if shares[best] < self.lead * shares[0]:
             best = 0
+        if best != 0:
+            before.weighed, before.news = 0.0, 1.0
         order = [best, *(i for i in np.argsort(-shares, kind="stable").tolist() if i != best)]
         kept = [i for i in order if i == best or shares[i] >= self.least_share * shares[best]]
         self.modes = [self.modes[i] for i in kept[: self.most]]
@@ -155,7 +160,11 @@ class ModeSet:
         if len(self.modes) == 1:
             return ()
         pairs = zip(self.modes[1:], self.shares[1:].tolist(), strict=True)
-        found = [RivalPose(mode.pose.compose(moved), share) for mode, share in pairs]
+        found = [
+            RivalPose(mode.pose.compose(moved), share)
+            for mode, share in pairs
+            if mode.weighed >= 1.0 - 1e-9
+        ]
         return tuple(sorted(found, key=lambda rival: -rival.share))
 
     def covariance(self) -> FloatArray:

@@ -108,6 +108,9 @@ class LocaliserParameters:
     max_modes: int = parameter(
         20, at_least=1, at_most=200, help="number of places that are followed at a time"
     )
+    recover: bool = parameter(
+        True, help="search the map by itself when the scans stop fitting; false: only when asked"
+    )
     recovery_time: float = parameter(
         0.3, "s", at_least=0.0,
         help="time of badly fitting scans after which the pose is searched near the estimate",

@@ -134,7 +134,9 @@ class PoseSearch:
     def _add(self, pose: Pose2D, covariance: FloatArray, prior: float) -> bool:
         """Add a mode; return whether it is another place than all others."""
         weight = self._filter.modes.best.log_weight + prior
-        return self._filter.modes.add(self._filter.around(pose, covariance, weight))
+        mode = self._filter.around(pose, covariance, weight)
+        mode.weighed = 0.0
+        return self._filter.modes.add(mode)
 
     def _correct(self, pose: Pose2D, covariance: FloatArray) -> None:
         """Move the estimate by a small correction."""

@@ -87,6 +87,8 @@ class RecoverySchedule:
             low: fit that most scans at a true pose exceed.
         """
         p = self.parameters
+        if not p.recover:
+            return None
         drop = 0.0 if self._usual is None else self._usual - view.fit
         self._usual = view.fit if self._usual is None else self._usual + 0.05 * -drop
         fits = view.fit >= low and drop < _DROP

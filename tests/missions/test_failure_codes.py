@@ -31,7 +31,7 @@ class FallOver(RobotBehaviour):
         return Status.RUNNING
 """
 
-TRUSTING = "localisation: {use: mcl, lost_health: 0}\n"
+TRUSTING = "localisation: {use: mcl, lost_health: 0, recover: false}\n"
 
 COMPUTED = (
     "blackboard: {{goal: {{type: Pose, optional: true}}}}\n"
@@ -62,7 +62,8 @@ CASES: dict[FailureCode, tuple[str, str]] = {
     ),
     FailureCode.COLLISION_AHEAD: ("small_room", "run: {back_up: {distance: 2 m}}"),
     FailureCode.LOST: (
-        "twin_rooms", "initial_pose: [4.0, 3.0, 90 deg]\nrun: {navigate_to_pose: {goal: [1, 1]}}",
+        "twin_rooms", "localisation: {use: mcl, recover: false}\n"
+        "initial_pose: [4.0, 3.0, 90 deg]\nrun: {navigate_to_pose: {goal: [1, 1]}}",
     ),
     FailureCode.TIMED_OUT: (
         "small_room", "run: {navigate_to_pose: {goal: $window}, timeout: 1 s}",
