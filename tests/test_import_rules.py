@@ -52,7 +52,7 @@ MAY_IMPORT = {
     "stack.telemetry": {
         "stack.types", "stack.errors", "stack.parameters", "stack.documents.files",
     },
-    "stack.mapping": FOUNDATION,
+    "stack.mapping": {"stack.components", *FOUNDATION},
     "stack.localisation": {"stack.components", *FOUNDATION},
     "stack.perception": FOUNDATION,
     "stack.safety": FOUNDATION,
@@ -111,6 +111,7 @@ ONE_PLACE = {
     "rosbags": {"robots/logs"},
     "textual": {"tui"},
     "typer": {"missions/cli"},
+    "gtsam": {"stack/mapping"},
     "pygls": {"missions/editor"},
     "lsprotocol": {"missions/editor"},
     "yaml": {"stack/documents", "stack/mapping"},

@@ -29,6 +29,7 @@ from tests.benchmarks import (
     planners,
     planning,
     recording,
+    slam,
     startup,
     trees,
     twists,
@@ -59,6 +60,7 @@ class Given:
     largest: int
     jobs: int
     barn: Path | None
+    logs: Path | None
     folder: Path
 
     def table(self, name: str) -> TableOptions:
@@ -144,7 +146,16 @@ DRIVING = {
         ("twists",), OFF,
     ),
 }  # fmt: skip
-BENCHMARKS = {**TIMING, **DRIVING}
+NEEDS = {"barn": "barn", "slam": "logs"}
+"""Benchmarks on data that are not part of treepilot, and the option that names their folder."""
+RECORDED = {
+    "slam": Benchmark(
+        "SLAM on recorded logs",
+        lambda given: slam.slam_table(given.logs or Path(), BENCH / "slam"),
+        ("logs",), {"parameters": "default"},
+    ),
+}  # fmt: skip
+BENCHMARKS = {**TIMING, **DRIVING, **RECORDED}
 GROUPS = {"timing": [*TIMING], "driving": [*DRIVING]}
 
 
@@ -158,13 +169,14 @@ def main() -> None:
         if name not in BENCHMARKS:
             known = ", ".join([*GROUPS, *BENCHMARKS])
             arguments.error(f"no benchmark {name!r}; expected one of {known}")
-    if "barn" in words and given["barn"] is None:
-        arguments.error("barn needs --barn WORLDS; the worlds are not part of treepilot")
+    for name, option in NEEDS.items():
+        if name in words and given[option] is None:
+            arguments.error(f"{name} needs --{option} FOLDER; its data are not part of treepilot")
     version = current_version()
     with _runs_folder(version) as folder:
         options = Given(**given, folder=folder)
         for name in names:
-            if name != "barn" or options.barn is not None:
+            if name not in NEEDS or given[NEEDS[name]] is not None:
                 figures = _measured(name, options, version)
                 show(BENCHMARKS[name].title, figures.rows)
                 write(figures, FIGURES if docs else BENCH)
@@ -191,6 +203,7 @@ def _arguments() -> argparse.ArgumentParser:
     for name, (default, text) in whole.items():
         arguments.add_argument(f"--{name}", type=int, default=default, help=f"{text} [{default}]")
     arguments.add_argument("--barn", type=Path, metavar="WORLDS", help="folder or file of worlds")
+    arguments.add_argument("--logs", type=Path, metavar="FOLDER", help="folder of SLAM logs")
     return arguments
 
 
@@ -224,7 +237,7 @@ def _measured(name: str, given: Given, version: Version) -> Figures:
 def _shown(option: str, given: Given) -> str | int:
     """An option's value; never a path of this machine."""
     value = getattr(given, option)
-    return "WORLDS" if isinstance(value, Path) else value
+    return {"barn": "WORLDS", "logs": "FOLDER"}[option] if isinstance(value, Path) else value
 
 
 if __name__ == "__main__":

@@ -44,7 +44,7 @@ class SlamEstimator(Estimator):
     @staticmethod
     def check(parameters: SlamParameters, robot: RobotDescription) -> None:
         """Check that the robot has the lidar."""
-        wanted, lidars = parameters.lidar, robot.lidars
+        wanted, lidars = parameters.lidar, robot.all_lidars
         if wanted and wanted not in lidars:
             raise InputError(
                 f"{robot.name} has no lidar {wanted!r}; {suggestion(wanted, list(lidars))}"
@@ -62,7 +62,7 @@ class SlamEstimator(Estimator):
 
         super().__init__(parameters, robot, grid, seed)
         self.lidar = parameters.lidar or robot.main_lidar
-        self.mapper = Mapper(parameters.mapper, immediate=False)
+        self.mapper = Mapper(parameters, immediate=False)
         self._worker = OptimiserWorker()
         self._map_from_odom, self._odometry = Pose2D(0.0, 0.0), Pose2D(0.0, 0.0)
         self._covariance: FloatArray = np.diag([1e-4, 1e-4, 1e-4])
@@ -117,6 +117,11 @@ class SlamEstimator(Estimator):
             self._map_from_odom.compose(self._odometry), self._covariance, self._health,
             self._map_from_odom, self._corrected_at, self._jumps,
         )  # fmt: skip
+
+    def configure(self, parameters: SlamParameters) -> None:
+        """Apply new parameters to the next scans."""
+        super().configure(parameters)
+        self.mapper.configure(parameters)
 
     def run_in_real_time(self) -> None:
         """Do not wait for a late optimisation."""

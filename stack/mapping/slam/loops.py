@@ -19,8 +19,8 @@ from stack.types import Pose2D, wrap_angle
 NEAR_PATH = 12.0
 """Metres along the edges: keyframes nearer than this are neighbours, not loops."""
 
-TRIES = 2
-"""Places that a keyframe is compared with, at most."""
+MOST_PLACES = 6
+"""Places of which the nearest and the oldest are compared: the oldest corrects most."""
 
 RECENT = 8
 """Keyframes before the newest one whose points must fit into the earlier map."""
@@ -96,15 +96,19 @@ class LoopClosure:
         p, keyframe = self.parameters, hypothesis.keyframe
         if len({h.keyframe for h in agreeing} | {keyframe}) < p.loop_scans:
             return False
-        first = min(h.keyframe for h in agreeing) if agreeing else keyframe
-        if self._travelled[keyframe] - self._travelled[first] < p.loop_length:
+        first = min((h.keyframe for h in agreeing), default=keyframe)
+        moved = self._travelled[keyframe] - self._travelled[first]
+        if moved < p.loop_length and keyframe - first < 2 * p.loop_scans:
             return False
-        return self._conflict(hypothesis) <= p.loop_conflict
+        conflict, support = self._fit(hypothesis)
+        return conflict <= p.loop_conflict and support >= p.loop_support
 
-    def _conflict(self, hypothesis: Hypothesis) -> float:
-        """Return the share of the newest points that lie in space which was seen free before.
+    def _fit(self, hypothesis: Hypothesis) -> tuple[float, float]:
+        """Return how the newest points fit into the earlier map.
 
-        Points in unknown space count neither for nor against the match.
+        Returns:
+            Share of those in known space that lie where it was seen free, and share of all that
+            lie at walls.
         """
         p, keyframes = self.parameters, self._graph.keyframes
         centre, newest = keyframes[hypothesis.place].pose, keyframes[hypothesis.keyframe].pose
@@ -125,7 +129,7 @@ class LoopClosure:
         ])  # fmt: skip
         occupied, free = drawing.classify(points)
         against, for_it = int(np.count_nonzero(free)), int(np.count_nonzero(occupied))
-        return against / max(1, against + for_it)
+        return against / max(1, against + for_it), for_it / max(1, len(points))
 
     def _measure(self, keyframe: int) -> None:
         before = self._travelled.get(keyframe - 1, 0.0)
@@ -139,7 +143,7 @@ class LoopClosure:
         return min(p.loop_distance, 0.5 + p.loop_drift * abs(since))
 
     def _places(self, keyframe: int) -> list[int]:
-        """Return keyframes of earlier visits, the nearest first, none near another one."""
+        """Return the nearest and the oldest keyframe of earlier visits; they may be the same."""
         keyframes = self._graph.keyframes
         pose = keyframes[keyframe].pose
         near = [
@@ -155,10 +159,10 @@ class LoopClosure:
             if number in joined:
                 continue
             places.append(number)
-            if len(places) == TRIES:
+            if len(places) == MOST_PLACES:
                 break
             joined |= self._neighbourhood.within_path(number, NEAR_PATH)
-        return places
+        return list(dict.fromkeys((places[0], min(places)))) if places else []
 
     def _compare(self, keyframe: int, place: int) -> Hypothesis | None:
         """Match a keyframe with the surroundings of an earlier one."""
@@ -172,7 +176,8 @@ class LoopClosure:
         scan = self._prepared(keyframe)
         start = keyframes[keyframe].pose.relative_to(centre)
         window = (self._radius(keyframe, place), p.loop_angle)
-        found = local.search(scan, start, window, least=p.loop_score)
+        likely = (0.5 * window[0], 0.5 * window[1])
+        found = local.search(scan, start, window, deviations=likely, least=p.loop_score)
         if found is None:
             return None
         match = local.align(scan, found[0], p.residual_deviation)

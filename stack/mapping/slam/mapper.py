@@ -26,6 +26,14 @@ from stack.types import FloatArray, OccupancyGrid, Pose2D, Scan, wrap_angle
 GOOD_OVERLAP = 0.75
 """Below this, an alignment from the predicted pose is compared with a search."""
 
+POOR_OVERLAP, WIDE_WINDOW = 0.6, (1.0, 1.4)
+"""Below this a scan is searched in a window of metres and radians: odometry was lost for a while,
+as after a gap in the measurements or a slip."""
+
+WEAK_HEADING = 0.2
+"""Radians: deviation of the odometry's heading in an alignment. Walls determine the heading almost
+always; a stronger pull by odometry that turns too little adds up to metres."""
+
 EDGE_FLOOR = np.diag([0.005, 0.005, 0.002]) ** 2
 """Covariance added to that of a match: errors that its points share."""
 
@@ -72,6 +80,10 @@ class Mapper:
         self._odometry, self._pose = Pose2D(0.0, 0.0), Pose2D(0.0, 0.0)
         self._trajectory: list[TrajectoryPoint] | None = [] if keep_trajectory else None
         self._pending, self._is_chained = 0, True
+
+    def configure(self, parameters: MapperParameters) -> None:
+        """Apply new parameters to the next scans; the map keeps its resolution."""
+        self.parameters = self._loops.parameters = parameters
 
     def start(self, pose: Pose2D) -> None:
         """Set the pose of the first scan, map frame."""
@@ -182,16 +194,18 @@ class Mapper:
         moved = odometry.relative_to(self._odometry)
         expected = self._pose.compose(moved)
         position, heading = self._odometry_deviation(moved)
-        prior = np.diag([position**-2, position**-2, heading**-2])
+        prior = np.diag([position**-2, position**-2, WEAK_HEADING**-2])
         local = self._local_map()
         deviation = self.parameters.residual_deviation
         found = local.align(scan, expected, deviation, (expected, prior))
-        if found.overlap < GOOD_OVERLAP:
-            window = (2.5 * position + 0.05, 2.5 * heading + 0.02)
+        narrow = (2.5 * position + 0.05, 2.5 * heading + 0.02)
+        for window, good in ((narrow, GOOD_OVERLAP), (WIDE_WINDOW, POOR_OVERLAP)):
+            if found.overlap >= good:
+                break
             searched = local.search(scan, expected, window, deviations=(position, heading))
             if searched is not None:
-                other = local.align(scan, searched[0], deviation, (expected, prior))
-                if other.overlap > found.overlap:
+                other = local.align(scan, searched[0], deviation)
+                if other.overlap > found.overlap + 0.05:
                     found = other
         self.match = found
         return found.pose if found.overlap > 0.3 else expected

@@ -78,6 +78,9 @@ class MapperParameters:
         0.1, at_least=0.0, at_most=1.0,
         help="share of the newest points that may lie in space which was free before",
     )  # fmt: skip
+    loop_support: float = parameter(
+        0.5, at_least=0.0, at_most=1.0, help="share of the newest points that must lie at its walls"
+    )
     robust_scale: float = parameter(
         10.0, above=0.0,
         help="scale of dynamic covariance scaling: loop edges with a larger squared error than "
@@ -86,8 +89,8 @@ class MapperParameters:
 
 
 @dataclass(frozen=True)
-class SlamParameters:
-    """Parameters of the estimator `slam`."""
+class SlamParameters(MapperParameters):
+    """Parameters of the estimator `slam`: those of the mapper, and how it runs in a mission."""
 
     lidar: str = parameter("", help="name of the lidar that maps; empty: the robot's main lidar")
     latency: float = parameter(
@@ -103,7 +106,4 @@ class SlamParameters:
     )  # fmt: skip
     health_gain: float = parameter(
         0.1, above=0.0, at_most=1.0, help="share of a new scan in the health"
-    )
-    mapper: MapperParameters = parameter(
-        MapperParameters(), help="scan matching, loop closure and map"
     )

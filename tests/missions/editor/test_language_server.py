@@ -328,7 +328,8 @@ def test_included_trees_and_places_events_and_cases(client, folder):
         ("wait: $dwell", "check: $dwell.|", {}, ["$dwell.x", "$target"]),
         ("battery.charge > 0.3", "le|", {"length": "length("}, ["timeout"]),
         # the top
-        ("start: dock", "localisation: |", {"mcl": "mcl", "dead_reckoning": "dead_reckoning"},
+        ("start: dock", "localisation: |",
+         {name: name for name in ("mcl", "dead_reckoning", "slam")},
          ["astar"]),
         ("start: dock", "localisation: {use: dead_reckoning, |}",
          {"distance_variance": "distance_variance: "}, ["max_particles"]),

@@ -35,11 +35,11 @@ def test_the_covariance_of_a_reversed_edge_is_that_of_sampled_inverses():
     covariance = np.diag([0.01, 0.02, 0.005]) ** 2
     measured = Pose2D(3.0, 1.0, 1.2)
     edge = Edge(0, 1, measured, np.linalg.inv(covariance), "match")
-    draws = np.random.default_rng(1).multivariate_normal(np.zeros(3), covariance, 20_000)
+    draws = np.random.default_rng(1).multivariate_normal(np.zeros(3), covariance, 5_000)
     back = measured.inverse()
     errors = [measured.compose(Pose2D(*d)).inverse().relative_to(back) for d in draws]
     sampled = np.cov(np.array([[e.x, e.y, e.heading] for e in errors]).T)
-    assert np.allclose(np.linalg.inv(reversed_edge(edge).information), sampled, rtol=0.1, atol=3e-6)
+    assert np.allclose(np.linalg.inv(reversed_edge(edge).information), sampled, rtol=0.1, atol=6e-6)
 
 
 def test_a_removed_keyframe_leaves_its_neighbours_connected_with_the_sum_of_both_covariances():
