@@ -17,6 +17,7 @@ import typer
 from missions.cli.bench import bench_app
 from missions.cli.check import check
 from missions.cli.doctor import doctor
+from missions.cli.drive import drive
 from missions.cli.explain import explain
 from missions.cli.list import describe, list_
 from missions.cli.lsp import lsp
@@ -59,6 +60,7 @@ app.command()(lsp)
 app.command()(trace)
 app.command()(doctor)
 app.command()(watch)
+app.command()(drive)
 app.add_typer(runs_app, name="runs")
 app.add_typer(new_app, name="new")
 app.add_typer(tell_app, name="tell")
