@@ -94,7 +94,8 @@ def output(help: str, *, unit: str = "", init: typing.Literal[False] = False) ->
 DRIVE_FAILURES = (
     FailureCode.NO_VALID_PATH, FailureCode.START_OCCUPIED, FailureCode.GOAL_OCCUPIED,
     FailureCode.START_OUTSIDE_MAP, FailureCode.GOAL_OUTSIDE_MAP, FailureCode.NO_PROGRESS,
-    FailureCode.COLLISION_AHEAD, FailureCode.LOST, FailureCode.TIMED_OUT, FailureCode.UNSUPPORTED,
+    FailureCode.COLLISION_AHEAD, FailureCode.LOST, FailureCode.AMBIGUOUS, FailureCode.TIMED_OUT,
+    FailureCode.UNSUPPORTED,
 )  # fmt: skip
 """Codes of the robot's motion tasks, for `fails_with`."""
 

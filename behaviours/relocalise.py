@@ -13,7 +13,7 @@ from behaviours._odometry_trail import OdometryTrail
 from behaviours._wall_geometry import room_ahead
 from behaviours.base import DRIVE_FAILURES, RobotBehaviour, output, port
 from stack.robot import Task
-from stack.types import GOOD_HEALTH, STANDSTILL, FailureCode, Image, Twist, wrap_angle
+from stack.types import STANDSTILL, FailureCode, Image, Twist, wrap_angle
 
 TIME_TO_LIVE = 0.3
 FIRST_PICTURE, NEXT_PICTURE = 2.0, 1.0
@@ -38,14 +38,16 @@ Steps = Generator[None, None, bool]
 class Relocalise(RobotBehaviour):
     """Find the robot's pose again: by markers while turning in place, then by the lidar.
 
-    A pose from a marker is accepted only if the scan fits the map there. The search with the lidar
-    fails if the result is ambiguous; the robot then drives up to a metre and searches again. Fails
-    with AMBIGUOUS or LOST. Takes 2 s to 25 s.
+    A pose from a marker is accepted only if the scan fits the map there. If several poses explain
+    the lidar's scans, the robot drives to where they differ (`disambiguate`); if none does, it
+    drives up to a metre and searches again. Fails with AMBIGUOUS or LOST. Takes 2 s to 25 s, longer
+    if places that differ are far away.
     """
 
     use_camera: bool = port("search for markers first", default=True)
     only_if_lost: bool = port(
-        f"do nothing if the health stays at {GOOD_HEALTH:g} or more for {FINE_TIME:g} s",
+        f"do nothing if the health stays at good_health or more for {FINE_TIME:g} s, without "
+        "rival poses",
         default=False,
     )
     min_fit: float = port(
@@ -61,7 +63,7 @@ class Relocalise(RobotBehaviour):
     method: str = output("source of the pose: marker, lidar, or kept if it was good")
 
     uses_wheels = True
-    fails_with = (*DRIVE_FAILURES, FailureCode.AMBIGUOUS)
+    fails_with = DRIVE_FAILURES
 
     def initialise(self) -> None:
         """Prepare the search; it begins with the first tick."""
@@ -91,7 +93,7 @@ class Relocalise(RobotBehaviour):
             self.robot.drive_for(STANDSTILL, TIME_TO_LIVE)
 
     def _search(self) -> Steps:
-        """Search by markers, then by lidar; move and search by lidar again."""
+        """Search by markers, then by lidar; if nothing fits, move and search by lidar again."""
         if self.only_if_lost and (yield from self._is_fine()):
             return self._found("kept")
         self.robot.drive_for(STANDSTILL, TIME_TO_LIVE)
@@ -99,8 +101,14 @@ class Relocalise(RobotBehaviour):
             return self._found("marker")
         if (yield from self._by_lidar()):
             return self._found("lidar")
+        if self._is_ambiguous:
+            return False
         yield from self._move_for_another_view()
         return (yield from self._by_lidar()) and self._found("lidar")
+
+    @property
+    def _is_ambiguous(self) -> bool:
+        return self.failure is not None and self.failure.code == FailureCode.AMBIGUOUS
 
     def _found(self, method: str) -> bool:
         self.method = method
@@ -112,7 +120,7 @@ class Relocalise(RobotBehaviour):
 
     def _is_fine(self) -> Steps:
         timer = self.start_timer()
-        while self.robot.localisation_health >= GOOD_HEALTH:
+        while self.robot.estimate.is_good and not self.robot.estimate.ambiguous:
             if timer.is_over(FINE_TIME):
                 return True
             yield
@@ -206,8 +214,12 @@ class Relocalise(RobotBehaviour):
         return False
 
     def _by_lidar(self) -> Steps:
+        """Search the whole map; if several places look alike, drive to where they differ."""
         if not (yield from self._done(self.robot.relocalise())):
-            return False
+            if not self._is_ambiguous:
+                return False
+            if not (yield from self._done(self.robot.disambiguate())):
+                return False
         if (yield from self._is_confirmed()):
             return True
         health = self.robot.localisation_health

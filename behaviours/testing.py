@@ -248,11 +248,15 @@ class ScriptedRobot:
         """Return a new task."""
         return self._request("relocalise")
 
+    def disambiguate(self) -> ScriptedTask:
+        """Return a new motion task."""
+        return self._move("disambiguate")
+
     def set_pose(
         self, pose: Pose2D, *, position_deviation: float, heading_deviation: float, source: str
     ) -> None:
-        """Set `pose` and record the call."""
-        self.pose = pose
+        """Set `pose`, give up the rivals and record the call."""
+        self.pose, self.rivals = pose, ()
         deviations = {
             "position_deviation": position_deviation,
             "heading_deviation": heading_deviation,

@@ -38,6 +38,7 @@ def run(  # noqa: PLR0913 - the settings of a run, all by keyword
     record: Sequence[str] = (),
     replay: str | Path | None = None,
     body: str | MakeBody = "",
+    forget_kept: bool = False,
 ) -> Report:
     """Run a whole mission in the caller's process.
 
@@ -56,6 +57,8 @@ def run(  # noqa: PLR0913 - the settings of a run, all by keyword
         replay: a sensors.mcap to play instead of driving.
         body: `simulated` or `scripted`, or a function that makes a body from a BodySetup; empty:
             the choice of the robot file.
+        forget_kept: start keys with `keep: true` from their initial values. Without `out` they
+            always do.
 
     Raises:
         InputError: the mission, robot or world has errors; nothing has moved.
@@ -68,7 +71,7 @@ def run(  # noqa: PLR0913 - the settings of a run, all by keyword
         out=Path(out) if out is not None else None, speed=speed, rerun=rerun, serve=False,
         parameters=dict(parameters or {}), record=tuple(record),
         replay=Path(replay) if replay is not None else None,
-        body=body if isinstance(body, str) else "",
+        body=body if isinstance(body, str) else "", forget_kept=forget_kept,
     )  # fmt: skip
     make_body = None if isinstance(body, str) else body
     return run_mission(mission, options, make_body=make_body)

@@ -28,6 +28,7 @@ class RunOptions:
         replay: sensor log to play instead of driving; its seed replaces `seed`.
         record: what to record besides events: `sensors`.
         on_lost_records: continue | stop, when a record cannot be written, e.g. on a full disk.
+        forget_kept: start keys with `keep: true` from their initial values.
         identity: of the run, chosen by the process that starts it; empty: a new one.
     """
 
@@ -50,6 +51,7 @@ class RunOptions:
     replay: Path | None = None
     record: tuple[str, ...] = ()
     on_lost_records: str = "continue"
+    forget_kept: bool = False
     identity: str = ""
 
     def __post_init__(self) -> None:

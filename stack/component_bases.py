@@ -22,12 +22,14 @@ from stack.types import (
     FloatArray,
     Observation,
     OccupancyGrid,
+    Odometry,
     Path,
     Pose2D,
     PoseEstimate,
     Scan,
     TrackedObject,
     Twist,
+    View,
 )
 
 
@@ -295,6 +297,24 @@ class ProgressChecker(Component, Lifecycle, ABC):
         """Why the drive fails with NO_PROGRESS; empty while it makes progress."""
 
 
+class OdometryFusion(Component, ABC):
+    """Estimates odom -> base from the measurements of each step.
+
+    The pose drifts and never jumps without a motion of the robot.
+    """
+
+    def __init__(self, parameters: Any, robot: RobotDescription) -> None:
+        self.parameters = parameters
+
+    @abstractmethod
+    def update(self, observation: Observation) -> Odometry:
+        """Process the measurements of a step; return pose, twist and error at its time.
+
+        Raises:
+            BodyError: a measurement that the odometry needs is missing.
+        """
+
+
 NO_PARTICLES: FloatArray = np.empty((0, 3))
 NO_PARTICLES.flags.writeable = False
 
@@ -404,16 +424,26 @@ class Estimator(Component, ABC):
         """Return the health in [0, 1] of a single scan at another pose; 0 without a map."""
         return 0.0
 
+    def best_view(self, scan: Scan, avoided: Sequence[Pose2D] = ()) -> View | None:
+        """Return the view that best tells the estimate from its rivals; None without one.
+
+        Args:
+            scan: the newest scan, for the lidar's beams.
+            avoided: places that could not be reached or were seen, current base frame.
+        """
+        return None
+
     def localise_globally(self, scan: Scan, earlier: Sequence[tuple[Pose2D, Scan]] = ()) -> Match:
-        """Restart at the only pose on the map that explains the scans.
+        """Restart at the best pose on the map that explains the scans.
+
+        Other poses that explain them about as well become `estimate.rivals`.
 
         Args:
             scan: the newest scan.
             earlier: earlier scans, each with the base pose at its stamp in the current base frame.
 
         Raises:
-            NavigationError: LOST if no pose fits or the estimator cannot search a map, AMBIGUOUS
-                if several poses fit.
+            NavigationError: LOST if no pose fits or the estimator cannot search a map.
         """
         raise NavigationError(
             FailureCode.LOST,

@@ -28,6 +28,7 @@ from stack.component_bases import (
     Estimator,
     GoalChecker,
     Match,
+    OdometryFusion,
     Planner,
     PlanOptions,
     ProgressChecker,
@@ -65,6 +66,10 @@ BUILT_IN: dict[str, dict[str, str]] = {
         "mcl": "stack.localisation.localiser:Localiser",
         "dead_reckoning": "stack.localisation.dead_reckoning:DeadReckoning",
     },
+    "odometry": {
+        "ekf": "stack.localisation.fusion.ekf:EkfOdometry",
+        "wheels_gyro": "stack.localisation.fusion.wheels_gyro:WheelGyroOdometry",
+    },
     "costmap_layer": {
         "static": "stack.costmap.static_layer:StaticLayer",
         "obstacle": "stack.costmap.obstacle_layer:ObstacleLayer",
@@ -81,6 +86,7 @@ GROUPS = {
     "goal_checker": "treepilot.goal_checkers",
     "progress_checker": "treepilot.progress_checkers",
     "localisation": "treepilot.estimators",
+    "odometry": "treepilot.odometry",
     "costmap_layer": "treepilot.costmap_layers",
 }
 
@@ -90,6 +96,7 @@ BASES: dict[str, type[Component]] = {
     "goal_checker": GoalChecker,
     "progress_checker": ProgressChecker,
     "localisation": Estimator,
+    "odometry": OdometryFusion,
 }
 """The class that components of a kind inherit."""
 
@@ -98,7 +105,7 @@ _OWN_MODULES = {
 }
 """Imported for `module:Class`; other modules must be installed plugins or already imported."""
 
-_NOUNS = {"localisation": "estimator"}
+_NOUNS = {"localisation": "estimator", "odometry": "odometry fusion"}
 """What a component is called if not as its key in missions."""
 
 
@@ -214,7 +221,7 @@ def choose(kind: str, name: str, values: dict[str, Any]) -> Choice:
 
 __all__ = [
     "DEFAULT_PLAN_OPTIONS", "CancelToken", "Choice", "Component", "ControlState", "Controller",
-    "DriveState", "Estimator", "GoalChecker", "Match", "PathSegment", "PlanOptions", "Planner",
-    "ProgressChecker", "StopCriterion", "TransformBuffer", "available", "choose", "component",
-    "noun", "with_article",
+    "DriveState", "Estimator", "GoalChecker", "Match", "OdometryFusion", "PathSegment",
+    "PlanOptions", "Planner", "ProgressChecker", "StopCriterion", "TransformBuffer", "available",
+    "choose", "component", "noun", "with_article",
 ]  # fmt: skip

@@ -203,7 +203,6 @@ def build(parameters: type[T], values: Mapping[str, Any]) -> T:
 
 RENAMED = {
     "localisation.quality": "localisation.health",
-    "lost_quality": "lost_health",
     "min_quality": "min_health",
     "quality_window": "health_window",
     "goal_position": "stop_distance",
@@ -218,6 +217,7 @@ MOVED = {
     "progress_distance": "progress_checker: {distance: …}",
     "progress_angle": "progress_checker: {angle: …}",
     "progress_time": "progress_checker: {time: …}",
+    "lost_health": "localisation: {use: mcl, lost_health: …}",
     "patience": "navigator: {replan_patience: …}",
 }
 """Parameters that belong to another component now: old name -> what to write."""
@@ -253,7 +253,9 @@ def read_quantity(text: str, unit: str) -> float:
     """
     match = _QUANTITY.fullmatch(text)
     if not match:
-        raise ParameterError("", f"expected {_number_words(unit)}, got {text!r}")
+        example = _EXAMPLES.get(unit)
+        hint = f"write a number with a unit: {example}" if example else "write digits: 5"
+        raise ParameterError("", f"expected {_number_words(unit)}, got {text!r}", hint)
     number, written = _exact(match[1]), match[2]
     if written is None:
         value = number
@@ -277,6 +279,11 @@ def read_quantity(text: str, unit: str) -> float:
     return value
 
 
+_EXAMPLES = {
+    "m": "50 cm", "s": "5 s", "rad": "90 deg", "m/s": "0.3 m/s", "rad/s": "45 deg/s",
+    "m/s²": "0.5 m/s²", "Hz": "10 Hz",
+}  # fmt: skip
+_HEADINGS = ("heading", "theta", "yaw", "angle")
 _DIGITS = re.compile(r"[-+]?\d+(?:\.0*)?")
 
 
@@ -379,7 +386,14 @@ def _converted(kind: Any, unit: str, raw: Any) -> Any:  # noqa: C901 - one branc
     expected = words.get(kind, f"a {getattr(kind, '__name__', kind)}")
     if has_fields(kind):
         expected += f" {{{', '.join(declarations(kind))}}}"
-    raise ParameterError("", f"expected {expected}, got {_shown(raw)}")
+    hint = ""
+    if kind is Pose2D and isinstance(raw, Mapping) and {"x", "y"} <= raw.keys():
+        heading = next((raw[name] for name in _HEADINGS if name in raw), None)
+        values = [raw["x"], raw["y"], *([] if heading is None else [heading])]
+        hint = f"write [{', '.join(map(str, values))}]"
+    if kind is Pose2D and isinstance(raw, str) and raw.count(",") in (1, 2) and raw[:1].isdigit():
+        hint = f"write [{raw}]"
+    raise ParameterError("", f"expected {expected}, got {_shown(raw)}", hint)
 
 
 def has_fields(kind: Any) -> bool:
@@ -424,7 +438,12 @@ def _path(raw: list[Any] | tuple[Any, ...]) -> Path:
 
 def _pose(raw: list[Any] | tuple[Any, ...]) -> Pose2D:
     if len(raw) not in (2, 3):
-        hint = "write decimals with a point: 2.5" if len(raw) in (4, 6) else ""
+        whole = all(isinstance(item, int) for item in raw)
+        hint = "leave out what is more, for example z: the third number is the heading"
+        if len(raw) in (4, 6) and whole:
+            hint = "write decimals with a point: 2.5"
+        elif len(raw) < 2:
+            hint = "write [x, y]"
         raise ParameterError("", f"a pose is [x, y] or [x, y, heading], got {_shown(raw)}", hint)
     x, y = (_converted(float, "m", item) for item in raw[:2])
     heading = _converted(float, "rad", raw[2]) if len(raw) == 3 else 0.0

@@ -85,7 +85,7 @@ class Robot(Protocol):
 
     @property
     def localisation_health(self) -> float:
-        """Health of the localisation in [0, 1]; below 0.3 the scans do not match the map."""
+        """Calibrated probability in [0, 1] that the pose is within 0.3 m and 10 degrees."""
         ...
 
     @property
@@ -287,7 +287,17 @@ class Robot(Protocol):
         ...
 
     def relocalise(self) -> Task:
-        """Find the pose anywhere on the map from the lidar; fails with AMBIGUOUS if not unique."""
+        """Find the pose anywhere on the map from the lidar.
+
+        Fails with AMBIGUOUS if other poses explain the scans as well; `estimate.rivals` has them.
+        """
+        ...
+
+    def disambiguate(self) -> Task:
+        """Drive to where the estimate and its rivals differ until one pose is left.
+
+        Succeeds at once without rivals. Fails with AMBIGUOUS when no reachable place differs.
+        """
         ...
 
     def set_pose(

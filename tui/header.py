@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from math import hypot
 
 from stack.telemetry.records import MissionState, Snapshot
-from stack.types import LOST_HEALTH
 from tui.link import STALE_AFTER, Link
 
 MOVING_SPEED = 0.02
@@ -51,7 +50,7 @@ class Situation:
     @property
     def is_lost(self) -> bool:
         """Whether the localisation is lost."""
-        return self.snapshot.health < LOST_HEALTH
+        return self.snapshot.health < self.snapshot.health_thresholds.lost
 
     @property
     def is_stopped_for_good(self) -> bool:

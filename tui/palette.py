@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stack.types import GOOD_HEALTH, LOST_HEALTH
+from stack.types import HealthThresholds
 
 BACKDROP, PANEL, RAISED = 0x070A10, 0x0B111C, 0x0F1A2B
 ACTIVE_ROW, CHOSEN_ROW = 0x101F37, 0x24395C
@@ -30,9 +30,9 @@ def css(colour: int) -> str:
     return f"#{colour:06x}"
 
 
-def health_colour(health: float) -> int:
+def health_colour(health: float, thresholds: HealthThresholds) -> int:
     """Return the colour of a localisation health."""
-    return GOOD if health > GOOD_HEALTH else WARN if health >= LOST_HEALTH else BAD
+    return GOOD if health >= thresholds.good else WARN if health >= thresholds.lost else BAD
 
 
 def blend(low: int, high: int, share: float) -> int:

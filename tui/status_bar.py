@@ -67,7 +67,7 @@ class StatusBar(TextLines):
     def _figures(self, text: Text, snapshot: Snapshot) -> None:
         health, charge = snapshot.health, snapshot.battery.charge
         for label, value, colour in (
-            ("loc", f"{health:.2f}", health_colour(health)),
+            ("loc", f"{health:.2f}", health_colour(health, snapshot.health_thresholds)),
             ("bat", f"{charge:.0%}", GOOD if charge > 0.4 else WARN if charge > 0.2 else BAD),
         ):
             text.append(f"  {label} ", style=css(DIM))

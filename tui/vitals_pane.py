@@ -58,7 +58,7 @@ class VitalsPane(TextLines, can_focus=True):
 
     def _localisation(self, text: Text, snapshot: Snapshot) -> None:
         health = snapshot.health
-        colour = health_colour(health)
+        colour = health_colour(health, snapshot.health_thresholds)
         deviation = float(snapshot.covariance[:2, :2].trace()) ** 0.5
         _bar(text, "health", health, colour)
         text.append(f" {health:.2f} ±{deviation * 100:.0f} cm\n", style=css(colour))

@@ -7,15 +7,14 @@ an entry.
 from __future__ import annotations
 
 import json
-import signal
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
-from multiprocessing import get_context
 from pathlib import Path
 from statistics import mean
 from typing import Any, Generic, Protocol, TypeVar
 
+from missions.bench.processes import ProcessEnded, results
 from stack.documents import Finding, Mark
 from stack.documents.files import JSON_BYTES, decoded, read_bytes, read_input
 from stack.errors import InputError, exception_sentence, traceback_text
@@ -125,7 +124,7 @@ def fill(entries: Sequence[E], options: TableOptions, work: Work[E, R], log: Log
     missing = [entry for key, entry in wanted.items() if key not in done]
     seconds: list[float] = []
     with (options.out / TABLE).open("a", encoding="utf-8") as table:
-        for row in _rows(missing, options.jobs, work.row):
+        for row in _rows(missing, options.jobs, work):
             table.write(json.dumps(asdict(row)) + "\n")  # type: ignore[call-overload]
             table.flush()
             done[row.key] = row
@@ -167,21 +166,17 @@ def _remaining(seconds: float) -> str:
     return f"; {seconds:.0f} s left" if seconds < 90.0 else f"; {seconds / 60.0:.0f} min left"
 
 
-def _rows(entries: Sequence[E], jobs: int, make: Callable[[E], R]) -> Iterator[R]:
+def _rows(entries: Sequence[E], jobs: int, work: Work[E, R]) -> Iterator[R]:
     """Yield the rows in the order in which the runs finish."""
     if len(entries) < 2 or (jobs == 1 and len(entries) <= RUNS_PER_PROCESS):
-        yield from map(make, entries)
+        yield from map(work.row, entries)
         return
-    pool = get_context("spawn").Pool(
-        jobs, initializer=_ignore_interrupts, maxtasksperchild=RUNS_PER_PROCESS
-    )
-    try:
-        yield from pool.imap_unordered(make, entries)
-    finally:
-        pool.terminate()
-        pool.join()
-
-
-def _ignore_interrupts() -> None:
-    """Ignore ctrl-C, which reaches every process of a terminal: the parent ends its workers."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    for entry, result in results(work.row, entries, jobs, RUNS_PER_PROCESS):
+        if isinstance(result, ProcessEnded):
+            if work.crashed is None:
+                raise RuntimeError(f"the run {entry.key} ended its process: {result.reason}")
+            yield work.crashed(entry, result.reason)
+        elif isinstance(result, BaseException):
+            raise result
+        else:
+            yield result

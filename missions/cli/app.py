@@ -20,13 +20,12 @@ from missions.cli.doctor import doctor
 from missions.cli.drive import drive
 from missions.cli.explain import explain
 from missions.cli.list import describe, list_
-from missions.cli.lsp import lsp
 from missions.cli.nav2 import nav2
 from missions.cli.new import new_app
 from missions.cli.parameters import parameters
 from missions.cli.run import run
 from missions.cli.runs import runs_app
-from missions.cli.schema import schema
+from missions.cli.schema import lsp, schema
 from missions.cli.show import show
 from missions.cli.tell import tell_app
 from missions.cli.test import test

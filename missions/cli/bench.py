@@ -169,6 +169,32 @@ def dyna(  # noqa: PLR0913 - each is an option of the command
     _print(report(fill_table(entries, TableOptions(out, jobs), _tell)))
 
 
+@bench_app.command("world")
+def world(  # noqa: PLR0913 - each is an option of the command
+    kind: Annotated[str, typer.Argument(help="flat, office, warehouse, hotel, twin, corridor")],
+    seed: Annotated[int, typer.Option(min=0, help="seed of the world")] = 0,
+    rooms: Annotated[
+        int, typer.Option(min=0, help="rooms, or rows of shelves; 0 draws the number")
+    ] = 0,
+    people: Annotated[int, typer.Option(min=0, help="people who walk along loops")] = 0,
+    unmapped: Annotated[
+        float, typer.Option(min=0.0, max=1.0, help="share of the furniture that maps do not show")
+    ] = 0.0,
+    out: Annotated[Path, typer.Option(help="folder of the world file")] = Path("bench/worlds"),
+) -> None:
+    """Write a generated world, for `treepilot run MISSION --world FILE`.
+
+    The same options give the same world. In every world the robot scout reaches every room.
+    """
+    from missions.bench.generation.worlds import WorldOptions, generate
+
+    plan = generate(WorldOptions(kind, seed, rooms, people, unmapped))
+    out.mkdir(parents=True, exist_ok=True)
+    file = out / f"{plan.name}.yaml"
+    file.write_text(plan.text(), "utf-8")
+    _print([f"{file}: {len(plan.rooms)} rooms, places {', '.join(plan.places)}"])
+
+
 @bench_app.callback()
 def _bench() -> None:
     """Measure driving in benchmark worlds."""

@@ -115,8 +115,8 @@ def _drive_plain(file: Path, seed: int, out: Path | None) -> int:
     """Run the mission in this process; keys are read between two steps."""
     from missions.execution.prepare import prepare
     from missions.execution.progress import ProgressLines
+    from missions.execution.records.run_folders import RUNS, reserved_suffix
     from missions.execution.run import Run
-    from missions.execution.run_folders import RUNS, reserved_suffix
     from missions.run_options import RunOptions
 
     with reserved_suffix(["drive"]) as suffix, _raw_keys() as read:

@@ -147,6 +147,13 @@ def run(  # noqa: PLR0913 - each is an option of the command
             help="end a run that makes no step for so long, e.g. in an endless loop; 0: never",
         ),
     ] = 60.0,
+    forget_kept: Annotated[
+        bool,
+        typer.Option(
+            "--forget-kept",
+            help="start blackboard keys with `keep: true` from their initial values",
+        ),
+    ] = False,
     json: Annotated[bool, typer.Option("--json", help="print only the report, as JSON")] = (False),
 ) -> None:
     """Run a mission, in the dashboard or headless.
@@ -173,7 +180,7 @@ def run(  # noqa: PLR0913 - each is an option of the command
         parameters=assignments(parameter or [], "--parameter"),
         body=body.value if body else "", replay=replay,
         record=tuple(item.value for item in record or ()),
-        on_lost_records=on_lost_records.value,
+        on_lost_records=on_lost_records.value, forget_kept=forget_kept,
     )  # fmt: skip
     launched = LaunchOptions(
         tuple(missions), options, headless=without_dashboard, json=json, speed=speed,

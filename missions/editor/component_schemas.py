@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from missions.editor.value_schemas import Schema, documented, of_declaration, section
 from missions.execution.component_choices import DEFAULTS, MAPLESS_DEFAULTS, SETTINGS
-from missions.language.reading.header import LOCALISATION, NAV2
+from missions.language.reading.header import NAV2, TOP_COMPONENTS
 from stack.components import GROUPS, available, component, noun
 from stack.costmap.choosing import COSTMAPS
 from stack.errors import InputError
@@ -14,7 +14,7 @@ TEXT: Schema = {"type": "string"}
 
 
 def navigation() -> Schema:
-    kinds = {kind: component_schema(kind) for kind in DEFAULTS if kind != LOCALISATION}
+    kinds = {kind: component_schema(kind) for kind in DEFAULTS if kind not in TOP_COMPONENTS}
     for kind, settings in SETTINGS.items():
         fields = _fields(settings)
         if kind == "costmap" and "costmap_layer" in GROUPS:

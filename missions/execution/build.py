@@ -9,16 +9,16 @@ from time import sleep  # noqa: TID251 - only while the simulation is held
 from typing import Any
 
 from missions.execution.ground_truth import SimulationScorer
-from missions.execution.picture_store import FolderMapStore, PictureStore
 from missions.execution.prepare import MAP_ORIGIN, PreparedMission, RunOptions
+from missions.execution.records.picture_store import FolderMapStore, PictureStore
 from missions.execution.resources import load_map, versions
-from missions.language.reading.header import LOCALISATION
+from missions.language.reading.header import LOCALISATION, ODOMETRY
 from missions.trees.compiler import compile_mission
 from missions.trees.debugging import TreeDebugger, addresses
 from missions.trees.mission_tree import MissionTree
 from robots.bodies import BodySetup, MakeBody, find_body
 from stack.body import Body, SimulatedWorld
-from stack.components import Controller, Estimator
+from stack.components import Controller, Estimator, OdometryFusion
 from stack.control.path_follower import PathFollower
 from stack.costmap.costmap import Costmap
 from stack.costmap.speed_limits import SpeedLimits
@@ -26,7 +26,6 @@ from stack.costmap.unexplored import Ground, unexplored
 from stack.documents.files import URDF_BYTES, decoded, read_input
 from stack.errors import InputError
 from stack.frames.buffer import TransformBuffer
-from stack.localisation.odometry import OdometryFusion
 from stack.navigation.loop_state import LoopState
 from stack.navigation.map_service import MapService
 from stack.navigation.navigator import Navigator
@@ -121,7 +120,7 @@ def build(
     if body.is_real_time:
         navigator.configure(replace(navigator.parameters, wait_for_plan=False))
     estimator = _estimator(plan, grid, seed)
-    odometry = OdometryFusion(plan.choices["odometry_fusion"].parameters)
+    odometry: OdometryFusion = plan.choices[ODOMETRY].create(robot)
     obstacle_memory = ObstacleMemory(robot, plan.choices["obstacle_memory"].parameters)
     frames, state = TransformBuffer(loop.pose_history), LoopState()
     camera = CameraLease(loop.camera_time, always=options.camera == "on")
@@ -154,7 +153,7 @@ def build(
                 "local_costmap": Tunable.of(local_costmap),
                 "global_costmap": Tunable.of(global_costmap),
                 "localisation": Tunable.of(estimator),
-                "odometry_fusion": Tunable.of(odometry),
+                "odometry": Tunable.of(odometry),
                 "obstacle_memory": Tunable.of(obstacle_memory),
             },
         )

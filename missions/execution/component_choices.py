@@ -2,8 +2,8 @@
 
 The kinds of `DEFAULTS` are components and can come from a plugin; those of `SETTINGS` are settings
 of fixed parts. The costmap reads its own list of `layers`, the safety stage its own list of
-`zones`. `localisation` is a key of the mission beside `navigation`; all others stand under
-`navigation`.
+`zones`. `localisation` and `odometry` are keys of the mission beside `navigation`; all others stand
+under `navigation`.
 """
 
 from __future__ import annotations
@@ -12,14 +12,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
-from missions.language.reading.header import LOCALISATION
+from missions.language.reading.header import TOP_COMPONENTS
 from stack.components import Choice, Estimator, choose
 from stack.costmap.choosing import read_layers, usual_layers
 from stack.costmap.parameters import CostmapParameters
 from stack.costmap.speed_limits import SpeedLimitParameters
 from stack.drivetrain.description import RobotDescription
 from stack.errors import InputError, ParameterError
-from stack.localisation.parameters import OdometryFusionParameters
 from stack.navigation.parameters import NavigationParameters
 from stack.parameters import build, suggestion
 from stack.perception.obstacle_memory import ObstacleMemoryParameters
@@ -35,6 +34,7 @@ DEFAULTS = {
     "goal_checker": "stopped_goal",
     "progress_checker": "pose_progress",
     "localisation": "mcl",
+    "odometry": "ekf",
 }
 SETTINGS: dict[str, type] = {
     "costmap": CostmapParameters,
@@ -43,11 +43,10 @@ SETTINGS: dict[str, type] = {
     "safety": SafetyParameters,
     "tracker": TrackerParameters,
     "obstacle_memory": ObstacleMemoryParameters,
-    "odometry_fusion": OdometryFusionParameters,
     "loop": LoopParameters,
     "recording": RecordingParameters,
 }
-NAVIGATION_KINDS = tuple(kind for kind in (*DEFAULTS, *SETTINGS) if kind != LOCALISATION)
+NAVIGATION_KINDS = tuple(kind for kind in (*DEFAULTS, *SETTINGS) if kind not in TOP_COMPONENTS)
 """The keys under `navigation`."""
 
 MAPLESS_DEFAULTS: dict[str, dict[str, Any]] = {

@@ -17,6 +17,7 @@ METHODS = {
     "goal_checker": ("set_goal", "reached"),
     "progress_checker": ("stuck",),
     "localisation": ("update", "set_pose"),
+    "odometry": ("update",),
 }
 """Methods that make a class with `Parameters` a component, by kind.
 

@@ -377,3 +377,23 @@ def _belief(mission: Mission, start: Pose2D) -> Pose2D | None:
     if mission.initial_pose == "start":
         return start
     return mission.initial_pose if isinstance(mission.initial_pose, Pose2D) else None
+
+
+def as_recorded(plan: PreparedMission, options: RunOptions) -> RunOptions:
+    """Return the options with the seed of the recording that is replayed.
+
+    Raises:
+        InputError: the recording is of another robot.
+    """
+    if plan.recording is None or not plan.recording.about:
+        return options
+    about, file = plan.recording.about, plan.recording.file
+    if about.get("robot") != plan.robot.name:
+        raise InputError(
+            f"{file} was recorded with the robot {about.get('robot')!r}, this mission"
+            f" has {plan.robot.name!r}; choose it with --robot"
+        )
+    seed = about.get("seed", "")
+    if not seed.isdecimal():
+        raise InputError(f"{file}: the seed {seed!r} in its metadata is not a number")
+    return replace(options, seed=int(seed))

@@ -34,7 +34,7 @@ TUNED = {
     "controller": ("controller",), "navigator": ("navigator",), "safety": ("safety",),
     "costmap": ("local_costmap", "global_costmap"), "planner": (), "speed_limits": (),
     "tracker": (), "loop": (), "recording": (), "localisation": ("localisation",),
-    "odometry_fusion": ("odometry_fusion",), "obstacle_memory": ("obstacle_memory",),
+    "odometry": ("odometry",), "obstacle_memory": ("obstacle_memory",),
     "goal_checker": ("goal_checker",), "progress_checker": ("progress_checker",),
 }  # fmt: skip
 """Kind of component -> its names in live tuning."""

@@ -103,8 +103,7 @@ def compose_report(  # noqa: PLR0913 - the measured figures, by keyword
 
 def _confirmed(relocalisations: list[dict[str, Any]], runtime: Runtime) -> str:
     """Return the source of the last relocalisation, if the scans fit the map at the end."""
-    health = runtime.parts.estimator.estimate.health
-    lost = health < runtime.parts.navigator.parameters.lost_health
+    lost = runtime.parts.estimator.estimate.is_lost
     return str(relocalisations[-1]["by"]) if relocalisations and not lost else ""
 
 

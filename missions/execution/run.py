@@ -11,13 +11,14 @@ import traceback
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, replace
-from datetime import datetime
 from pathlib import Path
 from time import perf_counter, sleep  # noqa: TID251 - only before the first step
 
 from missions.execution.build import Engine, build, run_info
 from missions.execution.connections import network_sinks_of, open_control
-from missions.execution.prepare import PreparedMission, RunOptions, prepare
+from missions.execution.prepare import PreparedMission, RunOptions, as_recorded, prepare
+from missions.execution.records.kept_values import KeptValues
+from missions.execution.records.run_folders import default_name
 from missions.execution.report import Report
 from missions.execution.report_builder import Milestones, compose_report
 from missions.execution.warm_up import warm_up
@@ -97,7 +98,8 @@ class Run:
         self._interrupted = interrupted
         if options.record and options.out is None:
             raise InputError("`record` needs a run folder: set `out`")
-        options = _as_recorded(plan, options)
+        options = as_recorded(plan, options)
+        self._kept = _kept_values(plan, options)
         # Bad addresses are refused before anything is written.
         network_sinks, self._server = network_sinks_of(options)
         self._folder = folder = (
@@ -107,7 +109,7 @@ class Run:
         self._log = folder.log if folder is not None else _discard
         self._milestones = Milestones()
         own = [self._milestones] if folder is None else [self._milestones, Recorder(folder)]
-        run_id = folder.path.name if folder is not None else _default_name(plan)
+        run_id = folder.path.name if folder is not None else default_name(plan.mission.source.stem)
         info = run_info(plan, run_id, options.seed, options.identity)
         self._log(f"{info.title}: {info.robot} in {info.world}, seed {info.seed}")
         if watch is None:
@@ -127,6 +129,8 @@ class Run:
             self._telemetry.close(None)
             self._refuse_plugin(error)
             raise
+        if self._kept is not None:
+            self._kept.restore(self.engine.tree, self._telemetry)
         self._steps_to_stop = round(STOPPING_TIME / self.engine.runtime.period)
         if options.watch:
             self._reload_on_change()
@@ -243,6 +247,8 @@ class Run:
         engine = self.engine
         try:
             final = self._report.plain() if self._report is not None else None
+            if self._kept is not None:
+                self._kept.save(engine.tree, self._telemetry.lose)
             self._telemetry.close(final, lambda: compose_snapshot(engine.runtime))
             self._write_report()
         finally:
@@ -309,6 +315,8 @@ class Run:
         if not self._first_tick:
             self._first_tick = perf_counter()
             self._add_late_sinks()
+        if self._kept is not None:
+            self._kept.follow(self.engine.tree, body.time, self._telemetry.lose)
         if self._telemetry.lost and self._options.on_lost_records == "stop":
             lost = "; ".join(record.text for record in self._telemetry.lost)
             runtime.end(MissionState.ABORTED, f"records lost: {lost}")
@@ -373,30 +381,17 @@ def execute(  # noqa: PLR0913 - the optional ones by keyword
     return run.report
 
 
-def _as_recorded(plan: PreparedMission, options: RunOptions) -> RunOptions:
-    """Return the options with the seed of the recording that is replayed.
-
-    Raises:
-        InputError: the recording is of another robot.
-    """
-    if plan.recording is None or not plan.recording.about:
-        return options
-    about, file = plan.recording.about, plan.recording.file
-    if about.get("robot") != plan.robot.name:
-        raise InputError(
-            f"{file} was recorded with the robot {about.get('robot')!r}, this mission"
-            f" has {plan.robot.name!r}; choose it with --robot"
-        )
-    seed = about.get("seed", "")
-    if not seed.isdecimal():
-        raise InputError(f"{file}: the seed {seed!r} in its metadata is not a number")
-    return replace(options, seed=int(seed))
-
-
-def _default_name(plan: PreparedMission) -> str:
-    """Return `<mission>-<date>-<time>`, the name of the run for folders and `watch`."""
-    now = datetime.now().strftime("%Y%m%d-%H%M%S")
-    return f"{plan.mission.source.stem}-{now}"
+def _kept_values(plan: PreparedMission, options: RunOptions) -> KeptValues | None:
+    """Return the kept values of a run with records; None if there are none to keep."""
+    mission = plan.mission
+    if options.out is None or plan.recording is not None:
+        return None
+    if not any(symbol.keep for symbol in mission.blackboard.values()):
+        return None
+    return KeptValues(
+        options.out.parent, mission.source.stem, mission.name, mission.blackboard,
+        forget=options.forget_kept,
+    )  # fmt: skip
 
 
 def _discard(text: str) -> None:

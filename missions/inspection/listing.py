@@ -33,6 +33,7 @@ COMPONENTS = {
     "goal_checkers": "goal_checker",
     "progress_checkers": "progress_checker",
     "estimators": "localisation",
+    "odometry": "odometry",
     "layers": "costmap_layer",
 }
 """Word of `treepilot list` -> kind of component."""

@@ -84,6 +84,12 @@ CODES: dict[str, Code] = {
                  "run: {take_photo: {}, out: {imge: $photo}}", "use the suggested output"),
     "E135": Code("output target", "the target of an output must be a blackboard key",
                  "run: {take_photo: {}, out: {image: photo}}", "write $key"),
+    "E136": Code("kept key",
+                 "`keep` does not fit its type, or the file of kept values is damaged, of another "
+                 "mission or of another type",
+                 "blackboard: {p: {type: Path, optional: true, keep: true}}\n"
+                 "run: {sequence: [{compute_path: [1, 2], out: {path: $p}}, {follow_path: $p}]}",
+                 "remove `keep`; correct the file, or start with --forget-kept"),
     "E140": Code("unknown name", "there is no place, argument, key or variable with this name",
                  "run: {navigate_to_pose: $dok}", "use the suggested name, or declare it"),
     "E141": Code("type of a name", "the value of the name has another type",

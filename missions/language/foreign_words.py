@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from stack.parameters import suggestion
 
@@ -54,6 +54,21 @@ MODIFIERS = {
     "ifthenelse": "write a fallback, with `when: …` beside its first child",
     "else": "write a fallback: its next child runs when the first one is skipped or fails",
     "retries": "write `retry: 3`",
+    "succeed_on": "write `parallel: {succeed_on: one, do: […]}`: it stands below `parallel:`",
+    "attempts": "write `retry: 3`, or `recover: {attempts: 3, round_robin: […]}`",
+    "delay": "write `retry: {attempts: 3, delay: 1 s}`",
+    "until": "write `repeat: {until: …}`",
+    "forever": "write `repeat: forever`",
+    "cases": "write `switch: {value: …, cases: {…}}`: it stands below `switch:`",
+    "default": "write `switch: {value: …, cases: {…}, default: …}`: it stands below `switch:`",
+    "recovery": "write `recover: {attempts: 3, round_robin: […]}`",
+    "recoveries": "write `recover: {attempts: 3, round_robin: […]}`",
+    "then": "write the nodes in order below `sequence:`",
+    "next": "write the nodes in order below `sequence:`",
+    "on_success": "write the nodes in order below `sequence:`",
+    "limit": "write `timeout: 30 s` beside the node",
+    "max_time": "write `timeout: 30 s` beside the node",
+    "condition": "write `when: …` beside the node",
     "unless": "write `when: not …`, or `unless` below `recover:`",
 }
 """Words for what modifiers do, in lower case -> what to write."""
@@ -77,6 +92,26 @@ PORTS = {
 TYPES = {"string": "text", "str": "text", "integer": "int", "double": "float", "boolean": "bool",
          "number": "float", "time": "duration", "position": "Pose", "pose2d": "Pose"}  # fmt: skip
 """Types elsewhere, in lower case -> types here."""
+
+KEY_WORDS = {"value": "initial", "default": "initial", "init": "initial", "start": "initial",
+             "description": "doc", "help": "doc", "comment": "doc"}  # fmt: skip
+ARGUMENT_WORDS = {"value": "default", "initial": "default", "options": "one_of", "enum": "one_of",
+                  "choices": "one_of", "values": "one_of", "limits": "range", "bounds": "range",
+                  "description": "doc", "help": "doc", "comment": "doc"}  # fmt: skip
+EVENT_WORDS = {"if": "when", "condition": "when", "on": "when", "trigger": "when", "run": "do",
+               "action": "do", "after": "then", "for": "hold", "every": "again"}  # fmt: skip
+THEN_MEANINGS = {"continue": "resume", "return": "resume", "repeat": "restart", "stop": "abort",
+                 "fail": "abort", "end": "abort", "exit": "abort"}  # fmt: skip
+MOCK_WORDS = {"result": "returns", "status": "returns", "return": "returns", "outcome": "returns",
+              "duration": "takes", "time": "takes", "delay": "takes", "outputs": "sets",
+              "out": "sets", "set": "sets"}  # fmt: skip
+"""Words for the keys of declarations, events and mocks -> the keys here."""
+
+
+def meant_or_near(word: str, meanings: Mapping[str, str], known: Iterable[str]) -> str:
+    """Return the hint for a word that may have a meaning in another tool."""
+    meant = meanings.get(word)
+    return f"did you mean {meant!r}?" if meant else suggestion(word, known)
 
 
 def node_hint(word: str, known: Iterable[str]) -> str:

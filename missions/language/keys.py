@@ -124,6 +124,7 @@ WITHIN = Declaration("within", float, unit="s", above=0.0)
 AFTER = Declaration("after", float, unit="s", default=10.0, at_least=0.0)
 INVERT = Declaration("invert", bool, default=False)
 OPTIONAL = Declaration("optional", bool, default=False)
+KEEP = Declaration("keep", bool, default=False)
 SUCCEED_WORDS = ("all", "one")
 ON_FAILURE_WORDS = ("fail", "continue")
 THEN_WORDS = ("resume", "restart", "abort")
@@ -153,6 +154,8 @@ MISSION = _section(
         Form.COMPONENTS),
     Key("localisation",
         "Estimator of the pose: a name, or `{use: name, parameter: value}`.", Form.COMPONENT),
+    Key("odometry",
+        "Fusion of the odometry: a name, or `{use: name, parameter: value}`.", Form.COMPONENT),
     Key("plugins", "Folders, files or modules with your own behaviours and components of "
         "navigation.", Form.FILES),
     Key("include", "Files whose `trees` and `places` this mission can use.", Form.FILES),
@@ -208,6 +211,8 @@ BLACKBOARD_KEY = _section(
     Key("initial", "Value at the start of the mission.", Form.ANY),
     Key("optional", "Whether it can be unset; test with `$key is set`.", Form.LITERAL,
         declared=OPTIONAL),
+    Key("keep", "Whether the next run of the mission begins with the value of the last one.",
+        Form.LITERAL, declared=KEEP),
     _UNIT, _DOC,
 )  # fmt: skip
 

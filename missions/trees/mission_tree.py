@@ -8,6 +8,7 @@ from typing import Any
 from py_trees.common import Status
 
 from missions.language.expressions.scope import UNSET
+from missions.language.expressions.value_types import ValueType
 from missions.trees.context import WORDS, Execution, Record, halt
 from missions.trees.events import Event
 from missions.trees.node import Node, run
@@ -151,6 +152,11 @@ class MissionTree:
     def values(self) -> dict[str, Any]:
         """Return every declared key with its value; UNSET if it has none."""
         return {name: slot.value for name, slot in self._slots.items()}
+
+    def kept(self) -> dict[str, tuple[ValueType, Any]]:
+        """Return type and value of the keys with `keep: true`; UNSET if it has none."""
+        slots = self._slots.items()
+        return {name: (slot.type, slot.value) for name, slot in slots if slot.keep}
 
     def write(self, key: str, value: Any) -> None:
         """Write a blackboard key."""

@@ -33,11 +33,11 @@ Write = Callable[[Any], None]
 class Slot:
     """One value with its type."""
 
-    __slots__ = ("kind", "name", "type", "value")
+    __slots__ = ("keep", "kind", "name", "type", "value")
 
     def __init__(self, symbol: Symbol) -> None:
         self.name, self.value, self.type = symbol.name, symbol.value, symbol.type
-        self.kind = symbol.type.of
+        self.kind, self.keep = symbol.type.of, symbol.keep
 
     def read(self) -> Any:
         """Return the value.

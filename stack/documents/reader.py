@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from difflib import get_close_matches
 from functools import lru_cache
@@ -95,13 +95,17 @@ class Section:
 
     Every getter adds errors to `findings` and returns a fallback, so that one run reports all
     errors. With `keys`, the list of known keys, a misspelt key is reported and then read as the
-    most similar known one: one mistake gives one finding.
+    most similar known one: one mistake gives one finding. `keys` can also be a
+    mapping of words, known keys and those of other tools, to the known keys.
     """
 
     def __init__(
-        self, node: Node, findings: Findings, what: str, code: str, keys: Sequence[str] = ()
-    ) -> None:
+        self, node: Node, findings: Findings, what: str, code: str,
+        keys: Sequence[str] | Mapping[str, str] = (),
+    ) -> None:  # fmt: skip
         self.findings, self.what, self.code = findings, what, code
+        self._elsewhere = keys if isinstance(keys, Mapping) else {}
+        keys = [key for key in keys if self._elsewhere.get(key, key) == key]
         self.node = self._respelt(node, keys) if keys and node.is_mapping else node
         self._known: list[str] = []
         if not node.is_mapping:
@@ -175,17 +179,22 @@ class Section:
         free = [key for key in keys if key not in written]
         entries = []
         for key, value in node.entries:
-            meant = nearest(str(key.value), free) if key.value not in keys else None
+            meant = self._meant(key, free) if key.value not in keys else None
             if meant is not None:
                 free.remove(meant)
-                self._unknown(key, keys)
+                self._unknown(key, keys, f"did you mean {meant!r}?")
                 key = replace(key, value=meant)
             entries.append((key, value))
         return replace(node, value=entries)
 
-    def _unknown(self, key: Node, keys: Sequence[str]) -> None:
+    def _meant(self, key: Node, free: Sequence[str]) -> str | None:
+        word = self._elsewhere.get(str(key.value), "")
+        return word if word in free else nearest(str(key.value), free)
+
+    def _unknown(self, key: Node, keys: Sequence[str], hint: str = "") -> None:
         sentence = f"{self.what} has no key {key.words()}"
-        self.findings.error(self.code, key.mark, sentence, suggestion(str(key.value), keys))
+        hint = hint or suggestion(str(key.value), keys)
+        self.findings.error(self.code, key.mark, sentence, hint)
 
     def done(self) -> None:
         """Report every key that no getter has read, with the most similar known one."""

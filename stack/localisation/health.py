@@ -3,13 +3,12 @@
 The fit is the share of beams that the map explains. Beams that an unmapped obstacle may have
 shortened have half weight: a person in front of the robot shortens beams, but only a wrong pose
 makes them pass through walls. The fit to expect at a true pose depends on the map. It is measured
-with simulated scans at poses sampled all over the map, with random obstacles; the health is the fit
-on the scale of that distribution.
+with simulated scans at poses sampled all over the map, with random obstacles. The probability that
+the pose is right follows from it and from other features (health_model.py).
 """
 
 from __future__ import annotations
 
-from bisect import insort
 from collections import deque
 from dataclasses import dataclass, replace
 from math import pi
@@ -19,10 +18,13 @@ from numpy.typing import NDArray
 
 from stack.localisation.distance_field import SignedDistanceField, as_row
 from stack.localisation.parameters import LocaliserParameters
-from stack.types import LOST_HEALTH, TYPICAL_HEALTH, FloatArray, Pose2D, Scan
+from stack.types import FloatArray, Pose2D, Scan
 
 FIT_BEAMS = 90
 """Number of beams of a scan in its fit, evenly spread over all directions."""
+
+VIEW_BEAMS = 120
+"""Number of beams of a scan that are classified for health, modes and navigation."""
 
 FIT_DEVIATION = 0.08
 """Metres; a beam that ends this far from a wall has 0.61 of the credit of one that ends on it."""
@@ -34,13 +36,56 @@ _SAMPLES = 200
 _LEAST_EVIDENCE = 0.25
 
 
-class ScanEvaluator:
-    """Comparison of scans with a map."""
+_OBJECT_ANGLE = np.radians(6.0)
+"""Radians; angle of an object whose cost is `short_object` or `long_object`."""
 
-    def __init__(self, field: SignedDistanceField) -> None:
+_WIDE_OBJECT = np.radians(30.0)
+"""Radians; a person at 0.8 m. Wider objects are rare."""
+
+_GAP = 0.3
+"""Metres between the ranges of adjacent beams that meet two objects."""
+
+
+@dataclass(frozen=True, slots=True)
+class ScanView:
+    """Comparison of one scan with the map at one pose.
+
+    Attributes:
+        fit: share of the beams that the map explains, in [0, 1].
+        short: share of the beams that end at something unmapped.
+        long: share of the beams that pass a mapped wall.
+        cost: minus the log-likelihood of the unmapped and missing objects that explain the rest.
+    """
+
+    fit: float
+    short: float
+    long: float
+    cost: float
+
+
+class ScanEvaluator:
+    """Comparison of scans with a map.
+
+    Args:
+        field: the map.
+        parameters: costs of unmapped and missing objects.
+    """
+
+    def __init__(
+        self, field: SignedDistanceField, parameters: LocaliserParameters | None = None
+    ) -> None:
         from stack.localisation import kernels
 
         self._kernels, self._field = kernels, field
+        self.configure(parameters or LocaliserParameters())
+
+    def configure(self, parameters: LocaliserParameters) -> None:
+        """Apply new parameters."""
+        self._costs = np.zeros(7)
+        short, long = parameters.short_object, parameters.long_object
+        k = self._kernels
+        self._costs[[k.SHORT, k.BEYOND]] = short
+        self._costs[[k.LONG, k.MISSING]] = long
 
     def classify(self, pose: Pose2D, scan: Scan, beams: NDArray[np.int64]) -> NDArray[np.int8]:
         """Return the class of each beam with the base at `pose`; see `kernels.classify_beams`."""
@@ -49,6 +94,48 @@ class ScanEvaluator:
     def fit(self, pose: Pose2D, scan: Scan) -> float:
         """Return the share of the beams in [0, 1] that the map explains with the base at `pose`."""
         return self.share(*self.classified(pose, scan, spread(scan.ranges.size, FIT_BEAMS)))
+
+    def view(self, pose: Pose2D, scan: Scan) -> ScanView:
+        """Return the comparison of a scan with the map at a pose of the base."""
+        beams = spread(scan.ranges.size, VIEW_BEAMS)
+        kinds, credits = self.classified(pose, scan, beams)
+        counts = np.bincount(kinds, minlength=7)
+        k = self._kernels
+        known = max(1, int(counts[k.MATCHED] + counts[k.SHORT] + counts[k.LONG]))
+        ranges = np.nan_to_num(scan.ranges[beams].astype(np.float64), posinf=scan.range_max)
+        step = scan.angle_increment * scan.ranges.size / max(1, beams.size)
+        return ScanView(
+            self.share(kinds, credits),
+            int(counts[k.SHORT]) / known,
+            int(counts[k.LONG]) / known,
+            self._cost(kinds, ranges, abs(step)) + self._cost_of_place(pose),
+        )
+
+    def _cost_of_place(self, pose: Pose2D) -> float:
+        """Return the cost of a robot where the map has an object or ends."""
+        row = as_row(pose)[None]
+        blocked = self._kernels.in_walls(self._field.occupancy, *self._field.placement, row)[0]
+        cost = float(self._costs[self._kernels.LONG] * np.sqrt(pi / _OBJECT_ANGLE))
+        return cost if blocked else 0.0
+
+    def _cost(self, kinds: NDArray[np.int8], ranges: FloatArray, step: float) -> float:
+        """Return the cost of the runs of adjacent beams that the map does not explain.
+
+        Adjacent beams of similar range meet the same object, so the cost of a run grows with the
+        root of its angle, up to _WIDE_OBJECT; what is wider is as much worse as it is wider. A
+        single beam is noise at an edge.
+        """
+        costs = self._costs[kinds]
+        if not costs.any():
+            return 0.0
+        gaps = np.abs(ranges[1:] - ranges[:-1]) > _GAP
+        ends = np.flatnonzero((costs[1:] != costs[:-1]) | gaps)
+        begins = np.concatenate([[0], ends + 1])
+        lengths = np.diff(np.concatenate([begins, [costs.size]]))
+        objects = lengths >= 2
+        angles = lengths[objects] * (step / _OBJECT_ANGLE)
+        sizes = np.maximum(np.sqrt(angles), angles / np.sqrt(_WIDE_OBJECT / _OBJECT_ANGLE))
+        return float((costs[begins[objects]] * sizes).sum())
 
     def share(self, kinds: NDArray[np.int8], credits: FloatArray) -> float:
         """Return the share in [0, 1] of classified beams that the map explains."""
@@ -83,17 +170,16 @@ class FitScale:
     """Distribution of the fits at true poses of a map.
 
     Attributes:
-        low: 5th percentile; LOST_HEALTH.
-        middle: median; TYPICAL_HEALTH.
+        low: 5th percentile.
+        middle: median.
     """
 
     low: float
     middle: float
 
-    def health(self, fit: float) -> float:
-        """Return the health in [0, 1] of a fit."""
-        scale = [0.0, LOST_HEALTH, TYPICAL_HEALTH, 1.0]
-        return float(np.interp(fit, [0.0, self.low, self.middle, 1.0], scale))
+    def relative(self, fit: float) -> float:
+        """Return a fit in units of this distribution: 0 at `low`, 1 at `middle`."""
+        return (fit - self.low) / (self.middle - self.low)
 
 
 def calibrate(
@@ -152,27 +238,41 @@ def _blocked(
     return ranges
 
 
-class RecentMedian:
-    """Median of a stamped value over a time window in seconds."""
+class RecentViews:
+    """Medians of the scans' views over a time window in seconds."""
 
     def __init__(self, window: float) -> None:
         self.window = window
-        self._kept: deque[tuple[float, float]] = deque()
+        self._kept: deque[tuple[float, ScanView]] = deque()
 
-    def add(self, stamp: float, value: float) -> None:
-        """Add a value and remove those older than the window."""
-        self._kept.append((stamp, value))
+    def add(self, stamp: float, view: ScanView) -> None:
+        """Add a view and remove those older than the window."""
+        self._kept.append((stamp, view))
         while self._kept[0][0] <= stamp - self.window:
             self._kept.popleft()
 
     def clear(self) -> None:
-        """Remove all values."""
+        """Remove all views."""
         self._kept.clear()
 
     @property
-    def value(self) -> float | None:
-        """The (lower) median; None without values."""
-        ordered: list[float] = []
-        for _, value in self._kept:
-            insort(ordered, value)
-        return ordered[(len(ordered) - 1) // 2] if ordered else None
+    def newest(self) -> ScanView | None:
+        """The newest view; None without views."""
+        return self._kept[-1][1] if self._kept else None
+
+    @property
+    def median(self) -> ScanView | None:
+        """The (lower) median of each figure; None without views."""
+        if not self._kept:
+            return None
+        views = [view for _, view in self._kept]
+        return ScanView(
+            _lower_median([view.fit for view in views]),
+            _lower_median([view.short for view in views]),
+            _lower_median([view.long for view in views]),
+            _lower_median([view.cost for view in views]),
+        )
+
+
+def _lower_median(values: list[float]) -> float:
+    return sorted(values)[(len(values) - 1) // 2]

@@ -1,66 +1,63 @@
 """Monte-Carlo localisation: the robot's pose on a known map by a particle filter.
 
-S. Thrun, W. Burgard, D. Fox, Probabilistic Robotics, 2005, chapters 5, 6.4 and 8.3; the number of
-particles follows D. Fox, "Adapting the Sample Size in Particle Filters Through KLD-Sampling",
-IJRR 22(12), 2003. Unlike AMCL, the filter injects no random particles: after a kidnap its pose
-follows odometry, its health drops, and the global search finds the new pose.
+Unlike AMCL, the filter injects no random particles. Places that explain the scans equally well are
+modes of the filter, each with particles of its own (modes.py). After a push or a kidnap the pose
+follows odometry, its health drops, and searches of the map find the new pose (recovery.py).
 """
 
 from __future__ import annotations
 
-from math import pi
+from collections.abc import Sequence
+from math import hypot
 
 import numpy as np
 
 from stack.compilation import KernelTypes
 from stack.components import Estimator
 from stack.drivetrain.description import RobotDescription
-from stack.errors import InputError
+from stack.errors import InputError, NavigationError
 from stack.frames.buffer import TransformBuffer
-from stack.localisation.distance_field import as_pose, as_row, surface_field
-from stack.localisation.health import FitScale, RecentMedian, ScanEvaluator, calibrate
+from stack.localisation.confidence import Confidence
+from stack.localisation.distance_field import surface_field
+from stack.localisation.health import FitScale, ScanEvaluator, ScanView, calibrate
+from stack.localisation.health_model import HealthFeatures, health
+from stack.localisation.modes import Mode
+from stack.localisation.motion_models import MotionSince, motion_model
 from stack.localisation.parameters import LocaliserParameters
-from stack.localisation.particles import (
-    MotionNoise,
-    OmniMotionNoise,
-    ParticleSet,
-    kld_bound,
-    move,
-    summarise,
-)
-from stack.localisation.search.global_match import HEADINGS, SEED_SPACING, GlobalMatcher, decide
-from stack.localisation.search.local_match import LocalMatcher, map_search
-from stack.localisation.search.matches import (
-    GlobalMatch,
-    Views,
-    beam_points,
-    returned_beams,
-    scan_points,
-)
+from stack.localisation.particle_filter import ParticleFilter
+from stack.localisation.particles import move
+from stack.localisation.pose_search import PoseSearch, prior_of
+from stack.localisation.recovery import RecoverySchedule
+from stack.localisation.search.matches import GlobalMatch, Views
+from stack.localisation.search.rivals import Resolution, resolve
+from stack.localisation.views.view_planner import ViewPlanner
 from stack.parameters import suggestion
 from stack.streams import stream
 from stack.types import (
-    TYPICAL_HEALTH,
     FloatArray,
+    HealthThresholds,
     Observation,
     OccupancyGrid,
     Pose2D,
     PoseEstimate,
     Scan,
+    View,
 )
 
-_HEADING_OF_METRE = 0.6
-"""Radians of heading deviation that are equivalent to a metre of position deviation."""
-
-_POINT_VARIANCE = 0.05**2
-"""m²; variance of a return about the map's surface in scan alignment. Larger than the lidar's,
-since beams are not independent."""
-
 _NO_FIT = 0.5
-"""Share of the fit at LOST_HEALTH; a lower fit means that the robot is not near the estimate."""
+"""Share of the 5th percentile of fits at true poses below which the robot is not near a pose."""
+
+_UNTESTED_HEALTH = 0.8
+"""Health of a pose that was set and that no scan has tested."""
+
+_CLEARANCE = 0.05
+"""Metres between the robot's inscribed circle and surfaces on the way to a view."""
 
 _STILL_UPDATES = 2
 """Largest number of measurement updates at standstill: the same view adds little evidence."""
+
+_MATCH_DEVIATION = 0.05
+"""Metres; standard deviation of a pose that is compared with a scan."""
 
 
 class Localiser(Estimator):
@@ -78,8 +75,9 @@ class Localiser(Estimator):
         """Return the kernels of the filter and of the search."""
         from stack.localisation import kernels
         from stack.localisation.search import kernels as search_kernels
+        from stack.localisation.views import kernels as view_kernels
 
-        return (*kernels.LOCALISATION, *search_kernels.SEARCH)
+        return (*kernels.LOCALISATION, *search_kernels.SEARCH, *view_kernels.VIEWS)
 
     def __init__(
         self,
@@ -88,19 +86,25 @@ class Localiser(Estimator):
         grid: OccupancyGrid,
         seed: int,
     ) -> None:
-        from stack.localisation import kernels
 
         super().__init__(parameters, robot, grid, seed)
-        self._robot, self._kernels = robot, kernels
+        self._robot = robot
         self._generator = stream(seed, "localisation")
         self._calibration = stream(seed, "localisation calibration")
         self._field = surface_field(grid)
-        self._evaluator = ScanEvaluator(self._field)
+        self._evaluator = ScanEvaluator(self._field, parameters)
+        self._filter = ParticleFilter(
+            self._field, self._evaluator, motion_model(robot.drivetrain, parameters), parameters,
+            self._generator,
+        )  # fmt: skip
+        self._recovery = RecoverySchedule(parameters)
         self._scale: FitScale | None = None
-        self._fits = RecentMedian(parameters.health_window)
+        self._confidence = Confidence(parameters)
         self._use(parameters)
         self._odometry: Pose2D | None = None
-        self._fit: float | None = None
+        self._travelled = 0.0
+        self._stated = MotionSince.none()
+        self._scanned: tuple[float, Pose2D] | None = None
         self._time = self._corrected_at = 0.0
         self._jumps = -1
         self.scatter()
@@ -132,41 +136,29 @@ class Localiser(Estimator):
         """Derive everything that depends on the parameters and the map."""
         p = self.parameters = parameters
         self.lidar = p.lidar or self._robot.main_lidar
-        self._table = self._field.log_likelihoods(p.hit_deviation, p.hit_share)
-        self._least = float(self._table.min())
-        search = map_search(self._field, p)
-        self._matcher = GlobalMatcher(self._field, self._evaluator, p, search)
-        self._local_matcher = LocalMatcher(self._field, self._evaluator, p, search)
-        self._fits.window = p.health_window
-        alphas = p.alpha_1, p.alpha_2, p.alpha_3, p.alpha_4
-        sideways = self._robot.drivetrain.can_move_sideways
-        self._noise = OmniMotionNoise(*alphas, p.alpha_5) if sideways else MotionNoise(*alphas)
+        self._evaluator.configure(p)
+        self._filter.configure(motion_model(self._robot.drivetrain, p), p)
+        self._recovery.parameters = p
+        self._pose_search = PoseSearch(self._field, self._evaluator, self._filter, p)
+        self._confidence.configure(p)
 
     def start(self, pose: Pose2D | None) -> None:
         """Start around the initial pose; if that is unknown, anywhere on the map."""
+        p = self.parameters
         if pose is None:
             self.scatter()
-        else:
-            p = self.parameters
-            self.set_pose(pose, p.initial_position_deviation, p.initial_heading_deviation)
+            return
+        self.set_pose(pose, p.initial_position_deviation, p.initial_heading_deviation)
 
     def set_pose(self, pose: Pose2D, position_deviation: float, heading_deviation: float) -> None:
         """Restart around a pose in the map frame; standard deviations in metres and radians."""
-        deviations = [position_deviation, position_deviation, heading_deviation]
-        poses = self._generator.normal(as_row(pose), deviations, (self.parameters.max_particles, 3))
-        self._reset(ParticleSet.uniform(poses[: self._particle_count(poses)]))
-        self._map_from_odom = pose.compose(self._reference.inverse())
+        variances = np.square([position_deviation, position_deviation, heading_deviation])
+        self._restart([self._filter.around(pose, np.diag(variances))], confirmed=True)
 
     def scatter(self) -> None:
         """Restart with particles uniform over the free space."""
-        cells = self._field.free_cells(0.0)
-        count = self.parameters.max_particles
-        poses = self._generator.uniform(-pi, pi, (count, 3))
-        if cells.shape[0]:
-            shift = self._generator.uniform(-0.5, 0.5, (count, 2)) * self._field.resolution
-            chosen = cells[self._generator.integers(0, cells.shape[0], count)]
-            poses[:, :2] = self._field.centres(chosen) + shift
-        self._reset(ParticleSet.uniform(poses))
+        self._filter.scatter()
+        self._restart(self._filter.modes.modes)
         self._scattered = True
 
     def update(self, observation: Observation, frames: TransformBuffer) -> PoseEstimate:
@@ -174,12 +166,29 @@ class Localiser(Estimator):
         self._time = observation.time
         scan = observation.named(self.lidar, Scan)
         if scan is not None:
-            self.process(frames.pose_at("odom", scan.stamp), scan)
+            covariance, disturbed = self._stated_errors(frames, scan.stamp)
+            self.process(frames.pose_at("odom", scan.stamp), scan, covariance, disturbed=disturbed)
             self._corrected_at = scan.stamp
         self.process(frames.pose_at("odom", observation.time))
         return self.estimate
 
-    def process(self, odometry: Pose2D, scan: Scan | None = None) -> None:
+    def _stated_errors(
+        self, frames: TransformBuffer, stamp: float
+    ) -> tuple[FloatArray | None, bool]:
+        """Return what odometry states of its error since the last scan."""
+        if self._scanned is None or not frames.covers(self._scanned[0]):
+            return None, False
+        since = self._scanned[0]
+        return frames.motion_covariance(since, stamp), frames.disturbed_between(since, stamp)
+
+    def process(
+        self,
+        odometry: Pose2D,
+        scan: Scan | None = None,
+        covariance: FloatArray | None = None,
+        *,
+        disturbed: bool = False,
+    ) -> None:
         """Update the estimate with odometry and an optional scan taken at that pose.
 
         Args:
@@ -187,81 +196,127 @@ class Localiser(Estimator):
             scan: a new scan, or None. Every scan updates the health. It weights the particles only
                 if the robot has moved since the last measurement update, or once at standstill
                 (twice while the pose is uncertain).
+            covariance: (3, 3) of the motion since the last scan, in the base frame there, as
+                odometry states it.
+            disturbed: whether odometry was disturbed since the last scan (a push or slip).
         """
         if self._odometry is None:
             self._reference = odometry
-            self._map_from_odom = self._map_from_odom.compose(odometry.inverse())
         self._odometry = odometry
         if scan is None:
             return
+        self._follow(scan, covariance, disturbed=disturbed)
         if self._scattered:
-            self._seed(scan)
+            self._start_anywhere(scan)
         elif self._is_update_due():
-            self._predict_only() if self._is_kidnapped(scan) else self._measurement_update(scan)
-        self._fit = self._evaluator.fit(self._pose, scan)
-        self._fits.add(scan.stamp, self._fit)
-        self._fit_scale(scan)
+            self._measurement_update(scan)
+        view = self._evaluator.view(self._pose, scan)
+        if len(self._filter.modes.modes) > 1:
+            view = self._compare_modes(scan, view)
+        search = self._recovery.next(scan.stamp, view, self._fit_scale(scan).low)
+        if search is not None:
+            confirmed, low = self._confidence.is_confirmed, self._fit_scale(scan).low
+            disturbed = self._recovery.is_disturbed(scan.stamp)
+            prior = prior_of(view, confirmed=confirmed, disturbed=disturbed)
+            if self._pose_search.run(search, scan, view, self._moved, prior, low):
+                self._recovery.verify(scan.stamp)
+            view = self._evaluator.view(self._pose, scan)
+        scale, alone = self._fit_scale(scan), len(self._filter.modes.modes) == 1
+        self._confidence.add(scan.stamp, view, scale, self._travelled, alone=alone)
+        if self._confidence.needs_verification(view, scale, alone=alone):
+            self._recovery.verify(scan.stamp)
 
     @property
     def estimate(self) -> PoseEstimate:
         """The pose, propagated by odometry since the last scan, with covariance and health.
 
-        Until the first scan after a start the health is the median at a true pose, so that
-        starting raises no alarm; scattered particles have health 0.
+        Until the first scan after a start the health raises no alarm; if scattered, it is 0.
         """
-        fit = self._fits.value
-        if fit is None or self._scale is None:
-            health = 0.0 if self._scattered else TYPICAL_HEALTH
+        p, features, modes = self.parameters, self.health_features, self._filter.modes
+        if features is None:
+            right = 0.0 if self._scattered else _UNTESTED_HEALTH
         else:
-            health = self._scale.health(fit)
+            right = health(features)
         return PoseEstimate(
-            self._pose, self._covariance, health,
-            self._map_from_odom, self._corrected_at, self._jumps,
+            self._pose, modes.covariance(), right,
+            self.map_from_odom, self._corrected_at, self._jumps, modes.rivals(self._moved),
+            HealthThresholds(p.lost_health, p.good_health), self._confidence.is_obscured,
         )  # fmt: skip
+
+    @property
+    def health_features(self) -> HealthFeatures | None:
+        """What the health follows from; None before the first scan after a restart."""
+        return self._confidence.features(self._filter.modes, self._scale)
 
     @property
     def map_from_odom(self) -> Pose2D:
         """The odom frame's pose in the map frame."""
-        return self._map_from_odom
+        return self._filter.modes.best.pose.compose(self._reference.inverse())
 
     @property
     def particles(self) -> FloatArray:
         """(n, 3) x, y, heading of the particles in the map frame, propagated by odometry."""
-        return move(self._particle_set.poses, self._moved)
+        return move(self._filter.particles, self._moved)
 
     def fit_at(self, pose: Pose2D, scan: Scan) -> float:
         """Return the health in [0, 1] of a single scan at another pose, map frame."""
-        return self._fit_scale(scan).health(self._evaluator.fit(pose, scan))
+        view = self._evaluator.view(pose, scan)
+        return health(HealthFeatures(view, view, self._fit_scale(scan), _MATCH_DEVIATION, 1.0))
 
     def match_globally(self, scan: Scan, earlier: Views = ()) -> list[GlobalMatch]:
         """Return distinct poses on the whole map that explain the scans, best first.
 
-        Args:
-            scan: the newest scan.
-            earlier: earlier scans, each with the base pose at its stamp in the current base frame
-                (from odometry). They resolve ambiguities of a single view.
+        See `GlobalMatcher.candidates`.
         """
-        return self._matcher.candidates(scan, earlier)
+        return self._pose_search.whole_map.candidates(scan, earlier)
 
     def localise_globally(self, scan: Scan, earlier: Views = ()) -> GlobalMatch:
-        """Restart at the only pose on the map that explains the scans.
+        """Restart at the best pose on the map that explains the scans, with its rivals.
 
         Args:
             scan: the newest scan.
             earlier: as for `match_globally`.
 
         Raises:
-            NavigationError: LOST if no pose fits, AMBIGUOUS if several do. The particles do not
-                change then.
+            NavigationError: LOST if no pose fits. The particles do not change then.
         """
+        return self._adopt(self._resolution(scan, earlier))
+
+    def best_view(self, scan: Scan, avoided: Sequence[Pose2D] = ()) -> View | None:
+        """Return the view that best tells the estimate from its rivals; None without one."""
+        estimate = self.estimate
+        if not estimate.ambiguous:
+            return None
+        clearance = self._robot.footprint.inscribed_radius + _CLEARANCE
+        planner = ViewPlanner(self._field, clearance, self.parameters)
+        shares = [rival.share for rival in estimate.rivals]
+        poses = [estimate.pose, *(rival.pose for rival in estimate.rivals)]
+        return planner.best_view(poses, [1.0 - sum(shares), *shares], scan, avoided)
+
+    def _resolution(self, scan: Scan, earlier: Views = ()) -> Resolution:
         candidates = self.match_globally(scan, earlier)
-        best = decide(candidates, self._fit_scale(scan).low, self.parameters.ambiguity_ratio)
-        self.set_pose(best.pose, 0.1, 0.05)
+        return resolve(candidates, self._fit_scale(scan).low, self.parameters.rival_share)
+
+    def _adopt(self, resolution: Resolution) -> GlobalMatch:
+        best = resolution.best
+        self._restart([
+            self._pose_search.mode(match, match.evidence - best.evidence)
+            for match in (best, *resolution.rivals)
+        ])  # fmt: skip
         return best
+
+    def _start_anywhere(self, scan: Scan) -> None:
+        """Search the whole map at an unknown start; if nothing fits well, follow all places."""
+        try:
+            self._adopt(self._resolution(scan))
+        except NavigationError:
+            if modes := self._pose_search.places(scan):
+                self._restart(modes)
+                self._filter.modes.tidy()
 
     @property
     def _pose(self) -> Pose2D:
-        return self._map_from_odom.compose(self._odometry or self._reference)
+        return self._filter.modes.best.pose.compose(self._moved)
 
     @property
     def _moved(self) -> Pose2D:
@@ -275,22 +330,37 @@ class Localiser(Estimator):
             )
         return self._scale
 
-    def _reset(self, particle_set: ParticleSet) -> None:
-        self._particle_set = particle_set
+    def _restart(self, modes: Sequence[Mode], *, confirmed: bool = False) -> None:
+        """Restart with modes at the newest odometry."""
+        self._filter.modes.replace(modes)
         self._reference = self._odometry or Pose2D(0.0, 0.0)
+        self._stated = MotionSince.none()
         self._still_scans = 0
         self._scattered = False
+        self._jumped(confirmed=confirmed)
+        self._recovery.reset()
+
+    def _jumped(self, *, confirmed: bool) -> None:
+        """Note a discontinuity of the pose; scans before say nothing of the new one."""
         self._jumps += 1
         self._corrected_at = self._time
-        self._fits.clear()
-        self._fit = None
-        self._update_estimate()
+        self._confidence.restart(confirmed=confirmed)
+
+    def _follow(self, scan: Scan, covariance: FloatArray | None, *, disturbed: bool) -> None:
+        """Add the motion since the last scan to what odometry states since the last update."""
+        assert self._odometry is not None
+        before = self._scanned[1] if self._scanned is not None else self._odometry
+        step = self._odometry.relative_to(before)
+        self._stated = self._stated.then(step, covariance, disturbed)
+        p, distance, turn = self.parameters, hypot(step.x, step.y), abs(step.heading)
+        self._travelled = distance + 0.5 * turn
+        self._filter.modes.travel(distance / p.rival_distance + turn / p.rival_angle)
+        if disturbed:
+            self._recovery.disturb(scan.stamp)
+        self._scanned = scan.stamp, self._odometry
 
     def _is_settled(self) -> bool:
-        position = float(np.sqrt(max(0.0, np.linalg.eigvalsh(self._covariance[:2, :2])[-1])))
-        heading = float(np.sqrt(self._covariance[2, 2]))
-        limit = self.parameters.settled_deviation
-        return position < limit and heading < limit * _HEADING_OF_METRE
+        return self._filter.modes.best.is_settled(self.parameters.settled_deviation)
 
     def _is_update_due(self) -> bool:
         moved = self._moved
@@ -305,100 +375,28 @@ class Localiser(Estimator):
             return True
         return self._still_scans <= _STILL_UPDATES and not self._is_settled()
 
-    def _is_kidnapped(self, scan: Scan) -> bool:
-        """Return whether the filter is settled on a pose that the last scan does not fit at all.
-
-        Scans from elsewhere must not pull the particles to a pose with a slightly better fit.
-        """
-        limit = _NO_FIT * self._fit_scale(scan).low
-        return self._fit is not None and self._fit < limit and self._is_settled()
-
-    def _predict_only(self) -> None:
-        """Follow odometry only; the particles spread until measurement updates resume."""
-        self._move()
-        _, self._covariance = summarise(self._particle_set)
-
-    def _move(self) -> None:
-        poses = self._noise.sample(self._particle_set.poses, self._moved, self._generator)
-        self._particle_set = ParticleSet(poses, self._particle_set.weights)
-        self._reference = self._odometry or self._reference
-
     def _measurement_update(self, scan: Scan) -> None:
-        """Run one filter step: predict, weight by the scan, estimate, resample."""
-        settled = self._is_settled()
-        points = self._evidence(scan, settled)
-        self._move()
-        scores = self._kernels.score_poses(
-            self._table, self._field.occupancy, *self._field.placement, self._particle_set.poses,
-            points, self._least,
-        )  # fmt: skip
-        logs = np.log(self._particle_set.weights) + self.parameters.trust * scores
-        weights = np.exp(logs - logs.max())
-        self._particle_set = ParticleSet(self._particle_set.poses, weights / weights.sum())
-        self._update_estimate()
-        if self._is_settled():
-            self._refine(points)
-        self._resample()
+        """Run one filter step: predict, then weight each mode that the scan may belong to."""
+        p, lost = self.parameters, _NO_FIT * self._fit_scale(scan).low
+        motion = MotionSince(self._moved, self._stated.covariance, self._stated.disturbed)
+        self._filter.predict(motion)
+        self._reference = self._odometry or self._reference
+        self._stated = MotionSince.none()
+        for mode in self._filter.modes.modes:
+            # Scans from elsewhere must not pull a mode to a pose with a slightly better fit.
+            last = self._confidence.views.newest
+            fit = last.fit if last and mode is self._filter.modes.best else None
+            if fit is not None and fit < lost and mode.is_settled(p.settled_deviation):
+                self._filter.spread(mode)
+            else:
+                self._filter.measure(mode, scan)
 
-    def _seed(self, scan: Scan) -> None:
-        """Sample scattered particles again, from the poses that explain this scan.
-
-        Particles uniform over a building would be too far apart to include the robot's pose. Dual
-        sampling as in S. Thrun et al., "Robust Monte Carlo Localization for Mobile Robots",
-        Artificial Intelligence 128, 2001.
-        """
-        points = scan_points(scan, self._matcher.beams)
-        if self._matcher.size == 0 or points.shape[0] == 0:
-            return
-        scores = self._matcher.scores(points).astype(np.float64)
-        weights = np.exp(0.5 * self.parameters.trust * (scores - scores.max()))
-        limit = self.parameters.max_particles
-        draw = self._kernels.resample(weights / weights.sum(), limit, self._generator.random())
-        spacing = SEED_SPACING
-        within = np.array([spacing, spacing, 2.0 * pi / HEADINGS]) / 2.0
-        poses = self._matcher.poses(draw) + self._generator.uniform(-within, within, (limit, 3))
-        self._reset(ParticleSet.uniform(poses))
-
-    def _evidence(self, scan: Scan, settled: bool) -> FloatArray:
-        """Return (m, 2) end points, base frame, of the beams of a measurement update.
-
-        If the pose is settled, beams shortened by an unmapped obstacle are left out.
-        """
-        beams = returned_beams(scan, self.parameters.beams)
-        if settled and beams.size:
-            kinds = self._evaluator.classify(self._pose, scan, beams)
-            explained = beams[kinds != self._kernels.SHORT]
-            if explained.size >= beams.size // 2:
-                beams = explained
-        return beam_points(scan, beams)
-
-    def _update_estimate(self) -> None:
-        pose, self._covariance = summarise(self._particle_set)
-        self._map_from_odom = pose.compose(self._reference.inverse())
-
-    def _refine(self, points: FloatArray) -> None:
-        """Align the scan to the map, with the mean and covariance of the particles as prior."""
-        spread_out = self._covariance + np.diag([1e-6, 1e-6, 1e-6])
-        information = _POINT_VARIANCE * np.asarray(np.linalg.inv(spread_out), dtype=np.float64)
-        start = as_row(self._pose)
-        refined = self._kernels.refine_pose(
-            self._field.distances, *self._field.placement, start, information, points, 0.1
-        )
-        aligned = as_pose(refined)
-        if aligned.distance_to(self._pose) < self.parameters.settled_deviation:
-            self._map_from_odom = aligned.compose(self._reference.inverse())
-
-    def _resample(self) -> None:
-        weights = self._particle_set.weights
-        if 1.0 / float(weights @ weights) > 0.5 * weights.size:
-            return
-        limit = self.parameters.max_particles
-        draw = self._kernels.resample(weights, limit, self._generator.random())
-        count = self._particle_count(self._particle_set.poses[draw])
-        chosen = self._kernels.resample(weights, count, self._generator.random())
-        self._particle_set = ParticleSet.uniform(self._particle_set.poses[chosen])
-
-    def _particle_count(self, poses: FloatArray) -> int:
-        p = self.parameters
-        wanted = max(kld_bound(poses, p.kld_error, p.kld_quantile), p.min_particles)
-        return min(wanted, int(poses.shape[0]))
+    def _compare_modes(self, scan: Scan, view: ScanView) -> ScanView:
+        """Add the evidence of a scan to the modes; return the view of the estimate."""
+        modes, moved = self._filter.modes, self._moved
+        others = [self._evaluator.view(mode.pose.compose(moved), scan) for mode in modes.modes[1:]]
+        modes.weigh([view.cost, *(o.cost for o in others)], self.parameters.evidence_cap)
+        views = dict(zip(map(id, modes.modes), [view, *others], strict=True))
+        if modes.tidy():
+            self._jumped(confirmed=False)
+        return views[id(modes.best)]

@@ -52,6 +52,11 @@ class LocaliserParameters:
         0.3, above=0.0, at_most=1.0,
         help="exponent of a scan's likelihood; below 1, since beams are not independent",
     )  # fmt: skip
+    least_beams: float = parameter(
+        0.25, at_least=0.0, at_most=1.0,
+        help="beams that the map does not explain at a settled pose do not weight the particles "
+        "while at least this share of the beams is left",
+    )  # fmt: skip
     update_distance: float = parameter(
         0.05, "m", at_least=0.0, help="distance driven between two measurement updates"
     )
@@ -77,9 +82,66 @@ class LocaliserParameters:
         0.02, at_least=0.0, at_most=2.0,
         help="omnidirectional robots: variance across the motion per translation squared",
     )  # fmt: skip
+    skid_factor: float = parameter(
+        4.0, at_least=1.0, at_most=100.0,
+        help="skid-steered robots: factor of alpha_1 and alpha_4; their wheels slide in turns",
+    )  # fmt: skip
+    short_object: float = parameter(
+        1.0, at_least=0.0, at_most=20.0,
+        help="evidence against a mode of an unmapped object 6 degrees wide (log-likelihood)",
+    )  # fmt: skip
+    long_object: float = parameter(
+        2.0, at_least=0.0, at_most=20.0,
+        help="evidence against a mode of a mapped object 6 degrees wide that is not there",
+    )  # fmt: skip
+    evidence_cap: float = parameter(
+        15.0, above=0.0, at_most=100.0, help="largest evidence of one view against a mode"
+    )
+    rival_dead_zone: float = parameter(
+        0.75, at_least=0.0, at_most=20.0,
+        help="difference of the evidence of two modes that counts as none",
+    )  # fmt: skip
+    rival_lead: float = parameter(
+        2.0, at_least=1.0, at_most=100.0,
+        help="a mode becomes the estimate when it is this many times as probable",
+    )  # fmt: skip
+    max_modes: int = parameter(
+        20, at_least=1, at_most=200, help="number of places that are followed at a time"
+    )
+    recovery_time: float = parameter(
+        0.3, "s", at_least=0.0,
+        help="time of badly fitting scans after which the pose is searched near the estimate",
+    )  # fmt: skip
+    recovery_period: float = parameter(
+        0.5, "s", above=0.0, help="time between two searches near the estimate"
+    )
+    recovery_distance: float = parameter(
+        1.0, "m", above=0.0, at_most=10.0,
+        help="half the side of the first search window; it widens with each search",
+    )  # fmt: skip
+    recovery_angle: float = parameter(
+        0.53, "rad", above=0.0, help="largest heading difference of the first search window"
+    )
+    global_period: float = parameter(
+        3.0, "s", above=0.0, help="time between two searches of the whole map while lost"
+    )
     range_noise: float = parameter(
         0.01, "m", at_least=0.0, help="standard deviation of a lidar range, for the health"
     )
+    lost_health: float = parameter(
+        0.3, at_least=0.0, at_most=1.0, help="health below which the robot counts as lost"
+    )
+    good_health: float = parameter(
+        0.5, at_least=0.0, at_most=1.0, help="health from which on the pose counts as right"
+    )
+    obscured_short: float = parameter(
+        0.2, at_least=0.0, at_most=1.0,
+        help="share of beams that end at unmapped things from which on they excuse a low health",
+    )  # fmt: skip
+    obscured_long: float = parameter(
+        0.05, at_least=0.0, at_most=1.0,
+        help="share of beams through mapped walls above which they do not excuse it",
+    )  # fmt: skip
     health_window: float = parameter(
         1.0, "s", at_least=0.0, help="time window of scans whose median is the health"
     )
@@ -109,6 +171,9 @@ class LocaliserParameters:
         0.7, above=0.0, at_most=1.0,
         help="the search returns the poses whose score is at least this share of the best one",
     )  # fmt: skip
+    search_most: int = parameter(
+        80, at_least=1, at_most=1000, help="largest number of poses that the search returns"
+    )
     short_penalty: float = parameter(
         3.0, at_least=0.0, at_most=20.0,
         help="evidence against a pose of a beam that ends before the mapped wall (log-likelihood)",
@@ -121,9 +186,19 @@ class LocaliserParameters:
         0.2, above=0.0, at_most=1.0,
         help="factor of the evidence of 120 beams; below 1, since beams are not independent",
     )  # fmt: skip
-    ambiguity_ratio: float = parameter(
-        0.85, above=0.0, at_most=1.0,
-        help="the pose is ambiguous if a second place has this share of the best fit",
+    rival_share: float = parameter(
+        0.01, above=0.0, at_most=1.0,
+        help="another pose is a rival if its probability is at least this share of the best one's",
+    )  # fmt: skip
+    rival_distance: float = parameter(
+        0.75, "m", above=0.0, help="distance driven after which a view is new evidence for rivals"
+    )
+    rival_angle: float = parameter(
+        2.0, "rad", above=0.0, help="angle turned after which a view is new evidence for rivals"
+    )
+    view_distance: float = parameter(
+        15.0, "m", above=0.0, at_most=100.0,
+        help="how far away a place is looked for at which rivals differ",
     )  # fmt: skip
 
     def __post_init__(self) -> None:

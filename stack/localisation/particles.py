@@ -1,15 +1,15 @@
-"""Particle sets: motion models, mean and covariance, KLD bound. NumPy only."""
+"""Particle sets: mean and covariance, clusters, KLD bound. NumPy only."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import atan2, hypot, pi, sqrt
+from math import atan2, pi, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stack.localisation.distance_field import as_pose
-from stack.types import FloatArray, Pose2D, wrap_angle
+from stack.types import FloatArray, Pose2D
 
 _BIN = np.array([0.5, 0.5, pi / 18])
 """Metres, metres, radians: AMCL's histogram bins for KLD sampling."""
@@ -44,85 +44,6 @@ def move(poses: FloatArray, by: Pose2D) -> FloatArray:
     moved[:, 1] = poses[:, 1] + s * by.x + c * by.y
     moved[:, 2] = poses[:, 2] + by.heading
     return moved
-
-
-@dataclass(frozen=True, slots=True)
-class MotionNoise:
-    """Odometry motion model of differential robots; the alphas scale variances as in AMCL."""
-
-    alpha_1: float
-    alpha_2: float
-    alpha_3: float
-    alpha_4: float
-
-    def sample(
-        self, poses: FloatArray, moved: Pose2D, generator: np.random.Generator
-    ) -> FloatArray:
-        """Return (n, 3) poses moved by an odometry displacement, each with a sampled error.
-
-        Probabilistic Robotics, 2005, table 5.6: rotation, translation, rotation.
-        """
-        distance = hypot(moved.x, moved.y)
-        first = atan2(moved.y, moved.x)
-        second = wrap_angle(moved.heading - first)
-        # Driving backward is not a half turn, a translation and a half turn.
-        turn_1, turn_2 = (min(abs(a), pi - abs(a)) for a in (first, second))
-        if distance < 0.01:
-            # Below a centimetre the direction of travel is noise.
-            turn_1, turn_2 = 0.0, abs(moved.heading)
-        go = self.alpha_3 * distance**2 + self.alpha_4 * (turn_1**2 + turn_2**2)
-        deviations = [
-            sqrt(self.alpha_1 * turn_1**2 + self.alpha_2 * distance**2),
-            sqrt(go),
-            sqrt(self.alpha_1 * turn_2**2 + self.alpha_2 * distance**2),
-        ]
-        errors = generator.normal(0.0, deviations, (poses.shape[0], 3))
-        leaving = poses[:, 2] + first + errors[:, 0]
-        gone = distance + errors[:, 1]
-        return np.column_stack(
-            [
-                poses[:, 0] + gone * np.cos(leaving),
-                poses[:, 1] + gone * np.sin(leaving),
-                leaving + second + errors[:, 2],
-            ]
-        )
-
-
-@dataclass(frozen=True, slots=True)
-class OmniMotionNoise:
-    """Motion model of omnidirectional robots, as AMCL's omnidirectional model.
-
-    Rotation, translation, rotation would treat a sideways step as two quarter turns and blur the
-    heading. Here the errors are along the motion, across it, and in the heading.
-    """
-
-    alpha_1: float
-    alpha_2: float
-    alpha_3: float
-    alpha_4: float
-    alpha_5: float
-
-    def sample(
-        self, poses: FloatArray, moved: Pose2D, generator: np.random.Generator
-    ) -> FloatArray:
-        """Return (n, 3) poses moved by an odometry displacement, each with a sampled error."""
-        distance, turn = moved.x**2 + moved.y**2, moved.heading**2  # both squared
-        deviations = [
-            sqrt(self.alpha_3 * distance + self.alpha_4 * turn),
-            sqrt(self.alpha_5 * distance + self.alpha_4 * turn),
-            sqrt(self.alpha_1 * turn + self.alpha_2 * distance),
-        ]
-        errors = generator.normal(0.0, deviations, (poses.shape[0], 3))
-        going = poses[:, 2] + atan2(moved.y, moved.x)
-        c, s = np.cos(going), np.sin(going)
-        along, across = sqrt(distance) + errors[:, 0], errors[:, 1]
-        return np.column_stack(
-            [
-                poses[:, 0] + along * c - across * s,
-                poses[:, 1] + along * s + across * c,
-                poses[:, 2] + moved.heading + errors[:, 2],
-            ]
-        )
 
 
 def summarise(particle_set: ParticleSet) -> tuple[Pose2D, FloatArray]:

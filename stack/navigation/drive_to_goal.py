@@ -13,10 +13,12 @@ from stack.navigation.blockages import Blockages
 from stack.navigation.following import (
     Drive,
     Tools,
+    check_not_ambiguous,
     check_not_lost,
     drive_feedback,
     standing,
 )
+from stack.navigation.path_speeds import slower
 from stack.navigation.planner_worker import Plan, PlanRequest
 from stack.navigation.tasks import MotionTask, NavigationState
 from stack.types import STANDSTILL, Failure, FailureCode, Path, Pose2D, Twist
@@ -58,9 +60,11 @@ class GoalDrive(Drive):
         goal: the last goal.
         partial: the nearest reachable pose counts as success. Otherwise the end of a partial path
             is the failure NO_VALID_PATH.
+        while_ambiguous: drive although the estimate has rivals.
     """
 
     partial = False
+    while_ambiguous = False
 
     def __init__(
         self, task: MotionTask, tools: Tools, goals: Sequence[Pose2D], tolerance: float | None
@@ -86,6 +90,8 @@ class GoalDrive(Drive):
         """Compute the velocity for this step."""
         try:
             check_not_lost(self._lost, state)
+            if not self.while_ambiguous:
+                check_not_ambiguous(self._tools.parameters, state)
             if self._lost.doubted:
                 return self._stand(state.time, "the scans do not fit the map: waiting")
             self._use_plan(state)
@@ -98,7 +104,7 @@ class GoalDrive(Drive):
             if self.path is None:
                 self._follower.pause(state.time)
                 return STANDSTILL
-            return self._follower.step(state)
+            return slower(self._follower.step(state), self._lost.speed_limit)
         except NavigationError as error:
             if self._near_partial_end and error.failure.code in HELD:
                 self._arrive(state.estimate.pose)

@@ -239,7 +239,8 @@ class Drive(MotionExecutor):
     def __init__(self, task: MotionTask, tools: Tools, tolerance: float | None) -> None:
         super().__init__(task)
         self._follower = Follower(tools, tolerance)
-        self._lost = LostChecker(tools.parameters.lost_health, tools.parameters.lost_time)
+        p = tools.parameters
+        self._lost = LostChecker(p.lost_time, p.obscured_speed, p.obscured_distance)
 
     def pause(self, now: float) -> None:
         """Hold the drive."""
@@ -263,6 +264,7 @@ class PathDrive(Drive):
 
     def __init__(self, task: MotionTask, tools: Tools, path: Path) -> None:
         super().__init__(task, tools, None)
+        self._parameters = tools.parameters
         self.path, self.goal = path, path.goal
         task.path = path
 
@@ -275,6 +277,7 @@ class PathDrive(Drive):
         follower, task = self._follower, self.task
         try:
             check_not_lost(self._lost, state)
+            check_not_ambiguous(self._parameters, state)
             if self._lost.doubted:
                 follower.pause(state.time)
                 return STANDSTILL
@@ -286,7 +289,7 @@ class PathDrive(Drive):
                 return STANDSTILL
             if off := follower.off_heading(state):
                 raise NavigationError(FailureCode.NO_PROGRESS, off)
-            return follower.step(state)
+            return slower(follower.step(state), self._lost.speed_limit)
         except NavigationError as error:
             task.fail(error.failure.code, error.failure.sentence)
             return STANDSTILL
@@ -294,12 +297,25 @@ class PathDrive(Drive):
 
 def check_not_lost(checker: LostChecker, state: NavigationState) -> None:
     """Raise NavigationError LOST when the localisation health has been low for too long."""
-    health = state.estimate.health
-    if checker.lost(state.time, health):
+    estimate = state.estimate
+    if checker.lost(state.time, estimate, state.odometry.pose):
         raise NavigationError(
             FailureCode.LOST,
-            f"localisation health {health:.2f}, below {checker.health:g} for "
+            f"localisation health {estimate.health:.2f}, below {estimate.thresholds.lost:g} for "
             f"{checker.seconds:g} s: the scans do not fit the map here",
+        )
+
+
+def check_not_ambiguous(parameters: NavigationParameters, state: NavigationState) -> None:
+    """Raise NavigationError AMBIGUOUS when goals are not driven to and the estimate has rivals."""
+    rivals = state.estimate.rivals
+    if rivals and parameters.ambiguous_goals != "drive":
+        nearest = rivals[0].pose
+        raise NavigationError(
+            FailureCode.AMBIGUOUS,
+            f"{len(rivals) + 1} places explain the scans about as well, one of them "
+            f"({nearest.x:.2f}, {nearest.y:.2f}): a goal on the map may be anywhere; run "
+            "`disambiguate` first, or set navigator.ambiguous_goals to drive",
         )
 
 

@@ -11,6 +11,7 @@ from stack.control.path_follower import PathFollower
 from stack.drivetrain.description import RobotDescription
 from stack.errors import ParameterError
 from stack.navigation.activities import Activities
+from stack.navigation.disambiguation import Disambiguation
 from stack.navigation.drive_to_goal import GoalDrive
 from stack.navigation.escape.escape import Escape, EscapeGoal
 from stack.navigation.escape.surroundings import Surroundings
@@ -30,6 +31,12 @@ from stack.navigation.tasks import CostmapLike, Emit, MotionExecutor, MotionTask
 from stack.navigation.teleoperation import Teleoperation
 from stack.safety.monitor import CollisionMonitor
 from stack.types import FailureCode, Path, Pose2D, TaskStatus, Twist
+
+First = Callable[[GoalDrive], MotionExecutor]
+
+
+def _at_once(drive: GoalDrive) -> MotionExecutor:
+    return drive
 
 
 class Navigator:
@@ -139,6 +146,8 @@ class Navigator:
     def local_plan(self) -> Path | None:
         """Planned motion of the controller, map frame."""
         current = self._activities.current
+        if isinstance(current, Disambiguation):
+            current = current.drive
         driving = isinstance(current, GoalDrive | PathDrive) and current.path is not None
         return self._tools.path_follower.local_plan if driving else None
 
@@ -172,16 +181,21 @@ class Navigator:
         self._activities.resume(now)
 
     def navigate_to(
-        self, goal: Pose2D, *, tolerance: float | None = None, partial: bool = False
-    ) -> MotionTask:
+        self, goal: Pose2D, *, tolerance: float | None = None, partial: bool = False,
+        first: First = _at_once,
+    ) -> MotionTask:  # fmt: skip
         """Plan and drive to a pose in the map frame, replanning as the world changes.
 
-        With `partial`, reaching the nearest reachable pose counts as success.
+        Args:
+            goal: map frame.
+            tolerance: metres; None: that of the goal checker.
+            partial: reaching the nearest reachable pose counts as success.
+            first: returns the motion that begins the task, given its drive.
         """
-        return self._drive_through([goal], tolerance, partial)
+        return self._drive_through([goal], tolerance, partial, first)
 
     def navigate_through(
-        self, goals: Sequence[Pose2D], *, tolerance: float | None = None
+        self, goals: Sequence[Pose2D], *, tolerance: float | None = None, first: First = _at_once
     ) -> MotionTask:
         """Drive through poses in turn to the last one, without stopping in between.
 
@@ -190,17 +204,25 @@ class Navigator:
         """
         if not goals:
             raise ParameterError("goals", "expected at least one pose, got an empty list")
-        return self._drive_through(goals, tolerance, False)
+        return self._drive_through(goals, tolerance, False, first)
 
     def _drive_through(
-        self, goals: Sequence[Pose2D], tolerance: float | None, partial: bool
+        self, goals: Sequence[Pose2D], tolerance: float | None, partial: bool, first: First
     ) -> MotionTask:
         task = self._task(f"drive to {_text(goals[-1])}")
         drive = GoalDrive(task, self._tools, goals, tolerance)
         drive.partial = partial
         vias = f" via {len(goals) - 1} poses" if len(goals) > 1 else ""
-        self.start(drive, "goal", f"goal {_text(goals[-1])} accepted{vias}")
+        self.start(first(drive), "goal", f"goal {_text(goals[-1])} accepted{vias}")
         return task
+
+    def view_drive(self, view: Pose2D) -> GoalDrive:
+        """Return the drive to a place where rival poses differ, map frame of the estimate."""
+        task = MotionTask(f"drive to {_text(view)}", lambda _: None)
+        drive = GoalDrive(task, self._tools, [view], self.parameters.view_tolerance)
+        drive.while_ambiguous = drive.partial = True
+        self._emit("view", f"driving to {_text(view)}, where the possible poses differ")
+        return drive
 
     def follow_path(self, path: Path) -> MotionTask:
         """Follow a fixed path, without replanning.
@@ -337,6 +359,8 @@ class Navigator:
     @property
     def _drive(self) -> GoalDrive | PathDrive | None:
         shown = self._activities.shown
+        if isinstance(shown, Disambiguation):
+            shown = shown.drive
         return shown if isinstance(shown, GoalDrive | PathDrive) else None
 
     def _recovery_tools(self) -> RecoveryTools:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from stack.parameters import parameter
-from stack.types import LOST_HEALTH
 
 
 @dataclass(frozen=True)
@@ -59,6 +58,19 @@ class NavigationParameters:
     search_time: float = parameter(
         5.0, "s", above=0.0, help="that search fails if the scans do not arrive within this time"
     )
+    ambiguous_goals: str = parameter(
+        "disambiguate", one_of=("disambiguate", "refuse", "drive"),
+        help="what a goal does while other poses explain the scans as well: first drive to where "
+        "they differ, fail with AMBIGUOUS, or ignore them",
+    )  # fmt: skip
+    view_attempts: int = parameter(
+        8, at_least=1, at_most=100,
+        help="number of places to which the robot drives to tell such poses apart",
+    )  # fmt: skip
+    view_time: float = parameter(
+        0.5, "s", at_least=0.0, help="how long it stands and looks at each of them"
+    )
+    view_tolerance: float = parameter(0.3, "m", above=0.0, help="goal tolerance at such a place")
     jump_distance: float = parameter(
         0.3, "m", at_least=0.0,
         help="a new pose farther away than this clears the sensed obstacles",
@@ -69,14 +81,15 @@ class NavigationParameters:
     teleop_timeout: float = parameter(
         0.5, "s", above=0.0, help="how long one velocity command of the operator is driven"
     )
-    lost_health: float = parameter(
-        LOST_HEALTH,
-        at_least=0.0,
-        at_most=1.0,
-        help="localisation health below which the robot stops",
-    )
     lost_time: float = parameter(
-        1.5, "s", at_least=0.0, help="a drive fails after this time below lost_health"
+        1.5, "s", at_least=0.0, help="a drive fails after this time while the robot is lost"
+    )
+    obscured_speed: float = parameter(
+        0.2, "m/s", at_least=0.0,
+        help="top speed while the robot counts as lost only because unmapped things hide the map",
+    )  # fmt: skip
+    obscured_distance: float = parameter(
+        5.0, "m", at_least=0.0, help="distance driven so before the robot stands as when lost"
     )
     spin_speed: float = parameter(1.0, "rad/s", above=0.0, help="turning speed of spins")
     back_up_speed: float = parameter(0.15, "m/s", above=0.0, help="speed of backing up")

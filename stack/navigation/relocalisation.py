@@ -7,6 +7,7 @@ from collections.abc import Callable
 from stack.components import Estimator, Match
 from stack.errors import NavigationError
 from stack.frames.buffer import TransformBuffer
+from stack.navigation.disambiguation import ambiguity
 from stack.navigation.following import standing
 from stack.navigation.parameters import NavigationParameters
 from stack.navigation.tasks import MotionExecutor, MotionTask, NavigationState
@@ -76,7 +77,11 @@ class Relocalisation(MotionExecutor):
             self.task.fail(error.failure.code, error.failure.sentence)
             return
         self._found(before, match)
-        pose = match.pose
+        pose, rivals = match.pose, self._estimator.estimate.rivals
+        if rivals:
+            why = f"{ambiguity(pose, rivals)}; look for a marker or run `disambiguate`"
+            self.task.fail(FailureCode.AMBIGUOUS, why)
+            return
         self.task.succeed(
             f"at ({pose.x:.2f}, {pose.y:.2f}), {match.fit:.0%} of the scans explained"
         )

@@ -14,11 +14,13 @@ from stack.drivetrain.description import RobotDescription
 from stack.errors import ParameterError
 from stack.frames.buffer import TransformBuffer
 from stack.mapping.exploration.frontiers import FrontierParameters
+from stack.navigation.disambiguation import Disambiguation
+from stack.navigation.drive_to_goal import GoalDrive
 from stack.navigation.loop_state import LoopState
 from stack.navigation.map_service import MapService
 from stack.navigation.navigator import Navigator
 from stack.navigation.relocalisation import Relocalisation
-from stack.navigation.tasks import CostmapLike, Emit, MotionTask
+from stack.navigation.tasks import CostmapLike, Emit, MotionExecutor, MotionTask
 from stack.navigation.tuning import NamedParameters, Tunable, change
 from stack.parameters import suggestion
 from stack.perception.camera_lease import CameraLease
@@ -237,14 +239,18 @@ class RobotFacade:
     ) -> MotionTask:
         """Plan and drive to a pose in the map frame, replanning as the world changes."""
         self._parts.cover([goal])
-        return self._navigation.navigate_to(goal, tolerance=tolerance, partial=partial)
+        return self._navigation.navigate_to(
+            goal, tolerance=tolerance, partial=partial, first=self._unless_ambiguous
+        )
 
     def navigate_through(
         self, goals: list[Pose2D], *, tolerance: float | None = None
     ) -> MotionTask:
         """Drive through poses in turn to the last one, without stopping in between."""
         self._parts.cover(goals)
-        return self._navigation.navigate_through(goals, tolerance=tolerance)
+        return self._navigation.navigate_through(
+            goals, tolerance=tolerance, first=self._unless_ambiguous
+        )
 
     def follow_path(self, path: Path) -> MotionTask:
         """Follow a fixed path, without replanning."""
@@ -325,6 +331,30 @@ class RobotFacade:
         """
         self._navigation.set_edge(edge, closed=closed)
 
+    def disambiguate(self) -> MotionTask:
+        """Drive to where rival poses differ until one is left; succeeds at once without rivals."""
+        task = self._navigation.new_task("disambiguate")
+        executor = self._disambiguation(task)
+        self._navigation.start(executor, "recovery", "telling the possible poses apart")
+        return task
+
+    def _disambiguation(self, task: MotionTask, then: GoalDrive | None = None) -> Disambiguation:
+        return Disambiguation(
+            task,
+            self._parts.estimator,
+            self._navigation.parameters,
+            lambda: self.scan,
+            self._navigation.view_drive,
+            then,
+        )
+
+    def _unless_ambiguous(self, drive: GoalDrive) -> MotionExecutor:
+        """Return a drive to a goal, preceded by disambiguation while there are rivals."""
+        before = self._navigation.parameters.ambiguous_goals == "disambiguate"
+        if before and self.estimate.ambiguous:
+            return self._disambiguation(drive.task, drive)
+        return drive
+
     def relocalise(self) -> MotionTask:
         """Find the pose on the whole map by lidar alone; fails AMBIGUOUS when several poses fit."""
         task = self._navigation.new_task("relocalise")
@@ -356,6 +386,16 @@ class RobotFacade:
         """Write a message to the operator to the event log."""
         self._parts.emit("say", text)
 
+    def estimate_jumped(self, before: Pose2D, pose: Pose2D) -> None:
+        """Report a jump that the estimator made on its own, from a scan, if it is a large one."""
+        if self._is_jump(before, pose):
+            self._handle_jump(before, pose, "lidar")
+
+    def _is_jump(self, before: Pose2D, pose: Pose2D) -> bool:
+        """Whether what was sensed at one pose has a wrong position at the other."""
+        p, turn = self._navigation.parameters, abs(wrap_angle(pose.heading - before.heading))
+        return before.distance_to(pose) > p.jump_distance or turn > p.jump_angle
+
     def _relocalised(self, before: Pose2D, match: Match) -> None:
         self._handle_jump(before, match.pose, "lidar")
 
@@ -363,8 +403,7 @@ class RobotFacade:
         """Report a new pose, and clear obstacles sensed from a wrong one."""
         jump = before.distance_to(pose)
         turn = abs(wrap_angle(pose.heading - before.heading))
-        p = self._navigation.parameters
-        if jump > p.jump_distance or turn > p.jump_angle:
+        if self._is_jump(before, pose):
             self._parts.forget_tracks()
             self._parts.local_costmap.clear()
             self._parts.global_costmap.clear()

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from stack.body import Body
-from stack.components import Estimator
+from stack.components import Estimator, OdometryFusion
 from stack.frames.buffer import TransformBuffer
-from stack.localisation.odometry import OdometryFusion
 from stack.navigation.loop_state import LoopState
 from stack.navigation.navigator import Navigator
 from stack.navigation.robot_facade import RobotFacade

@@ -102,8 +102,11 @@ class Runtime:
             motion = p.odometry.update(observation)
             p.frames.add(motion)
             observation = deskew_observation(observation, p.frames)
+            before = p.estimator.estimate
             estimate = p.estimator.update(observation, p.frames)
             p.frames.correct(estimate)
+            if estimate.jumps != before.jumps:
+                p.facade.estimate_jumped(before.pose, estimate.pose)
         with measure("obstacles"):
             smooth = smooth_observation(observation)
             obstacles = p.obstacle_memory.update(smooth, p.frames)

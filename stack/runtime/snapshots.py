@@ -68,6 +68,7 @@ def compose_snapshot(runtime: Loop) -> Snapshot:
         pose=estimate.pose,
         covariance=estimate.covariance,
         health=estimate.health,
+        health_thresholds=estimate.thresholds,
         battery=state.battery,
         odometry=state.motion.pose,
         particles=_thinned(parts.estimator.particles),

@@ -13,6 +13,7 @@ from stack.sim.physics.friction import FrictionZones
 from stack.sim.physics.physics_robot import PhysicsRobot
 from stack.sim.physics.physics_world import PhysicsWorld
 from stack.sim.physics.settings import SimulationSettings
+from stack.sim.pushes import PushMotion
 from stack.sim.scene_state import RobotShape, SceneState
 from stack.sim.sensors.imu import Imu
 from stack.sim.sensors.lidar import Lidar
@@ -20,7 +21,7 @@ from stack.sim.sensors.odometry import Encoders, Odometry
 from stack.sim.sensors.sonar import Sonar
 from stack.sim.skidding import wheel_motion_of
 from stack.sim.wheel_controller import WheelController
-from stack.sim.worlds.world import World
+from stack.sim.worlds.world import Push, World
 from stack.types import Image, Measurement, Observation, Pose2D
 
 CLEARANCE_REACH = 1.0
@@ -78,6 +79,7 @@ class SimulatedRobot:
             description.battery, description.limits, world.docks, settings.battery_charge
         )
         self._contacts = ContactCounter()
+        self._push: PushMotion | None = None
         self.physics = PhysicsRobot(physics, description, start)
         self._friction = FrictionZones(world, self.physics)
         self._wheel_motion = wheel_motion_of(description, self.physics, seed)
@@ -159,8 +161,36 @@ class SimulatedRobot:
         self._battery.charge = charge
         self.report("battery", f"battery charge set to {charge:.0%}")
 
+    @property
+    def is_pushed(self) -> bool:
+        """Whether a push moves the body."""
+        return self._push is not None
+
+    def push(self, push: Push) -> None:
+        """Begin to move the body; its wheels do not measure that. It replaces an earlier push."""
+        self._push = PushMotion(push, self.physics)
+        by = f"({push.by.x:.2f}, {push.by.y:.2f}, {push.by.heading:.2f})"
+        self.report("pushed", f"a push of the robot by {by} in the {push.frame} frame begins")
+
+    def advance_push(self, period: float) -> None:
+        """Move the body on for one physics step of `period` seconds."""
+        if self._push is None:
+            return
+        self._push.advance(period, self.drive.setpoint.twist)
+        if self._push.is_over:
+            moved, stopped = self._push.moved, self._push.is_blocked
+            self._push = None
+            if not any(self.drive.wheels.speeds):
+                self._set_wheels()
+            to = f"({moved.x:.2f}, {moved.y:.2f}, {moved.heading:.2f})"
+            end = "was stopped by an obstacle" if stopped else "ended"
+            self.report("pushed", f"the push {end}; the robot moved by {to}")
+
     def lift(self, pose: Pose2D) -> None:
         """Put the robot somewhere else, at rest; odometry does not notice."""
+        if self._push is not None:
+            self._push = None
+            self.physics.grip()
         self.drive.halt()
         self.physics.place_robot(pose)
         self._trail.clear()

@@ -152,10 +152,13 @@ class Simulation:
     def _run_physics(self, until: int) -> None:
         """Advance physics and wheel controllers to a step."""
         steps = until - self._step
+        pushed = [robot for robot in self._robots if robot.is_pushed]
         changing = [robot for robot in self._robots if not robot.drive.skip(steps)]
         for _ in range(steps):
             for robot in changing:
                 robot.drive_wheels()
+            for robot in pushed:
+                robot.advance_push(self._period)
             self._physics.step()
         self._step = until
 
@@ -193,6 +196,8 @@ class Simulation:
             self._move_door(event.close_door, closed=True)
         if event.move_robot is not None:
             robot.lift(event.move_robot)
+        if event.push is not None:
+            robot.push(event.push)
         if event.battery is not None:
             robot.set_charge(event.battery)
 

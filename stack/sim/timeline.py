@@ -1,4 +1,4 @@
-"""Scheduler of a world's timeline: doors, a lifted robot, changes of the battery charge."""
+"""Scheduler of a world's timeline: doors, the battery charge, a lifted or pushed robot."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ from typing import Any
 
 from stack.errors import InputError
 from stack.telemetry.records import Event, MissionState, RunInfo, Snapshot
-from stack.types import LOST_HEALTH, Battery, wrap_angle
+from stack.types import Battery, wrap_angle
 
 SYSTEM, COMPONENT = 1, 1
 BAUD = 57600
@@ -310,7 +310,8 @@ class MavlinkSink:
         hardware = self._bits(_HARDWARE) | self._dialect.MAV_SYS_STATUS_GEOFENCE
         position = self._bits(_POSITION) | self._dialect.MAV_SYS_STATUS_PREARM_CHECK
         present = hardware | position
-        healthy = present if snapshot.health >= LOST_HEALTH else hardware
+        lost = snapshot.health < snapshot.health_thresholds.lost
+        healthy = hardware if lost else present
         battery = snapshot.battery
         self._connection.mav.sys_status_send(
             present, present, healthy, 0, _millivolts(battery), -1, _percent(battery),

@@ -15,6 +15,7 @@ from stack.types import (
     CostGrid,
     FloatArray,
     Footprint,
+    HealthThresholds,
     Image,
     Marker,
     OccupancyGrid,
@@ -269,6 +270,7 @@ class Snapshot:
         events: the last few events, oldest first.
         debugging: breakpoints, forced outcomes and reloads.
         records_lost: files of the run folder that cannot be written, as text; empty if none.
+        health_thresholds: below which health the robot is lost, from which on the pose is good.
     """
 
     time: float
@@ -305,6 +307,7 @@ class Snapshot:
     tracks: tuple[TrackedObject, ...] = ()
     debugging: Debugging = Debugging()
     records_lost: str = ""
+    health_thresholds: HealthThresholds = field(default_factory=HealthThresholds)
 
 
 @dataclass(frozen=True, slots=True)

@@ -48,15 +48,14 @@ from stack.types.tasks import (
     TaskStatus,
 )
 from stack.types.world import (
-    GOOD_HEALTH,
-    LOST_HEALTH,
-    TYPICAL_HEALTH,
+    HealthThresholds,
     Marker,
     MarkerSighting,
     PoseCandidate,
     PoseEstimate,
     RivalPose,
     TrackedObject,
+    View,
 )
 
 __all__ = [
@@ -73,12 +72,10 @@ __all__ = [
     "FloatArray",
     "Footprint",
     "Frontier",
-    "GOOD_HEALTH",
     "INSCRIBED_COST",
     "Image",
     "Imu",
     "LETHAL_COST",
-    "LOST_HEALTH",
     "Marker",
     "MarkerSighting",
     "Measurement",
@@ -90,6 +87,7 @@ __all__ = [
     "Odometry",
     "Path",
     "Pose2D",
+    "HealthThresholds",
     "PoseCandidate",
     "PoseEstimate",
     "RangeReading",
@@ -100,8 +98,8 @@ __all__ = [
     "SeenGround",
     "TaskStatus",
     "TrackedObject",
-    "TYPICAL_HEALTH",
     "Twist",
+    "View",
     "UNKNOWN",
     "UNKNOWN_COST",
     "wrap_angle",

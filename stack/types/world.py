@@ -66,11 +66,17 @@ class Marker:
     dictionary: str = "DICT_4X4_50"
 
 
-LOST_HEALTH, GOOD_HEALTH, TYPICAL_HEALTH = 0.3, 0.5, 0.8
-"""Localisation health: below the first the pose is doubtful, above the second it is good.
+@dataclass(frozen=True, slots=True)
+class HealthThresholds:
+    """Limits of the localisation health, from the estimator's parameters.
 
-The first is the 5th percentile at true poses on the map, the third their median.
-"""
+    Attributes:
+        lost: below it the robot counts as lost.
+        good: from it on the pose counts as right.
+    """
+
+    lost: float = 0.3
+    good: float = 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,17 +93,35 @@ class RivalPose:
 
 
 @dataclass(frozen=True, slots=True)
+class View:
+    """A place from which a scan tells rival poses apart.
+
+    Attributes:
+        motion: to it, current base frame; the same for all rivals.
+        distance: metres of the way.
+        gain: expected share of the ambiguity that a scan there resolves, in (0, 1].
+    """
+
+    motion: Pose2D
+    distance: float
+    gain: float
+
+
+@dataclass(frozen=True, slots=True)
 class PoseEstimate:
     """Estimate of the robot's pose.
 
     Attributes:
         pose: map frame.
         covariance: (3, 3) of x, y, heading.
-        health: in [0, 1], how well the scans match the map; see LOST_HEALTH.
+        health: calibrated probability in [0, 1] that the pose is within 0.3 m and 10 degrees.
         map_from_odom: the odom frame's pose in the map frame.
         corrected_at: stamp of the newest measurement in `map_from_odom`, seconds.
         jumps: number of discontinuities of `map_from_odom` so far (relocalisations).
         rivals: other poses that explain the measurements about as well, most probable first.
+        thresholds: of the health.
+        obscured: whether many beams end at unmapped things and hardly any passes a mapped wall: a
+            low health then has a harmless cause.
     """
 
     pose: Pose2D
@@ -107,6 +131,19 @@ class PoseEstimate:
     corrected_at: float = 0.0
     jumps: int = 0
     rivals: tuple[RivalPose, ...] = ()
+    thresholds: HealthThresholds = HealthThresholds()
+    obscured: bool = False
+
+    @property
+    def is_lost(self) -> bool:
+        """Whether the scans fit neither the pose nor any rival: ambiguity alone is not LOST."""
+        share = max(0.0, 1.0 - sum(rival.share for rival in self.rivals))
+        return self.health < self.thresholds.lost * share
+
+    @property
+    def is_good(self) -> bool:
+        """Whether the pose is probably right."""
+        return self.health >= self.thresholds.good
 
     @property
     def ambiguous(self) -> bool:

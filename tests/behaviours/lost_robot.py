@@ -35,7 +35,8 @@ class LostRobot(KinematicRobot):
     Attributes:
         belief: map frame; moves with the odometry.
         camera_works: whether there are pictures.
-        global_answer: results of the lidar search: a pose, `truth`, or None for AMBIGUOUS.
+        global_answer: results of the lidar search: a pose, `truth`, or None for `refusal`.
+        refusal: code and sentence of a lidar search without result.
         true_error: rotation of the correct candidate about the marker, radians.
         exposed: steps of the last pictures, with pose and angular speed at the exposure.
         blurred: number of sightings requested in pictures taken while turning.
@@ -45,6 +46,7 @@ class LostRobot(KinematicRobot):
     belief: Pose2D = Pose2D(0.0, 0.0)
     camera_works: bool = True
     global_answer: list[Pose2D | str | None] = field(default_factory=list)
+    refusal: tuple[str, str] = ("AMBIGUOUS", "two places fit alike")
     true_error: float = radians(8.0)
     wrong_first: bool = True
     exposed: list[tuple[int, Pose2D, float]] = field(default_factory=list)
@@ -64,7 +66,7 @@ class LostRobot(KinematicRobot):
         task = super().relocalise()
         answer = self.global_answer.pop(0) if self.global_answer else None
         if answer is None:
-            task.fail("AMBIGUOUS", "two places fit alike")
+            task.fail(*self.refusal)
         else:
             self.belief = self.pose if answer == "truth" else answer
             task.succeed()

@@ -17,6 +17,7 @@ from stack.types import (
     MarkerSighting,
     Pose2D,
     PoseCandidate,
+    RivalPose,
     TaskStatus,
     wrap_angle,
 )
@@ -84,15 +85,39 @@ def test_the_camera_can_be_disabled():
 
 
 def test_moves_on_before_it_asks_the_lidar_again():
-    robot = lost(markers=(), global_answer=[None, None])
+    robot = lost(markers=(), global_answer=[None, None], refusal=("LOST", "nothing fits"))
     start = robot.pose
     behaviour = Relocalise()
     assert tick(behaviour, robot, 30.0) is Status.FAILURE
     assert len(robot.calls_of("relocalise")) == 2
+    assert robot.calls_of("disambiguate") == []
     assert 0.8 <= robot.pose.distance_to(start) <= 1.2
+    assert behaviour.failure.code == "LOST"
+    assert behaviour.failure.sentence == "nothing fits"
+    assert robot.time < 30.0
+
+
+def test_drives_to_where_the_places_differ():
+    robot = lost(markers=(), global_answer=[None])
+    behaviour = Relocalise()
+    while not robot.calls_of("disambiguate"):
+        assert tick(behaviour, robot, 0.1) is Status.RUNNING
+    robot.belief = robot.pose
+    robot.task.succeed()
+    assert tick(behaviour, robot, 5.0) is Status.SUCCESS
+    assert behaviour.method == "lidar"
+
+
+def test_fails_when_no_place_differs():
+    robot = lost(markers=(), global_answer=[None])
+    behaviour = Relocalise()
+    while not robot.calls_of("disambiguate"):
+        assert tick(behaviour, robot, 0.1) is Status.RUNNING
+    robot.task.fail("AMBIGUOUS", "two places fit alike")
+    assert tick(behaviour, robot, 5.0) is Status.FAILURE
     assert behaviour.failure.code == "AMBIGUOUS"
     assert behaviour.failure.sentence == "two places fit alike"
-    assert robot.time < 30.0
+    assert len(robot.calls_of("relocalise")) == 1
 
 
 def test_an_unconfirmed_pose_is_not_a_success():
@@ -132,6 +157,13 @@ def test_a_robot_that_is_not_lost_may_be_left_alone():
     assert (
         robot.calls_of("spin") == robot.calls_of("relocalise") == robot.calls_of("set_pose") == []
     )
+
+
+def test_a_robot_with_rivals_is_not_left_alone():
+    robot = lost(belief=TRUTH, markers=(), rivals=(RivalPose(WRONG, 0.4),), global_answer=[None])
+    behaviour = Relocalise(only_if_lost=True)
+    assert tick(behaviour, robot, 2.0) is Status.RUNNING
+    assert robot.calls_of("disambiguate") == [{}]
 
 
 def test_stands_when_pre_empted_in_a_turn():

@@ -21,7 +21,8 @@ from stack.body import BodyCommand
 from stack.drivetrain.description import RobotDescription
 from stack.frames.buffer import TransformBuffer
 from stack.frames.deskew import deskew_observation
-from stack.localisation.odometry import OdometryFusion
+from stack.localisation.fusion.ekf import EkfOdometry
+from stack.localisation.fusion.parameters import EkfParameters
 from stack.perception.obstacle_memory import ObstacleMemory
 from stack.perception.smoothing import smooth_observation
 from stack.perception.tracker import Tracker
@@ -138,7 +139,7 @@ def twist_table(twists: int, options: TableOptions) -> Rows:
     entries += [Drive(BY_SONAR, world, TWISTS_PER_WORLD) for world in range(max(1, worlds // 10))]
     settings = {"twists in a world": TWISTS_PER_WORLD, "safety": str(SafetyParameters())}
     record_settings(options.out, settings)
-    work = Work(drive, lambda values: Driven(**values), line_of)
+    work = Work(drive, _read, line_of)
     runs = fill(entries, options, work, lambda line: print(line, file=sys.stderr))
     return [_row(name, [run for run in runs if run.robot == name]) for name in described()]
 
@@ -147,6 +148,10 @@ def described() -> dict[str, RobotDescription]:
     """The robots by name."""
     found = {name: load_robot(name, MISSIONS) for name in ROBOT_NAMES}
     return {**found, BY_SONAR: replace(found["scout"], lidar=None)}
+
+
+def _read(values: dict[str, Any]) -> Driven:
+    return Driven(**values)
 
 
 def line_of(run: Driven) -> str:
@@ -219,7 +224,8 @@ class SafetyLoop:
         self, body: SimulatedBody, robot: RobotDescription,
         parameters: SafetyParameters | None = None,
     ) -> None:  # fmt: skip
-        self._body, self._odometry, self._frames = body, OdometryFusion(), TransformBuffer()
+        self._body, self._frames = body, TransformBuffer()
+        self._odometry = EkfOdometry(EkfParameters(), robot)
         self._memory = ObstacleMemory(robot)
         self._safety = Safety(robot, parameters or SafetyParameters(), PERIOD)
         self._tracker = Tracker(TrackerParameters())

@@ -31,7 +31,7 @@ class FallOver(RobotBehaviour):
         return Status.RUNNING
 """
 
-TRUSTING = "navigation: {navigator: {lost_health: 0}}\n"
+TRUSTING = "localisation: {use: mcl, lost_health: 0}\n"
 
 COMPUTED = (
     "blackboard: {{goal: {{type: Pose, optional: true}}}}\n"
@@ -67,7 +67,7 @@ CASES: dict[FailureCode, tuple[str, str]] = {
     FailureCode.TIMED_OUT: (
         "small_room", "run: {navigate_to_pose: {goal: $window}, timeout: 1 s}",
     ),
-    FailureCode.AMBIGUOUS: ("twin_rooms", "initial_pose: unknown\nrun: relocalise"),
+    FailureCode.AMBIGUOUS: ("twin_rooms", "initial_pose: unknown\nrun: localise_globally"),
     FailureCode.NO_WALL: (
         "hall.yaml", "run: {wall_follow: {side: left, distance: 0.4 m, until_travelled: 2 m}}",
     ),

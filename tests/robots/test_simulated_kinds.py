@@ -9,7 +9,8 @@ import pytest
 
 from robots.load import find_robot, read_robot
 from robots.simulated import SimulatedBody
-from stack.localisation.odometry import OdometryFusion
+from stack.localisation.fusion.ekf import EkfOdometry
+from stack.localisation.fusion.parameters import EkfParameters
 from stack.sim.worlds.world import Box, FrictionZone
 from stack.types import Pose2D, Twist
 from tests.stack.sim.sim_rover import EMPTY, drive
@@ -180,7 +181,8 @@ def test_perfect_encoders_follow_the_truth(build, robot, motion):
 def test_the_gyro_corrects_the_heading_but_not_the_distance(build, robot):
     errors = []
     for seed in range(4):
-        body, fusion = build(robot, seed=seed), OdometryFusion()
+        body = build(robot, seed=seed)
+        fusion = EkfOdometry(EkfParameters(), robot)
         for seen in drive(body, Twist(), 1.0) + drive(body, Twist(0.4, 0.3, 0.3), 10.0):
             fused = fusion.update(seen)
         errors.append(fused.pose.distance_to(body.truth.pose))

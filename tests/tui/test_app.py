@@ -273,7 +273,7 @@ async def test_l_goes_through_the_levels(pilot):
     assert counts == [11, 3, 1, 12, 11]
 
 
-@pytest.mark.parametrize(("key", "name"), zip("12345", PANES, strict=True))
+@pytest.mark.parametrize(("key", "name"), [*zip("12345", PANES, strict=True)])
 async def test_digits_go_to_panes_and_z_fills_the_screen(pilot, key, name):
     await pilot.press(key)
     assert pilot.app.focused.id == name
@@ -283,7 +283,7 @@ async def test_digits_go_to_panes_and_z_fills_the_screen(pilot, key, name):
     assert not pilot.app.screen.has_class(f"full-{name}")
 
 
-@pytest.mark.parametrize(("key", "name"), zip("12345", PANES, strict=True))
+@pytest.mark.parametrize(("key", "name"), [*zip("12345", PANES, strict=True)])
 async def test_a_pane_without_room_comes_over_the_whole_screen(source, key, name):
     async with Dashboard(source, live=False).run_test(size=(60, 20)) as pilot:
         await pilot.press(key)

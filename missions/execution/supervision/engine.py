@@ -25,10 +25,10 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy
 
 from missions.execution.prepare import RunOptions, prepare
 from missions.execution.progress import ProgressLines
+from missions.execution.records.run_folders import RUNS, reserved_suffix
 from missions.execution.report import Report
 from missions.execution.resources import find_mission
 from missions.execution.run import Run, RunWatch, execute
-from missions.execution.run_folders import RUNS, reserved_suffix
 from missions.execution.shared_world import prepare_together, run_together
 from missions.execution.supervision.heartbeat import Heartbeat, Phase, Request
 from missions.execution.supervision.messages import Outbox

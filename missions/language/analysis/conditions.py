@@ -10,14 +10,37 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from missions.language.analysis.intervals import EITHER, Interval, TruthValues, truth_values
+from missions.language.analysis.intervals import (
+    EITHER,
+    Interval,
+    TruthValues,
+    conjuncts,
+    truth_values,
+)
 from missions.language.expressions.expression import CheckedExpression
+from missions.language.expressions.robot_values import ROBOT_VALUES
 from missions.language.expressions.scope import UNSET, NotSet, Role, Symbol
+from missions.language.expressions.terms import Binary, Literal, Named, Term
+from missions.language.expressions.value_types import INT, SHARE
 from missions.language.model import Constant, Reference, Value
 from stack.documents import Findings, Mark
 from stack.errors import EvaluationError
 
 Evaluate = Callable[[], Any]
+
+
+def share_hint(term: Term) -> str:
+    """Return a hint for a share that is compared with a number of per cent: `> 90`."""
+    for part in conjuncts(term):
+        if not isinstance(part, Binary):
+            continue
+        for named, side in ((part.left, part.right), (part.right, part.left)):
+            if not isinstance(named, Named) or not isinstance(side, Literal) or side.type != INT:
+                continue
+            known = ROBOT_VALUES.get(named.name)
+            if known is not None and known.type == SHARE and 1 < side.value <= 100:
+                return f"{named.name} is between 0 and 1: write {side.value} %"
+    return ""
 
 
 class _Unknown(Exception):
@@ -59,6 +82,8 @@ class KnownValues:
         if symbol.role is Role.INPUT:
             return self._bound(self.inputs.get(symbol))
         if symbol.role is Role.VARIABLE or symbol in self.written or symbol in self.later:
+            raise _Unknown
+        if symbol.keep:  # it may begin with any value
             raise _Unknown
         self.of_argument |= symbol.role is Role.ARGUMENT
         return symbol.value
@@ -145,7 +170,9 @@ class Verdicts:
         return {
             key
             for key, item in self.found.items()
-            if item.word == "wait_until" and item.truth == {False} and not item.of_argument
+            if item.word in ("wait_until", "limited wait")
+            and item.truth == {False}
+            and not item.of_argument
         }
 
     def report(self) -> None:
@@ -165,7 +192,7 @@ class Verdicts:
                 self.findings.warning("W120", mark, sentence, hint)
                 return
             why = f"{source} is always false"
-            hint = "correct the condition"
+            hint = share_hint(item.condition.term) or "correct the condition"
             if names:
                 why = f"{source} is false, and nothing that runs before or beside it writes "
                 why += " or ".join(names)
@@ -181,13 +208,13 @@ class Verdicts:
             self.findings.error("E164", mark, sentence, hint)
             return
         state = "true" if value else "false"
+        effect = _EFFECTS.get((word, value), "")
         if not names:
-            effect = _EFFECTS.get((word, value), "")
-            hint = "correct or remove the condition"
+            hint = share_hint(item.condition.term) or "correct or remove the condition"
             self.findings.warning("W107", mark, f"{source} is always {state}{effect}", hint)
             return
         who = " or ".join(names)
-        sentence = f"{source} is always {state} here: nothing has written {who}"
+        sentence = f"{source} is always {state} here{effect}; nothing has written {who}"
         hint = f"write {names[0]} before with `set` or `out`, or remove the condition"
         self.findings.warning("W107", mark, sentence, hint)
 
@@ -197,5 +224,9 @@ _EFFECTS = {
     ("check", False): ": the check always fails",
     ("unless", False): ": it never ends the recovery",
     ("unless", True): ": no recovery runs",
+    ("until", False): ": the repetition never ends",
+    ("until", True): ": it runs once",
+    ("limited wait", False): ": only the time limit or `while` around it ends the wait",
+    ("limited wait", True): ": it does not wait",
     ("event", True): ": the event fires once, at the start",
 }

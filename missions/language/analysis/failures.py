@@ -72,7 +72,7 @@ class FailureCheck:
     def _visit(self, step: Step, place: _Place) -> None:
         modifiers = step.modifiers
         counted = bool(modifiers.retry or modifiers.recover)
-        for condition in (modifiers.when, modifiers.while_):
+        for condition in (modifiers.when, modifiers.while_, modifiers.until):
             self._expression(condition, place)
         inside = replace(place, counts=place.counts or counted)
         for expression in _expressions_of(step):
@@ -85,6 +85,11 @@ class FailureCheck:
                 self._visit(recovery, failed)
         if modifiers.finally_ is not None:
             self._visit(modifiers.finally_, place)
+        self._visit_children(step, inside)
+        if isinstance(step, Use):
+            self._visit_tree(step, replace(inside, tree=step))
+
+    def _visit_children(self, step: Step, inside: _Place) -> None:
         codes: Codes = frozenset()
         for number, child in enumerate(body_of(step)):
             here = inside
@@ -94,8 +99,6 @@ class FailureCheck:
             codes = _union(codes, self.codes(child))
             if child.modifiers.when is not None and codes is not None:
                 codes |= inside.codes or frozenset()
-        if isinstance(step, Use):
-            self._visit_tree(step, replace(inside, tree=step))
 
     def _visit_tree(self, use: Use, inside: _Place) -> None:
         tree = self.trees[use.tree]
@@ -213,7 +216,9 @@ def _terms(term: Term) -> Iterator[Term]:
 
 
 def _expressions_of(step: Step) -> Iterator[CheckedExpression]:
-    """Yield the expressions in the ports of a step."""
+    """Yield the expressions in the ports of a step and the value of a `switch`."""
+    if isinstance(step, Switch):
+        yield step.value
     ports = step.ports.values() if isinstance(step, Leaf) else ()
     values = [*ports, *(step.inputs.values() if isinstance(step, Use) else ())]
     for value in values:

@@ -44,7 +44,7 @@ class KeyFlowCheck:
         """Check the nodes of run, events and trees."""
         for event in events:
             self.read.update(event.when.read.values(), event.when.tested.values())
-            self.read.update(read_by(event.hold))
+            self.read.update((*read_by(event.hold), *read_by(event.again)))
         for root in roots:
             for step in steps_of(root):
                 self._step(step)
@@ -57,7 +57,7 @@ class KeyFlowCheck:
         Test cases read and write keys, too. The results of `out` are shown by the report.
         """
         expected = {name for case in cases for name in case.expect.keys}
-        changed = {item.name for case in cases for item in case.changes if item.kind == "key"}
+        changed = keys_changed_by(cases)
         for key in keys.values():
             reads = key in self.read or key.name in expected
             self._one_sided(key, reads, writes=key in self.written or key.name in changed)
@@ -142,6 +142,11 @@ class KeyFlowCheck:
                     sentence = f"${symbol.name} is set to itself"
                     mark = expression.mark or step.mark
                     self.findings.warning("W130", mark, sentence, "write the new value")
+
+
+def keys_changed_by(cases: Sequence[Case]) -> set[str]:
+    """Return the names of the keys that `at` of a test case writes."""
+    return {item.name for case in cases for item in case.changes if item.kind == "key"}
 
 
 def assignments_of(value: Value) -> tuple[tuple[Symbol, CheckedExpression], ...]:

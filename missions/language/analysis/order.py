@@ -46,12 +46,14 @@ class _Place:
         is_certain: a failed read here ends the loop before anything else of it can run.
         inputs: `in` of the trees around it -> what it is bound to.
         attempts: most attempts of the innermost retry or recover; None if not known.
+        is_limited: a `timeout` or `while` around it ends it, even if it waits for ever.
     """
 
     later: Written = field(default_factory=dict)
     is_certain: bool = True
     inputs: Mapping[Symbol, Value] = field(default_factory=dict)
     attempts: int | None = None
+    is_limited: bool = False
 
 
 class OrderCheck:
@@ -62,8 +64,12 @@ class OrderCheck:
     loop writes later, unless it is certain that its first run fails and ends the loop.
     """
 
-    def __init__(self, trees: Mapping[str, Tree], findings: Findings) -> None:
+    def __init__(
+        self, trees: Mapping[str, Tree], findings: Findings, changed: Sequence[Symbol] = ()
+    ) -> None:
+        """Create the check; `changed` are keys that tests change from outside the tree."""
         self.trees, self.findings = trees, findings
+        self.changed: Written = dict.fromkeys(changed)
         self.verdicts = Verdicts(findings)
         self.memory: dict[tuple[str, int], Any] = {}
         self.place = _Place()
@@ -97,25 +103,38 @@ class OrderCheck:
             if condition is not None:
                 self.note(word, condition, name, step.mark, written)
                 self.expression(condition, step.mark, written)
-        attempts = modifiers.retry.attempts if modifiers.retry else None
-        for value in (modifiers.repeat, modifiers.timeout, modifiers.every, attempts):
+        retry, recover = modifiers.retry, modifiers.recover
+        attempts = retry.attempts if retry else None
+        values = [modifiers.repeat, modifiers.timeout, modifiers.every, attempts]
+        for value in (*values, recover.attempts if recover else None):
             self.value(value, step.mark, written)
         certain = modifiers.when is None and not modifiers.keep_going
         place = replace(self.place, is_certain=self.place.is_certain and certain)
         if _runs_again(step):
             place = replace(place, later={**place.later, **self.writes(step)})
         if modifiers.recover or modifiers.retry:
-            most = modifiers.recover.attempts if modifiers.recover else attempts
+            most = recover.attempts if recover else attempts
             place = replace(place, attempts=_most(most))
+        if modifiers.timeout or modifiers.while_:
+            place = replace(place, is_limited=True)
         with self._at(**vars(place)):
             self.body(step, written)
-            if modifiers.until:
-                self.expression(modifiers.until, step.mark, written)
-            if modifiers.recover:
-                self.recover(step, written)
+            self.after(step, written)
         if modifiers.finally_:
             with self._at(is_certain=False):
                 self.step(modifiers.finally_, written)
+
+    def after(self, step: Step, written: Written) -> None:
+        """Check what is evaluated after the node itself: `until`, the delay, the recoveries."""
+        modifiers = step.modifiers
+        if modifiers.until:
+            self.note("until", modifiers.until, name_of(step), step.mark, written)
+            self.expression(modifiers.until, step.mark, written)
+        if modifiers.retry:
+            with self._at(is_certain=False):
+                self.value(modifiers.retry.delay, step.mark, written)
+        if modifiers.recover:
+            self.recover(step, written)
 
     def recover(self, step: Step, written: Written) -> None:
         """Check `unless` and the recoveries; they run after all but the last attempt."""
@@ -239,7 +258,10 @@ class OrderCheck:
     ) -> None:
         """Record the possible values of a condition at this place."""
         place = self.place
-        known = KnownValues(written, place.later, place.inputs, place.attempts)
+        later = {**place.later, **self.changed}
+        known = KnownValues(written, later, place.inputs, place.attempts)
+        if word == "wait_until" and place.is_limited:
+            word = "limited wait"
         self.verdicts.note(word, condition, owner, mark, known)
 
     @contextmanager
@@ -266,7 +288,7 @@ def _most(attempts: Value | None) -> int | None:
 def has_value(symbol: Symbol, written: Written) -> bool:
     """Return whether a symbol may have a value after these writes."""
     if symbol.role is Role.KEY:
-        return symbol.value is not UNSET or symbol in written
+        return symbol.value is not UNSET or symbol.keep or symbol in written
     return symbol.role is not Role.OUTPUT or symbol in written
 
 

@@ -121,7 +121,7 @@ class OutcomeCheck:
 
     def _body(self, step: Step) -> Outcomes:
         if isinstance(step, Leaf):
-            return Outcomes(False, False) if self._waits_forever(step) else _leaf_outcomes(step)
+            return Outcomes(False, False) if self._waits_forever(step) else leaf_outcomes(step)
         if isinstance(step, Use):
             return self._tree(self.trees[step.tree])
         if isinstance(step, ForEach):
@@ -287,7 +287,8 @@ def _both(first: Step, second: Step) -> bool:
     return not exclude_each_other([*conjuncts(one.term), *conjuncts(other.term)])
 
 
-def _leaf_outcomes(step: Leaf) -> Outcomes:
+def leaf_outcomes(step: Leaf) -> Outcomes:
+    """Return the possible outcomes of a behaviour with its ports."""
     if step.kind == "fail":
         return Outcomes(success=False)
     found = _PLAIN.get(step.behaviour.cls)

@@ -14,10 +14,20 @@ from missions.language.analysis.claims import (
     warning,
 )
 from missions.language.analysis.data_flow import body_of, children_of
+from missions.language.analysis.key_flow import own_writes
 from missions.language.analysis.order import name_of
 from missions.language.analysis.outcomes import OutcomeCheck, has_end, is_endless
 from missions.language.analysis.time_limits import INSTANT
-from missions.language.model import Composite, Event, ForEach, Leaf, Step, Tree, Use
+from missions.language.model import (
+    Composite,
+    Event,
+    ForEach,
+    Leaf,
+    Modifiers,
+    Step,
+    Tree,
+    Use,
+)
 from stack.documents import Findings
 
 TICK = 0.1
@@ -44,6 +54,9 @@ class RepetitionCheck:
         for event in events:
             self._visit(event.step, True)
             self._ends(event.step, f"the event {event.name!r}")
+        for tree in self.trees.values():
+            for event in tree.events:
+                self._ends(event.step, f"the event {event.name!r}")
         self.claims.report()
         for start in roots:
             for step in steps_of(start):
@@ -136,9 +149,13 @@ class RepetitionCheck:
         self.claims.claim(finding, "W126", step)
 
     def _too_often(self, step: Step) -> None:
+        """Report a repetition of nodes that end at once; counting up to `until` is none."""
+        until = step.modifiers.until
         endless = is_endless(step)
-        plain = isinstance(step, Leaf) and step.kind in INSTANT and step.kind != "check"
-        if endless and plain and step.modifiers.every is None:
+        if until is not None and not endless:
+            written = {symbol for node in steps_of(step) for symbol in own_writes(node)}
+            endless = not written & {*until.read.values(), *until.tested.values()}
+        if endless and step.modifiers.every is None and _is_instant(step):
             sentence = f"{name_of(step)} repeats on every tick, {1 / TICK:g} times a second"
             hint = "add `every: 5 s`, or a `wait` in a sequence"
             self.claims.claim(warning("W127", step.mark, sentence, hint), "W127", step)
@@ -155,6 +172,18 @@ class RepetitionCheck:
             hint = "put it below a `repeat`, or use a sequence"
             finding = warning("W128", step.mark, sentence, hint)
         self.claims.claim(finding, "W128", step)
+
+
+def _is_instant(step: Step) -> bool:
+    """Return whether a step only says and sets: it always ends in the tick in which it starts."""
+    if step.modifiers.recover is not None or step.modifiers.finally_ is not None:
+        return False
+    if isinstance(step, Leaf):
+        return step.kind in INSTANT and step.kind != "check"
+    if not isinstance(step, Composite) or step.kind not in ("sequence", "parallel"):
+        return False
+    plain = all(child.modifiers == Modifiers() for child in step.children)
+    return plain and all(map(_is_instant, step.children))
 
 
 def _endless_below(step: Step) -> Iterator[Step]:

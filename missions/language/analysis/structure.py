@@ -10,6 +10,7 @@ from missions.language.analysis.intervals import conjuncts, exclude_each_other
 from missions.language.analysis.key_flow import own_writes
 from missions.language.analysis.order import name_of
 from missions.language.expressions.expression import CheckedExpression
+from missions.language.expressions.scope import Role
 from missions.language.expressions.terms import Binary, Literal, Named, Term
 from missions.language.model import (
     Composite,
@@ -57,7 +58,11 @@ class StructureCheck:
                     self._equality(condition)
         for event in events:
             self._equality(event.when)
-            self._restarts(event)
+            self._restarts(event, "mission")
+        for tree in self.trees.values():
+            for event in tree.events:
+                self._equality(event.when)
+                self._restarts(event, f"tree {tree.name!r}")
         for start in (root, *(event.step for event in events)):
             self._exclusive(start, (), ())
         self.claims.report()
@@ -120,8 +125,11 @@ class StructureCheck:
                     if mark is not None:
                         self.findings.warning("W135", mark, sentence, hint)
 
-    def _restarts(self, event: Event) -> None:
-        """Report an event whose condition is still true after its restart."""
+    def _restarts(self, event: Event, what: str) -> None:
+        """Report an event whose condition is still true after its restart of the mission or tree.
+
+        Beside a tree, other nodes may write what its events read.
+        """
         if event.then != "restart":
             return
         names = {item.name for _, item in event.when.term.named() if isinstance(item, Named)}
@@ -129,9 +137,11 @@ class StructureCheck:
         used = {*event.when.read.values(), *event.when.tested.values()}
         if any(isinstance(step, Use) for step in steps_of(event.step)) or used & written:
             return
+        if what != "mission" and not all(symbol.role is Role.ARGUMENT for symbol in used):
+            return
         if names - {"time"} or (names and not _only_grows(event.when.term)) or not (names or used):
             return
-        sentence = f"the event {event.name!r} restarts the mission for ever: {event.when.source} "
+        sentence = f"the event {event.name!r} restarts the {what} for ever: {event.when.source} "
         sentence += "stays true after the restart"
         hint = "make it false in `do`, for example with `set`, or use `then: resume`"
         self.findings.error("E169", event.when.mark or event.mark, sentence, hint)
@@ -150,16 +160,26 @@ class StructureCheck:
                 self._against(step, condition, (*lasting, *starting))
         if modifiers.when is not None:
             starting = (*starting, modifiers.when)
+        if modifiers.finally_ is not None:  # outside `while`
+            self._exclusive(modifiers.finally_, lasting, ())
         if modifiers.while_ is not None and not _reads_keys(modifiers.while_):
             lasting = (*lasting, modifiers.while_)
+        for recovery in modifiers.recover.recoveries if modifiers.recover else ():
+            self._exclusive(recovery, lasting, ())
+        self._below(step, lasting, starting)
+
+    def _below(self, step: Step, lasting: Around, starting: Around) -> None:
+        """Check the children of a node and its tree."""
         if isinstance(step, Composite | Switch):
             self._children(step, lasting, starting)
         elif isinstance(step, ForEach):
             self._exclusive(step.child, lasting, ())
         elif isinstance(step, Use):
-            root = self.trees[step.tree].root
-            if root is not None:
-                self._exclusive(root, lasting, starting)
+            tree = self.trees[step.tree]
+            if tree.root is not None:
+                self._exclusive(tree.root, lasting, starting)
+            for event in tree.events:
+                self._exclusive(event.step, lasting, ())
 
     def _children(self, step: Composite | Switch, lasting: Around, starting: Around) -> None:
         for child in step.children:

@@ -23,6 +23,7 @@ from missions.language.model import (
     ForEach,
     Leaf,
     Step,
+    Switch,
     Tree,
     Use,
     Value,
@@ -53,18 +54,26 @@ class TimeLimitCheck:
     def mission(self, root: Step, events: Sequence[Event]) -> None:
         """Check the mission and its events."""
         self.step(root, None)
-        total = number_of(root.modifiers.timeout)
-        single = root.modifiers.retry is None and root.modifiers.recover is None
+        self._below(root, events, None)
+        self.claims.report()
+
+    def _below(self, root: Step, events: Sequence[Event], limit: _Limit | None) -> None:
+        """Check the events of the mission or of a tree; limits are suspended while one runs."""
+        modifiers = root.modifiers
+        own = number_of(modifiers.timeout)
+        again = modifiers.retry or modifiers.recover or modifiers.repeat
+        if own is not None and not again and modifiers.finally_ is None:
+            if limit is None or own < limit.seconds:
+                limit = _Limit(own, name_of(root), root.mark.line)
         for event in events:
-            hold = number_of(event.hold)
-            if total is not None and hold and hold >= total and single and is_literal(event.hold):
-                limit = _Limit(total, name_of(root), root.mark.line)
+            hold, finding = number_of(event.hold), None
+            if limit is not None and hold and hold >= limit.seconds and is_literal(event.hold):
                 sentence = f"the event {event.name!r} never fires: hold is {seconds(hold)}, "
                 sentence += f"but {limit.words()}"
-                mark = mark_of(event.hold, event.mark)
-                self.claims.claim(warning("W122", mark, sentence, "shorten it"), "W122", event)
+                hint = f"use less than {seconds(limit.seconds)}, or a longer timeout"
+                finding = warning("W122", mark_of(event.hold, event.mark), sentence, hint)
+            self.claims.claim(finding, "W122", event)
             self.step(event.step, None)
-        self.claims.report()
 
     def step(self, step: Step, limit: _Limit | None) -> None:
         """Check a step, its children and its tree under the limit around it."""
@@ -94,8 +103,7 @@ class TimeLimitCheck:
     def _tree(self, tree: Tree, limit: _Limit | None) -> None:
         if tree.root is not None:
             self.step(tree.root, limit)
-        for event in tree.events:  # limits are suspended while one runs
-            self.step(event.step, None)
+            self._below(tree.root, tree.events, limit)
 
     def _applies(
         self, what: str, value: Value | None, step: Step, limit: _Limit | None, word: str
@@ -147,6 +155,8 @@ class TimeLimitCheck:
             return 0.0 if step.skip_failures else len(items) * self.total(step.child)
         if isinstance(step, Composite):
             return self._of_children(step)
+        if isinstance(step, Switch):
+            return min((self.total(child) for child in step.children), default=0.0)
         return 0.0
 
     def total(self, step: Step) -> float:
@@ -154,10 +164,13 @@ class TimeLimitCheck:
         modifiers = step.modifiers
         if modifiers.when is not None or modifiers.keep_going or modifiers.every is not None:
             return 0.0
+        if modifiers.invert:  # a failure may come at once
+            return 0.0
         times = 1.0
         if modifiers.repeat is not None:
             times = number_of(modifiers.repeat) or 1.0
-        return times * self.least(step)
+        last = self.total(modifiers.finally_) if modifiers.finally_ is not None else 0.0
+        return times * self.least(step) + last
 
     def _of_children(self, step: Composite) -> float:
         times: Iterable[float] = [self.total(child) for child in step.children]

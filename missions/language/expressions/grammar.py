@@ -35,6 +35,7 @@ _POWER = {
     "+": 6, "-": 6, "*": 7, "/": 7, "%": 7, ".": 9, "[": 9,
 }  # fmt: skip
 _NOT, _COMPARISON, _IS, _MINUS = 3, 4, 5, 8
+_HINTS = {"+": "there is no ++ and no sign +: write `$n + 1`", "*": "write a product: `$n * $n`"}
 _CONSTANTS = {"true": True, "false": False}
 
 
@@ -53,6 +54,8 @@ def parse(source: str) -> Term:
 
 
 def _hint_before(token: Token) -> str:
+    if token.text == "in":
+        return "compare with each: `$a == 'x' or $a == 'y'`"
     if token.text == "set":
         return "write `$key is set`"
     if token.kind in ("name", "reference", "number", "text"):
@@ -143,7 +146,8 @@ class _Parser:
         if token.text == "[":
             return ListTerm(token.at, self.sequence("]")[0])
         found = repr(token.text) if token.kind == "operator" else "the end"
-        raise ExpressionError(token.at, f"expected a value, got {found}")
+        hint = _HINTS.get(token.text, "") if token.kind == "operator" else "write a value behind it"
+        raise ExpressionError(token.at, f"expected a value, got {found}", hint)
 
     def word(self, token: Token) -> Term:
         if token.text == "not":

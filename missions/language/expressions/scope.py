@@ -51,6 +51,7 @@ class Symbol:
         value: value of a place or argument; initial value of a key, or UNSET.
         one_of: the only texts that an argument may have; empty if any.
         doc: what a key is for; "" without `doc`.
+        keep: whether the next run begins with the value of the last one; only of a key.
     """
 
     name: str
@@ -60,6 +61,7 @@ class Symbol:
     value: Any = UNSET
     doc: str = ""
     one_of: tuple[str, ...] = ()
+    keep: bool = False
 
     @property
     def is_constant(self) -> bool:
@@ -92,6 +94,8 @@ class Scope:
 
     def hint(self, name: str) -> str:
         """Return a hint for an unknown `$name`, with names as they are written: `$dock`."""
+        if name in ("time", "battery", "robot", "localisation", "pose", "error", "attempt"):
+            return f"values of the robot have no $: write `{name}`"
         names = sorted(set(self.names()))
         close = nearest(name, names)
         if close is not None:

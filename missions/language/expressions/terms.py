@@ -13,7 +13,7 @@ from missions.language.expressions.scope import NotSet, Scope, Symbol
 from missions.language.expressions.tokens import ExpressionError
 from missions.language.expressions.units import product, quotient
 from missions.language.expressions.value_types import ANYTHING, BOOL, INT, POSE, TEXT, ValueType
-from stack.parameters import suggestion
+from stack.parameters import nearest, suggestion
 from stack.types import FailureCode
 
 Evaluate = Callable[[], Any]
@@ -171,6 +171,10 @@ class Named:
             return f"write {DISTANCE}($place)"
         if self.name.upper() in FailureCode.__members__:
             return f"failure codes are in capitals: {self.name.upper()}"
+        if self.name.lower() in ("null", "none", "nil", "unset"):
+            return "a key without a value: `$key is not set`"
+        if nearest(self.name, [*ROBOT_VALUES]) is None and "." not in self.name:
+            return f"write a text in quotes: '{self.name}'; write $ before a name"
         return suggestion(self.name, ROBOT_VALUES)
 
     def bind(self, names: Names) -> Evaluate:
@@ -229,7 +233,13 @@ class Field:
     name: str
 
     def check(self, check: Check) -> ValueType:
-        found = self.target.check(check)
+        target = self.target
+        if isinstance(target, Reference) and f"{target.name}.{self.name}" in ROBOT_VALUES:
+            if check.scope.lookup(target.name) is None:
+                name = f"{target.name}.{self.name}"
+                sentence = f"${name} is not a key: {name} is a value of the robot"
+                return check.problem("E140", target.at, sentence, f"write `{name}` without $")
+        found = target.check(check)
         if self.name not in POSE_FIELDS or not POSE.accepts(found):
             return check.problem(
                 "E152", self.at, f"{found} has no {self.name!r}", "a Pose has x, y and heading"

@@ -60,6 +60,11 @@ _HINTS = {
 }  # fmt: skip
 
 
+def balance(source: str) -> int:
+    """Return how many brackets a text opens but does not close."""
+    return sum(source.count(one) for one in "([") - sum(source.count(one) for one in ")]")
+
+
 def tokens(source: str) -> list[Token]:
     """Split an expression into tokens; the last one is an `end` token.
 

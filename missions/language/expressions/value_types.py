@@ -47,6 +47,11 @@ class ValueType:
         """Whether it is a number; `anything` counts as one."""
         return self.of in (int, float, object)
 
+    @property
+    def is_storable(self) -> bool:
+        """Whether a value can be written to a file: all but paths to drive along."""
+        return self.item.is_storable if self.item else self.of is not Path
+
     def accepts(self, other: ValueType) -> bool:
         """Return whether a value of the other type can be used as this type."""
         if object in (self.of, other.of):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from typing import Protocol
 
 from missions.language.expressions.expression import CheckedExpression, NameContext
@@ -11,6 +12,7 @@ from missions.language.expressions.terms import Named
 from missions.language.expressions.value_types import ANYTHING, TEXT
 from missions.language.keys import SWITCH, required
 from missions.language.model import Constant, Step, Switch, Unset, Value
+from missions.language.reading.port_expressions import text_of
 from missions.language.reading.values import ValueReader
 from stack.documents import Findings, Mark, Node
 from stack.parameters import nearest, suggestion
@@ -44,7 +46,8 @@ def read_switch(
     if body is None or not body.is_mapping:
         got = "nothing" if body is None else body.words()
         sentence = f"switch must be {{value: …, cases: {{…}}, default: …}}, got {got}"
-        reader.findings.error("E170", body.mark if body else start.mark, sentence)
+        hint = "indent `value:` and `cases:` below `switch:`"
+        reader.findings.error("E170", body.mark if body else start.mark, sentence, hint)
         return None
     reader.values.words.keys(body, "switch", context.scope)
     for key, _ in body.entries:
@@ -68,7 +71,8 @@ def read_switch(
 def _cases(reader: ReadsNodes, listed: Node, context: NameContext) -> dict[str, Step]:
     if not listed.is_mapping or not listed.entries:
         sentence = f"cases must be a mapping {{text: node}}, got {listed.words()}"
-        reader.findings.error("E170", listed.mark, sentence)
+        hint = "remove the `- `: each text is a key" if listed.is_sequence else ""
+        reader.findings.error("E170", listed.mark, sentence, hint)
     cases: dict[str, Step] = {}
     for key, node in listed.entries:
         if not isinstance(key.value, str):
@@ -90,7 +94,10 @@ def _check_cases(
     for key, _ in listed.entries:
         if key.value not in options and not (own and key.quoted):
             sentence = f"{value.source} is never {key.value!r}"
-            findings.error("E170", key.mark, sentence, suggestion(str(key.value), options))
+            hint = suggestion(str(key.value), options)
+            if key.value in ("default", "else", "otherwise"):
+                hint = "write `default:` beside `cases:`, not below it"
+            findings.error("E170", key.mark, sentence, hint)
     missing = [word for word in options if word not in [key.value for key, _ in listed.entries]]
     if missing and default is None and not own:
         sentence = f"no case for {', '.join(missing)}, and no `default`: the node fails then"
@@ -128,8 +135,28 @@ def read_unset(
     return Unset(start.kind, start.mark, start.name, start.modifiers, tuple(targets))
 
 
-def check_failure_code(code: Value | None, mark: Mark, findings: Findings) -> None:
-    """Report a code of `fail` that is not written in capitals or looks like a typing error."""
+def loop_hint(body: Node | None) -> str:
+    """Return how to write what stands below `for_each:`."""
+    if body is not None and body.is_sequence:
+        return f"write {{item: {text_of(body)}}}"
+    words = [str(key.value) for key, _ in body.entries] if body is not None else []
+    if "do" in words:
+        return "write `do:` beside `for_each:`, not below it"
+    if len(words) == 1 and words[0].startswith("$"):
+        return f"write the name of the variable without $: {words[0][1:]}"
+    return "write several lists as nested loops" if len(words) > 1 else "write {shelf: […]}"
+
+
+def check_failure_code(ports: Mapping[str, Value], mark: Mark, findings: Findings) -> None:
+    """Report a code of `fail` that is misspelt, or that stands where the reason stands."""
+    code, reason = ports.get("code"), ports.get("because")
+    if isinstance(reason, Constant) and "_" in str(reason.value):
+        text = str(reason.value)
+        if "code" not in ports and _CODE.fullmatch(text):
+            text = nearest(text, list(FailureCode.__members__)) or text
+            sentence = f"{str(reason.value)!r} is the reason of the failure here, not its code"
+            hint = f"write {{code: {text}, because: a sentence}}"
+            findings.error("E172", mark, sentence, hint)
     if not isinstance(code, Constant) or code.value in FailureCode.__members__:
         return
     text = str(code.value)

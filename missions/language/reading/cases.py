@@ -8,6 +8,7 @@ from math import inf
 from typing import Any
 
 from missions.language.analysis.data_flow import children_of
+from missions.language.analysis.outcomes import leaf_outcomes
 from missions.language.case_model import (
     FAILURE,
     RUNNING,
@@ -21,9 +22,11 @@ from missions.language.expressions.expression import NameContext
 from missions.language.expressions.robot_values import ROBOT_VALUES
 from missions.language.expressions.scope import Scope
 from missions.language.expressions.value_types import type_of
+from missions.language.foreign_words import MOCK_WORDS, meant_or_near
 from missions.language.keys import CASE, EXPECTATION, MOCK, STATUS_WORDS, TAKES, WITHIN
 from missions.language.model import Constant, Event, Leaf, Step, Tree, Unset, Use
 from missions.language.reading.declarations import Layer
+from missions.language.reading.port_expressions import text_of
 from missions.language.reading.values import ValueReader
 from missions.language.reading.words import WordRole, Words
 from stack.documents import Findings, Mark, Node
@@ -31,6 +34,14 @@ from stack.errors import ParameterError
 from stack.parameters import Declaration, suggestion
 from stack.types import FailureCode
 
+_FORMS = {
+    "ran": "write {navigate_to_pose: 2}: names with numbers of starts",
+    "mock": "write {navigate_to_pose: {returns: failure}}",
+    "at": "write {5 s: {battery.charge: 0.1}}",
+    "expect": "write {status: failure}",
+    "arguments": "write {name: value}",
+    "sets": "write {output: value}",
+}
 FIXED_VALUES = ("time", "error", "attempt")
 _CHANGE_TIME = Declaration("at", float, unit="s", at_least=0.0)
 _COUNT = Declaration("ran", int, at_least=0)
@@ -60,6 +71,7 @@ class CaseReader:
         self.known, self.findings, self.words = known, findings, words
         self.context = NameContext(Scope((known.places,)))
         self.outputs = _outputs_by_name(known)
+        self.sure = _names_that_never_fail(known)
         self.names = [*self.outputs, *_unmockable_names(known)]
         words.names = tuple(self.names)
 
@@ -116,6 +128,10 @@ class CaseReader:
                 self._unknown(key, "behaviour, tree or named leaf", self.outputs)
                 continue
             found[name] = self._mock(value, self.outputs[name])
+            failures = {item for item in found[name].returns if item not in (SUCCESS, RUNNING)}
+            if failures and name in self.sure:
+                sentence = f"{name} never fails: its mock cannot return {min(failures)}"
+                self._error(value, sentence, "mock a node that can fail")
         return found
 
     def _mock(self, node: Node, outputs: Mapping[str, Declaration]) -> Mock:
@@ -156,6 +172,11 @@ class CaseReader:
         for key, body in self._entries(node, "at"):
             if not body.is_mapping:
                 self.words.add(body, WordRole.CHANGE)
+            if not body.is_mapping and str(key.value).startswith(("$", "event", *ROBOT_VALUES)):
+                hint = f"write the time first: at: {{5 s: {{{key.value}: {text_of(body)}}}}}"
+                sentence = "`at` has changes below times: {5 s: {…}}"
+                self._error(key, f"{sentence}, got {key.words()}", hint)
+                continue
             time = self._value(_CHANGE_TIME, key) or 0.0
             for name, value in self._entries(body, "changes"):
                 changes += self._change(time, name, value)
@@ -307,7 +328,7 @@ class CaseReader:
 
     def _entries(self, node: Node | None, what: str) -> list[tuple[Node, Node]]:
         if node is not None and not node.is_mapping and node.value is not None:
-            self._error(node, f"{what} must be a mapping, got {node.words()}")
+            self._error(node, f"{what} must be a mapping, got {node.words()}", _FORMS.get(what, ""))
         return node.entries if node is not None else []
 
     def _only(self, node: Node, known: Iterable[str], what: str) -> None:
@@ -315,7 +336,8 @@ class CaseReader:
             self._error(node, f"{what} must be a mapping, got {node.words()}")
         for key, _ in node.entries:
             if key.value not in known:
-                hint = suggestion(str(key.value), known)
+                words = MOCK_WORDS if what == "a mock" else {}
+                hint = meant_or_near(str(key.value), words, known)
                 self._error(key, f"{what} has no {key.value!r}", hint)
 
     def _unknown(self, node: Node, what: str, known: Iterable[str]) -> None:
@@ -361,6 +383,14 @@ def _outputs_by_name(known: MissionNames) -> dict[str, dict[str, Declaration]]:
             if name:
                 found.setdefault(name, {}).update(outputs)
     return found
+
+
+def _names_that_never_fail(known: MissionNames) -> set[str]:
+    """Return the names whose behaviours all succeed if they end: `wait`, `say`."""
+    leaves = [step for step in _steps(known.roots) if isinstance(step, Leaf)]
+    can_fail = [step for step in leaves if leaf_outcomes(step).failure]
+    fail = {name for step in can_fail for name in (step.name, step.kind)}
+    return {name for step in leaves for name in (step.name, step.kind)} - fail
 
 
 def _unmockable_names(known: MissionNames) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
@@ -16,17 +17,24 @@ from missions.language.expressions.value_types import (
     named_type,
     type_of,
 )
-from missions.language.foreign_words import TYPES
-from missions.language.keys import ARGUMENT, BLACKBOARD_KEY, INPUT, OPTIONAL, TREE
+from missions.language.foreign_words import ARGUMENT_WORDS, KEY_WORDS, TYPES
+from missions.language.keys import ARGUMENT, BLACKBOARD_KEY, INPUT, KEEP, OPTIONAL, TREE
 from missions.language.model import Constant, Tree
+from missions.language.reading.port_expressions import text_of
 from missions.language.reading.values import IDENTIFIER, ValueReader
 from missions.language.reading.words import WordRole
 from stack.documents import Findings, Mark, Node, Section, read_text
 from stack.errors import InputError, ParameterError
-from stack.parameters import Declaration, suggestion, units
+from stack.parameters import Declaration, quantity_unit, suggestion, units
 from stack.types import Pose2D
 
 Layer = dict[str, Symbol]
+_LIST_WORD = re.compile(r"(list|array|vector)\b", re.IGNORECASE)
+_FORMS = {"places": "[x, y, heading]", "blackboard": "{type: int, initial: 0}",
+          "arguments": "{type: int, default: 0}", "`in`": "Pose", "`out`": "Pose"}  # fmt: skip
+_GUESSES = {bool: "bool", int: "int", float: "float", str: "text", list: "list of …"}
+_OF_UNITS = {"s": "duration", "m": "length", "rad": "angle", "m/s": "speed",
+             "rad/s": "angular_speed", "m/s²": "acceleration"}  # fmt: skip
 Overrides = Mapping[str, str | Node]
 """Argument values: a text from `--set`, or a node from a test case."""
 
@@ -61,18 +69,31 @@ class DeclarationReader:
         layer: Layer = {}
         for key, entry in self._entries(node, "blackboard"):
             self._named(key, entry, "blackboard", "blackboard key")
+            if not entry.is_mapping:
+                layer[str(key.value)] = self._undeclared(key, entry, Role.KEY, "initial")
+                continue
             section = Section(
-                entry, self.findings, f"the key {key.value!r}", "E101", [*BLACKBOARD_KEY]
+                entry,
+                self.findings,
+                f"the key {key.value!r}",
+                "E101",
+                {**{word: word for word in BLACKBOARD_KEY}, **KEY_WORDS},
             )
             kind = self._type(section)
             initial = section.node_of("initial")
             section.value(OPTIONAL)
+            keep = bool(section.value(KEEP))
+            if keep and not kind.is_storable:
+                sentence = f"{key.value!r} has the type {kind}, which cannot be kept"
+                self.findings.error("E136", key.mark, sentence, "remove `keep`")
             doc = section.value(Declaration("doc", str, default=""))
             section.done()
             value = UNSET
             if initial is not None:
                 value = self._literal(kind.declaration(str(key.value)), initial, scope)
-            layer[str(key.value)] = Symbol(str(key.value), Role.KEY, kind, key.mark, value, doc)
+            layer[str(key.value)] = Symbol(
+                str(key.value), Role.KEY, kind, key.mark, value, doc, keep=keep
+            )
         return layer
 
     def arguments(self, node: Node | None, scope: Scope, overrides: Overrides) -> Layer:
@@ -81,11 +102,22 @@ class DeclarationReader:
         for key, entry in self._entries(node, "arguments"):
             name = str(key.value)
             self._named(key, entry, "arguments", "argument")
-            section = Section(entry, self.findings, f"the argument {name!r}", "E101", [*ARGUMENT])
+            if not entry.is_mapping:
+                layer[name] = self._undeclared(key, entry, Role.ARGUMENT, "default")
+                continue
+            section = Section(
+                entry,
+                self.findings,
+                f"the argument {name!r}",
+                "E101",
+                {**{word: word for word in ARGUMENT}, **ARGUMENT_WORDS},
+            )
             declared = self.declared[name] = self._argument(name, section)
             default = section.node_of("default")
             section.done()
             value = UNSET if default is None else self._literal(declared, default, scope)
+            if type_of(declared) == ANYTHING:
+                value = UNSET  # its type has been reported
             if name in overrides:
                 override = self._override(declared, overrides[name], scope)
                 value = value if override is UNSET else override  # one finding for one mistake
@@ -100,6 +132,21 @@ class DeclarationReader:
                 self._wrong_override(name, overrides[name], sentence, suggestion(name, layer))
         return layer
 
+    def _undeclared(self, key: Node, entry: Node, role: Role, value: str) -> Symbol:
+        """Report a name with a bare type or value: `n: int`, `n: 3`."""
+        what = "key" if role is Role.KEY else "argument"
+        sentence = f"the {what} {key.value!r} must be a mapping of keys, got {entry.words()}"
+        hint = f"write {key.value}: {{type: …, {value}: …}}"
+        if isinstance(entry.value, str) and isinstance(named_type(entry.value), ValueType):
+            hint = f"write {key.value}: {{type: {entry.value}, {value}: …}}"
+        elif entry.value is not None:
+            guess = _GUESSES.get(type(entry.value), "…")
+            if isinstance(entry.value, str) and quantity_unit(entry.value):
+                guess = _OF_UNITS.get(units()[quantity_unit(entry.value) or ""][0], "float")
+            hint = f"write {key.value}: {{type: {guess}, {value}: {text_of(entry)}}}"
+        self.findings.error("E101", entry.mark, sentence, hint)
+        return Symbol(str(key.value), role, ANYTHING, key.mark, None)
+
     def tree(self, key: Node, node: Node, scope: Scope) -> Tree:
         """Read a tree's name, `in` and `out`; its nodes are read when all trees are known.
 
@@ -107,6 +154,13 @@ class DeclarationReader:
         """
         self._named(key, node, "trees", "tree")
         section = Section(node, self.findings, f"the tree {key.value!r}", "E101", [*TREE])
+        other = next((word for word, _ in node.entries if word.value not in TREE), None)
+        if other is not None and section.node.get("do") is None:
+            sentence = (
+                f"the tree {key.value!r} needs the key 'do'; {other.words()} is no key of a tree"
+            )
+            self.findings.error("E101", other.mark, sentence, f"write do: {{{other.value}: …}}")
+            return Tree(str(key.value), key.mark, {}, {})
         inputs = self._inputs(section.node_of("in"), scope)
         outputs = self._outputs(section.node_of("out"))
         doc = section.node_of("doc")
@@ -123,7 +177,10 @@ class DeclarationReader:
 
     def _inputs(self, node: Node | None, scope: Scope) -> Layer:
         """Read inputs: a type, or `{type: duration, default: 3 s}`."""
-        layer: Layer = {}
+        layer = {
+            str(item.value): Symbol(str(item.value), Role.INPUT, ANYTHING, item.mark)
+            for item in (node.items if node is not None else [])
+        }
         for key, entry in self._entries(node, "`in`"):
             name, value = str(key.value), UNSET
             self.words.add(key, WordRole.DECLARED, owner="in")
@@ -161,7 +218,11 @@ class DeclarationReader:
                 return replace(declared, at_least=least, at_most=most)
             except (ParameterError, ValueError):
                 sentence = f"range must be [least, most] of type {kind}, got {limits.words()}"
-                self.findings.error("E108", limits.mark, sentence)
+                ends = re.findall(r"-?\d+(?:\.\d*[1-9])?", str(limits.value))
+                hint = "write the least and the greatest value: [1, 5]"
+                if len(ends) == 2 and not limits.is_sequence:
+                    hint = f"write [{ends[0]}, {ends[1]}]"
+                self.findings.error("E108", limits.mark, sentence, hint)
         if options is not None:
             words = tuple(str(item.value) for item in options.items)
             return replace(declared, one_of=words)
@@ -195,6 +256,11 @@ class DeclarationReader:
         if isinstance(kind, str):
             meant = TYPES.get(str(node.value).lower())
             hint = f"did you mean {meant!r}?" if meant else kind
+            if _LIST_WORD.match(str(node.value)):
+                inner = re.findall(r"\w+", str(node.value))[-1]
+                hint = "write the type of its items: list of int, list of Pose"
+                if isinstance(named_type(inner), ValueType):
+                    hint = f"write list of {inner}"
             self.findings.error("E107", node.mark, f"there is no type {node.words()}", hint)
             return ANYTHING
         return kind
@@ -239,7 +305,10 @@ class DeclarationReader:
         if node is None or (node.kind == "scalar" and node.value is None):
             return []
         if not node.is_mapping:
-            self.findings.error("E101", node.mark, f"{what} must be a mapping, got {node.words()}")
+            names = [str(item.value) for item in node.items if item.kind == "scalar"]
+            hint = f"write {names[0] if names else 'name'}: {_FORMS[what]} for each"
+            sentence = f"{what} must be a mapping, got {node.words()}"
+            self.findings.error("E101", node.mark, sentence, hint)
         good = []
         for key, value in node.entries:
             if isinstance(key.value, str) and IDENTIFIER.fullmatch(key.value):

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from missions.language.expressions.expression import NameContext
+from missions.language.foreign_words import EVENT_WORDS, THEN_MEANINGS, meant_or_near
 from missions.language.keys import AGAIN, EVENT, HOLD, THEN_WORDS, required
 from missions.language.model import Constant, Event, Value
 from missions.language.reading.nodes import NodeReader
 from missions.language.reading.values import IDENTIFIER
 from missions.language.reading.words import WordRole
 from stack.documents import Node
-from stack.parameters import suggestion
 
 NO_HOLD = Constant(0.0)
 
@@ -68,12 +68,13 @@ class EventReader:
         self.values.words.keys(body, "event", context.scope)
         for word, _ in body.entries:
             if word.value not in EVENT:
-                hint = suggestion(str(word.value), EVENT)
+                hint = meant_or_near(str(word.value), EVENT_WORDS, EVENT)
                 sentence = f"an event has no key {word.value!r}"
                 self.findings.error("E112", word.mark, sentence, hint)
         when, do, held = body.get("when"), body.get("do"), body.get("hold")
         for needed in required(EVENT):
-            if body.get(needed) is None:
+            meant = {EVENT_WORDS.get(str(word.value)) for word, _ in body.entries}
+            if body.get(needed) is None and needed not in meant:
                 self.findings.error("E112", key.mark, f"the event {name!r} needs `{needed}`")
         condition = self.values.expression(when, context) if when else None
         hold: Value | None = self.values.value(HOLD, held, context) if held else NO_HOLD
@@ -90,7 +91,7 @@ class EventReader:
             return THEN_WORDS[0]
         self.values.words.choice(node, THEN_WORDS)
         if node.value not in THEN_WORDS:
-            hint = suggestion(str(node.value), THEN_WORDS)
+            hint = meant_or_near(str(node.value), THEN_MEANINGS, THEN_WORDS)
             sentence = f"then must be one of {', '.join(THEN_WORDS)}, got {node.words()}"
             self.findings.error("E112", node.mark, sentence, hint)
             return THEN_WORDS[0]

@@ -21,7 +21,9 @@ from stack.types import Pose2D
 
 FORMAT = 1
 NAV2 = "nav2_params"
-LOCALISATION = "localisation"
+LOCALISATION, ODOMETRY = "localisation", "odometry"
+TOP_COMPONENTS = (LOCALISATION, ODOMETRY)
+"""Components that stand at the top of a mission, beside `navigation`."""
 
 T = TypeVar("T")
 
@@ -144,7 +146,8 @@ class HeaderReader:
         nodes = [self._parameter_file(item) for item in files]
         sources = [found for node in nodes for found in (self._from_nav2(node), self._all(node))]
         own = self.top.node_of("navigation")
-        for found in (*sources, self._from_nav2(own), self._navigation(own), self._localisation()):
+        sources += [self._from_nav2(own), self._navigation(own), self._top_components()]
+        for found in sources:
             for kind, component in found.items():
                 merged[kind] = _merge(merged.get(kind), component)
                 if plugged is None:
@@ -167,27 +170,33 @@ class HeaderReader:
             self._add(error, item.mark, "E110")
             return None
 
-    def _localisation(self) -> dict[str, Component]:
-        """Return the estimator that the mission itself chooses, if it does."""
-        node = self.top.node_of(LOCALISATION)
-        if node is not None:
-            self._component_words(LOCALISATION, node)
-        component = self._component(LOCALISATION, node) if node is not None else None
-        return {} if component is None else {LOCALISATION: component}
+    def _top_components(self) -> dict[str, Component]:
+        """Return the estimator and the odometry that the mission itself chooses, if it does."""
+        found: dict[str, Component] = {}
+        for kind in TOP_COMPONENTS:
+            node = self.top.node_of(kind)
+            if node is None:
+                continue
+            self._component_words(kind, node)
+            component = self._component(kind, node)
+            if component is not None:
+                found[kind] = component
+        return found
 
     def _navigation(self, node: Node | None) -> dict[str, Component]:
-        """Return the components under `navigation`; `localisation` is refused there."""
+        """Return the components under `navigation`; those of the top are refused there."""
         if node is not None and not node.is_mapping:
             self.words.add(node, WordRole.COMPONENT_KIND)
         for key, value in node.entries if node is not None else []:
             self.words.add(key, WordRole.COMPONENT_KIND)
             self._component_words(str(key.value), value)
         found = self._all(node)
-        misplaced = found.pop(LOCALISATION, None)
-        if misplaced is not None:
-            sentence = "`localisation` does not belong to `navigation`"
-            hint = "write it beside `navigation`, at the top of the mission"
-            self.findings.error("E111", misplaced.mark, sentence, hint)
+        for kind in TOP_COMPONENTS:
+            misplaced = found.pop(kind, None)
+            if misplaced is not None:
+                sentence = f"`{kind}` does not belong to `navigation`"
+                hint = "write it beside `navigation`, at the top of the mission"
+                self.findings.error("E111", misplaced.mark, sentence, hint)
         return found
 
     def _component_words(self, kind: str, node: Node) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from missions.language.analysis.data_flow import (
@@ -11,12 +11,13 @@ from missions.language.analysis.data_flow import (
     warn_of_other_meaning,
 )
 from missions.language.analysis.failures import FailureCheck
-from missions.language.analysis.key_flow import KeyFlowCheck
+from missions.language.analysis.key_flow import KeyFlowCheck, keys_changed_by
 from missions.language.analysis.order import OrderCheck
 from missions.language.analysis.outcomes import OutcomeCheck
 from missions.language.analysis.repetition import RepetitionCheck
 from missions.language.analysis.structure import StructureCheck
 from missions.language.analysis.time_limits import TimeLimitCheck
+from missions.language.case_model import Case
 from missions.language.expressions.expression import NameContext
 from missions.language.expressions.scope import Role, Scope, Symbol
 from missions.language.keys import MISSION, RESERVED
@@ -97,12 +98,13 @@ class _Reading:
         events = EventReader(nodes).events(top.node_of("events"), NameContext(scope))
         tests = top.node_of("tests")
         top.done()
-        key_flow = self._analyse(root, events, trees, scope)
         roots = (*(_starts(root, events) if root else ()), *_roots_of(trees))
         names = MissionNames(self.declarations.declared, places, keys, events, trees, roots)
-        # After errors in the mission, cases are read for their words only.
-        found = Findings() if self.findings.errors else self.findings
-        cases = CaseReader(names, found, self.words).cases(tests)
+        of_cases = Findings()
+        cases = CaseReader(names, of_cases, self.words).cases(tests)
+        key_flow = self._analyse(root, events, trees, scope, cases)
+        if not self.findings.errors:  # otherwise cases are read for their words only
+            self.findings.items += of_cases.items
         if key_flow is not None:
             key_flow.keys(keys, cases)
         self.findings.raise_errors()
@@ -176,7 +178,12 @@ class _Reading:
         return trees
 
     def _analyse(
-        self, root: Step | None, events: tuple[Event, ...], trees: dict[str, Tree], scope: Scope
+        self,
+        root: Step | None,
+        events: tuple[Event, ...],
+        trees: dict[str, Tree],
+        scope: Scope,
+        cases: Sequence[Case],
     ) -> KeyFlowCheck | None:
         """Run the analyses that need a mission without errors; return who reads which key."""
         if root is None or self.findings.errors:
@@ -190,7 +197,10 @@ class _Reading:
                 self.findings.warning("W103", tree.mark, f"the tree {tree.name!r} is never used")
         if self.findings.errors:
             return None
-        order = OrderCheck(trees, self.findings)
+        changed = keys_changed_by(cases)
+        order = OrderCheck(
+            trees, self.findings, [key for key in scope.symbols() if key.name in changed]
+        )
         order.mission(root, events)
         roots = [*starts, *_roots_of(trees)]
         for use in (use for step in roots for use in uses_of(step)):

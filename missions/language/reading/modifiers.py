@@ -31,6 +31,15 @@ ReadChildren = Callable[[Node | None, str, Mark, NameContext], list[Step]]
 RawModifiers = Mapping[str, tuple[Node, Node]]
 """Modifier -> nodes of its key and its value."""
 
+_HINTS = {
+    ("repeat", "while"): "write `repeat: forever`, and `while: …` beside it",
+    ("repeat", "times"): "write `repeat: 3`",
+    ("repeat", "count"): "write `repeat: 3`",
+    ("recover", "do"): "did you mean 'round_robin'?",
+    ("recover", "recoveries"): "did you mean 'round_robin'?",
+    ("recover", "actions"): "did you mean 'round_robin'?",
+}
+
 
 class ModifierReader:
     """Reads the modifiers of one node; `node` reads a node, `children` a list of nodes."""
@@ -77,6 +86,8 @@ class ModifierReader:
         self.values.words.choice(node, ON_FAILURE_WORDS)
         if node.value not in ON_FAILURE_WORDS:
             hint = suggestion(str(node.value), ON_FAILURE_WORDS)
+            if node.is_mapping or node.is_sequence:
+                hint = "for a node after a failure write a list below `fallback:`"
             sentence = f"on_failure must be `continue` or `fail`, got {node.words()}"
             self.findings.error("E123", node.mark, sentence, hint)
         return bool(node.value == "continue")
@@ -92,8 +103,10 @@ class ModifierReader:
             until = node.get("until")
             self.values.words.keys(node, "repeat", context.scope)
             self._only("repeat", node, REPEAT)
-            if until is None:
-                self.findings.error("E123", node.mark, "repeat needs `until`")
+            misnamed = any(("repeat", str(key.value)) in _HINTS for key, _ in node.entries)
+            if until is None and not misnamed:
+                hint = "write repeat: {until: condition}"
+                self.findings.error("E123", node.mark, "repeat needs `until`", hint)
             return Constant(None, f"until {until.value if until else '?'}")
         if isinstance(node.value, str) and node.value.isalpha():
             sentence = f"repeat: expected a whole number, got {node.words()}"
@@ -121,6 +134,11 @@ class ModifierReader:
         if "retry" not in raw:
             return None
         node = raw["retry"][1]
+        if isinstance(node.value, str) and node.value.isalpha():
+            sentence = f"retry: expected a number of attempts, got {node.words()}"
+            hint = "write retry: 3; nothing is tried again for ever"
+            self.findings.error("E132", node.mark, sentence, hint)
+            return None
         if not node.is_mapping:
             attempts = self.values.value(ATTEMPTS, node, context)
             return Retry(attempts, Constant(0.0)) if attempts else None
@@ -138,13 +156,18 @@ class ModifierReader:
         self.values.words.keys(node, "recover", inside.scope)
         if not node.is_mapping:
             sentence = f"recover must be {{attempts: N, round_robin: […]}}, got {node.words()}"
-            self.findings.error("E123", node.mark, sentence)
+            count = len(node.items) + 1 if node.is_sequence else 3
+            hint = f"write `attempts: {count}` and the list below `round_robin:`"
+            self.findings.error("E123", node.mark, sentence, hint)
             return None
         self._only("recover", node, RECOVER)
         attempts = self._needed("recover", node, inside)
         handling = replace(inside, knows_error=True)
         unless = node.get("unless")
         condition = self.values.expression(unless, handling) if unless else None
+        misnamed = any(("recover", str(key.value)) in _HINTS for key, _ in node.entries)
+        if misnamed and node.get("round_robin") is None:
+            return None  # one finding for one mistake
         steps = self.children(node.get("round_robin"), "round_robin", key.mark, handling)
         return Recover(attempts, condition, tuple(steps)) if attempts else None
 
@@ -158,5 +181,5 @@ class ModifierReader:
     def _only(self, word: str, node: Node, known: Keys) -> None:
         for key, _ in node.entries:
             if key.value not in known:
-                hint = suggestion(str(key.value), known)
+                hint = _HINTS.get((word, str(key.value))) or suggestion(str(key.value), known)
                 self.findings.error("E123", key.mark, f"{word} has no key {key.value!r}", hint)

@@ -10,9 +10,7 @@ from missions.language.expressions.expression import NameContext
 from missions.language.expressions.scope import UNSET, Role, Symbol
 from missions.language.expressions.shown import shown
 from missions.language.expressions.texts import formatter
-from missions.language.expressions.value_types import (
-    type_of,
-)
+from missions.language.expressions.value_types import type_of
 from missions.language.foreign_words import modifier_hint, node_hint
 from missions.language.keys import (
     MODIFIERS,
@@ -32,7 +30,13 @@ from missions.language.model import (
     Tree,
     Use,
 )
-from missions.language.reading.branches import check_failure_code, read_switch, read_unset
+from missions.language.reading.branches import (
+    check_failure_code,
+    loop_hint,
+    read_switch,
+    read_unset,
+)
+from missions.language.reading.commas import report_cut_expression
 from missions.language.reading.modifiers import ModifierReader, RawModifiers
 from missions.language.reading.ports import Owner, PortReader
 from missions.language.reading.values import IDENTIFIER, ValueReader
@@ -70,7 +74,9 @@ class NodeReader:
             for item in node.items:
                 self.skim(item, context)
             return None
-        head = self._head(node, context)
+        head = None
+        if not report_cut_expression(node, self.findings):
+            head = self._head(node, context)
         if head is None:
             return None
         raw = {str(key.value): (key, value) for key, value in node.entries if key is not head[0]}
@@ -89,7 +95,10 @@ class NodeReader:
         if not types:
             names = ", ".join(str(key.value) for key, _ in node.entries)
             sentence = f"the node has no type; its keys are modifiers: {names}"
-            self.findings.error("E120", node.mark, sentence, "add a behaviour, e.g. `wait: 1 s`")
+            hint = "add a behaviour, e.g. `wait: 1 s`"
+            if node.get("do") is not None:
+                hint = "write the node itself instead of `do:`, with its modifiers beside it"
+            self.findings.error("E120", node.mark, sentence, hint)
             raw = {str(key.value): (key, value) for key, value in node.entries}
             kept = len(self.findings.items)
             self.modifiers.read("", raw, context)
@@ -114,7 +123,7 @@ class NodeReader:
         word = str(key.value)
         hint = modifier_hint(word, MODIFIERS)
         if str(head.value) == "use":
-            hint = f"inputs of a tree stand below `with:`; {hint}"
+            hint = f"inputs of a tree stand below `with:`: write with: {{{word}: …}}"
         if str(head.value) not in NODES and str(head.value) in self.known:
             kind = self.catalogue.get(str(head.value))
             if kind is not None and word in kind.ports:
@@ -242,7 +251,7 @@ class NodeReader:
         if len(entries) != 1 or not IDENTIFIER.fullmatch(str(entries[0][0].value)):
             mark = body.mark if body else start.mark
             sentence = "for_each needs one variable and its list: {shelf: $shelves}"
-            self.findings.error("E124", mark, sentence)
+            self.findings.error("E124", mark, sentence, loop_hint(body))
             self.skim(_value(raw, "do"), context)
             return None
         key, node = entries[0]
@@ -326,7 +335,7 @@ class NodeReader:
             name: symbol.type.declaration(name, default=defaults.get(name, REQUIRED))
             for name, symbol in tree.inputs.items()
         }
-        owner = Owner(tree.name, body.mark)
+        owner = Owner(tree.name, body.mark, is_tree=True)
         inputs = self.ports.by_name(declared, _value(raw, "with"), owner, context, WordRole.INPUT)
         for name, value in defaults.items():
             text = formatter(tree.inputs[name].type, shown)(value)
@@ -359,7 +368,7 @@ class NodeReader:
                     sentence = f"{name}: a port of a plain py_trees class must be a literal"
                     self.findings.error("E132", head.mark, sentence)
         if start.kind == "fail":
-            check_failure_code(ports.get("code"), start.mark, self.findings)
+            check_failure_code(ports, start.mark, self.findings)
         results = {name: type_of(declared) for name, declared in kind.outputs.items()}
         outputs = self.ports.outputs(results, out, owner, context)
         return Leaf(
@@ -372,6 +381,7 @@ class NodeReader:
             hint = node_hint(word, self.known)
             if word in self.trees:
                 hint = f"{word} is a tree: write `use: {word}`"
+                hint += ", with its inputs below `with:`" if self.trees[word].inputs else ""
             self.findings.error("E121", head.mark, f"there is no behaviour {word!r}", hint)
             return None
         found = self.catalogue.get(word)

@@ -11,6 +11,7 @@ from missions.language.expressions.value_types import ASSIGNMENTS, EXPRESSION, V
 from missions.language.foreign_words import port_hint
 from missions.language.keys import MODIFIERS
 from missions.language.model import Value
+from missions.language.reading.commas import report_cut_expression
 from missions.language.reading.values import ValueReader
 from missions.language.reading.words import WordRole
 from stack.documents import Mark, Node
@@ -23,6 +24,7 @@ class Owner:
 
     name: str
     mark: Mark
+    is_tree: bool = False
 
 
 class PortReader:
@@ -65,6 +67,8 @@ class PortReader:
         if body is not None and not body.is_mapping and body.value is not None:
             self.findings.error("E132", body.mark, f"`with` must be a mapping, got {body.words()}")
             return values
+        if body is not None and report_cut_expression(body, self.values.findings):
+            return values
         given = [] if body is None else body.entries
         for key, node in given:
             word = str(key.value)
@@ -94,7 +98,9 @@ class PortReader:
         if not node.is_mapping:
             words.add(node, WordRole.OUTPUT, context.scope, owner.name)
             sentence = f"`out` must be a mapping {{output: $key}}, got {node.words()}"
-            self.findings.error("E135", node.mark, sentence)
+            first = next(iter(results), "output")
+            hint = f"write out: {{{first}: {node.value}}}" if node.kind == "scalar" else ""
+            self.findings.error("E135", node.mark, sentence, hint)
         for key, target in node.entries:
             word = str(key.value)
             declared = results[word].declaration(word) if word in results else None
@@ -117,7 +123,9 @@ class PortReader:
                 kind = type_of(declared)
                 words = "expression" if kind == EXPRESSION else str(kind)
                 sentence = f"{owner.name} needs the port {name!r} ({words})"
-                self.findings.error("E131", owner.mark, sentence, declared.help)
+                hint = f"add `{name}: …`" + (" below `with:`" if owner.is_tree else "")
+                hint += f": {declared.help}" if declared.help else ""
+                self.findings.error("E131", owner.mark, sentence, hint)
 
 
 def bare_port(ports: Mapping[str, Declaration]) -> str | None:

@@ -41,6 +41,7 @@ from missions.language.model import (
     Template,
     Value,
 )
+from missions.language.reading.commas import report_cut_expression
 from missions.language.reading.item_types import Mismatch, item_type
 from missions.language.reading.port_expressions import (
     computed_source,
@@ -55,6 +56,7 @@ from stack.errors import EvaluationError, ParameterError
 from stack.parameters import Declaration
 
 _REFERENCE = re.compile(r"\$([A-Za-z_]\w*)")
+_ASSIGNMENT = re.compile(r"\$?(\w+)\s*:?=\s*(.+)")
 IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 
@@ -224,7 +226,7 @@ class ValueReader:
         symbol = self.writable(name, node.mark, context)
         if symbol and not symbol.type.accepts(found):
             sentence = f"${name} is {symbol.type}, but the output is {found}"
-            self.findings.error("E141", node.mark, sentence)
+            self.findings.error("E141", node.mark, sentence, f"use a key of the type {found}")
             return None
         return symbol
 
@@ -291,7 +293,7 @@ class ValueReader:
             _refuse_degrees(declared, node)
             return Constant(value, text_of(node), node.mark, _marks_of(node))
         except ParameterError as error:
-            hint = error.hint or _reference_hint(node, context)
+            hint = _reference_hint(node, context) or error.hint
             self.findings.error("E132", node.mark, f"{declared.name}: {error.sentence}", hint)
             return None
 
@@ -308,11 +310,20 @@ class ValueReader:
         if not node.is_mapping or not node.entries:
             self.words.add(node, WordRole.KEY, context.scope)
             sentence = f"expected keys with expressions, got {node.words()}"
-            self.findings.error("E132", node.mark, sentence, "write {key: expression}")
+            pair = _ASSIGNMENT.fullmatch(str(node.value))
+            hint = f"write {{{pair[1]}: {pair[2]}}}" if pair else "write {key: expression}"
+            self.findings.error("E132", node.mark, sentence, hint)
+            return None
+        if report_cut_expression(node, self.findings):
             return None
         pairs: list[tuple[Symbol, CheckedExpression]] = []
         for key, entry in node.entries:
             self.words.add(key, WordRole.KEY, context.scope)
+            name = str(key.value)
+            if name.startswith("$") and context.scope.lookup(name[1:]):
+                sentence = f"set names a key without $, got {name!r}"
+                self.findings.error("E140", key.mark, sentence, f"write `{name[1:]}: …`")
+                continue
             symbol = self.writable(str(key.value), key.mark, context)
             wanted = symbol.type if symbol else ValueType(object)
             expression = self._assigned(entry, context, wanted)

@@ -7,8 +7,6 @@ therefore ranked by the log-likelihood of its beams, in which a long beam weighs
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from stack.localisation.distance_field import SignedDistanceField, as_pose, as_row
@@ -72,6 +70,24 @@ class MatchEvaluator:
         again = [self._refined(match, views) for match in kept[:refined]]
         return distinct(sorted([*again, *kept[refined:]], key=_rank))
 
+    def followed(self, pose: Pose2D, scan: Scan, points: FloatArray, reach: float) -> GlobalMatch:
+        """Return a pose aligned with a scan, unless that moves it by more than `reach` metres.
+
+        Args:
+            pose: expected, map frame.
+            scan: of the estimator's lidar.
+            points: (m, 2) of the scan, base frame.
+            reach: metres.
+        """
+        views: Views = [(Pose2D(0.0, 0.0), scan)]
+        here = self._match(pose, np.zeros((3, 3)), views)
+        if points.shape[0] == 0:
+            return here
+        aligned, information = self._aligned(as_row(pose)[None], points, _ROUGH)
+        there = self._match(as_pose(aligned[0]), information[0], views)
+        near = there.pose.distance_to(pose) <= reach and there.evidence >= here.evidence
+        return there if near else here
+
     def evidence(self, pose: Pose2D, scan: Scan) -> tuple[float, float]:
         """Return the log-likelihood of a scan at a pose, and its fit."""
         beams = spread(scan.ranges.size, _EVIDENCE_BEAMS)
@@ -121,11 +137,3 @@ class MatchEvaluator:
 
 def _rank(match: GlobalMatch) -> float:
     return -match.evidence
-
-
-def shares(matches: Sequence[GlobalMatch]) -> FloatArray:
-    """Return (n,) probabilities of matches, if one of them is right."""
-    logs = np.array([match.evidence for match in matches])
-    likelihoods = np.exp(logs - logs.max(initial=-np.inf)) if logs.size else logs
-    total: FloatArray = likelihoods / max(likelihoods.sum(), 1e-300)
-    return total

@@ -7,20 +7,18 @@ that pass through walls. Rooms that look alike give several candidates.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from math import pi
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stack.errors import NavigationError
 from stack.localisation.distance_field import SignedDistanceField
 from stack.localisation.health import ScanEvaluator
 from stack.localisation.parameters import LocaliserParameters
 from stack.localisation.search.evaluation import MatchEvaluator
 from stack.localisation.search.lattice_search import LatticeSearch, SearchLimits
 from stack.localisation.search.matches import GlobalMatch, Views, view_points
-from stack.types import FailureCode, FloatArray, Pose2D, Scan
+from stack.types import FloatArray, Pose2D, Scan
 
 HEADINGS = 72
 """Number of headings of the seeding lattice in a full turn (5 degrees apart)."""
@@ -55,7 +53,7 @@ class GlobalMatcher:
         self._kernels, self._field, self._search = kernels, field, search
         self._ranking = MatchEvaluator(field, evaluator, parameters)
         self.beams, self._step = parameters.search_beams, parameters.search_heading_step
-        self._limits = SearchLimits(fraction=parameters.search_fraction)
+        self._limits = SearchLimits(parameters.search_fraction, most=parameters.search_most)
         stride = max(1, round(SEED_SPACING / field.resolution))
         first = stride // 2
         rows, columns = np.nonzero(field.are_free(0.1, stride, first))
@@ -98,32 +96,3 @@ class GlobalMatcher:
         points = view_points(views, self.beams)
         found = self._search.search(points, self._step, self._limits)
         return self._ranking.ranked(found.poses, points, views, _REFINED)
-
-
-def decide(candidates: Sequence[GlobalMatch], least_fit: float, ratio: float) -> GlobalMatch:
-    """Return the first candidate if it fits well and no other fits nearly as well.
-
-    Args:
-        candidates: distinct poses, best first.
-        least_fit: smallest accepted fit.
-        ratio: of the second fit to the first, from which the pose is ambiguous.
-
-    Raises:
-        NavigationError: LOST if no candidate fits, AMBIGUOUS if several do.
-    """
-    if not candidates or candidates[0].fit < least_fit:
-        fit = candidates[0].fit if candidates else 0.0
-        raise NavigationError(
-            FailureCode.LOST,
-            f"the best place on the map explains {fit:.0%} of the scan, below {least_fit:.0%}; "
-            "drive to a place where more of the map is visible",
-        )
-    best, second = candidates[0], candidates[1] if len(candidates) > 1 else None
-    if second is not None and second.fit > ratio * best.fit:
-        raise NavigationError(
-            FailureCode.AMBIGUOUS,
-            f"({best.pose.x:.2f}, {best.pose.y:.2f}) explains {best.fit:.0%} of the scan, but "
-            f"({second.pose.x:.2f}, {second.pose.y:.2f}) explains {second.fit:.0%}; "
-            "look for a marker or drive to a place where they differ",
-        )
-    return best

@@ -6,7 +6,7 @@ Grids are (rows, columns) with row 0 at the smallest y. Poses are rows of x, y, 
 
 from __future__ import annotations
 
-from math import cos, hypot, sin
+from math import ceil, cos, sin
 
 import numpy as np
 from numba import f4, f8, i4, i8, njit, u1
@@ -40,24 +40,37 @@ def _value(cells: Bytes, layout: Integers, level: int, row: int, column: int) ->
 def _bound(
     cells: Bytes,
     layout: Integers,
-    level: int,
-    row: int,
-    column: int,
+    box: Offsets,
     offsets: Offsets,
-    heading: int,
+    flat: Offsets,
+    extents: Offsets,
     least: int,
 ) -> int:
-    """Upper bound of the scores in a box; -1 as soon as it is certain to be below `least`."""
+    """Upper bound of the scores in a box; -1 if it is below `least`.
+
+    A box begins at a multiple of its side and so of its stride: an entry's index is the sum of the
+    box's and of the point's, `flat`.
+    """
+    level, heading, row, column = box[0], box[1], box[2], box[3]
     shift, pad, start = layout[level, SHIFT], layout[level, PAD], layout[level, START]
     rows, columns = layout[level, ROWS], layout[level, COLUMNS]
     total, count = 0, offsets.shape[1]
-    for k in range(count):
-        i = ((row + offsets[heading, k, 0]) >> shift) + pad
-        j = ((column + offsets[heading, k, 1]) >> shift) + pad
-        if i >= 0 and j >= 0 and i < rows and j < columns:
-            total += cells[start + i * columns + j]
-        if k % 8 == 7 and total + (count - 1 - k) * HIGHEST < least:
-            return -1
+    i, j = (row >> shift) + pad, (column >> shift) + pad
+    if (
+        i + (extents[heading, 0] >> shift) >= 0
+        and j + (extents[heading, 2] >> shift) >= 0
+        and i + (extents[heading, 1] >> shift) < rows
+        and j + (extents[heading, 3] >> shift) < columns
+    ):
+        first = start + i * columns + j
+        for k in range(count):
+            total += cells[np.uint64(first + flat[level, heading, k])]
+    else:
+        for k in range(count):
+            u = i + (offsets[heading, k, 0] >> shift)
+            v = j + (offsets[heading, k, 1] >> shift)
+            if u >= 0 and v >= 0 and u < rows and v < columns:
+                total += cells[start + u * columns + v]
     return total if total >= least else -1
 
 
@@ -67,6 +80,8 @@ def search_lattice(
     layout: Integers,
     allowed: Bytes,
     offsets: Offsets,
+    flat: Offsets,
+    extents: Offsets,
     window: Integers,
     least: int,
     fraction: float,
@@ -75,7 +90,7 @@ def search_lattice(
     period: int,
     most: int,
     limit: int,
-) -> tuple[Integers, int]:
+) -> tuple[Integers, int, int]:
     """Best distinct poses of a lattice by best-first branch and bound.
 
     W. Hess, D. Kohler, H. Rapp, D. Andor, "Real-Time Loop Closure in 2D LIDAR SLAM", ICRA 2016,
@@ -90,6 +105,8 @@ def search_lattice(
         layout: (levels, 5) of both pyramids.
         allowed: pyramid of the cells at which the base may be, 0 or 1, flat.
         offsets: (h, m, 2) rows and columns from the base to the points, for each heading.
+        flat: (levels, h, m) differences of the indices of their entries.
+        extents: (h, 4) smallest and largest row, smallest and largest column of the offsets.
         window: (4,) first row, first column, rows, columns of the lattice.
         least: smallest score of a result, at least 1.
         fraction: of the best score, smallest of a result.
@@ -100,120 +117,149 @@ def search_lattice(
         limit: number of boxes at which the search ends.
 
     Returns:
-        (n, 4) score, heading, row, column, best first; and the number of boxes examined, negative
-        if the search ended at `limit`.
+        (most, 4) score, heading, row, column, best first; the number of results; and the number of
+        boxes examined, negative if the search ended at `limit`.
     """
     headings, count = offsets.shape[0], offsets.shape[1]
     top = layout.shape[0] - 1
-    buckets = count * HIGHEST + 1
-    heads = np.full(buckets, -1, dtype=np.int64)
-    # node: level, heading, row, column, next
-    nodes = np.empty((4096, 5), dtype=np.int64)
-    used, spare, examined = 0, -1, 0
-    results = np.empty((most, 4), dtype=np.int64)
-    leaves = np.empty(256, dtype=np.int64)
-    found = 0
+    heads = np.full(count * HIGHEST + 1, -1)
+    boxes, following = np.empty((4096, 4), dtype=np.int32), np.empty(4096, dtype=np.int64)
+    used, spare, examined, found, threshold = 0, -1, 0, 0, max(least, 1)
+    results, leaves = np.zeros((most, 4), dtype=np.int64), np.empty(256, dtype=np.int64)
     end_row, end_column = window[0] + window[2], window[1] + window[3]
-    side = 1 << top
-    threshold = max(least, 1)
+    side, place = 1 << top, np.zeros(4, dtype=np.int32)
     for heading in range(headings):
-        for row in range(window[0], end_row, side):
-            for column in range(window[1], end_column, side):
+        for row in range(window[0] // side * side, end_row, side):
+            for column in range(window[1] // side * side, end_column, side):
                 if _value(allowed, layout, top, row, column) == 0:
                     continue
+                if used == boxes.shape[0]:
+                    boxes, following = _longer_rows(boxes), _longer(following)
+                boxes[used, 0], boxes[used, 1] = top, heading
+                boxes[used, 2], boxes[used, 3] = row, column
                 examined += 1
-                score = _bound(cells, layout, top, row, column, offsets, heading, threshold)
-                if score < 0:
-                    continue
-                if used == nodes.shape[0]:
-                    grown = np.empty((2 * used, 5), dtype=np.int64)
-                    grown[:used] = nodes
-                    nodes = grown
-                nodes[used, 0], nodes[used, 1] = top, heading
-                nodes[used, 2], nodes[used, 3], nodes[used, 4] = row, column, heads[score]
-                heads[score] = used
-                used += 1
-    for score in range(buckets - 1, 0, -1):
+                score = _bound(cells, layout, boxes[used], offsets, flat, extents, threshold)
+                if score >= 0:
+                    following[used] = heads[score]
+                    heads[score] = used
+                    used += 1
+    for score in range(heads.shape[0] - 1, 0, -1):
         if score < threshold:
             break
         leaf_count = 0
         while heads[score] >= 0:
-            node = heads[score]
-            heads[score] = nodes[node, 4]
-            level, heading = nodes[node, 0], nodes[node, 1]
-            row, column = nodes[node, 2], nodes[node, 3]
-            nodes[node, 4], spare = spare, node
-            if _is_taken(
-                results, found, level, heading, row, column, separation, heading_separation, period
-            ):
+            box = heads[score]
+            heads[score] = following[box]
+            level, heading = boxes[box, 0], boxes[box, 1]
+            row, column = boxes[box, 2], boxes[box, 3]
+            following[box], spare = spare, box
+            if _is_taken(results, found, boxes[box], separation, heading_separation, period):
                 continue
             if level == 0:
                 if leaf_count == leaves.shape[0]:
-                    longer = np.empty(2 * leaf_count, dtype=np.int64)
-                    longer[:leaf_count] = leaves
-                    leaves = longer
+                    leaves = _longer(leaves)
                 leaves[leaf_count] = (
                     (heading * window[2] + row - window[0]) * window[3] + column - window[1]
                 )
                 leaf_count += 1
                 continue
             if examined >= limit:
-                return results[:found], -examined
+                return results, found, -examined
             half = 1 << (level - 1)
             for child in range(4):
                 r, c = row + half * (child >> 1), column + half * (child & 1)
-                if r >= end_row or c >= end_column or _value(allowed, layout, level - 1, r, c) == 0:
+                if (
+                    r >= end_row
+                    or c >= end_column
+                    or r + half <= window[0]
+                    or c + half <= window[1]
+                ):
                     continue
+                if _value(allowed, layout, level - 1, r, c) == 0:
+                    continue
+                free = spare if spare >= 0 else used
+                if free == boxes.shape[0]:
+                    boxes, following = _longer_rows(boxes), _longer(following)
+                boxes[free, 0], boxes[free, 1], boxes[free, 2], boxes[free, 3] = (
+                    level - 1,
+                    heading,
+                    r,
+                    c,
+                )
                 examined += 1
-                bound = _bound(cells, layout, level - 1, r, c, offsets, heading, threshold)
+                bound = _bound(cells, layout, boxes[free], offsets, flat, extents, threshold)
                 if bound < 0:
                     continue
-                if spare >= 0:
-                    free = spare
-                    spare = nodes[free, 4]
+                if free == spare:
+                    spare = following[free]
                 else:
-                    if used == nodes.shape[0]:
-                        grown = np.empty((2 * used, 5), dtype=np.int64)
-                        grown[:used] = nodes
-                        nodes = grown
-                    free = used
                     used += 1
-                nodes[free, 0], nodes[free, 1] = level - 1, heading
-                nodes[free, 2], nodes[free, 3], nodes[free, 4] = r, c, heads[bound]
+                following[free] = heads[bound]
                 heads[bound] = free
-        ordered = np.sort(leaves[:leaf_count])
+        _sort(leaves, leaf_count)
         for k in range(leaf_count):
-            rest, column = divmod(ordered[k], window[3])
-            heading, row = divmod(rest, window[2])
-            row += window[0]
-            column += window[1]
-            if _is_taken(
-                results, found, 0, heading, row, column, separation, heading_separation, period
-            ):
+            rest = leaves[k] // window[3]
+            place[0], place[1] = 0, rest // window[2]
+            place[2] = rest % window[2] + window[0]
+            place[3] = leaves[k] % window[3] + window[1]
+            if _is_taken(results, found, place, separation, heading_separation, period):
                 continue
-            results[found, 0], results[found, 1] = score, heading
-            results[found, 2], results[found, 3] = row, column
+            results[found, 0], results[found, 1] = score, place[1]
+            results[found, 2], results[found, 3] = place[2], place[3]
             found += 1
             if found == 1:
-                threshold = max(threshold, int(np.ceil(fraction * score)))
+                threshold = max(threshold, ceil(fraction * score))
             if found == most:
-                return results[:found], examined
-    return results[:found], examined
+                return results, found, examined
+    return results, found, examined
+
+
+@njit(cache=True, nogil=True)
+def _longer(values: Integers) -> Integers:
+    """Return a copy of twice the length."""
+    longer = np.empty(2 * values.shape[0], dtype=np.int64)
+    for k in range(values.shape[0]):
+        longer[k] = values[k]
+    return longer
+
+
+@njit(cache=True, nogil=True)
+def _longer_rows(boxes: Offsets) -> Offsets:
+    """Return a copy with twice as many rows."""
+    longer = np.empty((2 * boxes.shape[0], 4), dtype=np.int32)
+    for k in range(boxes.shape[0]):
+        for i in range(4):
+            longer[k, i] = boxes[k, i]
+    return longer
+
+
+@njit(cache=True, nogil=True)
+def _sort(values: Integers, count: int) -> None:
+    """Sort the first `count` values in place, by Shell's method; np.sort takes long to compile."""
+    gap = 1
+    while gap < count:
+        gap = 3 * gap + 1
+    while gap >= 1:
+        for i in range(gap, count):
+            value, j = values[i], i
+            while j >= gap and values[j - gap] > value:
+                values[j] = values[j - gap]
+                j -= gap
+            values[j] = value
+        gap //= 3
 
 
 @njit(cache=True, nogil=True)
 def _is_taken(
     results: Integers,
     found: int,
-    level: int,
-    heading: int,
-    row: int,
-    column: int,
+    box: Offsets,
     separation: float,
     heading_separation: int,
     period: int,
 ) -> bool:
-    """Whether one result is not distinct from any pose of a box."""
+    """Whether one result is not distinct from any pose of a box (level, heading, row, column)."""
+    level, heading, row, column = box[0], box[1], box[2], box[3]
     last = (1 << level) - 1
     for k in range(found):
         turned = abs(results[k, 1] - heading)
@@ -221,7 +267,7 @@ def _is_taken(
             continue
         off_row = max(abs(results[k, 2] - row), abs(results[k, 2] - row - last))
         off_column = max(abs(results[k, 3] - column), abs(results[k, 3] - column - last))
-        if hypot(off_row, off_column) < separation:
+        if off_row * off_row + off_column * off_column < separation * separation:
             return True
     return False
 
@@ -330,7 +376,22 @@ def _solve(h: FloatArray, g: FloatArray) -> FloatArray:
 SEARCH = (
     (
         search_lattice,
-        (u1[::1], i8[:, ::1], u1[::1], i4[:, :, ::1], i8[::1], i8, f8, f8, i8, i8, i8, i8),
+        (
+            u1[::1],
+            i8[:, ::1],
+            u1[::1],
+            i4[:, :, ::1],
+            i4[:, :, ::1],
+            i4[:, ::1],
+            i8[::1],
+            i8,
+            f8,
+            f8,
+            i8,
+            i8,
+            i8,
+            i8,
+        ),
     ),
     (align, (f4[:, ::1], f8, f8, f8, f8[:, ::1], f8[:, ::1], f8[::1], i8)),
 )

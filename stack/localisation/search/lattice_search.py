@@ -129,13 +129,15 @@ class LatticeSearch:
             if window is None
             else min(LEVELS, max(1, int(bounds[2:].max()).bit_length() - 2))
         )
-        found, boxes = self._kernels.search_lattice(
-            self._scores.cells, self._scores.layout[:levels], self._allowed.cells,
-            self.offsets(points, headings), bounds,
+        layout, offsets = self._scores.layout[:levels], self.offsets(points, headings)
+        results, number, boxes = self._kernels.search_lattice(
+            self._scores.cells, layout, self._allowed.cells, offsets,
+            *_precomputed(offsets, layout), bounds,
             max(1, ceil(limits.least * HIGHEST * points.shape[0])), limits.fraction,
             limits.distance / self.spacing, max(1, ceil(limits.angle / step - 1e-9)), period,
             limits.most, limits.boxes,
         )  # fmt: skip
+        found = results[:number]
         poses = np.column_stack([
             self._origin[0] + (found[:, 3] + 0.5) * self.spacing,
             self._origin[1] + (found[:, 2] + 0.5) * self.spacing,
@@ -173,6 +175,19 @@ class LatticeSearch:
         first = np.clip(first, 0, np.array(self.shape))
         last = np.clip(last + 1, first, np.array(self.shape))
         return np.concatenate([first, last - first])
+
+
+def _precomputed(
+    offsets: NDArray[np.int32], layout: NDArray[np.int64]
+) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    """Return the differences of indices and the extents that the kernel needs of the offsets."""
+    flat = np.stack([
+        (offsets[..., 0] >> shift) * int(columns) + (offsets[..., 1] >> shift)
+        for _, _, columns, shift, _ in layout
+    ])  # fmt: skip
+    low, high = offsets.min(axis=1), offsets.max(axis=1)
+    extents = np.column_stack([low[:, 0], high[:, 0], low[:, 1], high[:, 1]])
+    return flat.astype(np.int32), np.ascontiguousarray(extents)
 
 
 def _largest(grid: NDArray[np.float32] | FloatArray | NDArray[np.bool_], factor: int) -> FloatArray:

@@ -19,8 +19,8 @@ class LocalMatcher:
     Args:
         field: the map.
         evaluator: of the same map.
-        parameters: blur, headings and beams of the search.
-        search: of the same map, if there is one already.
+        parameters: headings and beams of the search.
+        search: of the same map.
     """
 
     def __init__(
@@ -28,9 +28,9 @@ class LocalMatcher:
         field: SignedDistanceField,
         evaluator: ScanEvaluator,
         parameters: LocaliserParameters,
-        search: LatticeSearch | None = None,
+        search: LatticeSearch,
     ) -> None:
-        self._search = search or map_search(field, parameters)
+        self._search = search
         self._ranking = MatchEvaluator(field, evaluator, parameters)
         self._beams, self._step = parameters.search_beams, parameters.search_heading_step
 

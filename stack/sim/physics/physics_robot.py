@@ -67,7 +67,7 @@ class PhysicsRobot:
         self.world, self._bullet, self.client = physics, physics.bullet, physics.client
         self._state: BaseState | None = None
         self._truth: GroundTruth | None = None
-        self._state_step = 0
+        self._state_step, self._slides = 0, False
         self.robot = load_robot(self._bullet, self.client, description.urdf)
         self._prepare_robot(description, physics.friction)
         self.place_robot(start)
@@ -92,7 +92,7 @@ class PhysicsRobot:
 
     def set_wheel_speeds(self, *speeds: float) -> None:
         """Set the target speeds of the wheel motors, rad/s. All zero: park the wheels."""
-        if not any(speeds):
+        if not any(speeds) and (self._parked or not self._slides):
             if not self._parked:
                 self._park()
             return
@@ -131,10 +131,39 @@ class PhysicsRobot:
 
     def set_wheel_friction(self, wheel: int, friction: float) -> None:
         """Set the friction of a wheel, counted as in `wheel_places`."""
+        self._tyre_friction[wheel] = friction
+        if not self._slides:
+            self._apply_friction(wheel, friction)
+
+    def _apply_friction(self, wheel: int, friction: float) -> None:
         link = self._wheels.tyres[wheel]
         self._bullet.changeDynamics(
             self.robot, link, lateralFriction=friction, physicsClientId=self.client
         )
+
+    def slide(self) -> None:
+        """Take the friction from the tyres: the wheels no longer hold or move the body."""
+        self._slides = True
+        self._anchor(False)
+        for wheel in range(len(self._wheels.tyres)):
+            self._apply_friction(wheel, 0.0)
+
+    def grip(self) -> None:
+        """Give the tyres their friction back after `slide`."""
+        self._slides = False
+        for wheel, friction in enumerate(self._tyre_friction):
+            self._apply_friction(wheel, friction)
+
+    def set_velocity(self, x: float, y: float, spin: float) -> None:
+        """Set the velocity of the base frame: m/s in the world frame, rad/s."""
+        position, _, (_, _, vz), (wx, wy, _) = self.base_state()
+        com = self._bullet.getBasePositionAndOrientation(self.robot, physicsClientId=self.client)
+        rx, ry = com[0][0] - position[0], com[0][1] - position[1]
+        self._bullet.resetBaseVelocity(
+            self.robot, (x - spin * ry, y + spin * rx, vz), (wx, wy, spin),
+            physicsClientId=self.client,
+        )  # fmt: skip
+        self._state = None
 
     def truth(self) -> GroundTruth:
         """Return pose and velocity of the base frame in the plane."""
@@ -261,6 +290,7 @@ class PhysicsRobot:
             self._set_roller_friction(wheels)
         self.steer([0.0] * len(wheels.steering))
         self.wheel_places = self._wheel_places()
+        self._tyre_friction = [friction] * len(wheels.tyres)
 
     def _set_roller_friction(self, wheels: DriveJoints) -> None:
         """Let the driven wheels slide freely along their axles, as omnidirectional wheels do.

@@ -7,11 +7,29 @@ from typing import Any
 from stack.documents import Section
 from stack.parameters import Declaration, suggestion
 from stack.sim.worlds.values import RADIUS, SHAPE, UNKNOWN_NAME, Reading, X, Y
-from stack.sim.worlds.world import Trigger, WorldEvent
+from stack.sim.worlds.world import Push, Trigger, WorldEvent
+from stack.types import Pose2D
 
-ACTIONS = ("open_door", "close_door", "move_robot", "battery")
+ACTIONS = ("open_door", "close_door", "move_robot", "push", "battery")
 BATTERY = Declaration(
     "battery", float, "new battery charge", default=None, at_least=0.0, at_most=1.0
+)
+PUSH_BY = (
+    Declaration("dx", float, "forward, or along x of the map", "m", at_least=-10.0, at_most=10.0),
+    Declaration(
+        "dy", float, "to the left, or along y of the map", "m", at_least=-10.0, at_most=10.0
+    ),
+    Declaration("dheading", float, "anticlockwise", "rad", at_least=-3.1416, at_most=3.1416),
+)
+PUSH_OVER = Declaration(
+    "over", float, "duration of the push", "s", 0.5, at_least=0.05, at_most=60.0
+)
+PUSH_FRAME = Declaration(
+    "frame",
+    str,
+    "frame of `by`: the base at the begin, or the map",
+    default="robot",
+    one_of=("robot", "map"),
 )
 
 
@@ -30,6 +48,8 @@ def event(reading: Reading, section: Section) -> WorldEvent | None:
     moved_to = section.node_of("move_robot")
     if moved_to is not None:
         action["move_robot"] = reading.pose_or_place(section, "move_robot", moved_to)
+    if section.node.get("push") is not None:
+        action["push"] = _push(section)
     if section.node.get("battery") is not None:
         action["battery"] = section.value(BATTERY)
     if len(action) != 1:
@@ -40,6 +60,19 @@ def event(reading: Reading, section: Section) -> WorldEvent | None:
         return None
     usable = trigger is not None and None not in action.values()
     return WorldEvent(trigger, **action) if trigger is not None and usable else None
+
+
+def _push(section: Section) -> Push | None:
+    push = section.section("push")
+    if push is None or not push.node.is_mapping:
+        return None
+    node = push.node_of("by", required=True)
+    by = None if node is None else push.parts("by", node, PUSH_BY)
+    over, frame = push.value(PUSH_OVER), push.value(PUSH_FRAME)
+    push.done()
+    if by is None or over is None or frame is None:
+        return None
+    return Push(Pose2D(by[0], by[1], by[2]), over, frame)
 
 
 def _trigger(section: Section) -> Trigger | None:

@@ -121,6 +121,21 @@ class Trigger:
 
 
 @dataclass(frozen=True, slots=True)
+class Push:
+    """A displacement of the robot's body that its wheels do not measure.
+
+    Attributes:
+        by: metres and radians; added to the motion of the drive. Obstacles stop it.
+        over: duration, seconds.
+        frame: `robot`: `by` is in the base frame at the begin; `map`: in the world frame.
+    """
+
+    by: Pose2D
+    over: float = 0.5
+    frame: str = "robot"
+
+
+@dataclass(frozen=True, slots=True)
 class WorldEvent:
     """One timeline entry with exactly one action. Happens once, between two steps."""
 
@@ -128,6 +143,7 @@ class WorldEvent:
     open_door: str | None = None
     close_door: str | None = None
     move_robot: Pose2D | None = None
+    push: Push | None = None
     battery: float | None = None
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+import signal
 from dataclasses import dataclass
 
 import pytest
@@ -42,12 +44,26 @@ class Quotient:
 def divide(entry: Division) -> Quotient:
     if entry.by == 7:
         raise InputError("no sevens")
+    if entry.by == 9:
+        os.kill(os.getpid(), signal.SIGKILL)
+    if entry.by == 11:
+        os._exit(3)
     return Quotient(entry.by, str(12 // entry.by))
 
 
-WORK = Work(
-    divide, lambda values: Quotient(**values), lambda row: row.text, lambda e, s: Quotient(e.by, s)
-)
+def read(values: dict) -> Quotient:
+    return Quotient(**values)
+
+
+def text(row: Quotient) -> str:
+    return row.text
+
+
+def crashed(entry: Division, sentence: str) -> Quotient:
+    return Quotient(entry.by, sentence)
+
+
+WORK = Work(divide, read, text, crashed)
 
 
 def test_a_crash_is_a_row_with_file_and_line(tmp_path, capsys):
@@ -101,3 +117,18 @@ def test_a_crash_outside_the_loop_is_a_row_too(faulty, monkeypatch, capsys):
     assert (run.status, run.seed, run.success) == ("crashed", 3, False)
     assert run.cause.startswith("RuntimeError: no figures")
     assert "crashed\nTraceback" in capsys.readouterr().err
+
+
+def test_a_process_that_dies_loses_only_its_own_run(tmp_path):
+    entries = [Division(by) for by in (1, 9, 2, 11, 3, 4)]
+    rows = fill(entries, TableOptions(tmp_path, jobs=2), WORK, lambda _: None)
+    assert [row.text for row in rows] == [
+        "12", "the process was ended by SIGKILL", "6", "the process ended with exit code 3",
+        "4", "3",
+    ]  # fmt: skip
+
+
+def test_wrong_input_ends_a_table_that_several_processes_fill(tmp_path):
+    entries = [Division(by) for by in (1, 7, 2)]
+    with pytest.raises(InputError, match="no sevens"):
+        fill(entries, TableOptions(tmp_path, jobs=2), WORK, lambda _: None)

@@ -77,7 +77,7 @@ def commands_of(group, name="treepilot"):
             yield from commands_of(command, f"{name} {word}")
 
 
-@pytest.mark.parametrize(("name", "command"), commands_of(get_command(app)))
+@pytest.mark.parametrize(("name", "command"), list(commands_of(get_command(app))))
 def test_every_option_has_a_help_line(name, command):
     assert command.help, name
     silent = [

@@ -169,3 +169,39 @@ def test_behaviours_get_the_scans_of_the_lidar_that_localises(tmp_path):
         run.runtime.parts.facade.set_parameter("localisation.lidar", "raer")
     run.runtime.parts.facade.set_parameter("localisation.lidar", "")
     assert run.runtime.parts.facade.scan.range_max != 7.0
+
+
+def test_a_mission_chooses_the_odometry_and_its_sources(tmp_path, mission):
+    text = """
+    odometry:
+      gyro_timeout: 300 ms
+      sources: [{sensor: flow, twist: [linear], gate: 3}]
+    """
+    choice = prepare(mission(text), RunOptions()).choices["odometry"]
+    assert (choice.name, choice.parameters.gyro_timeout) == ("ekf", 0.3)
+    (source,) = choice.parameters.sources
+    assert (source.sensor, source.twist, source.gate) == ("flow", ("linear",), 3.0)
+    parts = live(tmp_path, "odometry: {use: wheels_gyro, gyro_timeout: 0.3}\n").runtime.parts
+    assert type(parts.odometry).__name__ == "WheelGyroOdometry"
+    parts.facade.set_parameter("odometry.gyro_timeout", 0.2)
+    assert parts.odometry.parameters.gyro_timeout == 0.2
+
+
+@pytest.mark.parametrize(
+    ("given", "sentence"),
+    [
+        ("{sources: [{sensor: a, pose: [z]}]}", "'z' is not one of x, y, heading"),
+        ("{sources: [{sensor: a}]}", "the source 'a' has neither pose nor twist"),
+        ("{sources: [{sensor: a, twist: [linear]}, {sensor: a, pose: [x]}]}", "listed twice"),
+        ("{use: efk}", "there is no odometry fusion 'efk'; did you mean 'ekf'"),
+        ("{gyro_timeot: 1}", "did you mean 'gyro_timeout'"),
+    ],
+)
+def test_wrong_settings_of_the_odometry_are_findings(mission, given, sentence):
+    with pytest.raises(InputError, match=sentence):
+        prepare(mission(f"odometry: {given}\n"), RunOptions())
+
+
+def test_odometry_does_not_belong_to_navigation(mission):
+    with pytest.raises(InputError, match="`odometry` does not belong to `navigation`"):
+        prepare(mission("navigation: {odometry: ekf}\n"), RunOptions())

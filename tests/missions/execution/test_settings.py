@@ -58,11 +58,10 @@ def test_the_local_costmap_has_the_size_that_is_set(live):
         parts.facade.set_parameter("local_costmap.local_size", 4.0)
 
 
-def test_settings_reach_odometry_obstacle_memory_and_the_history_of_poses(live):
-    run = live("odometry_fusion: {gyro_timeout: 300 ms}, obstacle_memory: {blind_time: 4 s}, "
+def test_settings_reach_obstacle_memory_and_the_history_of_poses(live):
+    run = live("obstacle_memory: {blind_time: 4 s}, "
                "loop: {pose_history: 1 s}")  # fmt: skip
     parts = run.runtime.parts
-    assert parts.odometry.parameters.gyro_timeout == 0.3
     assert parts.obstacle_memory.parameters.blind_time == 4.0
     run.steps(41)  # 2 s
     now = parts.frames.newest

@@ -7,10 +7,10 @@ from shutil import copytree
 import pytest
 
 import missions
-from missions.execution import run_folders
 from missions.execution.prepare import RunOptions
+from missions.execution.records import run_folders
+from missions.execution.records.run_folders import RUNS, reserved_suffix
 from missions.execution.run import Run
-from missions.execution.run_folders import RUNS, reserved_suffix
 from missions.execution.shared_world import prepare_together, run_together
 from robots.bodies import sharing
 from stack.errors import InputError

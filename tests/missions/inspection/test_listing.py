@@ -39,8 +39,8 @@ def test_a_missions_components_are_listed_and_described(mission, tmp_path):
 def test_the_settings_of_fixed_parts_are_described():
     text = description_of("loop", installed())
     assert "control_rate" in text and "default 20 Hz" in text and ">= 5 and <= 200" in text
-    with pytest.raises(InputError, match="did you mean 'odometry_fusion'"):
-        description_of("odometry_fusio", installed())
+    with pytest.raises(InputError, match="did you mean 'obstacle_memory'"):
+        description_of("obstacle_memor", installed())
 
 
 def test_a_broken_plugin_is_named_with_its_file_and_the_others_remain(mission, tmp_path):

@@ -1,7 +1,8 @@
 """The probe table: wrong and unusual right missions in probes/*.yaml.
 
 A probe is `wrong: title` or `right: title` with the `text` of a mission. In a wrong one, the lines
-that must be reported end with `#! CODE`. Missing required keys are put behind the text.
+that must be reported end with `#! CODE`; `says` is a part of one of the messages. Missing required
+keys are put behind the text.
 """
 
 import re
@@ -23,6 +24,7 @@ class Probe:
     title: str
     text: str
     is_wrong: bool
+    says: str = ""
 
     @property
     def expected(self) -> set[tuple[str, int]]:
@@ -43,7 +45,13 @@ class Probe:
 def probes() -> list[Probe]:
     """Return every probe of the table."""
     return [
-        Probe(file.stem, entry.get("wrong") or entry["right"], entry["text"], "wrong" in entry)
+        Probe(
+            file.stem,
+            entry.get("wrong") or entry["right"],
+            entry["text"],
+            "wrong" in entry,
+            entry.get("says", ""),
+        )
         for file in sorted(FOLDER.glob("*.yaml"))
         for entry in yaml.safe_load(file.read_text())
     ]

@@ -221,6 +221,11 @@ def test_faulty_nodes(tmp_path, node, expected):
 FILES = [
     ("wrld: office\nrun: {say: a}", "E101 1:1"),
     ("robot: 3\nrun: {say: a}", "E101 1:8"),
+    (
+        "blackboard: {p: {type: Path, optional: true, keep: true}}\n"
+        "run: {sequence: [{compute_path: [1, 2], out: {path: $p}}, {follow_path: $p}]}",
+        "E136 1:14",
+    ),
     # a misspelt key is one mistake: what it holds is read as if it were spelt right
     ("place: {hall: [1, 2]}\nrun: {navigate_to_pose: $hall}", "E101 1:1"),
     ("tree: {a: {do: {say: hi}}}\nrun: {use: a}", "E101 1:1"),

@@ -3,6 +3,7 @@
 import pytest
 
 from missions.inspection.check import check_files
+from missions.testing.session import Options, run_files
 from tests.missions.language.probe_table import probes
 
 PROBES = probes()
@@ -22,11 +23,22 @@ def test_a_wrong_mission_is_caught_at_its_line(probe, tmp_path):
     places = {(item.finding.code, item.finding.mark.line) for item in found}
     assert probe.expected
     assert probe.expected <= places, [item.text for item in found]
+    assert any(probe.says in item.text for item in found), [item.text for item in found]
 
 
 @pytest.mark.parametrize("probe", RIGHT, ids=lambda probe: probe.title)
 def test_an_unusual_mission_that_is_right_has_no_finding(probe, tmp_path):
     assert [item.text for item in _findings(probe, tmp_path)] == []
+
+
+@pytest.mark.parametrize(
+    "probe", [probe for probe in RIGHT if probe.file == "predicted"], ids=lambda probe: probe.title
+)
+def test_an_unusual_mission_runs_as_predicted(probe, tmp_path):
+    file = tmp_path / "mission.yaml"
+    file.write_text(probe.mission())
+    session = run_files([str(file)], Options())
+    assert session.exit_code == 0, session.text
 
 
 def test_the_table_is_as_large_as_promised():

@@ -143,13 +143,14 @@ places: {shelf: [1.0, 1.0]}
 parameters: []
 navigation: {planner: astar}
 localisation: mcl
+odometry: ekf
 plugins: []
 include: []
 arguments:
   dwell: {type: float, unit: s, default: 3, range: [1, 9], doc: How long.}
   word: {type: text, default: a, one_of: [a, b]}
 blackboard:
-  count: {type: int, initial: 0, optional: true, doc: How often.}
+  count: {type: int, initial: 0, optional: true, keep: true, doc: How often.}
   far: {type: float, unit: m, initial: 2}
 events:
   - low: {when: battery.charge < 0.2, hold: 2 s, again: 9 s, do: {say: low}, then: resume}

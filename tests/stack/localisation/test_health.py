@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stack.localisation.distance_field import surface_field
-from stack.localisation.health import FitScale, RecentMedian, ScanEvaluator, calibrate
+from stack.localisation.health import FitScale, RecentViews, ScanEvaluator, ScanView, calibrate
 from stack.localisation.localiser import Localiser
 from stack.localisation.parameters import LocaliserParameters
 from stack.types import Pose2D, Scan, wrap_angle
@@ -95,15 +95,15 @@ def test_a_kidnap_is_detected_within_two_seconds(twins):
 
 
 def test_a_lost_filter_does_not_converge_to_a_wrong_pose():
-    """Drives of 15 s after each of 12 kidnaps: it is rarely both wrong and confident."""
+    """Drives of 8 s after each of 8 kidnaps: it is rarely both wrong and confident."""
     place, generator = twin_rooms(), np.random.default_rng(8)
-    localiser, deceived, strayed = None, [], []
-    for _ in range(12):
+    localiser, deceived, found = None, [], []
+    for _ in range(8):
         pose, elsewhere = place.free_pose(generator), place.free_pose(generator)
         while not is_kidnap(place, pose, elsewhere, twins=True):
             elsewhere = place.free_pose(generator)
         localiser, odometry = settled(place, pose, generator, localiser), HERE
-        for step in range(150):
+        for step in range(80):
             ahead = elsewhere.compose(Pose2D(0.35, 0.0))
             free = place.is_clear(ahead.x, ahead.y)
             moved = Pose2D(0.04, 0.0, 0.01 * sin(step / 7)) if free else Pose2D(0.0, 0.0, 0.07)
@@ -112,11 +112,11 @@ def test_a_lost_filter_does_not_converge_to_a_wrong_pose():
             estimate = localiser.estimate
             wrong = estimate.pose.distance_to(elsewhere) > 0.5
             if step >= 20:
-                deceived.append(wrong and estimate.health >= 0.3)
-        strayed.append(localiser.estimate.pose.distance_to(pose.compose(odometry)))
-    assert np.mean(deceived) < 0.02
-    # dragged along by every scan that fits a little, it strays 0.4 m on average
-    assert np.mean(strayed) < 0.2
+                deceived.append(wrong and estimate.is_good and not estimate.ambiguous)
+        poses = [estimate.pose, *(rival.pose for rival in estimate.rivals)]
+        found.append(min(pose.distance_to(elsewhere) for pose in poses) < 0.15)
+    assert np.mean(deceived) < 0.05
+    assert sum(found) >= 7, "the right room is the estimate or a rival"
 
 
 @pytest.mark.parametrize("bearing", [0.0, pi / 2, -2.5])
@@ -182,9 +182,7 @@ def test_a_scan_without_returns_does_not_move_the_pose(value):
 
 def test_the_scale_passes_through_its_percentiles():
     scale = FitScale(0.6, 0.9)
-    assert [scale.health(fit) for fit in (0.0, 0.3, 0.6, 0.9, 1.0)] == pytest.approx(
-        [0.0, 0.15, 0.3, 0.8, 1.0]
-    )
+    assert [scale.relative(fit) for fit in (0.3, 0.6, 0.9)] == pytest.approx([-1.0, 0.0, 1.0])
 
 
 def test_calibration_on_a_map_without_free_space_has_a_fallback():
@@ -214,8 +212,9 @@ def test_a_scale_for_few_obstacles_expects_a_better_fit():
 
 
 def test_the_median_forgets_what_is_older_than_its_window():
-    recent = RecentMedian(1.0)
-    assert recent.value is None
+    recent = RecentViews(1.0)
+    assert recent.median is None
     for stamp, value in ((0.0, 9.0), (0.5, 1.0), (1.0, 2.0), (1.2, 3.0)):
-        recent.add(stamp, value)
-    assert recent.value == 2.0
+        recent.add(stamp, ScanView(value, 0.0, 0.0, -value))
+    assert recent.median == ScanView(2.0, 0.0, 0.0, -2.0)
+    assert recent.newest == ScanView(3.0, 0.0, 0.0, -3.0)

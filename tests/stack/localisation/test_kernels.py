@@ -4,7 +4,7 @@ from math import cos, hypot, inf, nan, pi, sin
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from stack.localisation import kernels
@@ -160,11 +160,39 @@ def test_low_variance_resampling_is_off_by_less_than_one(raw, offset):
     assert (np.abs(counts - 100 * weights) < 1.0 + 1e-9).all()
 
 
-def test_a_pose_inside_a_wall_scores_worse():
-    field = surface_field(room())
-    table = field.log_likelihoods(0.08, 0.9)
-    poses = np.array([[0.0, 0.0, 0.0], [-2.15, 0.0, 0.0], [-9.0, 0.0, 0.0]])
-    scores = kernels.score_poses(
-        table, field.occupancy, *field.placement, poses, np.zeros((0, 2)), -2.0
+@settings(deadline=None, max_examples=50)
+@given(
+    st.lists(st.tuples(st.floats(-9, 9), st.floats(-9, 9), st.floats(-4, 4)), min_size=1),
+    st.lists(st.tuples(st.floats(-6, 6), st.floats(-6, 6)), max_size=20),
+)
+def test_scores_are_sums_of_the_table_at_the_cells_of_the_points(poses, points):
+    """Except for points within a rounding error of a cell's edge."""
+    table = np.arange(88 * 88, dtype=np.int16).reshape(88, 88)
+    padded = np.pad(table, 1, constant_values=-7)
+    at, ends = np.array(poses), np.array(points).reshape(-1, 2)
+    found = kernels.score_poses(
+        padded, RESOLUTION, -2.2, -2.2, at, np.ascontiguousarray(ends.T, dtype=np.float32)
     )
-    assert list(scores) == [0.0, -20.0, -20.0]
+    for (x, y, heading), score in zip(poses, found, strict=True):
+        c, s = cos(heading), sin(heading)
+        u = (x + c * ends[:, 0] - s * ends[:, 1] + 2.2) / RESOLUTION
+        v = (y + s * ends[:, 0] + c * ends[:, 1] + 2.2) / RESOLUTION
+        assume((np.abs(u - np.rint(u)) > 1e-3).all() and (np.abs(v - np.rint(v)) > 1e-3).all())
+        inside = (u >= 0) & (v >= 0) & (u < 88) & (v < 88)
+        cells = table[np.where(inside, v, 0).astype(int), np.where(inside, u, 0).astype(int)]
+        assert score == np.where(inside, cells.astype(int), -7).sum()
+
+
+def test_rays_leave_the_object_that_they_begin_in():
+    """A mapped object at the lidar's own place is not there: the wall behind it counts."""
+    grid = room()
+    grid.cells[40:48, 40:48] = 100  # |x|, |y| < 0.2
+    field = surface_field(grid)
+    found = kernels.cast_rays(field.occupancy, *field.placement, np.zeros(3), np.array([0.0]), 12.0)
+    assert found[0] == pytest.approx(2.0)
+
+
+def test_poses_in_walls_and_outside_the_map_are_known():
+    field = surface_field(room())
+    poses = np.array([[0.0, 0.0, 0.0], [-2.15, 0.0, 0.0], [-9.0, 0.0, 0.0]])
+    assert list(kernels.in_walls(field.occupancy, *field.placement, poses)) == [False, True, True]

@@ -143,15 +143,14 @@ def test_scattered_particles_find_the_robot():
 
 
 def test_equal_rooms_are_not_resolved_by_chance():
-    """Nothing distinguishes the twin rooms: both keep their share of the particles."""
+    """Nothing distinguishes the twin rooms: the other one remains a rival."""
     place, generator = twin_rooms(), np.random.default_rng(2)
     localiser = Localiser(LocaliserParameters(), robot(), place.grid, 2)
     pose = Pose2D(2.4, 1.5, 0.3)
     for step in range(20):
         localiser.process(Pose2D(0.0, 0.0), place.scan(pose, 0.1 * step, generator))
-    left = float((localiser.particles[:, 0] < 5.1).mean())
-    assert 0.05 < left < 0.95
-    assert localiser.estimate.position_deviation > 1.0
+    rivals = [rival.pose.x for rival in localiser.estimate.rivals]
+    assert sorted([localiser.estimate.pose.x, *rivals]) == pytest.approx([2.4, 7.45], abs=0.05)
 
 
 def test_kld_bound_against_the_formula_by_hand():

@@ -4,12 +4,25 @@ from math import pi
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from stack.drivetrain.description import ImuDescription
-from stack.localisation.odometry import OdometryFusion
-from stack.localisation.particles import MotionNoise, OmniMotionNoise, move
+from stack.localisation.fusion.wheels_gyro import WheelGyroOdometry
+from stack.localisation.motion_models import (
+    CarMotionNoise,
+    MotionNoise,
+    MotionSince,
+    OmniMotionNoise,
+    disturb,
+    motion_model,
+)
+from stack.localisation.parameters import LocaliserParameters, OdometryFusionParameters
+from stack.localisation.particles import move
 from stack.types import Imu, Odometry, Pose2D, Twist
 from tests.observed import observed
+from tests.stack.navigation.toy_world import moving
+from tests.stack.sim.sim_rover import ROVER
 
 ALPHAS = 0.01, 0.01, 0.02, 0.001
 START = np.tile([1.0, 2.0, 0.5], (20_000, 1))
@@ -45,6 +58,61 @@ def test_a_step_ahead_and_a_turn_in_place_are_as_for_differential_robots():
         assert heading <= usual * 1.03
 
 
+def test_turning_blurs_skid_steered_robots_more():
+    """A factor of 4 of the variances doubles the deviation of the heading."""
+    turn = Pose2D(0.0, 0.0, 0.5)
+    usual, skid = (spread(MotionNoise(*ALPHAS, factor), turn) for factor in (1.0, 4.0))
+    assert skid[2] == pytest.approx(2.0 * usual[2], rel=0.05)
+    ahead = Pose2D(0.5, 0.0)
+    assert spread(MotionNoise(*ALPHAS, 4.0), ahead)[2] == pytest.approx(
+        spread(MotionNoise(*ALPHAS), ahead)[2], rel=0.05
+    )
+
+
+def test_a_car_does_not_turn_without_driving():
+    noise = CarMotionNoise(0.01, 0.01, 0.02)
+    assert spread(noise, Pose2D(0.0, 0.0, 0.3)) == pytest.approx((0.0, 0.0, 0.0), abs=1e-12)
+    x, y, heading = spread(noise, Pose2D(0.2, 0.0))
+    assert x == pytest.approx(0.02**0.5 * 0.2, rel=0.03)
+    assert heading == pytest.approx(0.01**0.5 * 0.2, rel=0.03)
+    # the chord of an arc leaves by half of its turn
+    assert y == pytest.approx(0.2 * heading / 2.0, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("kind", "model"),
+    [("diff", MotionNoise), ("omni", OmniMotionNoise), ("ackermann", CarMotionNoise)],
+)
+def test_each_drive_has_its_motion_model(kind, model):
+    assert isinstance(motion_model(moving(kind).drivetrain, LocaliserParameters()), model)
+
+
+@settings(deadline=None, max_examples=30)
+@given(st.floats(0.0, 0.3), st.floats(0.0, 0.3), st.floats(0.0, 0.2), st.floats(-pi, pi))
+def test_a_stated_error_spreads_the_particles_by_its_covariance(x, y, heading, at):
+    """In the frame of each pose at the start of the motion; 20 000 draws: 2 %."""
+    poses = np.tile([1.0, 2.0, at], (20_000, 1))
+    after = disturb(
+        poses, poses[:, 2], np.diag(np.square([x, y, heading])), np.random.default_rng(3)
+    )
+    off = after - poses
+    c, s = np.cos(at), np.sin(at)
+    along, across = c * off[:, 0] + s * off[:, 1], c * off[:, 1] - s * off[:, 0]
+    found = np.std(along), np.std(across), np.std(off[:, 2])
+    assert found == pytest.approx((x, y, heading), rel=0.03, abs=1e-9)
+
+
+def test_the_error_of_two_motions_includes_the_lever_of_the_first_heading_error():
+    """0.1 rad before 2 m ahead: 0.2 m across. The second error is turned with the first motion."""
+    first = MotionSince.none().then(Pose2D(0.0, 0.0, pi / 2), np.diag([0.0, 0.0, 0.01]), False)
+    both = first.then(Pose2D(2.0, 0.0), np.diag([0.09, 0.0, 0.0]), True)
+    # ahead is now y of the start's frame: the lever moves x by -2 * 0.1, and y has 0.09
+    assert both.covariance[0, 0] == pytest.approx(0.04)
+    assert both.covariance[1, 1] == pytest.approx(0.09)
+    assert both.covariance[0, 2] == pytest.approx(-0.02)
+    assert both.disturbed
+
+
 def test_the_mean_of_the_particles_follows_odometry():
     moved = Pose2D(0.05, -0.08, 0.1)
     after = OmniMotionNoise(*ALPHAS, 0.02).sample(START, moved, np.random.default_rng(2))
@@ -53,7 +121,7 @@ def test_the_mean_of_the_particles_follows_odometry():
 
 def test_the_fusion_turns_a_sideways_arc_by_the_gyro():
     """Wheels say straight to the left, the gyro says a quarter turn: a quarter circle sideways."""
-    fusion = OdometryFusion()
+    fusion = WheelGyroOdometry(OdometryFusionParameters(), ROVER)
     rate = ImuDescription().rate
     fusion.update(observed(0.0, Odometry(0.0, Pose2D(0.0, 0.0), Twist())))
     for n in range(1, 101):

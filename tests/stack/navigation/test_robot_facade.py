@@ -25,6 +25,7 @@ from stack.types import (
     Odometry,
     Pose2D,
     PoseEstimate,
+    RivalPose,
     TaskStatus,
     Twist,
 )
@@ -49,11 +50,12 @@ class ToyEstimator:
 
     def __init__(self, world):
         self.world, self.error, self.started, self.views = world, Pose2D(0, 0), [], None
-        self.fails, self.lidar = None, world.lidar
+        self.fails, self.lidar, self.rivals = None, world.lidar, ()
 
     @property
     def estimate(self):
-        return PoseEstimate(self.world.pose.compose(self.error), np.eye(3) * 1e-4, 0.9)
+        pose = self.world.pose.compose(self.error)
+        return PoseEstimate(pose, np.eye(3) * 1e-4, 0.9, rivals=self.rivals)
 
     def set_pose(self, pose, position_deviation, heading_deviation):
         self.started.append((pose, position_deviation, heading_deviation))
@@ -134,8 +136,9 @@ class Rig:
         self.state.measurements |= {name: item for name, item in newest.items() if item}
         self.state.motion = world.odometry
         self.state.obstacles = world.obstacles
+        estimate = replace(world.estimate, rivals=self.estimator.rivals)
         twist = self.toy.navigator.step(
-            NavigationState(world.time, world.estimate, world.odometry, (), world.obstacles)
+            NavigationState(world.time, estimate, world.odometry, (), world.obstacles)
         )
         world.drive(self.toy.safety.limit(twist, world.odometry, world.obstacles))
         return twist
@@ -327,6 +330,36 @@ def test_relocalising_fails_rather_than_guess(rig):
     assert task.failure.code == FailureCode.AMBIGUOUS
     assert task.failure.sentence == "(1.00, 1.00) and (5.00, 1.00)"
     assert rig.estimator.started == []
+
+
+def test_a_search_that_leaves_rivals_is_ambiguous(rig):
+    rig.estimator.rivals = (RivalPose(Pose2D(5.0, 1.0), 0.4),)
+    task = rig.facade.relocalise()
+    rig.finish(task)
+    assert task.failure.code == FailureCode.AMBIGUOUS
+    assert "and another place, (5.00, 1.00), explain the scans about as well" in (
+        task.failure.sentence
+    )
+    assert rig.last("relocalised")  # the estimate is the best of them
+
+
+def test_a_goal_begins_with_disambiguation_while_there_are_rivals(rig):
+    rig.estimator.rivals = (RivalPose(Pose2D(5.0, 1.0), 0.4),)
+    task = rig.facade.navigate_to(Pose2D(3.0, 3.0))
+    rig.run(0.2)
+    assert task.feedback == "1 rival left, looking"
+    rig.estimator.rivals = ()
+    assert rig.finish(task) is TaskStatus.SUCCEEDED
+    assert rig.world.pose.distance_to(Pose2D(3.0, 3.0)) < 0.3
+
+
+def test_large_jumps_of_the_estimator_clear_what_was_sensed(rig):
+    cleared = rig.toy.local.cleared
+    rig.facade.estimate_jumped(Pose2D(1.0, 1.0), Pose2D(1.1, 1.0))
+    assert rig.toy.local.cleared == cleared
+    rig.facade.estimate_jumped(Pose2D(1.0, 1.0), Pose2D(4.0, 1.0))
+    assert rig.toy.local.cleared == cleared + 1
+    assert rig.last("relocalised")[2]["jump"] == 3.0
 
 
 def test_relocalising_without_scans_ends(rig):

@@ -3,7 +3,7 @@
 import re
 from dataclasses import replace
 from itertools import pairwise
-from math import pi
+from math import pi, radians
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from stack.errors import InputError
 from stack.sim.worlds.outlines import Rectangle
 from stack.sim.worlds.rasterise import rasterise
-from stack.sim.worlds.world import Trigger, Wall, WorldEvent
+from stack.sim.worlds.world import Push, Trigger, Wall, WorldEvent
 from stack.sim.worlds.world_file import find_world, read_world
 from stack.types import FREE, OCCUPIED, Pose2D
 
@@ -83,6 +83,8 @@ timeline:
   - {when: {time: 20 s}, close_door: front}
   - {when: {near: [3, 2, 50 cm], time: 1 min}, after: 2 s, move_robot: home}
   - {when: {time: 5}, battery: 20 %}
+  - {when: {time: 6}, push: {by: [30 cm, 0, 20 deg], over: 800 ms, frame: map}}
+  - {when: {time: 7}, push: {by: [0, 1, 0]}}
 """
     )
     assert world.bounds == (-1, -1, 5, 4) and world.friction == 0.7
@@ -97,6 +99,8 @@ timeline:
         WorldEvent(Trigger(time=20.0), close_door="front"),
         WorldEvent(Trigger(60.0, (3.0, 2.0, 0.5), 2.0), move_robot=Pose2D(1.0, 1.0)),
         WorldEvent(Trigger(time=5.0), battery=0.2),
+        WorldEvent(Trigger(time=6.0), push=Push(Pose2D(0.3, 0.0, radians(20)), 0.8, "map")),
+        WorldEvent(Trigger(time=7.0), push=Push(Pose2D(0.0, 1.0, 0.0))),
     )
 
 
@@ -134,6 +138,10 @@ WRONG = {  # `^` marks the place that must be reported
     "timeline: [^{when: {time: 1}, battery: 1, move_robot: [1, 1]}]": (
         "E201 a timeline entry has exactly one action, got move_robot and battery"
     ),
+    "timeline: [{when: {time: 1}, push: ^{over: 1}}]": "E201 `push` needs the key 'by'",
+    "timeline: [{when: {time: 1}, push: {by: ^[1, 2]}}]": "E201 by: expected [dx, dy, dheading]",
+    "timeline: [{when: {time: 1}, push: {by: [^11, 0, 0]}}]": "E201 dx: 11 m must be at most 10 m",
+    "timeline: [{when: {time: 1}, push: {by: [1, 0, 0], frame: ^odom}}]": "E201 frame: ",
     "timeline: [{when: {time: 1}, open_door: ^frnt}]": "E203 open_door: there is no door 'frnt'",
     "timeline: [{when: {time: 1}, move_robot: ^hom}]": "E203 move_robot: there is no place 'hom'",
     "timeline: [{when: {near: ^[1, 1]}, battery: 1}]": "E201 near: expected [x, y, radius], got a",

@@ -54,3 +54,8 @@ def _created(folders: Sequence[Path]) -> bool:
     except OSError as error:
         raise InputError(f"cannot create the run folder {folders[0]}: {error.strerror}") from None
     return True
+
+
+def default_name(stem: str) -> str:
+    """Return `<mission>-<date>-<time>`, the name of a run without a folder, for `watch`."""
+    return f"{stem}-{datetime.now():%Y%m%d-%H%M%S}"

@@ -1,0 +1,30 @@
+"""Telling rival poses apart by driving."""
+
+from __future__ import annotations
+
+from py_trees.common import Status
+
+from behaviours.base import DRIVE_FAILURES, RobotBehaviour, output
+
+
+class Disambiguate(RobotBehaviour):
+    """Drive to where the possible poses of the robot differ, until one is left.
+
+    The possible poses are the estimate and its rivals (`localisation.ambiguous`). Each view is the
+    nearest place that is free at all of them and from which a scan tells them apart. Succeeds at
+    once without rivals; fails with AMBIGUOUS when no reachable place shows a difference.
+    """
+
+    rivals: int = output("number of rivals that are left")
+
+    uses_wheels = True
+    fails_with = DRIVE_FAILURES
+
+    def initialise(self) -> None:
+        """Start the task."""
+        self._task = self.robot.disambiguate()
+
+    def update(self) -> Status:
+        """Return the status of the task."""
+        self.rivals = len(self.robot.estimate.rivals)
+        return self.follow(self._task)

@@ -1,0 +1,1 @@
+"""Generator of worlds: flats, offices, warehouses, hotel corridors, and a featureless corridor."""

@@ -1,0 +1,1 @@
+"""What runs leave on disk besides their logs: run folders, pictures, kept values."""

@@ -1,0 +1,1 @@
+"""Odometry: sources chosen by name, fused into odom -> base with its error."""

@@ -1,0 +1,104 @@
+"""Comparison of the wheels with gyro and accelerometer: slip and pushes."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+from math import hypot
+
+from stack.localisation.fusion.parameters import EkfParameters
+from stack.types import Imu, Twist
+
+
+@dataclass(frozen=True, slots=True)
+class Compared:
+    """One step as wheels and inertial sensor measure it.
+
+    Attributes:
+        begin: seconds.
+        end: seconds.
+        turned: by the wheels, radians.
+        rotated: by the gyro, bias removed, radians; None without one.
+        gained: (x, y) change of velocity by the accelerometer, base frame, m/s; None without one.
+        twist: velocity by the wheels at the end.
+    """
+
+    begin: float
+    end: float
+    turned: float
+    rotated: float | None
+    gained: tuple[float, float] | None
+    twist: Twist
+
+
+class InertialComparison:
+    """Whether wheels and inertial sensor agree over the last `disturbance_window`."""
+
+    def __init__(self) -> None:
+        self._steps: deque[Compared] = deque()
+
+    def since(self, step: Compared, parameters: EkfParameters) -> float | None:
+        """Return the stamp since when wheels and inertial sensor disagree; None if they agree.
+
+        In the base frame, the velocity changes by the specific force and by the rotation of the
+        frame: Δv = ∫ (a - ω x v) dt. The bias of the accelerometer and the floor's inclination are
+        far below the tolerance in this time.
+
+        Args:
+            step: the newest one.
+            parameters: thresholds.
+        """
+        p, steps = parameters, self._steps
+        steps.append(step)
+        while len(steps) > 2 and steps[1].end < step.end - p.disturbance_window - 1e-9:
+            steps.popleft()
+        recent = list(steps)[1:]
+        if not recent:
+            return None
+        rotated = [known.rotated for known in recent if known.rotated is not None]
+        turned = sum(known.turned for known in recent if known.rotated is not None)
+        swept = sum(abs(angle) for angle in rotated)
+        tolerance = p.turn_tolerance + p.turn_tolerance_share * max(abs(turned), swept)
+        if abs(turned - sum(rotated)) > tolerance:
+            return recent[0].begin
+        if any(known.gained is None for known in recent):
+            return None
+        x, y = steps[0].twist.linear, steps[0].twist.lateral
+        centripetal = 0.0
+        for known in recent:
+            assert known.gained is not None
+            turn = known.turned if known.rotated is None else known.rotated
+            speed_x, speed_y = known.twist.linear, known.twist.lateral
+            x += known.gained[0] + turn * speed_y
+            y += known.gained[1] - turn * speed_x
+            centripetal += abs(turn) * (abs(speed_x) + abs(speed_y))
+        off = hypot(x - step.twist.linear, y - step.twist.lateral)
+        if off > p.speed_tolerance + p.turn_tolerance_share * centripetal:
+            return recent[0].begin
+        return None
+
+
+class VelocityGain:
+    """Change of the base's velocity between two observations by the accelerometer."""
+
+    def __init__(self) -> None:
+        self._stamp = 0.0
+
+    def between(self, imu: Imu | None, now: float) -> tuple[float, float] | None:
+        """Return x and y of the integral of the specific force since the last call, m/s.
+
+        A sample counts for the time since the one before; the newest is held until the
+        observation's time. None without samples.
+        """
+        before, self._stamp = self._stamp, now
+        if imu is None or imu.stamps.size == 0:
+            return None
+        gained_x, gained_y, force = 0.0, 0.0, (0.0, 0.0, 0.0)
+        samples = zip(imu.stamps.tolist(), imu.linear_acceleration.tolist(), strict=True)
+        for stamp, force in samples:
+            seconds = max(min(stamp, now) - before, 0.0)
+            gained_x += seconds * force[0]
+            gained_y += seconds * force[1]
+            before += seconds
+        held = now - before
+        return gained_x + held * force[0], gained_y + held * force[1]

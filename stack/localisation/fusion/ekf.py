@@ -1,0 +1,243 @@
+"""Odometry by an extended Kalman filter: wheels, gyro, accelerometer, scan matching, other sources.
+
+The filter is planar with eight states: x, y, heading (odom frame); v_x, v_y, yaw rate (base frame);
+bias of the gyro; relative error of the wheels' scale. Fifteen states would add height, roll, pitch
+and the accelerometer's biases: nothing that a planar stack uses observes them. The pose of the last
+keyframe is cloned into the state, so that a scan matched to it is a relative measurement
+(S. Roumeliotis, J. Burdick, "Stochastic cloning", ICRA 2002).
+
+Wheels and gyro are the input of the prediction, not measurements of a motion model: their
+displacement is integrated in closed form on an arc, exactly for a constant twist and without lag.
+All other sources correct it. Where gyro, accelerometer or scan matching contradict the wheels, the
+robot slips or is pushed: the filter then predicts with the accelerometer alone from the moment on
+when the contradiction began, its velocity is uncertain, and the scan matching carries the pose.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stack.compilation import KernelTypes
+from stack.components import OdometryFusion
+from stack.drivetrain.description import RobotDescription
+from stack.errors import BodyError
+from stack.localisation.fusion.disturbance import Compared, InertialComparison, VelocityGain
+from stack.localisation.fusion.gyro import GyroIntegral, Standstill
+from stack.localisation.fusion.parameters import EkfParameters
+from stack.localisation.fusion.wheels_gyro import arc
+from stack.types import FloatArray, Observation, Odometry, Pose2D, Scan, Twist, wrap_angle
+
+if TYPE_CHECKING:
+    from stack.localisation.fusion.history import History
+
+SAMPLES_RELATED = 4.0
+"""Factor of the variance of the gyro's mean at standstill: its samples are not independent."""
+
+CORRECTION_SHARE = 0.5
+"""Standard deviation of a corrected pose's displacement, as a share of the correction."""
+
+
+class EkfOdometry(OdometryFusion):
+    """Wheels, gyro, accelerometer and scan matching, fused by an extended Kalman filter."""
+
+    Parameters = EkfParameters
+    parameters: EkfParameters
+
+    @staticmethod
+    def kernels(parameters: EkfParameters, robot: RobotDescription) -> KernelTypes:
+        """Return the kernels of the filter and of scan matching."""
+        from stack.localisation.fusion import kernels
+        from stack.localisation.fusion.scan_matching.kernels import MATCHING
+
+        matched = MATCHING if parameters.scan_matching and robot.all_lidars else ()
+        return (*kernels.FUSION, *matched)
+
+    def __init__(self, parameters: EkfParameters, robot: RobotDescription) -> None:
+        from stack.localisation.fusion import history, kernels, measurements
+        from stack.localisation.fusion.scan_odometry import ScanOdometry
+        from stack.localisation.fusion.sources import Source
+
+        super().__init__(parameters, robot)
+        self._kernels, self._measurements, self._new_history = (
+            kernels,
+            measurements,
+            history.History,
+        )
+        self._main_lidar = robot.main_lidar
+        self._scans = ScanOdometry(parameters)
+        self._sources = [Source(source) for source in parameters.sources]
+        self._gyro, self._standstill = GyroIntegral(), Standstill()
+        self._gain, self._inertial = VelocityGain(), InertialComparison()
+        self._history: History | None = None
+        self._wheels = Pose2D(0.0, 0.0)
+        self._fused: Odometry | None = None
+        self._disturbed_until = -1.0
+
+    def configure(self, parameters: EkfParameters) -> None:
+        """Apply new parameters; the state stays."""
+        from stack.localisation.fusion.sources import Source
+
+        before, self.parameters = self.parameters, parameters
+        self._scans.configure(parameters)
+        if parameters.sources != before.sources:
+            self._sources = [Source(source) for source in parameters.sources]
+        if self._history is not None:
+            self._history.noise, self._history.span = _noise(parameters), parameters.history
+
+    @property
+    def gyro_bias(self) -> float:
+        """The estimated bias of the gyro's yaw rate, rad/s."""
+        return 0.0 if self._history is None else float(self._history.newest.state[6])
+
+    @property
+    def covariance(self) -> FloatArray:
+        """(8, 8) covariance of pose (odom frame), twist (base frame), bias and scale."""
+        if self._history is None:
+            return np.zeros((8, 8))
+        return self._history.newest.covariance[:8, :8].copy()
+
+    def update(self, observation: Observation) -> Odometry:
+        """Process one observation; return pose (odom frame) and twist (base frame).
+
+        Raises:
+            BodyError: the observation has no wheel odometry.
+        """
+        wheels, now = observation.wheels, observation.time
+        if wheels is None:
+            raise BodyError("the robot delivers no wheel odometry")
+        if self._history is None or self._fused is None:
+            self._begin(observation, wheels)
+            self._fused = wheels
+            return wheels
+        elapsed = now - self._fused.stamp
+        if elapsed <= 0.0:
+            return self._fused
+        self._move(self._history, observation, wheels, elapsed)
+        for source in self._sources:
+            source.fuse(observation, self._history)
+        self._match(self._history, observation, now)
+        self._fused = self._output(self._history, wheels, now)
+        return self._fused
+
+    def _begin(self, observation: Observation, wheels: Odometry) -> None:
+        p, k = self.parameters, self._kernels
+        state, covariance = np.zeros(k.SIZE), np.zeros((k.SIZE, k.SIZE))
+        state[:3] = state[k.KEYFRAME :] = wheels.pose.x, wheels.pose.y, wheels.pose.heading
+        covariance[k.BIAS, k.BIAS] = p.bias_deviation**2
+        covariance[k.SCALE, k.SCALE] = p.scale_deviation**2
+        now = observation.time
+        self._history = self._new_history(now, state, covariance, _noise(p), p.history)
+        self._wheels = wheels.pose
+        self._gyro.begin(now)
+        self._gyro.rotation(observation.imu, now, p.gyro_timeout)
+        self._gain.between(observation.imu, now)
+
+    def _move(
+        self, history: History, observation: Observation, wheels: Odometry, elapsed: float
+    ) -> None:
+        """Predict over the step with wheels and inertial sensor; compare them."""
+        p, now, imu = self.parameters, observation.time, observation.imu
+        moved = wheels.pose.relative_to(self._wheels)
+        self._wheels = wheels.pose
+        raw = self._gyro.rotation(imu, now, p.gyro_timeout)
+        gained = self._gain.between(imu, now)
+        standing = self._standstill.lasts(wheels.twist, elapsed, p)
+        begin, bias = history.newest.key[0], self.gyro_bias
+        rates = imu.angular_velocity[:, 2] if imu is not None and imu.stamps.size else np.empty(0)
+        rate = float(rates.mean()) if rates.size else 0.0
+        by_hand = rates.size > 0 and abs(rate - bias) > p.bias_tolerance
+        at_rest = wheels.twist == Twist() and rates.size > 0 and not by_hand
+        rotated = None if raw is None else (0.0 if at_rest else raw - bias * elapsed)
+        given = _input(elapsed, moved, raw, gained, at_rest)
+        turned = wheels.twist.angular * elapsed
+        step = Compared(begin, now, turned, rotated, gained, wheels.twist)
+        since = self._inertial.since(step, p)
+        if since is not None:
+            history.disturb(since)
+            self._disturbed_until = now + p.disturbed_time
+        history.move(given, disturbed=now <= self._disturbed_until)
+        if standing and rates.size and not by_hand:
+            self._learn_bias(history, now, rate, rates.size)
+
+    def _learn_bias(self, history: History, now: float, rate: float, samples: int) -> None:
+        """Measure the bias by the mean rate of some samples at standstill, rad/s."""
+        variance = self.parameters.gyro_sample_deviation**2 / samples * SAMPLES_RELATED
+        history.add(
+            self._measurements.StateMeasurement(
+                now, "standstill", (self._kernels.BIAS,), np.array([rate]), np.array([[variance]])
+            )
+        )
+
+    def _match(self, history: History, observation: Observation, now: float) -> None:
+        """Match a new scan of the lidar; extend the disturbance while the wheels contradict it."""
+        p = self.parameters
+        name = p.lidar or self._main_lidar
+        scan = observation.named(name, Scan) if p.scan_matching and name else None
+        if scan is None:
+            return
+        if self._scans.fuse(scan, history, disturbed=now <= self._disturbed_until):
+            self._disturbed_until = now + p.disturbed_time
+
+    def _output(self, history: History, wheels: Odometry, now: float) -> Odometry:
+        """Return the odometry of this step, with the errors of the motions in it."""
+        assert self._fused is not None
+        newest = history.newest
+        x, y, heading, u, v, rate = newest.state[:6].tolist()
+        disturbed = now <= self._disturbed_until
+        twist = Twist(u, rate, v)
+        if not disturbed:
+            turning = wheels.twist.angular if self._gyro.is_silent else rate
+            twist = Twist(wheels.twist.linear, turning, wheels.twist.lateral)
+        pose = Pose2D(x, y, wrap_angle(heading))
+        covariance = self._step_covariance(history, self._fused)
+        return Odometry(now, pose, twist, covariance, disturbed)
+
+    def _step_covariance(self, history: History, last: Odometry) -> FloatArray:
+        """Return the (3, 3) error of the displacement in this step, base frame at its end.
+
+        It is the error of the motions since the last odometry, reduced by what scan matching knows
+        of it. Where a correction moved the pose, the part beyond that error is added.
+        """
+        total = np.zeros((3, 3))
+        expected = np.zeros(3)
+        for node in reversed(history.nodes):
+            if node.key[0] <= last.stamp + 1e-9:
+                expected[:] = node.state[:3]
+                break
+            total += node.step_covariance
+        keep = self._scans.remaining(history.newest.key[0])
+        total *= keep[:, None] * keep
+        # The displacement of this step contains the corrections of the poses before it.
+        shift = Pose2D(*expected.tolist()).relative_to(last.pose)
+        for axis, jump in enumerate((shift.x, shift.y, shift.heading)):
+            total[axis, axis] += (CORRECTION_SHARE * jump) ** 2
+        return total
+
+
+def _noise(p: EkfParameters) -> FloatArray:
+    """Return the noise (11,) of the kernel `predict`."""
+    return np.array([
+        p.distance_variance, p.lateral_variance, p.turn_variance, p.turn_variance_per_metre,
+        p.gyro_variance, p.gyro_turn_variance, p.disturbed_speed**2, p.disturbed_variance,
+        p.slip_decay, p.bias_variance, p.disturbed_turn_deviation**2,
+    ])  # fmt: skip
+
+
+def _input(
+    elapsed: float,
+    moved: Pose2D,
+    raw: float | None,
+    gained: tuple[float, float] | None,
+    at_rest: bool,
+) -> FloatArray:
+    """Return the input (9,) of the kernel `predict`: the wheels' displacement as an arc."""
+    a, b = arc(moved.heading)
+    norm = a * a + b * b
+    forward, left = (a * moved.x + b * moved.y) / norm, (a * moved.y - b * moved.x) / norm
+    gain_x, gain_y = gained or (0.0, 0.0)
+    return np.array([
+        elapsed, forward, left, moved.heading, 0.0 if raw is None else raw, gain_x, gain_y,
+        float(raw is not None), float(at_rest),
+    ])  # fmt: skip

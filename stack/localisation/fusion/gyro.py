@@ -1,0 +1,76 @@
+"""Rotation between two observations by the gyro, and standstill by the wheels."""
+
+from __future__ import annotations
+
+from stack.localisation.parameters import OdometryFusionParameters
+from stack.types import Imu, Twist
+
+
+class GyroIntegral:
+    """Trapezoidal integral of the gyro's yaw rate, its bias included.
+
+    Samples do not end at the observation's time: the last rate is held until then, and the next
+    call subtracts what was held.
+    """
+
+    def __init__(self) -> None:
+        self._stamp = 0.0
+        self._rate: float | None = None
+        self._ahead = 0.0
+
+    @property
+    def is_silent(self) -> bool:
+        """Whether there are no samples to integrate."""
+        return self._rate is None
+
+    def begin(self, now: float) -> None:
+        """Start at the time of the first observation, seconds."""
+        self._stamp, self._rate, self._ahead = now, None, 0.0
+
+    def rotation(self, imu: Imu | None, now: float, timeout: float) -> float | None:
+        """Return the rotation since the last call, radians; None after `timeout` without samples.
+
+        Args:
+            imu: the samples since the last call; None without any.
+            now: time of the observation, seconds.
+            timeout: seconds.
+        """
+        if imu is None or imu.stamps.size == 0:
+            if self._rate is None or now - self._stamp > timeout + 1e-9:
+                self.begin(now)
+                return None
+            return self._until(now, 0.0)
+        rates, stamps = imu.angular_velocity[:, 2].tolist(), imu.stamps.tolist()
+        turned, before = 0.0, rates[0] if self._rate is None else self._rate
+        for stamp, rate in zip(stamps, rates, strict=True):
+            turned += 0.5 * (before + rate) * (stamp - self._stamp)
+            self._stamp, before = stamp, rate
+        self._rate = before
+        return self._until(now, turned)
+
+    def _until(self, now: float, measured: float) -> float:
+        held = (self._rate or 0.0) * (now - self._stamp)
+        rotation = measured + held - self._ahead
+        self._ahead = held
+        return rotation
+
+
+class Standstill:
+    """Whether the wheels have been at rest for `settling_time`."""
+
+    def __init__(self) -> None:
+        self._stood_for = 0.0
+
+    def lasts(self, twist: Twist, elapsed: float, parameters: OdometryFusionParameters) -> bool:
+        """Return whether the wheels are and were at rest.
+
+        Args:
+            twist: measured by the wheels.
+            elapsed: seconds since the last call.
+            parameters: thresholds.
+        """
+        p = parameters
+        still = max(abs(twist.linear), abs(twist.lateral)) < p.still_speed
+        still = still and abs(twist.angular) < p.still_turn
+        self._stood_for = self._stood_for + elapsed if still else 0.0
+        return self._stood_for >= p.settling_time

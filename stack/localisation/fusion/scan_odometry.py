@@ -1,0 +1,271 @@
+"""Scan matching as a source of the odometry filter: keyframes, and whether wheels agree."""
+
+from __future__ import annotations
+
+from itertools import takewhile
+from math import cos, hypot, inf, sin, sqrt
+
+import numpy as np
+
+from stack.localisation.fusion import kernels
+from stack.localisation.fusion.history import History, Motion, Node
+from stack.localisation.fusion.measurements import NewKeyframe, RelativePose, StateMeasurement
+from stack.localisation.fusion.parameters import EkfParameters
+from stack.localisation.fusion.scan_matching.matcher import ScanMatch, ScanMatcher
+from stack.types import FloatArray, Pose2D, Scan
+
+SOURCE = "scan matching"
+
+SETTLED_DISTANCE, SETTLED_ANGLE, SETTLED_SHARE = 0.015, 0.03, 0.3
+"""A disturbed robot's wheels agree with a match within m, rad, and this share of the motion."""
+
+SUDDEN = 0.3
+"""Drop of the share of explained points from one scan to the next that shows a push."""
+
+REMEMBERED = 0.3
+"""Seconds for which a match reduces the stated error of the steps after it."""
+
+JUMP_SPEED_DEVIATION = 0.2
+"""Standard deviation of the velocity after a jump, m/s."""
+
+REPEATED = 5
+"""Matches whose mean squared distance is compared with the gate: small slip adds up."""
+
+
+class ScanOdometry:
+    """Matches each scan to the last keyframe and updates the filter with the result.
+
+    Args:
+        parameters: of the filter.
+    """
+
+    def __init__(self, parameters: EkfParameters) -> None:
+        self._matcher = ScanMatcher(parameters)
+        self._last = self._seen = -inf
+        self._matched = Pose2D(0.0, 0.0)
+        self._missed = 0
+        self._distances: list[float] = []
+        self._remaining = np.ones(3)
+
+    @property
+    def parameters(self) -> EkfParameters:
+        """Of the filter."""
+        return self._matcher.parameters
+
+    def configure(self, parameters: EkfParameters) -> None:
+        """Apply new parameters; the keyframe stays."""
+        self._matcher.parameters = parameters
+
+    def remaining(self, now: float) -> FloatArray:
+        """Return (3,) the share of the deviation of a step along x, y, heading that matches leave.
+
+        1 without a match in the last REMEMBERED seconds.
+        """
+        if now - self._last > REMEMBERED:
+            return np.ones(3)
+        return self._remaining
+
+    def fuse(self, scan: Scan, history: History, *, disturbed: bool) -> bool:
+        """Update the filter with a scan; return whether the wheels contradict it.
+
+        Args:
+            scan: not deskewed.
+            history: of the filter.
+            disturbed: whether wheels are not used now.
+        """
+        begin = scan.stamp - 0.5 * scan.time_increment * (scan.ranges.size - 1)
+        node = history.at(scan.stamp)
+        if node is None or begin < history.oldest_stamp - 1e-9:
+            return False
+        if scan.stamp <= self._seen:
+            return False
+        points = self._matcher.points_of(scan, _trail(history, scan, node))
+        if self._matcher.keyframe is None:
+            self._set_keyframe(points, history, scan.stamp)
+            return False
+        matched, since = self._matched, self._seen
+
+        def by_wheels() -> Pose2D:
+            return matched.compose(_by_wheels(history, since, scan.stamp))
+
+        match = self._matcher.match(points, _relative(node.state), lambda: _row(by_wheels()))
+        self._seen = scan.stamp
+        if match is None:
+            self._matched = by_wheels()
+            return self._miss(points, history, scan.stamp, disturbed)
+        contradicted = self._update(match, history, scan.stamp, disturbed)
+        self._missed, self._last = 0, scan.stamp
+        self._matched = Pose2D(*match.pose.tolist())
+        if not contradicted and self._is_far(match):
+            self._set_keyframe(points, history, scan.stamp)
+        return contradicted
+
+    def _update(self, match: ScanMatch, history: History, stamp: float, disturbed: bool) -> bool:
+        p = self.parameters
+        prior = _since_match(history, self._last, stamp)
+        gate = inf if disturbed else p.gate
+        found = RelativePose(stamp, SOURCE, match.pose, match.covariance, gate)
+        added = history.add(found)
+        assert added is not None
+        contradicted = False
+        if disturbed:
+            contradicted = not self._wheels_agree(history, stamp)
+        elif added.distance > p.gate or self._is_biased(added.distance):
+            history.disturb(self._last)
+            self._distances.clear()
+            contradicted = True
+            if added.distance > p.gate:
+                history.nodes.remove(added)
+                history.add(RelativePose(stamp, SOURCE, match.pose, match.covariance))
+        if match.searched:
+            history.add(_at_wheel_speed(history, stamp))
+        self._remaining = _share_left(prior, match.covariance, match.pose[2])
+        return contradicted
+
+    def _is_biased(self, distance: float) -> bool:
+        """Whether the last matches differ from the wheels by more than chance.
+
+        The sum of n squared distances of three degrees of freedom has the mean 3 n and the
+        variance 6 n.
+        """
+        self._distances = [*self._distances, distance * distance][-REPEATED:]
+        limit = 3.0 * REPEATED + self.parameters.gate * (6.0 * REPEATED) ** 0.5
+        return len(self._distances) == REPEATED and sum(self._distances) > limit
+
+    def _wheels_agree(self, history: History, stamp: float) -> bool:
+        """Whether the wheels show the motion between the last two matches."""
+        first, last = history.at(self._last), history.at(stamp)
+        if first is None or last is None:
+            return False
+        moved = _pose(last.state).relative_to(_pose(first.state))
+        wheels = _by_wheels(history, self._last, stamp)
+        off = wheels.relative_to(moved)
+        tolerance = SETTLED_DISTANCE + SETTLED_SHARE * hypot(wheels.x, wheels.y)
+        angle = SETTLED_ANGLE + SETTLED_SHARE * abs(wheels.heading)
+        return hypot(off.x, off.y) < tolerance and abs(off.heading) < angle
+
+    def _miss(self, points: FloatArray, history: History, stamp: float, disturbed: bool) -> bool:
+        """Count a scan without a match; after too many the scan is the next keyframe.
+
+        If the one before matched well, the view has changed at once: the robot may be elsewhere.
+        """
+        self._missed += 1
+        if self._missed >= self.parameters.lost_matches:
+            self._set_keyframe(points, history, stamp)
+            return False
+        return disturbed or self._matcher.expected_share < self._matcher.last_share - SUDDEN
+
+    def _is_far(self, match: ScanMatch) -> bool:
+        p = self.parameters
+        x, y, heading = match.pose.tolist()
+        far = hypot(x, y) > p.keyframe_distance or abs(heading) > p.keyframe_angle
+        return far or match.share < p.keyframe_share
+
+    def _set_keyframe(self, points: FloatArray, history: History, stamp: float) -> None:
+        if points.shape[0] >= self.parameters.matching_points // 10:
+            self._matcher.set_keyframe(points)
+            self._last = self._seen = stamp
+            self._matched, self._missed = Pose2D(0.0, 0.0), 0
+            history.add(NewKeyframe(stamp, SOURCE + " keyframe"))
+
+
+def _pose(state: FloatArray) -> Pose2D:
+    x, y, heading = state[:3].tolist()
+    return Pose2D(x, y, heading)
+
+
+def _at_wheel_speed(history: History, stamp: float) -> StateMeasurement:
+    """Return the wheels' velocity at a stamp as a measurement: a jump has no velocity of its own.
+
+    It is weak: the push may go on.
+    """
+    parts = (kernels.TWIST, kernels.TWIST + 1)
+    speed = np.zeros(2)
+    for node in history.nodes:
+        motion = node.event
+        if isinstance(motion, Motion) and node.key[0] <= stamp + 1e-9:
+            speed = motion.given[kernels.FORWARD : kernels.TURN] / motion.given[kernels.DURATION]
+    variance = np.eye(2) * JUMP_SPEED_DEVIATION**2
+    return StateMeasurement(stamp, SOURCE + " jump", parts, speed, variance)
+
+
+def _row(pose: Pose2D) -> FloatArray:
+    return np.array([pose.x, pose.y, pose.heading])
+
+
+def _by_wheels(history: History, since: float, until: float) -> Pose2D:
+    """Return the motion between two stamps by wheels and gyro; identity before the history."""
+    moved = Pose2D(0.0, 0.0)
+    recent = takewhile(lambda node: node.key[0] > since + 1e-9, reversed(history.nodes))
+    for node in reversed(list(recent)):
+        motion = node.event
+        if isinstance(motion, Motion) and node.key[0] <= until + 1e-9:
+            share = (motion.end - motion.begin) / float(motion.given[kernels.DURATION])
+            ahead, left, turn = (share * motion.given[kernels.FORWARD : kernels.TURN + 1]).tolist()
+            if motion.given[kernels.HAS_GYRO] > 0.0:
+                bias = float(node.state[kernels.BIAS])
+                turn = share * float(motion.given[kernels.ROTATION])
+                turn -= bias * (motion.end - motion.begin)
+            c, s = cos(0.5 * turn), sin(0.5 * turn)
+            moved = moved.compose(Pose2D(c * ahead - s * left, s * ahead + c * left, turn))
+    return moved
+
+
+def _relative(state: FloatArray) -> FloatArray:
+    """Return the pose (3,) of the base in the frame of the keyframe."""
+    keyframe = Pose2D(*state[kernels.KEYFRAME :].tolist())
+    return _row(_pose(state).relative_to(keyframe))
+
+
+def _trail(history: History, scan: Scan, node: Node) -> FloatArray:
+    """Return (m, 4) stamps and poses around a scan, in the base frame at its stamp."""
+    reach = 0.5 * scan.time_increment * scan.ranges.size
+    rows: list[FloatArray] = []
+    stamps: list[float] = []
+    for known in reversed(history.nodes):
+        stamp = known.key[0]
+        if stamps and stamps[-1] == stamp:
+            continue
+        if stamp > scan.stamp + reach and stamps:
+            rows.pop()
+            stamps.pop()
+        rows.append(known.state[:3])
+        stamps.append(stamp)
+        if stamp < scan.stamp - reach:
+            break
+    trail = np.empty((len(rows), 4))
+    trail[:, 0], trail[:, 1:] = stamps, rows
+    trail = trail[::-1]
+    x, y, heading = node.state[:3].tolist()
+    c, s = cos(heading), sin(heading)
+    dx, dy = trail[:, 1] - x, trail[:, 2] - y
+    return np.column_stack([trail[:, 0], c * dx + s * dy, c * dy - s * dx, trail[:, 3] - heading])
+
+
+def _since_match(history: History, last: float, stamp: float) -> FloatArray:
+    """Return the (3, 3) error of the motions since the last match, base frame."""
+    total = np.zeros((3, 3))
+    for node in reversed(history.nodes):
+        if node.key[0] <= last + 1e-9:
+            break
+        if node.key[0] <= stamp + 1e-9:
+            total += node.step_covariance
+    return total
+
+
+def _share_left(prior: FloatArray, match: FloatArray, heading: float) -> FloatArray:
+    """Return (3,) the share of the prior's deviation that remains after the match.
+
+    A displacement between two matches has twice the variance of one.
+    """
+    c, s = cos(heading), sin(heading)
+    (xx, xy, _), (_, yy, _), (_, _, turning) = match.tolist()
+    variances = (
+        c * c * xx + 2.0 * c * s * xy + s * s * yy, s * s * xx - 2.0 * c * s * xy + c * c * yy,
+        turning,
+    )  # fmt: skip
+    own = prior.diagonal().tolist()
+    return np.array([
+        sqrt(2.0 * variance / (2.0 * variance + before))
+        for variance, before in zip(variances, own, strict=True)
+    ])  # fmt: skip

@@ -1,0 +1,119 @@
+"""Odometry of wheels and gyro: translation from the wheels, rotation from the gyro.
+
+The base is assumed to move on an arc during a step. The closed-form logarithm of SE(2) decomposes
+the wheels' displacement, the gyro's rotation replaces theirs, and the exponential composes both:
+exact for any constant twist. The gyro's bias is its mean rate while the wheels are at rest (a
+zero-velocity update; P. D. Groves, Principles of GNSS, Inertial, and Multisensor Integrated
+Navigation Systems, 2013, chapter 15).
+"""
+
+from __future__ import annotations
+
+from math import cos, sin
+
+from stack.components import OdometryFusion
+from stack.drivetrain.description import RobotDescription
+from stack.errors import BodyError
+from stack.localisation.fusion.gyro import GyroIntegral, Standstill
+from stack.localisation.parameters import OdometryFusionParameters
+from stack.types import FloatArray, Observation, Odometry, Pose2D, Twist, wrap_angle
+
+
+class WheelGyroOdometry(OdometryFusion):
+    """Translation of the wheels and rotation of the gyro; no other sensor corrects them.
+
+    Without inertial samples for `gyro_timeout`, the wheels measure the rotation. Until the first
+    standstill of `settling_time`, the gyro's bias is assumed to be zero. No error is stated.
+    """
+
+    Parameters = OdometryFusionParameters
+    parameters: OdometryFusionParameters
+
+    def __init__(self, parameters: OdometryFusionParameters, robot: RobotDescription) -> None:
+        super().__init__(parameters, robot)
+        self._fused: Odometry | None = None
+        self._wheels = Pose2D(0.0, 0.0)
+        self._bias, self._gyro, self._standstill = _GyroBias(), GyroIntegral(), Standstill()
+
+    @property
+    def gyro_bias(self) -> float:
+        """The bias subtracted from the gyro's yaw rate, rad/s."""
+        return self._bias.value
+
+    def update(self, observation: Observation) -> Odometry:
+        """Process one observation; return pose (odom frame) and measured twist (base frame).
+
+        Raises:
+            BodyError: the observation has no wheel odometry.
+        """
+        wheels = observation.wheels
+        if wheels is None:
+            raise BodyError("the robot delivers no wheel odometry")
+        if self._fused is None:
+            self._fused, self._wheels = wheels, wheels.pose
+            self._gyro.begin(observation.time)
+            self._gyro_rotation(observation, wheels, 0.0)
+            return wheels
+        elapsed = observation.time - self._fused.stamp
+        if elapsed <= 0.0:
+            return self._fused
+        moved = wheels.pose.relative_to(self._wheels)
+        rotation = self._gyro_rotation(observation, wheels, elapsed)
+        angular = moved.heading if rotation is None else rotation
+        pose = self._fused.pose.compose(with_rotation(moved, angular))
+        twist = Twist(wheels.twist.linear, angular / elapsed, wheels.twist.lateral)
+        if rotation is None:
+            twist = wheels.twist
+        self._wheels = wheels.pose
+        self._fused = Odometry(observation.time, pose, twist)
+        return self._fused
+
+    def _gyro_rotation(
+        self, observation: Observation, wheels: Odometry, elapsed: float
+    ) -> float | None:
+        """Return the gyro's rotation since the last observation, radians; None without samples."""
+        imu, p = observation.imu, self.parameters
+        raw = self._gyro.rotation(imu, observation.time, p.gyro_timeout)
+        standing = self._standstill.lasts(wheels.twist, elapsed, p)
+        if raw is None:
+            return None
+        by_hand = False
+        if imu is not None and imu.stamps.size:
+            rates = imu.angular_velocity[:, 2]
+            by_hand = abs(float(rates.mean()) - self._bias.value) > p.bias_tolerance
+            if standing and not by_hand:
+                self._bias.learn(rates, p.bias_samples)
+            if wheels.twist == Twist() and not by_hand:
+                return 0.0
+        return raw - self._bias.value * elapsed
+
+
+class _GyroBias:
+    """Mean yaw rate of the gyro at standstill: a plain mean at first, then an exponential mean."""
+
+    def __init__(self) -> None:
+        self.value = 0.0
+        self._samples = 0
+
+    def learn(self, rates: FloatArray, most: int) -> None:
+        """Update the bias with yaw rates (n,) measured at rest, rad/s; `most`: samples averaged."""
+        self._samples = min(self._samples + rates.size, most)
+        gain = min(1.0, rates.size / self._samples)
+        self.value += gain * (float(rates.mean()) - self.value)
+
+
+def with_rotation(moved: Pose2D, rotation: float) -> Pose2D:
+    """Return the displacement of the same arc length with another rotation in radians."""
+    a, b = arc(moved.heading)
+    norm = a * a + b * b
+    forward = (a * moved.x + b * moved.y) / norm
+    left = (a * moved.y - b * moved.x) / norm
+    a, b = arc(rotation)
+    return Pose2D(a * forward - b * left, b * forward + a * left, wrap_angle(rotation))
+
+
+def arc(angle: float) -> tuple[float, float]:
+    """Return sin(angle) / angle and (1 - cos(angle)) / angle: chord of a unit arc, x and y."""
+    if abs(angle) < 1e-6:
+        return 1.0 - angle * angle / 6.0, angle / 2.0
+    return sin(angle) / angle, (1.0 - cos(angle)) / angle

@@ -1,0 +1,215 @@
+"""Motion models of the particle filter: odometry displacements with sampled errors.
+
+Each kind of drive has errors of its own: a differential robot turns, drives and turns; an
+omnidirectional one moves in any direction; the wheels of a skid-steered one slide in turns; a car
+moves on arcs and never turns in place. Errors that odometry itself states (slip, pushes) are added.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import atan2, cos, hypot, pi, sin, sqrt
+from typing import Protocol
+
+import numpy as np
+
+from stack.drivetrain.drivetrain import Drivetrain
+from stack.localisation.parameters import LocaliserParameters
+from stack.types import FloatArray, Pose2D, wrap_angle
+
+
+class MotionModel(Protocol):
+    """Samples the error of an odometry displacement."""
+
+    def sample(
+        self, poses: FloatArray, moved: Pose2D, generator: np.random.Generator
+    ) -> FloatArray:
+        """Return (n, 3) poses moved by an odometry displacement, each with a sampled error."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class MotionNoise:
+    """Odometry motion model of differential robots; the alphas scale variances as in AMCL.
+
+    Attributes:
+        skid: factor of the errors by rotation (alpha_1, alpha_4); above 1 for wheels that slide
+            sideways in turns.
+    """
+
+    alpha_1: float
+    alpha_2: float
+    alpha_3: float
+    alpha_4: float
+    skid: float = 1.0
+
+    def sample(
+        self, poses: FloatArray, moved: Pose2D, generator: np.random.Generator
+    ) -> FloatArray:
+        """Return (n, 3) poses moved by an odometry displacement, each with a sampled error.
+
+        Probabilistic Robotics, 2005, table 5.6: rotation, translation, rotation.
+        """
+        distance = hypot(moved.x, moved.y)
+        first = atan2(moved.y, moved.x)
+        second = wrap_angle(moved.heading - first)
+        # Driving backward is not a half turn, a translation and a half turn.
+        turn_1, turn_2 = (min(abs(a), pi - abs(a)) for a in (first, second))
+        if distance < 0.01:
+            # Below a centimetre the direction of travel is noise.
+            turn_1, turn_2 = 0.0, abs(moved.heading)
+        turning, shifting = self.skid * self.alpha_1, self.skid * self.alpha_4
+        deviations = [
+            sqrt(turning * turn_1**2 + self.alpha_2 * distance**2),
+            sqrt(self.alpha_3 * distance**2 + shifting * (turn_1**2 + turn_2**2)),
+            sqrt(turning * turn_2**2 + self.alpha_2 * distance**2),
+        ]
+        errors = generator.normal(0.0, deviations, (poses.shape[0], 3))
+        leaving = poses[:, 2] + first + errors[:, 0]
+        gone = distance + errors[:, 1]
+        return np.column_stack(
+            [
+                poses[:, 0] + gone * np.cos(leaving),
+                poses[:, 1] + gone * np.sin(leaving),
+                leaving + second + errors[:, 2],
+            ]
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class OmniMotionNoise:
+    """Motion model of omnidirectional robots, as AMCL's omnidirectional model.
+
+    Rotation, translation, rotation would treat a sideways step as two quarter turns and blur the
+    heading. Here the errors are along the motion, across it, and in the heading.
+    """
+
+    alpha_1: float
+    alpha_2: float
+    alpha_3: float
+    alpha_4: float
+    alpha_5: float
+
+    def sample(
+        self, poses: FloatArray, moved: Pose2D, generator: np.random.Generator
+    ) -> FloatArray:
+        """Return (n, 3) poses moved by an odometry displacement, each with a sampled error."""
+        distance, turn = moved.x**2 + moved.y**2, moved.heading**2  # both squared
+        deviations = [
+            sqrt(self.alpha_3 * distance + self.alpha_4 * turn),
+            sqrt(self.alpha_5 * distance + self.alpha_4 * turn),
+            sqrt(self.alpha_1 * turn + self.alpha_2 * distance),
+        ]
+        errors = generator.normal(0.0, deviations, (poses.shape[0], 3))
+        going = poses[:, 2] + atan2(moved.y, moved.x)
+        c, s = np.cos(going), np.sin(going)
+        along, across = sqrt(distance) + errors[:, 0], errors[:, 1]
+        return np.column_stack(
+            [
+                poses[:, 0] + along * c - across * s,
+                poses[:, 1] + along * s + across * c,
+                poses[:, 2] + moved.heading + errors[:, 2],
+            ]
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class CarMotionNoise:
+    """Motion model of cars: an arc with errors in its length and in its turn.
+
+    A car cannot turn without driving, so that all errors grow with the distance driven and a chord
+    always leaves by half of the turn.
+    """
+
+    alpha_1: float
+    alpha_2: float
+    alpha_3: float
+
+    def sample(
+        self, poses: FloatArray, moved: Pose2D, generator: np.random.Generator
+    ) -> FloatArray:
+        """Return (n, 3) poses moved by an odometry displacement, each with a sampled error."""
+        distance = hypot(moved.x, moved.y)
+        turn = abs(moved.heading) if distance >= 1e-3 else 0.0
+        deviations = [
+            sqrt(self.alpha_3) * distance,
+            sqrt(self.alpha_1 * turn**2 + self.alpha_2 * distance**2),
+        ]
+        errors = generator.normal(0.0, deviations, (poses.shape[0], 2))
+        going = poses[:, 2] + atan2(moved.y, moved.x) + 0.5 * errors[:, 1]
+        gone = distance + errors[:, 0]
+        return np.column_stack(
+            [
+                poses[:, 0] + gone * np.cos(going),
+                poses[:, 1] + gone * np.sin(going),
+                poses[:, 2] + moved.heading + errors[:, 1],
+            ]
+        )
+
+
+def motion_model(drivetrain: Drivetrain, parameters: LocaliserParameters) -> MotionModel:
+    """Return the motion model of a drive."""
+    p = parameters
+    if drivetrain.can_move_sideways:
+        return OmniMotionNoise(p.alpha_1, p.alpha_2, p.alpha_3, p.alpha_4, p.alpha_5)
+    if not drivetrain.turns_in_place:
+        return CarMotionNoise(p.alpha_1, p.alpha_2, p.alpha_3)
+    skid = p.skid_factor if drivetrain.skids else 1.0
+    return MotionNoise(p.alpha_1, p.alpha_2, p.alpha_3, p.alpha_4, skid)
+
+
+def disturb(
+    poses: FloatArray, headings: FloatArray, covariance: FloatArray, generator: np.random.Generator
+) -> FloatArray:
+    """Return (n, 3) poses with sampled errors of a displacement.
+
+    Args:
+        poses: (n, 3) after the displacement.
+        headings: (n,) before it.
+        covariance: (3, 3) of the displacement, in the frame at its start.
+        generator: of the errors.
+    """
+    values, vectors = np.linalg.eigh(covariance)
+    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    errors = generator.normal(0.0, 1.0, poses.shape) @ root.T
+    c, s = np.cos(headings), np.sin(headings)
+    return np.column_stack(
+        [
+            poses[:, 0] + c * errors[:, 0] - s * errors[:, 1],
+            poses[:, 1] + s * errors[:, 0] + c * errors[:, 1],
+            poses[:, 2] + errors[:, 2],
+        ]
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class MotionSince:
+    """An odometry displacement, with what odometry states of it.
+
+    Attributes:
+        moved: in the base frame at its start.
+        covariance: (3, 3) of `moved`, in that frame.
+        disturbed: whether wheels and another sensor disagreed on the way.
+    """
+
+    moved: Pose2D
+    covariance: FloatArray
+    disturbed: bool = False
+
+    @staticmethod
+    def none() -> MotionSince:
+        """No motion."""
+        return MotionSince(Pose2D(0.0, 0.0), np.zeros((3, 3)))
+
+    def then(self, moved: Pose2D, covariance: FloatArray | None, disturbed: bool) -> MotionSince:
+        """Return this displacement followed by another, whose covariance is in its own frame."""
+        if covariance is None or not covariance.any():
+            total = self.covariance
+        else:
+            c, s = cos(self.moved.heading), sin(self.moved.heading)
+            turned = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+            # A heading error so far turns what follows.
+            x, y = c * moved.x - s * moved.y, s * moved.x + c * moved.y
+            carried = np.array([[1.0, 0.0, -y], [0.0, 1.0, x], [0.0, 0.0, 1.0]])
+            total = carried @ self.covariance @ carried.T + turned @ covariance @ turned.T
+        return MotionSince(self.moved.compose(moved), total, self.disturbed or disturbed)

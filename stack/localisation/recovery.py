@@ -1,0 +1,128 @@
+"""Recovery from a wrong pose: search near the estimate, then farther, then on the whole map.
+
+A push moves the robot without its wheels, so the scans stop fitting. The search starts as soon as
+they have done so for a moment, also at standstill, and widens while they still do not fit. What it
+finds becomes modes of the filter; their evidence decides.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf, pi
+
+from stack.localisation.health import ScanView
+from stack.localisation.parameters import LocaliserParameters
+
+_WIDER = ((1.0, 1.0), (1.0, 2.0), (2.0, 3.0), (2.5, 6.0))
+"""Factors of distance and angle of the successive windows."""
+
+_DROP = 0.12
+"""Drop of the fit below the usual one that starts a search near the estimate."""
+
+_RECOVERED = 1.0
+"""Seconds of well fitting scans after which the windows are small again."""
+
+_SETTLED = 10.0
+"""Seconds of well fitting scans after which the whole map is searched as often as at first."""
+
+
+@dataclass(frozen=True, slots=True)
+class Search:
+    """A search to run now.
+
+    Attributes:
+        distance: half the side of the window, metres; inf: the whole map.
+        angle: largest heading difference, radians.
+    """
+
+    distance: float
+    angle: float
+
+    @property
+    def is_global(self) -> bool:
+        """Whether it searches the whole map."""
+        return self.distance == inf
+
+
+class RecoverySchedule:
+    """Decides which search to run at a scan. Times are stamps of scans."""
+
+    def __init__(self, parameters: LocaliserParameters) -> None:
+        self.parameters = parameters
+        self.reset()
+
+    def reset(self) -> None:
+        """Start without doubt."""
+        self._doubt: float | None = None
+        self._fine: float | None = None
+        self._stage = self._searches = 0
+        self._next = self._next_global = self._disturbed_until = -inf
+        self._verify = inf
+        self._usual: float | None = None
+
+    def disturb(self, stamp: float) -> None:
+        """State that odometry was disturbed before a stamp: the windows begin wider."""
+        self._disturbed_until = stamp + 2.0
+        self._stage = max(self._stage, 1)
+
+    def verify(self, stamp: float) -> None:
+        """Search the whole map soon, for rivals of a pose that was found near the old one."""
+        self._verify = min(self._verify, stamp + self.parameters.recovery_period)
+
+    def is_disturbed(self, stamp: float) -> bool:
+        """Return whether odometry was disturbed shortly before a stamp."""
+        return stamp <= self._disturbed_until
+
+    @property
+    def in_doubt(self) -> bool:
+        """Whether scans do not fit."""
+        return self._doubt is not None
+
+    def next(self, stamp: float, view: ScanView, low: float) -> Search | None:
+        """Return the search to run at a scan, or None.
+
+        Args:
+            stamp: of the scan, seconds.
+            view: comparison of the scan with the map at the estimate.
+            low: fit that most scans at a true pose exceed.
+        """
+        p = self.parameters
+        drop = 0.0 if self._usual is None else self._usual - view.fit
+        self._usual = view.fit if self._usual is None else self._usual + 0.05 * -drop
+        fits = view.fit >= low and drop < _DROP
+        if fits:
+            return self._well(stamp)
+        self._fine = None
+        if self._doubt is None:
+            self._doubt = stamp
+        hurry = self.is_disturbed(stamp)
+        waited = stamp - self._doubt >= (0.0 if hurry else p.recovery_time) - 1e-9
+        if not waited or stamp < self._next:
+            return None
+        self._next = stamp + p.recovery_period
+        if self._stage < len(_WIDER):
+            farther, wider = _WIDER[self._stage]
+            if self._stage == 0 or view.fit < low:
+                self._stage += 1
+            return Search(farther * p.recovery_distance, min(pi, wider * p.recovery_angle))
+        return self._whole_map(stamp) if view.fit < low else None
+
+    def _well(self, stamp: float) -> Search | None:
+        """End the doubt; return a global search that is due to verify a new pose."""
+        self._doubt = None
+        if self._fine is None:
+            self._fine = stamp
+        if stamp - self._fine >= _RECOVERED:
+            self._stage = 0
+        if stamp - self._fine >= _SETTLED:
+            self._searches = 0
+        return self._whole_map(stamp) if stamp >= self._verify else None
+
+    def _whole_map(self, stamp: float) -> Search | None:
+        if stamp < self._next_global:
+            return None
+        # A map that the search has not resolved is searched less and less often.
+        self._next_global = stamp + self.parameters.global_period * 2.0 ** min(self._searches, 4)
+        self._searches += 1
+        self._verify = inf
+        return Search(inf, pi)

@@ -1,0 +1,1 @@
+"""Where to drive so that a scan tells rival poses apart."""

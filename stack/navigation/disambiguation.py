@@ -1,0 +1,156 @@
+"""Driving to where rival poses differ, until one pose is left."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from stack.components import Estimator
+from stack.navigation.drive_to_goal import GoalDrive
+from stack.navigation.following import standing
+from stack.navigation.parameters import NavigationParameters
+from stack.navigation.tasks import MotionExecutor, MotionTask, NavigationState
+from stack.types import STANDSTILL, FailureCode, Pose2D, RivalPose, Scan, Twist
+
+
+def ambiguity(pose: Pose2D, rivals: Sequence[RivalPose]) -> str:
+    """Return a sentence about the rivals of a pose."""
+    nearest = rivals[0].pose
+    others = f"{len(rivals)} other places" if len(rivals) > 1 else "another place"
+    such = "such as " if len(rivals) > 1 else ""
+    return (
+        f"({pose.x:.2f}, {pose.y:.2f}) and {others}, {such}({nearest.x:.2f}, {nearest.y:.2f}), "
+        "explain the scans about as well"
+    )
+
+
+class Disambiguation(MotionExecutor):
+    """Drives from view to view while the estimate has rivals.
+
+    A view is a motion that leads to free space at every rival, to where their expected scans
+    differ; the estimator weighs the rivals by the scans on the way. The drive there avoids what the
+    sensors see, as any drive. When the estimate moves to another rival, the next view is chosen.
+
+    Args:
+        task: handle of the task.
+        estimator: keeps the rivals and chooses views.
+        parameters: number of views, and time to look at each.
+        newest_scan: returns the newest deskewed scan of the lidar that the estimator uses.
+        drive: makes the drive to a goal that ignores ambiguity.
+        then: drive of the same task that follows when one pose is left; None: the task ends.
+    """
+
+    def __init__(  # noqa: PLR0913 - what it needs of the stack
+        self, task: MotionTask, estimator: Estimator, parameters: NavigationParameters,
+        newest_scan: Callable[[], Scan | None], drive: Callable[[Pose2D], GoalDrive],
+        then: GoalDrive | None = None,
+    ) -> None:  # fmt: skip
+        super().__init__(task)
+        self._estimator, self._parameters = estimator, parameters
+        self._newest_scan, self._make_drive, self._then = newest_scan, drive, then
+        self._looking = self.timers.new()
+        self._seen: list[Pose2D] = []
+        self._jumps = -1
+        self._views = 0
+        self.drive: GoalDrive | None = None
+
+    def start(self, now: float) -> None:
+        """Look around first."""
+        self._looking.start(now)
+
+    def step(self, state: NavigationState) -> Twist:
+        """Compute the velocity for this step."""
+        if self._then is not None and self.drive is self._then:
+            return self._then.step(state)
+        if not state.estimate.ambiguous:
+            return self._resolved(state)
+        if self.drive is None:
+            return self._look(state)
+        if state.estimate.jumps != self._jumps or not self.drive.task.running:
+            self._end_drive(state)
+            return STANDSTILL
+        twist = self.drive.step(state)
+        self.task.report(
+            f"{_rivals(state)}, {self.drive.task.feedback}", self.drive.task.distance_remaining
+        )
+        return twist
+
+    def pause(self, now: float) -> None:
+        """Hold the drive, and the time to look."""
+        super().pause(now)
+        if self.drive is not None:
+            self.drive.pause(now)
+
+    def resume(self, now: float) -> None:
+        """Continue."""
+        super().resume(now)
+        if self.drive is not None:
+            self.drive.resume(now)
+
+    def stop(self, now: float) -> None:
+        """Release the controller."""
+        if self.drive is not None:
+            self.drive.task.cancel("the search for a view is over")
+            self.drive.stop(now)
+
+    def _resolved(self, state: NavigationState) -> Twist:
+        """End the task, or begin the drive for which one pose was needed."""
+        self._end_drive(state)
+        pose = state.estimate.pose
+        if self._then is None:
+            self.task.succeed(f"at ({pose.x:.2f}, {pose.y:.2f}), no other place is left")
+            return STANDSTILL
+        self.drive = self._then
+        self.drive.start(state.time)
+        return self.drive.step(state)
+
+    def _end_drive(self, state: NavigationState) -> None:
+        """End the drive to a view, if there is one, and look again."""
+        if self.drive is None:
+            return
+        if state.estimate.jumps == self._jumps:
+            # The place was seen, or could not be reached: choose another one next time.
+            self._seen.append(self._view_in_odom)
+        self.drive.task.cancel("the view is no longer needed")
+        self.drive.stop(state.time)
+        self.drive = None
+        self._looking.start(state.time)
+
+    def _look(self, state: NavigationState) -> Twist:
+        """Stand for a moment, then drive to the next view or give up."""
+        self.task.report(f"{_rivals(state)}, looking", 0.0)
+        if not standing(state.odometry.twist):
+            self._looking.start(state.time)
+        if self._looking.elapsed(state.time) < self._parameters.view_time:
+            return STANDSTILL
+        scan, estimate = self._newest_scan(), state.estimate
+        if scan is None:
+            self.task.fail(FailureCode.UNSUPPORTED, "there is no scan to tell the rivals apart by")
+            return STANDSTILL
+        why = ambiguity(estimate.pose, estimate.rivals)
+        if self._views >= self._parameters.view_attempts:
+            self.task.fail(
+                FailureCode.AMBIGUOUS,
+                f"{why} after {self._views} views; raise navigator.view_attempts or set the pose",
+            )
+            return STANDSTILL
+        odometry = state.odometry.pose
+        avoided = [place.relative_to(odometry) for place in self._seen]
+        view = self._estimator.best_view(scan, avoided)
+        if view is None:
+            self.task.fail(
+                FailureCode.AMBIGUOUS,
+                f"{why}, and no other place within reach shows a difference; look for a marker or "
+                "set the pose",
+            )
+            return STANDSTILL
+        self._views += 1
+        self._jumps = estimate.jumps
+        self._view_in_odom = odometry.compose(view.motion)
+        self.drive = self._make_drive(estimate.pose.compose(view.motion))
+        self.drive.start(state.time)
+        return STANDSTILL
+
+
+def _rivals(state: NavigationState) -> str:
+    number = len(state.estimate.rivals)
+    return f"{number} rival{'' if number == 1 else 's'} left"

@@ -1,0 +1,84 @@
+"""Modes keep places that look alike, and drop those that the evidence rejects."""
+
+from math import exp
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stack.localisation.modes import Mode, ModeSet, largest_deviation
+from stack.localisation.particles import ParticleSet
+from stack.types import Pose2D
+
+
+def mode(x: float, log_weight: float = 0.0) -> Mode:
+    poses = np.tile([x, 0.0, 0.0], (10, 1))
+    return Mode(ParticleSet.uniform(poses), Pose2D(x, 0.0), 0.01 * np.eye(3), log_weight)
+
+
+def places(*logs: float) -> ModeSet:
+    modes = ModeSet(dead_zone=1.5, least_share=0.02, lead=2.0, most=5)
+    modes.replace([mode(5.0 * at, log) for at, log in enumerate(logs)])
+    return modes
+
+
+def test_a_difference_within_the_dead_zone_is_no_evidence():
+    modes = places(0.0, 0.0)
+    for _ in range(1000):
+        modes.travel(1.0)
+        modes.weigh([3.0, 4.4], cap=15.0)
+    assert modes.shares == pytest.approx([0.5, 0.5])
+
+
+def test_one_view_counts_once_however_long_the_robot_stands():
+    """Costs differ by 3.5, 2 beyond the dead zone: shares 1 to exp(-2) for the whole view."""
+    modes = places(0.0, 0.0)
+    for _ in range(100):
+        modes.weigh([1.0, 4.5], cap=15.0)
+    assert modes.shares[1] / modes.shares[0] == pytest.approx(exp(-2.0))
+    modes.travel(0.5)
+    for _ in range(100):
+        modes.weigh([1.0, 4.5], cap=15.0)
+    assert modes.shares[1] / modes.shares[0] == pytest.approx(exp(-3.0)), "half a new view"
+
+
+def test_a_rival_takes_over_and_the_old_place_is_dropped():
+    modes = places(0.0, 0.0)
+    before = modes.best
+    modes.weigh([20.0, 1.0], cap=15.0)  # a quarter of a view: exp(15 / 4) = 42
+    assert modes.tidy()
+    assert modes.best is not before
+    modes.weigh([1.0, 20.0], cap=15.0)
+    assert not modes.tidy()
+    assert len(modes.modes) == 1
+
+
+def test_a_rival_that_is_hardly_more_probable_does_not_take_over():
+    modes = places(0.0, 0.5)
+    assert not modes.tidy()
+    assert [rival.share for rival in modes.rivals(Pose2D(0.0, 0.0))] == pytest.approx(
+        [exp(0.5) / (1.0 + exp(0.5))]
+    )
+
+
+def test_modes_that_meet_become_one():
+    modes = places(0.0, 0.0)
+    modes.modes[1].pose = Pose2D(0.1, 0.1)
+    modes.tidy()
+    assert len(modes.modes) == 1
+    assert not modes.add(mode(0.1)), "the same place"
+    assert modes.add(mode(3.0))
+
+
+def test_the_covariance_includes_the_rivals():
+    """Equal modes 5 m apart: 0.5 * 5² about the first, plus their own 0.01."""
+    assert places(0.0, 0.0).covariance()[0, 0] == pytest.approx(12.51)
+
+
+@given(st.floats(0.0, 9.0), st.floats(0.0, 9.0), st.floats(-0.99, 0.99))
+def test_the_largest_deviation_is_the_root_of_the_largest_eigenvalue(a, d, correlation):
+    b = correlation * (a * d) ** 0.5
+    covariance = np.array([[a, b, 0.0], [b, d, 0.0], [0.0, 0.0, 1.0]])
+    largest = np.linalg.eigvalsh(covariance[:2, :2])[-1]
+    assert largest_deviation(covariance) == pytest.approx(max(0.0, largest) ** 0.5, abs=1e-6)

@@ -1,0 +1,164 @@
+"""Driving from view to view until no rival is left, in a toy world with scripted rivals."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stack.components import Estimator
+from stack.navigation.disambiguation import Disambiguation
+from stack.navigation.tasks import NavigationState
+from stack.types import Pose2D, PoseEstimate, RivalPose, TaskStatus, View
+from tests.stack.navigation.toy_drive import ToyDrive
+from tests.stack.navigation.toy_world import ToyWorld, robot, room
+
+RIVAL = RivalPose(Pose2D(20.0, 3.0), 0.4)
+
+
+class Rig:
+    """A navigator in a room of 8 m x 6 m; the rival goes once the robot is past `resolved_at`."""
+
+    def __init__(self, views, resolved_at=np.inf):
+        self.world = ToyWorld(room(8, 6), robot(), Pose2D(1.0, 3.0))
+        self.toy = ToyDrive(self.world)
+        self.navigator = self.toy.navigator
+        self.views, self.avoided = list(views), []
+        self.resolved_at, self.resolved, self.jumps = resolved_at, False, 0
+
+    @property
+    def estimate(self):
+        self.resolved |= self.world.pose.x >= self.resolved_at
+        rivals = () if self.resolved else (RIVAL,)
+        return PoseEstimate(self.world.pose, np.eye(3) * 1e-4, 0.9, jumps=self.jumps, rivals=rivals)
+
+    def best_view(self, scan, avoided=()):
+        self.avoided.append(list(avoided))
+        return self.views.pop(0) if self.views else None
+
+    def executor(self, then=None):
+        task = self.navigator.new_task("disambiguate") if then is None else then.task
+        return Disambiguation(
+            task, self, self.navigator.parameters, lambda: self.world.scan,
+            self.navigator.view_drive, then,
+        )  # fmt: skip
+
+    def run(self, task, seconds=40.0):
+        while task.status is TaskStatus.RUNNING and self.world.time < seconds:
+            self.step()
+        return task.status
+
+    def step(self):
+        world = self.world
+        state = NavigationState(world.time, self.estimate, world.odometry, (), world.obstacles)
+        twist = self.navigator.step(state)
+        world.drive(self.toy.safety.limit(twist, world.odometry, world.obstacles))
+
+    def begin(self, executor):
+        self.navigator.start(executor, "recovery", "telling the possible poses apart")
+        return executor.task
+
+
+@pytest.fixture
+def make():
+    made = []
+
+    def rig(*args, **settings):
+        made.append(Rig(*args, **settings))
+        return made[-1]
+
+    yield rig
+    for one in made:
+        one.navigator.close()
+
+
+def ahead(metres, left=0.0):
+    return View(Pose2D(metres, left), metres, 0.5)
+
+
+def test_without_rivals_it_succeeds_at_once(make):
+    rig = make([], resolved_at=0.0)
+    task = rig.begin(rig.executor())
+    rig.step()
+    assert task.status is TaskStatus.SUCCEEDED
+    assert rig.avoided == []
+
+
+def test_it_stops_when_the_rival_goes_on_the_way(make):
+    rig = make([ahead(4.0)], resolved_at=2.5)
+    task = rig.begin(rig.executor())
+    assert rig.run(task) is TaskStatus.SUCCEEDED
+    assert 2.5 <= rig.world.pose.x < 2.7
+    assert rig.navigator.goal is None
+
+
+def test_each_view_is_left_out_of_the_next_choice(make):
+    rig = make([ahead(1.0), ahead(1.5)])
+    task = rig.begin(rig.executor())
+    assert rig.run(task) is TaskStatus.FAILED
+    assert task.failure.code == "AMBIGUOUS"
+    assert "and another place, (20.00, 3.00)" in task.failure.sentence
+    assert "no other place within reach shows a difference" in task.failure.sentence
+    assert [len(avoided) for avoided in rig.avoided] == [0, 1, 2]
+    # The first view, seen from about 1.5 m beyond it.
+    first, second = rig.avoided[-1]
+    assert first.x == pytest.approx(-1.5, abs=0.4)
+    assert second.distance_to(Pose2D(0.0, 0.0)) < 0.4
+
+
+def test_a_jump_of_the_estimate_asks_for_another_view(make):
+    rig = make([ahead(4.0), ahead(1.0)], resolved_at=3.0)
+    task = rig.begin(rig.executor())
+    while rig.world.pose.x < 1.5:
+        rig.step()
+    rig.jumps += 1
+    assert rig.run(task) is TaskStatus.FAILED
+    assert rig.world.pose.x < 3.0
+    assert [len(avoided) for avoided in rig.avoided] == [0, 0, 1]
+
+
+def test_the_number_of_views_is_limited(make):
+    rig = make([ahead(0.6)] * 5)
+    rig.navigator.configure(replace(rig.navigator.parameters, view_attempts=2))
+    task = rig.begin(rig.executor())
+    assert rig.run(task) is TaskStatus.FAILED
+    assert "after 2 views; raise navigator.view_attempts" in task.failure.sentence
+    assert len(rig.views) == 3
+
+
+def test_a_goal_waits_until_one_pose_is_left(make):
+    rig = make([ahead(2.0)], resolved_at=2.0)
+    task = rig.navigator.navigate_to(Pose2D(5.0, 4.0), first=rig.executor)
+    assert rig.run(task) is TaskStatus.SUCCEEDED
+    assert rig.world.pose.distance_to(Pose2D(5.0, 4.0)) < 0.3
+    assert len(rig.avoided) == 1
+
+
+def test_a_goal_is_refused_while_rivals_survive(make):
+    rig = make([])
+    task = rig.navigator.navigate_to(Pose2D(5.0, 4.0))
+    assert rig.run(task) is TaskStatus.FAILED
+    assert task.failure.code == "AMBIGUOUS"
+    assert rig.world.pose.x == pytest.approx(1.0, abs=0.01)
+
+
+def test_the_robot_may_drive_in_spite_of_rivals(make):
+    rig = make([])
+    rig.navigator.configure(replace(rig.navigator.parameters, ambiguous_goals="drive"))
+    assert rig.run(rig.navigator.navigate_to(Pose2D(3.0, 3.0))) is TaskStatus.SUCCEEDED
+
+
+def test_cancelling_stops_the_drive_to_a_view(make):
+    rig = make([ahead(4.0)])
+    task = rig.begin(rig.executor())
+    while rig.world.pose.x < 1.5:
+        rig.step()
+    assert rig.navigator.goal is not None
+    task.cancel()
+    for _ in range(40):
+        rig.step()
+    assert rig.navigator.goal is None
+    assert rig.world.pose.x < 2.2
+
+
+def test_estimators_without_views_have_none():
+    assert Estimator.best_view(object(), None) is None
